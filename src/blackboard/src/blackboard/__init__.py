@@ -1,0 +1,1 @@
+"""Tasks, bids, and the hive that decides who does what. See docs/architecture.md."""

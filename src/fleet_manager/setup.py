@@ -1,0 +1,10 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
+
+setup(
+    **generate_distutils_setup(
+        packages=["fleet_manager", "fleet_manager.ros", "fleet_manager.gui"],
+        package_dir={"": "src"},
+    )
+)

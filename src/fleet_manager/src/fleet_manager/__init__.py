@@ -1,0 +1,1 @@
+"""What an operator of a hive runs. See docs/architecture.md."""

@@ -1,0 +1,1 @@
+"""The Qt windows; nothing else imports them."""

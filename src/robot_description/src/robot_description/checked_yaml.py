@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads the YAML files that users write, and says in one line what is wrong with a bad one.
+
+Every kind of file (robot model, fleet, world, map, scenario) has a JSON schema next to the code
+that reads it. The schema checks the file; this module only adds where in the file the mistake is,
+which `jsonschema` cannot know because YAML has thrown the line numbers away by then.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import jsonschema
+import yaml
+
+from robot_description.errors import FileError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+
+
+def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401  (what YAML holds)
+    """Read a YAML file that must fit a schema.
+
+    Args:
+        path: The file.
+        schema: JSON schema, draft 2020-12. A `description` beside a rule is shown to the user as
+            what is allowed there, so write it as the end of the sentence "allowed: ...".
+
+    Returns:
+        What the file holds, as plain dicts, lists, strings and numbers.
+
+    Raises:
+        FileError: The file is missing or unreadable, is no YAML, or does not fit the schema.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        root = yaml.compose(text, Loader=yaml.SafeLoader)
+        content = yaml.safe_load(text)
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror}; check the name") from None
+    except UnicodeDecodeError:
+        raise FileError(f"{path}: is not a text file; a YAML file in UTF-8 is needed") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f":{mark.line + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or "cannot be parsed"
+        raise FileError(f"{path}{where}: is not YAML: {problem}") from None
+    check = jsonschema.Draft202012Validator(schema)
+    mistake = jsonschema.exceptions.best_match(check.iter_errors(content))
+    if mistake is not None:
+        line = _line_of(root, mistake.absolute_path)
+        key = mistake.json_path.removeprefix("$").removeprefix(".") or "the whole file"
+        allowed = mistake.schema.get("description") if isinstance(mistake.schema, dict) else None
+        remedy = f"; allowed: {allowed}" if allowed else ""
+        raise FileError(f"{path}:{line}: {key}: {mistake.message}{remedy}")
+    return content
+
+
+def _line_of(node: yaml.Node | None, keys: Iterable[str | int]) -> int:
+    """Return the line on which the value under `keys` starts, counted from 1."""
+    if node is None:
+        return 1
+    line: int = node.start_mark.line + 1
+    for key in keys:
+        if isinstance(node, yaml.SequenceNode):
+            node = node.value[key]
+            line = node.start_mark.line + 1
+        elif isinstance(node, yaml.MappingNode):
+            named, node = next(pair for pair in node.value if pair[0].value == str(key))
+            line = named.start_mark.line + 1
+    return line

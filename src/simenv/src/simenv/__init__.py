@@ -1,0 +1,1 @@
+"""The world that robots sense and bump into. See docs/architecture.md."""
