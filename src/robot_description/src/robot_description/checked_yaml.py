@@ -47,6 +47,10 @@ def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401 
         where = f":{mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "cannot be parsed"
         raise FileError(f"{path}{where}: is not YAML: {problem}") from None
+    odd = _not_finite(root)
+    if odd is not None:
+        line = odd.start_mark.line + 1
+        raise FileError(f"{path}:{line}: {odd.value} is no number here; allowed: finite numbers")
     check = jsonschema.Draft202012Validator(schema)
     mistake = jsonschema.exceptions.best_match(check.iter_errors(content))
     if mistake is not None:
@@ -73,6 +77,18 @@ def error_at(path: Path, keys: Iterable[str | int], problem: str) -> FileError:
     root = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
     key = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys).removeprefix(".")
     return FileError(f"{path}:{_line_of(root, keys)}: {key}: {problem}")
+
+
+def _not_finite(node: yaml.Node | None) -> yaml.Node | None:
+    """Return the first `.nan` or `.inf`, which a JSON schema lets through, or None."""
+    if isinstance(node, yaml.ScalarNode):
+        is_float = node.tag == "tag:yaml.org,2002:float"
+        return node if is_float and node.value.lower().strip("+-") in {".nan", ".inf"} else None
+    if isinstance(node, yaml.MappingNode):
+        children = [part for pair in node.value for part in pair]
+    else:
+        children = node.value if node is not None else []
+    return next((odd for odd in map(_not_finite, children) if odd is not None), None)
 
 
 def _line_of(node: yaml.Node | None, keys: Iterable[str | int]) -> int:

@@ -11,3 +11,7 @@ class FileError(RobotDescriptionError):
 
     The text is one line: file, line, key, the value found, what is allowed.
     """
+
+
+class ModelError(RobotDescriptionError):
+    """A figure of a robot model contradicts another one."""

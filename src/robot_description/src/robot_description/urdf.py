@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes a robot's URDF out of its model file and the one xacro file for all robots.
+
+It uses xacro as a library, so that it works without ROS, and checks the model file first, so that
+a mistake in it is reported by line and key instead of as an error inside xacro.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import xacro
+
+from robot_description.models import load_model, model_path, models_folder
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def robot_urdf(model: str | Path, prefix: str = "") -> str:
+    """Return the URDF of one robot.
+
+    Args:
+        model: The name of a model of this package, or the path of a model file.
+        prefix: What stands in front of every link's name, such as `robot1/`.
+
+    Returns:
+        The URDF as XML text; root link `<prefix>base_footprint`.
+
+    Raises:
+        FileError: The model is unknown, or its file holds something that is not allowed.
+    """
+    load_model(model)
+    template = models_folder().parent / "urdf" / "robot.urdf.xacro"
+    arguments = {"model_file": str(model_path(model)), "prefix": prefix}
+    document = xacro.process_file(str(template), mappings=arguments)
+    return str(document.toprettyxml(indent="  "))
