@@ -25,7 +25,7 @@ class TaskRecord:
         reason: In words, for a person; may be empty.
         parent: Id of the task it is a part of; empty when it is whole.
         assignment: How often it has been assigned: which of several robots a report comes from.
-        attempts: How often a robot has handed it back because it could not do it.
+        tried: The robots that have handed it back, one entry for each time.
     """
 
     task: Task
@@ -36,7 +36,7 @@ class TaskRecord:
     reason: str = ""
     parent: str = ""
     assignment: int = 0
-    attempts: int = 0
+    tried: tuple[str, ...] = ()
 
     @property
     def steps(self) -> int:

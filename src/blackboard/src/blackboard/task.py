@@ -182,6 +182,21 @@ def used_goals(task: Task) -> tuple[Pose, ...]:
     return task.goals[:1] if TaskType(task.type).goals_needed == 1 else task.goals
 
 
+def unused_goals(task: Task) -> str:
+    """Say which goals the task's type does not visit; empty where it visits all."""
+    unused = len(task.goals) - len(used_goals(task))
+    name = TaskType(task.type).name
+    return f"{name} goes to A only; the {unused} goals after it are not used" if unused else ""
+
+
+def step_to_resume(task: Task, step: int) -> int:
+    """Return where another robot goes on when `step` steps are done and nothing is on board.
+
+    A place that has been visited stays visited, but whoever is to pick has to drive there first.
+    """
+    return 0 if TaskType(task.type).picks else step
+
+
 def split_task(task: Task) -> tuple[TaskStep, ...]:
     """Return the steps of a task that `analyze_task` has passed, in the order of execution."""
     kind = TaskType(task.type)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -86,9 +85,14 @@ class GridWays:
     """
 
     def __init__(self, grid: Grid, radius: float = 0.0) -> None:
-        self._floor = grid
         self._radius = radius
+        self.use(grid)
+
+    def use(self, grid: Grid) -> None:
+        """Go by another map from now on."""
+        self._floor = grid
         self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
+        self._network: tuple[Grid, sparse.csr_matrix] | None = None
 
     def length(self, start: Pose, goal: Pose) -> float:
         """Return the length of the shortest way [m]; infinite where there is none."""
@@ -119,19 +123,18 @@ class GridWays:
             return "is inside a wall or in unknown space; choose a free place of the map"
         return ""
 
-    @cached_property
-    def _coarse(self) -> Grid:
-        return _coarse_free_space(self._floor, self._radius)
-
-    @cached_property
-    def _graph(self) -> sparse.csr_matrix:
-        return _graph(~self._coarse.blocked) * self._coarse.resolution
+    def _roads(self) -> tuple[Grid, sparse.csr_matrix]:
+        """Return the coarse map and the graph of moves on it, made when first needed."""
+        if self._network is None:
+            coarse = _coarse_free_space(self._floor, self._radius)
+            self._network = coarse, _graph(~coarse.blocked) * coarse.resolution
+        return self._network
 
     def _field(self, cell: int) -> NDArray[np.float64]:
         """Return the distance from every cell to one [m]."""
         field = self._fields.pop(cell, None)
         if field is None:
-            field = csgraph.dijkstra(self._graph, directed=False, indices=cell)
+            field = csgraph.dijkstra(self._roads()[1], directed=False, indices=cell)
         self._fields[cell] = field
         if len(self._fields) > _FIELDS_KEPT:
             self._fields.popitem(last=False)
@@ -139,7 +142,7 @@ class GridWays:
 
     def _nearest_free(self, pose: Pose) -> int | None:
         """Return the flat index of the free cell that stands for a pose, or None."""
-        coarse = self._coarse
+        coarse, _ = self._roads()
         cell = coarse.cell(pose)
         if cell is None:
             return None
