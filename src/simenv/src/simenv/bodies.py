@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The robots' bases: where they are, how fast they go, what their wheels say, all in one step."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simenv.errors import CommandError
+from simenv.geometry import Pose
+from simenv.motion import accelerated, limits_of, moved, within_limits
+
+if TYPE_CHECKING:
+    from robot_description.models import RobotModel
+    from simenv.contact import Contacts
+    from simenv.geometry import Array
+    from simenv.noise import Noise
+
+COMMAND_TIMEOUT = 0.5
+"""A base that is told nothing for so long stops [s]."""
+
+NOTHING = np.zeros((0, 3))
+
+
+class Bodies:
+    """The bases of all robots; row i of every array belongs to `names[i]`.
+
+    Attributes:
+        names: The robots, in the order in which they were added.
+        poses: Where they really are, frame map.
+    """
+
+    def __init__(self, contacts: Contacts, noise: Noise) -> None:
+        """Start without robots.
+
+        Args:
+            contacts: What stops a base that drives into something.
+            noise: How wrong the wheels are about the way.
+        """
+        self._contacts = contacts
+        self._noise = noise
+        self.names: list[str] = []
+        self.poses: dict[str, Pose] = {}
+        self._models: list[RobotModel] = []
+        self._random: list[np.random.Generator] = []
+        self._limits = limits_of([])
+        self._true = self._velocities = self._odometry = self._commands = NOTHING
+        self._commanded_at = np.zeros(0)
+
+    def add(self, name: str, model: RobotModel, pose: Pose, random: np.random.Generator) -> None:
+        """Put a base down, standing still; `random` makes the noise of its wheels."""
+        self.names.append(name)
+        self.poses[name] = pose
+        self._models.append(model)
+        self._random.append(random)
+        self._limits = limits_of(self._models)
+        self._true = np.vstack([self._true, pose])
+        still = np.zeros(3)
+        self._velocities = np.vstack([self._velocities, still])
+        self._odometry = np.vstack([self._odometry, still])
+        self._commands = np.vstack([self._commands, still])
+        self._commanded_at = np.append(self._commanded_at, -math.inf)
+
+    def remove(self, name: str) -> None:
+        """Take a base away."""
+        row = self.names.index(name)
+        del self.names[row], self.poses[name], self._models[row], self._random[row]
+        self._limits = limits_of(self._models)
+        self._true = np.delete(self._true, row, axis=0)
+        self._velocities = np.delete(self._velocities, row, axis=0)
+        self._odometry = np.delete(self._odometry, row, axis=0)
+        self._commands = np.delete(self._commands, row, axis=0)
+        self._commanded_at = np.delete(self._commanded_at, row)
+
+    def command(self, name: str, speed: tuple[float, float, float], time: float) -> None:
+        """Tell a base how to move.
+
+        Args:
+            name: The robot.
+            speed: vx, vy, wz in its base_footprint [m/s, m/s, rad/s].
+            time: Now [s].
+
+        Raises:
+            CommandError: A speed is no number.
+        """
+        if not all(map(math.isfinite, speed)):
+            raise CommandError(f"{name}: speed {speed} is not a number; the command is ignored")
+        row = self.names.index(name)
+        self._commands[row] = speed
+        self._commanded_at[row] = time
+
+    def step(self, time: float, loads: Array, dt: float) -> None:
+        """Move all bases.
+
+        Args:
+            time: At the start of the step [s].
+            loads: (n,) what is on board [kg].
+            dt: Length of the step [s].
+        """
+        heard = time - self._commanded_at < COMMAND_TIMEOUT
+        targets = within_limits(self._commands * heard[:, None], self._limits)
+        self._velocities = accelerated(self._velocities, targets, self._limits, loads, dt)
+        driven = self._velocities * dt
+        ahead = moved(self._true, driven)
+        for row in np.flatnonzero(driven.any(axis=1)):
+            name = self.names[row]
+            pose, share = self._contacts.advance(name, Pose(*ahead[row].tolist()), self.poses)
+            if share < 1.0:
+                self._velocities[row] = 0.0
+                driven[row] *= share
+            self.poses[name] = pose
+            self._true[row] = pose
+            driven[row] += self._slip(driven[row], self._random[row])
+        self._contacts.let_go(self.poses)
+        self._odometry = moved(self._odometry, driven)
+
+    def _slip(self, driven: Array, random: np.random.Generator) -> Array:
+        """Return by how much the wheels are wrong about a shift (3,)."""
+        way, turn = math.hypot(driven[0], driven[1]), abs(driven[2])
+        along, heading = random.normal(size=2)
+        error = np.zeros(3)
+        if way:
+            error[:2] = driven[:2] / way * (self._noise.distance * math.sqrt(way) * along)
+        error[2] = self._noise.heading * math.sqrt(turn) * heading
+        return error
+
+    def velocity(self, name: str) -> tuple[float, float, float]:
+        """Return a base's speed in its own frame (vx, vy, wz) [m/s, m/s, rad/s]."""
+        vx, vy, wz = self._velocities[self.names.index(name)].tolist()
+        return vx, vy, wz
+
+    def odometry(self, name: str) -> Pose:
+        """Return where a base's wheels say it is, counted from where it was put down."""
+        return Pose(*self._odometry[self.names.index(name)].tolist())

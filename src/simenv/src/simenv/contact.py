@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Nothing drives through anything: robots stop at contact, and every contact is counted once.
+
+A contact is between a robot and the walls (benches and racks are walls here), or between two
+robots. It begins when a step would take a robot into the other, and ends when there is a gap of
+`GAP` again; pushing on, or pushing again without backing off, is the same contact.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from simenv.geometry import Footprint, Pose, outline, wrap
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from simenv.geometry import Nearby
+
+WALL = ""
+"""Stands for the walls where a robot's name would stand."""
+
+GAP = 0.01
+"""The gap that ends a contact [m]."""
+
+HALVINGS = 6
+"""A step that is cut short ends within 1/64 of its length before the contact."""
+
+
+class Contacts:
+    """Stops robots at what is solid and counts how often that was needed."""
+
+    def __init__(self, near: Nearby) -> None:
+        """Take the walls."""
+        self._near = near
+        self._footprints: dict[str, Footprint] = {}
+        self._touching: set[frozenset[str]] = set()
+        self.count = 0
+
+    def add(self, name: str, footprint: Footprint) -> None:
+        """Take in a robot."""
+        self._footprints[name] = footprint
+
+    def remove(self, name: str) -> None:
+        """Forget a robot."""
+        del self._footprints[name]
+        self._touching = {pair for pair in self._touching if name not in pair}
+
+    def in_the_way(
+        self, name: str, pose: Pose, poses: Mapping[str, Pose], margin: float = 0.0
+    ) -> list[str]:
+        """Return what a robot would touch.
+
+        Args:
+            name: The robot.
+            pose: Where it would stand.
+            poses: Where all robots stand now.
+            margin: By how much the robot is taken to be larger [m].
+
+        Returns:
+            `WALL` and names of robots; empty where the way is free.
+        """
+        mine = self._footprints[name]
+        reach = mine.radius + margin
+        found = []
+        if mine.touches(pose, self._near.at(pose.x, pose.y, reach), margin):
+            found.append(WALL)
+        for other, there in poses.items():
+            theirs = self._footprints[other]
+            close = math.dist(pose[:2], there[:2]) <= reach + theirs.radius
+            if other != name and close:
+                edges = outline(theirs.at(there))
+                if mine.touches(pose, edges, margin):
+                    found.append(other)
+        return found
+
+    def advance(self, name: str, pose: Pose, poses: Mapping[str, Pose]) -> tuple[Pose, float]:
+        """Move a robot as far as it can go.
+
+        Args:
+            name: The robot.
+            pose: Where it would be after the step.
+            poses: Where all robots stand now.
+
+        Returns:
+            Where it is after the step, and what share of the step it went: 1 if nothing
+            stopped it.
+        """
+        met = self.in_the_way(name, pose, poses)
+        if not met:
+            return pose, 1.0
+        start = poses[name]
+        free, blocked = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = (free + blocked) / 2
+            met_there = self.in_the_way(name, _between(start, pose, middle), poses)
+            if met_there:
+                blocked, met = middle, met_there
+            else:
+                free = middle
+        for other in met:
+            self._begin(frozenset((name, other)))
+        return _between(start, pose, free), free
+
+    def _begin(self, pair: frozenset[str]) -> None:
+        if pair not in self._touching:
+            self._touching.add(pair)
+            self.count += 1
+
+    def let_go(self, poses: Mapping[str, Pose]) -> None:
+        """End the contacts between which there is a gap now."""
+        for pair in sorted(self._touching, key=sorted):
+            *others, name = sorted(pair)
+            still = self.in_the_way(name, poses[name], poses, margin=GAP)
+            if not set(others) & set(still):
+                self._touching.remove(pair)
+
+
+def _between(start: Pose, end: Pose, share: float) -> Pose:
+    """Return the pose at `share` (0..1) of a short way; the yaw goes the shorter way round."""
+    return Pose(
+        start.x + share * (end.x - start.x),
+        start.y + share * (end.y - start.y),
+        start.yaw + share * wrap(end.yaw - start.yaw),
+    )

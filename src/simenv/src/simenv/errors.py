@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What can go wrong in this package, in words for the person who can mend it."""
+
+
+class SimenvError(Exception):
+    """The base of every error that this package raises."""
+
+
+class WorldError(SimenvError):
+    """A world cannot be found, or its shapes and places contradict each other."""
+
+
+class MapError(SimenvError):
+    """A map cannot be found, read or written."""
+
+
+class SpawnError(SimenvError):
+    """A robot cannot be put where, or under the name, that was asked for."""
+
+
+class UnknownRobotError(SimenvError):
+    """There is no robot of that name in the simulation."""
+
+
+class CommandError(SimenvError):
+    """A robot is told to do what cannot be done: a speed that is no number, a pick without arm."""

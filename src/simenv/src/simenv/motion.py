@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How planar bases move: speed limits, acceleration limits, and one step along the way.
+
+All robots at once: row i of every array belongs to robot i. A velocity is (vx, vy, wz) in
+`base_footprint` [m/s, m/s, rad/s]; a pose is (x, y, yaw) [m, m, rad].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from robot_description.models import RobotModel
+    from simenv.geometry import Array
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the bases can do; arrays (n,).
+
+    Attributes:
+        speed: Top speed along x [m/s].
+        diagonal: Top speed along a diagonal [m/s].
+        sideways: 1 for a base that can move along y, 0 for one that cannot.
+        yaw_rate: [rad/s]
+        acceleration: Of the robot without load, also its deceleration [m/s^2].
+        yaw_acceleration: [rad/s^2]
+        mass: Of the robot without load [kg].
+    """
+
+    speed: Array
+    diagonal: Array
+    sideways: Array
+    yaw_rate: Array
+    acceleration: Array
+    yaw_acceleration: Array
+    mass: Array
+
+
+def limits_of(models: Sequence[RobotModel]) -> Limits:
+    """Collect the limits of these robots' bases."""
+    bases = [model.base for model in models]
+    return Limits(
+        speed=np.array([base.max_speed for base in bases]),
+        diagonal=np.array([base.max_speed_diagonal or base.max_speed for base in bases]),
+        sideways=np.array([float(base.max_speed_diagonal is not None) for base in bases]),
+        yaw_rate=np.array([base.max_yaw_rate for base in bases]),
+        acceleration=np.array([base.acceleration for base in bases]),
+        yaw_acceleration=np.array([base.yaw_acceleration for base in bases]),
+        mass=np.array([base.mass for base in bases]),
+    )
+
+
+def within_limits(commands: Array, limits: Limits) -> Array:
+    """Return the velocities (n, 3) that the bases can reach, nearest to what is commanded (n, 3).
+
+    The direction of travel is kept. What a holonomic base can reach is the octagon through
+    `speed` on the axes and `diagonal` between them.
+    """
+    allowed = commands.copy()
+    allowed[:, 1] *= limits.sideways
+    across = np.abs(allowed[:, :2])
+    long, short = across.max(axis=1), across.min(axis=1)
+    share = long / limits.speed + short * (np.sqrt(2) / limits.diagonal - 1 / limits.speed)
+    allowed[:, :2] /= np.maximum(share, 1.0)[:, None]
+    allowed[:, 2] = np.clip(allowed[:, 2], -limits.yaw_rate, limits.yaw_rate)
+    return allowed
+
+
+def accelerated(
+    velocities: Array, targets: Array, limits: Limits, load: Array, dt: float
+) -> Array:
+    """Return the velocities (n, 3) after a step of `dt` [s] towards `targets` (n, 3).
+
+    The motors' force stays the same whatever is on board, so a load takes from the acceleration
+    what it adds to the mass: a = a0 m / (m + load).
+
+    Args:
+        velocities: (n, 3) now.
+        targets: (n, 3) within the limits.
+        limits: Of the bases.
+        load: (n,) on board [kg].
+        dt: Length of the step [s].
+    """
+    share = limits.mass / (limits.mass + load) * dt
+    change = targets - velocities
+    size = np.hypot(change[:, 0], change[:, 1])
+    most = limits.acceleration * share
+    change[:, :2] *= (most / np.maximum(size, most))[:, None]
+    turn = limits.yaw_acceleration * share
+    change[:, 2] = np.clip(change[:, 2], -turn, turn)
+    return velocities + change
+
+
+def moved(poses: Array, shifts: Array) -> Array:
+    """Return the poses (n, 3) after shifts (n, 3) given in each robot's own frame.
+
+    A shift is a velocity times dt. It is applied along the heading half way through the turn, the
+    midpoint rule: exact up to the third order of the angle turned.
+    """
+    middle = poses[:, 2] + shifts[:, 2] / 2
+    cos, sin = np.cos(middle), np.sin(middle)
+    x, y = shifts[:, 0], shifts[:, 1]
+    step = np.stack([cos * x - sin * y, sin * x + cos * y, shifts[:, 2]], axis=1)
+    after: Array = poses + step
+    after[:, 2] = np.remainder(after[:, 2] + np.pi, 2 * np.pi) - np.pi
+    return after

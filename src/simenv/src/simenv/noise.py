@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How wrong the robots' senses are."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from simenv.errors import CommandError
+
+
+@dataclass(frozen=True)
+class Noise:
+    """How wrong the robots' senses are; every figure at least 0.
+
+    The errors of the odometry grow with the square root of the way, as in the motion model of
+    Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4.
+
+    Attributes:
+        laser: Standard deviation of a measured distance [m].
+        distance: Standard deviation of the odometry's distance after 1 m [m].
+        heading: Standard deviation of the odometry's heading after 1 rad of turning [rad].
+    """
+
+    laser: float = 0.01
+    distance: float = 0.01
+    heading: float = 0.01
+
+    def __post_init__(self) -> None:
+        """Refuse what is no standard deviation."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (math.isfinite(value) and value >= 0):
+                raise CommandError(f"noise {field.name}: {value}; allowed: a number, at least 0")
+
+
+NO_NOISE = Noise(0.0, 0.0, 0.0)
+"""Perfect senses."""
+
+
+def generators(seed: int, name: str) -> tuple[np.random.Generator, np.random.Generator]:
+    """Return a robot's own sources of noise, for its wheels and for its laser.
+
+    They hang on the seed and on the name alone, so one robot more, or a scan more, does not change
+    what the others measure.
+    """
+    wheels, laser = np.random.SeedSequence([seed, zlib.crc32(name.encode())]).spawn(2)
+    return np.random.default_rng(wheels), np.random.default_rng(laser)

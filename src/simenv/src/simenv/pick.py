@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Picking and putting down: how long it takes, what is then on board, and what can go wrong.
+
+An arm can pick at any free place. Where a station of the world is within its reach, the station's
+stock and its own duration count.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+from simenv.errors import CommandError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from robot_description.models import RobotModel
+    from simenv.geometry import Pose
+    from simenv.world import Station
+
+STILL = 0.02
+"""How far the base may drift while the arm is at work [m], and turn [rad]."""
+
+
+class Act(IntEnum):
+    """What the arm is asked to do; numbers as in blackboard/Pick.action."""
+
+    PICK = 0
+    """Take a load on board."""
+    PLACE = 1
+    """Put a load down."""
+
+
+class Outcome(IntEnum):
+    """How it ended; numbers as in blackboard/Pick.action."""
+
+    SUCCESS = 0
+    """Done."""
+    TOO_HEAVY = 100
+    """Over what the arm can lift."""
+    NOTHING_THERE = 101
+    """Nothing to pick here, or nothing on board to put down."""
+    MOVED = 102
+    """The base moved while the arm was at work."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What the arm is asked to do.
+
+    Attributes:
+        act: Pick or put down.
+        task_id: The task it is done for; what is picked for a task is put down for it.
+        payload: Of the load [kg], at least 0.
+    """
+
+    act: Act
+    task_id: str
+    payload: float
+
+    def __post_init__(self) -> None:
+        """Refuse a load that is no load."""
+        if not (math.isfinite(self.payload) and self.payload >= 0):
+            raise CommandError(f"payload {self.payload} kg; allowed: a number of at least 0")
+
+
+@dataclass(frozen=True)
+class Result:
+    """How an order ended.
+
+    Attributes:
+        outcome: In a number.
+        message: In words.
+    """
+
+    outcome: Outcome
+    message: str
+
+
+class Stock:
+    """What there is left to pick at the stations."""
+
+    def __init__(self, stations: Sequence[Station]) -> None:
+        """Fill the stations as the world says."""
+        self._stations = stations
+        self._left = {station.name: station.stock for station in stations}
+
+    def near(self, pose: Pose, reach: float) -> Station | None:
+        """Return the nearest station within `reach` [m] of a base at `pose`, or None."""
+        distances = [
+            (math.dist(station.pose[:2], pose[:2]), index)
+            for index, station in enumerate(self._stations)
+        ]
+        distance, index = min(distances, default=(math.inf, 0))
+        return self._stations[index] if distance <= reach else None
+
+    def empty(self, station: Station) -> bool:
+        """Say whether there is nothing left at a station."""
+        return self._left[station.name] == 0
+
+    def change(self, station: Station, by: int) -> None:
+        """Take something away from a station or bring something there."""
+        left = self._left[station.name]
+        if left is not None:
+            self._left[station.name] = left + by
+
+
+class Arm:
+    """The arm of one robot: at most one order at a time.
+
+    Attributes:
+        progress: 0..1 of the order at hand, or of the last one.
+        result: How the last order ended; None while one is at hand, and before the first.
+        loads: What is on board, by task [kg].
+    """
+
+    def __init__(self, model: RobotModel, stock: Stock) -> None:
+        """Mount the arm that the model says; see `can_pick` for a model without one."""
+        self._model = model
+        self._stock = stock
+        self._order: Order | None = None
+        self._station: Station | None = None
+        self._start: Pose | None = None
+        self._duration = 0.0
+        self._elapsed = 0.0
+        self.result: Result | None = None
+        self.loads: dict[str, float] = {}
+
+    @property
+    def can_pick(self) -> bool:
+        """Whether the robot has an arm at all."""
+        return self._model.arm is not None
+
+    @property
+    def payload(self) -> float:
+        """What is on board [kg]."""
+        return sum(self.loads.values())
+
+    @property
+    def progress(self) -> float:
+        """How much of the order is done, 0..1."""
+        return min(self._elapsed / self._duration, 1.0) if self._duration else 0.0
+
+    @property
+    def busy(self) -> bool:
+        """Whether an order is at hand."""
+        return self._order is not None
+
+    def start(self, order: Order, pose: Pose) -> None:
+        """Begin an order, or end it at once with the reason in `result`.
+
+        Args:
+            order: What is to be done.
+            pose: Where the base is, frame map.
+
+        Raises:
+            CommandError: The robot has no arm, or its arm is at work.
+        """
+        arm = self._model.arm
+        if arm is None:
+            raise CommandError(f"the model {self._model.name} has no arm; send another robot")
+        if self.busy:
+            raise CommandError("the arm is at work; wait for its result or cancel it")
+        self._station = self._stock.near(pose, arm.reach)
+        own = arm.pick_duration if order.act is Act.PICK else arm.place_duration
+        given = self._station.duration if self._station and order.act is Act.PICK else None
+        self._duration = given or own
+        self._elapsed = 0.0
+        self._start = pose
+        self.result = self._refusal(order, arm.payload)
+        self._order = order if self.result is None else None
+
+    def _refusal(self, order: Order, limit: float) -> Result | None:
+        if order.act is Act.PLACE:
+            if order.task_id in self.loads:
+                return None
+            on_board = ", ".join(sorted(self.loads)) or "nothing"
+            return Result(
+                Outcome.NOTHING_THERE,
+                f"no load of task '{order.task_id}' is on board, which holds {on_board}",
+            )
+        if order.payload > limit:
+            return Result(
+                Outcome.TOO_HEAVY, f"{order.payload:g} kg is over the arm's {limit:g} kg"
+            )
+        if self._station and self._stock.empty(self._station):
+            return Result(Outcome.NOTHING_THERE, f"nothing is left at '{self._station.name}'")
+        return None
+
+    def cancel(self) -> None:
+        """Drop the order at hand; what is on board stays as it was."""
+        self._order = None
+
+    def step(self, pose: Pose, dt: float) -> None:
+        """Go on with the order at hand.
+
+        Args:
+            pose: Where the base is now, frame map.
+            dt: Time since the last step [s].
+        """
+        if self._order is None or self._start is None:
+            return
+        turned = abs(math.remainder(pose.yaw - self._start.yaw, math.tau))
+        if max(math.dist(pose[:2], self._start[:2]), turned) > STILL:
+            self._end(Outcome.MOVED, "the base moved while the arm was at work")
+            return
+        self._elapsed += dt
+        if self._elapsed >= self._duration - dt / 2:
+            self._finish(self._order)
+
+    def _finish(self, order: Order) -> None:
+        where = f"at '{self._station.name}'" if self._station else "at a free place"
+        picked = order.act is Act.PICK
+        if picked:
+            self.loads[order.task_id] = order.payload
+        else:
+            del self.loads[order.task_id]
+        if self._station:
+            self._stock.change(self._station, -1 if picked else 1)
+        self._end(Outcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")
+
+    def _end(self, outcome: Outcome, message: str) -> None:
+        self._order = None
+        self.result = Result(outcome, message)

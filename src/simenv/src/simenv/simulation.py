@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The simulation: robots in a world, moved in steps of time.
+
+    simulation = Simulation(load_world("lab"), seed=1)
+    simulation.add_robot("robot1", load_model("mir100"), Pose(2.0, 2.0, 0.0))
+    simulation.set_command("robot1", vx=0.5)
+    for _ in range(40):
+        simulation.step()
+    simulation.poses["robot1"], simulation.scan("robot1"), simulation.collisions
+
+It knows nothing of ROS and nothing of the wall clock. The same seed and the same calls give the
+same run to the last bit.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely.geometry
+
+from simenv.bodies import Bodies
+from simenv.contact import Contacts
+from simenv.errors import SpawnError, UnknownRobotError
+from simenv.geometry import Footprint, Nearby, Pose, outline
+from simenv.laser import Scanner
+from simenv.noise import Noise, generators
+from simenv.pick import Arm, Stock
+
+if TYPE_CHECKING:
+    from robot_description.models import RobotModel
+    from simenv.geometry import Array
+    from simenv.world import World
+
+STEP = 0.025
+"""The usual step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps."""
+
+LONGEST_STEP = 0.1
+"""In a longer step a fast robot could jump over a thin wall [s]."""
+
+
+@dataclass(frozen=True)
+class _Robot:
+    """What belongs to one robot besides its base."""
+
+    model: RobotModel
+    footprint: Footprint
+    arm: Arm
+    scanner: Scanner
+
+
+class Simulation:
+    """Robots in a world.
+
+    Attributes:
+        world: The world.
+        stock: What is left to pick at its stations.
+    """
+
+    def __init__(self, world: World, *, seed: int = 0, noise: Noise | None = None) -> None:
+        """Start at time 0 without robots.
+
+        Args:
+            world: What robots sense and bump into.
+            seed: Of all noise, at least 0.
+            noise: How wrong the robots' senses are; None for the usual noise.
+        """
+        self.world = world
+        self.stock = Stock(world.stations)
+        self._seed = seed
+        self._noise = noise or Noise()
+        self._near = Nearby(world.segments)
+        self._contacts = Contacts(self._near)
+        self._bodies = Bodies(self._contacts, self._noise)
+        self._robots: dict[str, _Robot] = {}
+        self._nanoseconds = 0
+
+    @property
+    def nanoseconds(self) -> int:
+        """Time since the start [ns], counted in whole numbers so that it never drifts."""
+        return self._nanoseconds
+
+    @property
+    def time(self) -> float:
+        """Time since the start [s]."""
+        return self._nanoseconds * 1e-9
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The robots' names, in the order in which they were added."""
+        return tuple(self._robots)
+
+    @property
+    def collisions(self) -> int:
+        """How many contacts there were so far, robot-wall and robot-robot."""
+        return self._contacts.count
+
+    @property
+    def poses(self) -> dict[str, Pose]:
+        """Where all robots really are, frame map."""
+        return dict(self._bodies.poses)
+
+    def add_robot(
+        self, name: str, model: RobotModel, pose: Pose | tuple[float, float, float]
+    ) -> None:
+        """Put a robot into the world.
+
+        Args:
+            name: Its name, from now on; letters, digits and _, as ROS wants it.
+            model: What it is.
+            pose: Where its base stands, frame map [m, m, rad].
+
+        Raises:
+            SpawnError: The name is taken or not allowed, or something is in the way.
+        """
+        pose = Pose(*map(float, pose))
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+            raise SpawnError(
+                f"robot name '{name}': allowed are letters, digits and _, with a letter first"
+            )
+        if name in self._robots:
+            raise SpawnError(f"{name}: the name is taken; remove that robot or take another name")
+        footprint = Footprint(model.base.footprint)
+        self._check_free(name, footprint, pose)
+        self._contacts.add(name, footprint)
+        wheels, beams = generators(self._seed, name)
+        self._bodies.add(name, model, pose, wheels)
+        self._robots[name] = _Robot(
+            model=model,
+            footprint=footprint,
+            arm=Arm(model, self.stock),
+            scanner=Scanner(model.laser, self._noise.laser, beams),
+        )
+
+    def _check_free(self, name: str, footprint: Footprint, pose: Pose) -> None:
+        """Refuse a pose where a robot cannot stand."""
+        where = f"{name} cannot stand at {pose}"
+        remedy = "choose a free place"
+        if not all(map(math.isfinite, pose)):
+            raise SpawnError(f"{where}: x, y and yaw must be numbers")
+        area = shapely.geometry.Polygon(footprint.at(pose))
+        width, depth = self.world.size
+        if not area.within(shapely.geometry.box(0.0, 0.0, width, depth)):
+            raise SpawnError(
+                f"{where}: that is outside the world '{self.world.name}', which reaches from "
+                f"(0, 0) to ({width:g}, {depth:g}) m; {remedy}"
+            )
+        solid = self.world.solid_at(area)
+        if solid is not None:
+            raise SpawnError(f"{where}: '{solid}' is there; {remedy}")
+        for other, there in self._bodies.poses.items():
+            if area.intersects(shapely.geometry.Polygon(self._robots[other].footprint.at(there))):
+                raise SpawnError(f"{where}: {other} is there; {remedy}")
+
+    def remove_robot(self, name: str) -> None:
+        """Take a robot out of the world.
+
+        Raises:
+            UnknownRobotError: There is no such robot.
+        """
+        self._robot(name)
+        self._contacts.remove(name)
+        self._bodies.remove(name)
+        del self._robots[name]
+
+    def set_command(self, name: str, vx: float = 0.0, vy: float = 0.0, wz: float = 0.0) -> None:
+        """Tell a robot's base how to move; it stops by itself after `COMMAND_TIMEOUT`.
+
+        Args:
+            name: The robot.
+            vx: Forward [m/s].
+            vy: To the left [m/s]; a differential base cannot and ignores it.
+            wz: Counter-clockwise [rad/s].
+
+        Raises:
+            UnknownRobotError: There is no such robot.
+            CommandError: A speed is no number.
+        """
+        self._robot(name)
+        self._bodies.command(name, (vx, vy, wz), self.time)
+
+    def step(self, dt: float = STEP) -> None:
+        """Let time pass.
+
+        Args:
+            dt: How much [s]; above 0 and at most `LONGEST_STEP`. Runs are only the same if their
+                steps are.
+        """
+        if not 0 < dt <= LONGEST_STEP:
+            raise ValueError(f"a step of {dt} s; allowed: above 0 and at most {LONGEST_STEP} s")
+        loads = np.array([robot.arm.payload for robot in self._robots.values()])
+        self._bodies.step(self.time, loads, dt)
+        self._nanoseconds += round(dt * 1e9)
+        for name, robot in self._robots.items():
+            robot.arm.step(self._bodies.poses[name], dt)
+
+    def velocity(self, name: str) -> tuple[float, float, float]:
+        """Return a robot's speed in its base_footprint (vx, vy, wz) [m/s, m/s, rad/s]."""
+        self._robot(name)
+        return self._bodies.velocity(name)
+
+    def odometry(self, name: str) -> Pose:
+        """Return where a robot's wheels say it is, counted from where it was put down."""
+        self._robot(name)
+        return self._bodies.odometry(name)
+
+    def model(self, name: str) -> RobotModel:
+        """Return what a robot is."""
+        return self._robot(name).model
+
+    def arm(self, name: str) -> Arm:
+        """Return a robot's arm, to give it orders and see how they go."""
+        return self._robot(name).arm
+
+    def scanner(self, name: str) -> Scanner:
+        """Return a robot's laser scanner, for the directions of its beams."""
+        return self._robot(name).scanner
+
+    def scan(self, name: str) -> Array:
+        """Take a scan with a robot's laser; it sees the walls and the other robots.
+
+        Returns:
+            (beams,) distances [m], infinite where nothing is in range (`Scanner.measure`).
+        """
+        robot = self._robot(name)
+        pose = self._bodies.poses[name]
+        origin = robot.scanner.origin(pose)
+        reach = robot.model.laser.range_max
+        seen = [self._near.at(origin.x, origin.y, reach)]
+        for other, there in self._bodies.poses.items():
+            footprint = self._robots[other].footprint
+            if other != name and math.dist(origin[:2], there[:2]) <= reach + footprint.radius:
+                seen.append(outline(footprint.at(there)))
+        return robot.scanner.measure(pose, np.concatenate(seen))
+
+    def _robot(self, name: str) -> _Robot:
+        if name not in self._robots:
+            known = ", ".join(self._robots) or "none"
+            raise UnknownRobotError(f"robot '{name}': not known; in the simulation: {known}")
+        return self._robots[name]
