@@ -112,7 +112,7 @@ class HiveClient:
         """
         answered = lambda: self.view.state_of(task.id) is not None  # noqa: E731  (one expression)
         if not self._repeat(lambda: self.link.post(task), answered):
-            raise self._no_answer(f"task {task.id} was posted for {ANSWER_WITHIN:g} s")
+            raise self._no_answer(f"task {task.id} may not be on the list")
         record = self.view.tasks.get(task.id)
         if record is None:
             return self.view.answers[task.id]
@@ -139,7 +139,7 @@ class HiveClient:
             raise NotDoneError(f"task {task_id} is {record.state.name} already")
         ended = lambda: self.view.tasks[task_id].state.is_terminal  # noqa: E731  (one expression)
         if not self._repeat(lambda: self.link.cancel(task_id), ended):
-            raise self._no_answer(f"the cancelling of {task_id} was asked for")
+            raise self._no_answer(f"task {task_id} may not be cancelled")
         state = self.view.tasks[task_id].state
         if state is not TaskState.CANCELLED:
             raise NotDoneError(f"task {task_id} became {state.name} before it could be cancelled")
@@ -151,7 +151,7 @@ class HiveClient:
             NoHiveError: No list came.
         """
         if not self.pump(lambda: self.view.version is not None, ANSWER_WITHIN):
-            raise self._no_answer("bb_sync was listened to")
+            raise self._no_answer("its list is unknown")
 
     def fetch_robots(self) -> None:
         """Wait until every robot that is in service has said how it is.
@@ -161,7 +161,7 @@ class HiveClient:
         """
         self.pump(lambda: False, STATUS_PERIOD)
         if not self.pump(lambda: bool(self.view.robots or self.view.heartbeat), ANSWER_WITHIN):
-            raise self._no_answer("robot_status was listened to")
+            raise self._no_answer("no robot was heard either")
 
     def follow(self, ids: Iterable[str], timeout: float | None) -> dict[str, TaskState]:
         """Wait until tasks have ended.
@@ -197,5 +197,8 @@ class HiveClient:
 
     def _no_answer(self, what: str) -> NoHiveError:
         heard = self.view.heartbeat
-        who = f"the last active one was {heard.active}" if heard else "none was heard at all"
-        return NoHiveError(f"no blackboard answers: {what}, {who}; is the hive running?")
+        who = f"the last one heard was {heard.active.strip('/')}" if heard else "none was heard"
+        return NoHiveError(
+            f"no blackboard answers within {ANSWER_WITHIN:g} s ({who}); {what}; "
+            "is the hive running?"
+        )

@@ -60,11 +60,10 @@ def who_leads(view: HiveView) -> str:
     """Return in words who carries the blackboard."""
     if view.heartbeat is None:
         return "no blackboard is heard"
-    backup = view.heartbeat.backup or "nobody"
-    return (
-        f"{view.heartbeat.active} carries the blackboard (epoch {view.heartbeat.epoch}), "
-        f"{backup} is its backup"
-    )
+    active = view.heartbeat.active.strip("/")
+    backup = view.heartbeat.backup.strip("/") or "nobody"
+    epoch = view.heartbeat.epoch
+    return f"{active} carries the blackboard (epoch {epoch}), {backup} is its backup"
 
 
 def robots_of(view: HiveView) -> list[RobotStatus]:

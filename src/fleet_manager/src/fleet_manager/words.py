@@ -113,10 +113,14 @@ def _heartbeat_changes(before: Heartbeat | None, now: Heartbeat) -> list[str]:
         return []
     said = []
     if before is None or (before.active, before.epoch) != (now.active, now.epoch):
-        said.append(f"{now.active} carries the blackboard, epoch {now.epoch}")
+        said.append(f"{now.active.strip('/')} carries the blackboard, epoch {now.epoch}")
     if now.backup and (before is None or before.backup != now.backup):
-        said.append(f"{now.backup} is its backup")
+        said.append(f"{now.backup.strip('/')} is its backup")
     if before is not None:
-        said += [f"{name} joined the hive" for name in now.members if name not in before.members]
-        said += [f"{name} left the hive" for name in before.members if name not in now.members]
+        joined, left = (
+            set(now.members) - set(before.members),
+            set(before.members) - set(now.members),
+        )
+        said += [f"{name.strip('/')} joined the hive" for name in sorted(joined)]
+        said += [f"{name.strip('/')} left the hive" for name in sorted(left)]
     return said

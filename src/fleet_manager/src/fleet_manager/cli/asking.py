@@ -94,7 +94,7 @@ def add(
     wait: bool,
     timeout: float | None,
 ) -> None:
-    r"""Post a task and print its id.
+    """Post a task and print its id.
 
     TYPE is what a robot does: GA goes to A, GAB goes to A and then to B (and C ...), GPA goes to A
     and picks there, GPAB picks at A, brings it to B and puts it down there.
@@ -107,7 +107,7 @@ def add(
 
     Ends with 0 when the task is on the list (with --wait: when it is DONE), with 1 when it was
     rejected, cancelled or has failed.
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     task_type = TaskType[kind.upper()]
     if len(goals) < task_type.goals_needed:
         raise click.UsageError(
@@ -151,7 +151,7 @@ def cancel(outside: Outside, task_id: str) -> None:
 )
 @pass_outside
 def run(outside: Outside, scenario: str, wait: bool, timeout: float | None) -> None:
-    r"""Post the tasks of a SCENARIO at the times it states.
+    """Post the tasks of a SCENARIO at the times it states.
 
     SCENARIO is the name of a file that comes with fleet_manager, or the path of another. The times
     run on the hive's clock. A scenario can be run again: its tasks then get new ids.
@@ -162,12 +162,13 @@ def run(outside: Outside, scenario: str, wait: bool, timeout: float | None) -> N
       hive run ./my_tasks.yaml
 
     Ends with 0 when every task is on the list (with --wait: when every one is DONE).
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
+    read = read_scenario(scenario)
     tell = TellAbout()
     with outside.connect(()) as link:
         client = HiveClient(link, tell)
         client.fetch_tasks()
-        plan = with_free_ids(read_scenario(scenario), client.view.tasks)
+        plan = with_free_ids(read, client.view.tasks)
         feeder = Feeder(client, plan.tasks)
         while not feeder.done:
             for task_id, answer in feeder.post_due().items():

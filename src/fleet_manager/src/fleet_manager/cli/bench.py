@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 )
 @pass_outside
 def bench(outside: Outside, name: str | None, file: Path | None) -> None:
-    r"""Measure; without a NAME, list what can be measured.
+    """Measure; without a NAME, list what can be measured.
 
     \b
     Examples:
@@ -37,7 +37,7 @@ def bench(outside: Outside, name: str | None, file: Path | None) -> None:
       hive bench system --json system.json
 
     Ends with 0 when the measurement ran, whatever it found.
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:
             raise click.UsageError("--json needs the NAME of a benchmark")

@@ -67,7 +67,7 @@ def demo(
     windows: bool | None,
     results: Path,
 ) -> None:
-    r"""Start a simulated hive, let it do a scenario, and end by itself.
+    """Start a simulated hive, let it do a scenario, and end by itself.
 
     Runs on a ROS master of its own, unless ROS_MASTER_URI names one; several demos can run at the
     same time. Leaves a picture and a JSON report, and no process behind.
@@ -79,7 +79,7 @@ def demo(
       hive demo --fleet ./my_fleet.yaml --headless
 
     Ends with 0 only if every task is DONE and nothing collided; otherwise it says what is not.
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     what = read_scenario(scenario)
     plan = DemoPlan(
         scenario=what,

@@ -28,13 +28,13 @@ _OTHER_SCREEN, _FIRST_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
 @click.option("--all", "everything", is_flag=True, help="Show tasks that have ended as well.")
 @pass_outside
 def tasks(outside: Outside, as_json: bool, everything: bool) -> None:
-    r"""Show the tasks on the list.
+    """Show the tasks on the list.
 
     \b
     Examples:
       hive tasks
       hive tasks --all --json | jq '.[] | select(.state == "FAILED")'
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     with outside.connect(()) as link:
         client = HiveClient(link)
         client.fetch_tasks()
@@ -52,13 +52,13 @@ def tasks(outside: Outside, as_json: bool, everything: bool) -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list instead of a table.")
 @pass_outside
 def robots(outside: Outside, as_json: bool) -> None:
-    r"""Show the robots: state, battery, load, place, task, queue.
+    """Show the robots: state, battery, load, place, task, queue.
 
     \b
     Examples:
       hive robots
       hive robots --json | jq '.[] | select(.charge < 0.2) | .name'
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     with outside.connect(()) as link:
         client = HiveClient(link)
         client.fetch_robots()

@@ -75,7 +75,7 @@ def run(outside: Outside, arguments: Sequence[str] | None = None) -> int:
     try:
         result = hive.main(arguments, prog_name="hive", obj=outside, standalone_mode=False)
     except click.ClickException as error:
-        error.show()
+        click.echo(f"hive: {_one_line(error)}", err=True)
         return _BAD_INPUT
     except (click.Abort, KeyboardInterrupt):
         return _CTRL_C
@@ -86,3 +86,10 @@ def run(outside: Outside, arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return 0
     return result if isinstance(result, int) else 0
+
+
+def _one_line(error: click.ClickException) -> str:
+    """Return what is wrong with the command line, and where its help is."""
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    command = context.command_path if context else "hive"
+    return f"{error.format_message().rstrip('.')}; see `{command} --help`"

@@ -32,7 +32,12 @@ def connect(record: Sequence[str]) -> AbstractContextManager[Link]:
 
 
 def main() -> None:
-    """Run the command line of this process and end with its exit code."""
+    """Run the command line of this process and end with its exit code.
+
+    Ctrl-C is heard even where a script has started this in the background, with SIGINT ignored:
+    the processes of a demo would inherit that, and could only be killed.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
     sys.exit(run(Outside(connect)))
