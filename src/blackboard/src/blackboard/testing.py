@@ -30,10 +30,10 @@ from blackboard.task import StepKind, TaskState
 from blackboard.ways import StraightWays
 
 if TYPE_CHECKING:
-    from blackboard.pose import Pose
     from collections.abc import Callable
 
     from blackboard.backup import TaskList
+    from blackboard.pose import Pose
     from blackboard.record import TaskRecord, TaskUpdate
     from blackboard.task import Task, TaskStep
     from blackboard.ways import Ways
