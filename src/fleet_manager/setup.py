@@ -4,7 +4,12 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["fleet_manager", "fleet_manager.ros", "fleet_manager.gui"],
+        packages=[
+            "fleet_manager",
+            "fleet_manager.desk",
+            "fleet_manager.ros",
+            "fleet_manager.gui",
+        ],
         package_dir={"": "src"},
     )
 )
