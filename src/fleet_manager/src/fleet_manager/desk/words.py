@@ -53,7 +53,7 @@ WORDS = {
     "entry.payload": _("Pay&load"),
     "entry.payload_tip": _("Mass of what is carried."),
     "entry.kg": _("kg"),
-    "entry.priority_range": _("0 to 10, 10 is the highest"),
+    "entry.priority_range": _("0 to 10"),
     "entry.send": _("&Send task"),
     "entry.send_tip": _("Send the task to the hive (Enter)."),
     "entry.clear": _("&Clear"),
