@@ -9,6 +9,7 @@ setup(
             "fleet_manager.bench",
             "fleet_manager.cli",
             "fleet_manager.demo",
+            "fleet_manager.desk",
             "fleet_manager.gui",
             "fleet_manager.ros",
         ],
