@@ -61,6 +61,7 @@ class DemoPlan:
         return {
             "fleet": str(self.fleet.path.resolve()),
             "world": self.scenario.world,
+            "map": self.scenario.map,
             "rtf": f"{self.rtf:g}",
             "rviz": windows,
             "gui": windows,
