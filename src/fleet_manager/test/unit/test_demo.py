@@ -283,11 +283,11 @@ def test_progress_in_a_file_is_plain_lines():
     log, view = io.StringIO(), HiveView()
     progress = Progress(log, ROBOTS, ["T1"])
 
-    progress.tell(view, TaskUpdate("T1", TaskState.STARTED, "robot1", 0, 2))
+    progress.tell(view, TaskUpdate("T1", TaskState.STARTED, "robot1", 0, 2), 12.34)
     progress.show(view, 1.0, 1.0)
     progress.show(view, 2.0, 2.0)
 
     assert log.getvalue().splitlines() == [
-        "task T1 is under way by robot1, 0 of 2 steps done",
+        "  12.3 s  task T1 is under way by robot1, 0 of 2 steps done",
         "  [..............................] 0/1 tasks done, 0 under way, 1 s (x1.00)",
     ]
