@@ -6,9 +6,12 @@ setup(
     **generate_distutils_setup(
         packages=[
             "fleet_manager",
+            "fleet_manager.bench",
+            "fleet_manager.cli",
+            "fleet_manager.demo",
             "fleet_manager.desk",
-            "fleet_manager.ros",
             "fleet_manager.gui",
+            "fleet_manager.ros",
         ],
         package_dir={"": "src"},
     )

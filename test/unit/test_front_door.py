@@ -46,7 +46,9 @@ def test_help_names_every_word_that_hive_handles_itself(word):
     assert shown.returncode == 0
     assert {"setup", "test", "shell", "help"} <= words
     assert {
-        w for w in words | {"demo", "bench"} if not re.search(rf"^  {w} ", shown.stdout, re.M)
+        w
+        for w in words | {"demo", "bench"}
+        if not re.search(rf"^  {w} ", shown.stdout, re.MULTILINE)
     } == set()
     for level in ("unit", "hive", "rostest", "gui"):
         assert level in shown.stdout
