@@ -43,7 +43,6 @@ WORDS = {
     "type.GPA": _("GPA: go to A and pick there"),
     "type.GPAB": _("GPAB: pick at A, bring it to B"),
     # task entry
-    "entry.title": _("New task"),
     "entry.id": _("&Id"),
     "entry.id_tip": _("A name for the task; the next free number is proposed."),
     "entry.type": _("&Type"),
