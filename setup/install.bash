@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# shellcheck shell=bash
+# What `./hive setup` does: Debian packages, the virtual environment with its wheels, the catkin build.
+# Each part asks first whether anything is missing, and does nothing otherwise. Sourced by ./hive.
+
+readonly log=${root:?}/.hive/setup.log
+
+# --- what is missing ---------------------------------------------------------------------------------
+
+missing_packages() {
+  comm -23 \
+    <(sed 's/#.*//' "$root/setup/apt-packages.txt" | xargs -n1 | sort -u) \
+    <(dpkg-query -W -f='${db:Status-Status} ${Package}\n' 2>/dev/null | sed -n 's/^installed //p' | sort -u)
+}
+
+# The stamps hold what the wheels and the build depend on; a clone that was moved needs both anew.
+wheels_stamp() {
+  { echo "$root"; cat "$root/setup/pip-packages.txt"; } | sha256sum
+}
+
+build_stamp() {
+  {
+    echo "$root"
+    find "$root/src" -type f \( -name CMakeLists.txt -o -name package.xml -o -name setup.py \
+      -o -name '*.msg' -o -name '*.srv' -o -name '*.action' \) -print0 | sort -z | xargs -0 sha256sum
+  } | sha256sum
+}
+
+wheels_are_there() { [[ -x $root/.venv/bin/python && $(cat "$root/.venv/stamp" 2>/dev/null) == "$(wheels_stamp)" ]]; }
+build_is_there() { [[ -f $root/devel/setup.bash && $(cat "$root/devel/stamp" 2>/dev/null) == "$(build_stamp)" ]]; }
+
+# --- showing that something happens ------------------------------------------------------------------
+
+say() { printf 'hive: %s\n' "$*" >&2; }
+die() { say "$@"; exit 1; }
+
+# On a terminal, shows the seconds and the last line of the log until this script or the step ends.
+show_progress() {
+  local started=$SECONDS
+  while sleep 1 && kill -0 $$ 2>/dev/null; do
+    printf '\r\e[K  %3d s  %.68s' $((SECONDS - started)) "$(tail -n 1 "$log" | tr -d '\r\e')" >&2
+  done
+}
+
+# step MESSAGE COMMAND...: runs the command, its output in the log, and returns what it returns.
+step() {
+  local message=$1 started=$SECONDS progress='' result=0
+  shift
+  say "$message ..."
+  if [[ -t 2 ]]; then show_progress & progress=$!; fi
+  printf '\n== %s: %s\n' "$(date '+%F %T')" "$message" >>"$log"
+  "$@" </dev/null >>"$log" 2>&1 9>&- || result=$?
+  if [[ -n $progress ]]; then
+    kill "$progress" 2>/dev/null
+    wait "$progress" 2>/dev/null || true
+    printf '\r\e[K' >&2
+  fi
+  if ((result == 0)); then say "  done in $((SECONDS - started)) s"; fi
+  return "$result"
+}
+
+# --- Debian packages ---------------------------------------------------------------------------------
+
+# Prints the command that gives a program the rights to install, or fails when there is none.
+find_administrator() {
+  if ((EUID == 0)); then return; fi
+  command -v sudo >/dev/null && sudo -v >&2 && echo sudo
+}
+
+apt_get() {
+  # sudo drops proxy settings, so they are named again.
+  ${administrator:+"$administrator"} env DEBIAN_FRONTEND=noninteractive \
+    ${http_proxy:+"http_proxy=$http_proxy"} ${https_proxy:+"https_proxy=$https_proxy"} ${no_proxy:+"no_proxy=$no_proxy"} \
+    apt-get -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@"
+}
+
+# What apt knows may be too old, or nothing at all on a fresh machine: ask for news only when it fails.
+apt_install() {
+  apt_get install --no-install-recommends "$@" || { apt_get update && apt_get install --no-install-recommends "$@"; }
+}
+
+install_packages() {
+  local missing administrator
+  mapfile -t missing < <(missing_packages)
+  if ((${#missing[@]} == 0)); then return; fi
+  if ! grep -qs '^ID=debian$' /etc/os-release || ! grep -qs '^VERSION_ID="12"$' /etc/os-release; then
+    die "ROS 1 comes from Debian 12's packages, and this is $(sed -n 's/^PRETTY_NAME=//p' /etc/os-release 2>&1)." \
+      "Missing here: ${missing[*]}"
+  fi
+  administrator=$(find_administrator) ||
+    die "Debian packages are missing and installing them needs root or sudo. Ask an administrator for:" \
+      "apt-get install --no-install-recommends ${missing[*]}"
+  step "installing ${#missing[@]} Debian packages and what they need" apt_install "${missing[@]}" ||
+    die "apt-get failed: $(grep '^E: ' "$log" | tail -n 3 | tr '\n' ' ')(whole log: $log). Missing: $(missing_packages | xargs)"
+}
+
+# --- wheels ------------------------------------------------------------------------------------------
+
+make_venv() {
+  # Its scripts hold its path: one that was made elsewhere is of no use here.
+  if ! grep -qs " $root/.venv\$" "$root/.venv/pyvenv.cfg"; then rm -rf "$root/.venv"; fi
+  /usr/bin/python3 -m venv --system-site-packages "$root/.venv" &&
+    "$root/.venv/bin/python" -m pip install --no-user --disable-pip-version-check --progress-bar off \
+      -r "$root/setup/pip-packages.txt" &&
+    wheels_stamp >"$root/.venv/stamp"
+}
+
+install_wheels() {
+  if wheels_are_there; then return; fi
+  step "installing wheels into .venv" make_venv ||
+    die "pip failed: $(grep -E '^(Could not fetch|ERROR:)' "$log" | tail -n 2 | cut -c -300 | xargs -d '\n') (whole log: $log)"
+}
+
+# --- build -------------------------------------------------------------------------------------------
+
+make_build() {
+  # CMake refuses a build folder that was made for another place.
+  if ! grep -qs "^CMAKE_HOME_DIRECTORY:INTERNAL=$root/src\$" "$root/build/CMakeCache.txt"; then
+    rm -rf "$root/build" "$root/devel"
+  fi
+  env -u CC -u CXX -u CFLAGS -u CXXFLAGS -u LDFLAGS -u MAKEFLAGS \
+    catkin_make -C "$root" -DPYTHON_EXECUTABLE="$root/.venv/bin/python3" && build_stamp >"$root/devel/stamp"
+}
+
+build_workspace() {
+  if build_is_there; then return; fi
+  step "building the workspace" make_build ||
+    die "catkin_make failed: $(grep -m 1 -A 3 -E '^CMake Error|[Ee]rror:' "$log" | xargs) (whole log: $log)"
+}
+
+# ------------------------------------------------------------------------------------------------------
+
+# Makes this clone ready to run, quickly when it is. A second ./hive waits until the first has done it.
+set_up() {
+  mkdir -p "$root/.hive"
+  (
+    flock -n 9 || { say "waiting for another ./hive that sets up"; flock 9; }
+    [[ -n $(missing_packages) ]] || ! wheels_are_there || ! build_is_there || exit 0
+    : >"$log"
+    install_packages
+    install_wheels
+    build_workspace
+  ) 9>"$root/.hive/lock"
+}

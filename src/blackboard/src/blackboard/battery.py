@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A battery whose voltage drops as it empties (the report's Battery)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from blackboard.errors import CharacteristicsError
+
+SECONDS_PER_HOUR = 3600.0
+
+# Share of the voltage range that is left at a charge: steep near full, flat in the middle, a knee
+# near empty. The shape is that of a lithium-ion cell's discharge curve at 0.2 C as cell makers
+# publish it; the end points are the robot's own.
+_CHARGE_POINTS = (0.0, 0.05, 0.10, 0.20, 0.50, 0.80, 0.95, 1.0)
+_VOLTAGE_SHARES = (0.0, 0.30, 0.42, 0.52, 0.65, 0.80, 0.93, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class BatteryModel:
+    """What kind of battery it is.
+
+    Attributes:
+        capacity: [Ah], above 0.
+        voltage_full: [V] when charged.
+        voltage_empty: [V] when empty, above 0 and at most `voltage_full`.
+        charging_time: From empty to full [s], above 0.
+
+    Raises:
+        CharacteristicsError: A value is outside its range.
+    """
+
+    capacity: float
+    voltage_full: float
+    voltage_empty: float
+    charging_time: float
+
+    def __post_init__(self) -> None:
+        for name in ("capacity", "voltage_empty", "charging_time"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise CharacteristicsError(
+                    f"battery: {name} is {getattr(self, name)!r}; allowed: above 0"
+                )
+        if not self.voltage_empty <= self.voltage_full < math.inf:
+            raise CharacteristicsError(
+                f"battery: voltage_full is {self.voltage_full!r}; "
+                f"allowed: at least voltage_empty, which is {self.voltage_empty!r} V"
+            )
+
+
+class Battery:
+    """How full a battery is, and what drawing from it does.
+
+    Args:
+        model: What kind of battery it is.
+        charge: How full, from 0 to 1.
+
+    Raises:
+        CharacteristicsError: The charge is outside its range.
+    """
+
+    def __init__(self, model: BatteryModel, charge: float = 1.0) -> None:
+        if not 0.0 <= charge <= 1.0:
+            raise CharacteristicsError(f"battery: charge is {charge!r}; allowed: from 0 to 1")
+        self._model = model
+        self._charge = charge
+
+    @property
+    def level(self) -> float:
+        """How full it is, from 0 to 1 (as in sensor_msgs/BatteryState)."""
+        return self._charge
+
+    @property
+    def charge_left(self) -> float:
+        """What is left in it [Ah]."""
+        return self._charge * self._model.capacity
+
+    @property
+    def capacity(self) -> float:
+        """What it holds when full [Ah]."""
+        return self._model.capacity
+
+    def get_volts(self, level: float | None = None) -> float:
+        """Return the voltage [V] at a level from 0 to 1, now where none is given."""
+        share = np.interp(
+            self._charge if level is None else level, _CHARGE_POINTS, _VOLTAGE_SHARES
+        )
+        model = self._model
+        return float(model.voltage_empty + share * (model.voltage_full - model.voltage_empty))
+
+    def get_amps(self, power: float) -> float:
+        """Return the current [A] at which a power [W] is drawn now."""
+        return power / self.get_volts()
+
+    def charge_for(self, energy: float) -> float:
+        """Return the charge [Ah] that an energy [J] takes at the present voltage."""
+        return energy / (SECONDS_PER_HOUR * self.get_volts())
+
+    def update_level(self, energy: float) -> None:
+        """Draw an energy [J], at least 0; an empty battery stays empty."""
+        self._charge = max(0.0, self._charge - self.charge_for(energy) / self._model.capacity)
+
+    def charge(self, duration: float) -> None:
+        """Charge for a time [s] at the constant rate that fills it in the charging time."""
+        self._charge = min(1.0, self._charge + duration / self._model.charging_time)

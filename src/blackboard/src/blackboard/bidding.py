@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What one robot answers when it is asked what a task would cost it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from blackboard.cost import MAX_COST, Bid, CostTerms
+
+if TYPE_CHECKING:
+    from blackboard.battery import Battery
+    from blackboard.cost import CostModel
+    from blackboard.itinerary import Itinerary
+    from blackboard.pose import Pose
+    from blackboard.robot import RobotCharacteristics
+    from blackboard.task import Task
+
+CHARGE_TOLERANCE = 0.10
+"""The share of its charge that a robot keeps (the report's 10 %)."""
+
+
+class Bidder:
+    """Computes a robot's bids.
+
+    Args:
+        robot_id: Who bids.
+        characteristics: What the robot is.
+        battery: Its battery.
+        itinerary: What it has to do already.
+        model: Turns the terms of a task into its cost.
+    """
+
+    def __init__(
+        self,
+        robot_id: str,
+        characteristics: RobotCharacteristics,
+        battery: Battery,
+        itinerary: Itinerary,
+        model: CostModel,
+    ) -> None:
+        self._robot_id = robot_id
+        self._characteristics = characteristics
+        self._battery = battery
+        self._itinerary = itinerary
+        self._model = model
+
+    def bid(self, task: Task, step: int, here: Pose, *, at_work: bool) -> Bid:
+        """Return the cost of a task at its best place in the robot's list.
+
+        Args:
+            task: A task that `analyze_task` has passed.
+            step: Its first step that is still to be done.
+            here: Where the robot stands.
+            at_work: Whether the first task on its list is being done.
+        """
+        if reason := self._characteristics.excludes(task):
+            return self.refuse(task, reason)
+        place = self._itinerary.best_place(task, step, here, keep_first=at_work)
+        if not math.isfinite(place.before.way + place.effort.way):
+            radius = self._characteristics.radius
+            reason = f"finds no way there from {place.before.end} for its radius of {radius:.2f} m"
+            return self.refuse(task, reason)
+        charge_left = self._battery.charge_left - self._battery.charge_for(place.before.energy)
+        charge = self._battery.charge_for(place.effort.energy)
+        share = (charge_left - charge) / self._battery.capacity
+        if share < CHARGE_TOLERANCE:
+            reason = f"its charge would fall to {share:.0%}, it keeps {CHARGE_TOLERANCE:.0%}"
+            return self.refuse(task, reason)
+        eta = place.before.duration + place.effort.duration
+        terms = CostTerms(charge, charge_left, place.index + 1, place.added_way, eta)
+        cost = self._model.cost(terms)
+        if cost >= MAX_COST:
+            return self.refuse(task, f"its cost of {cost:.0f} is not under {MAX_COST:.0f}")
+        return Bid(self._robot_id, task.id, cost, charge, eta)
+
+    def refuse(self, task: Task, reason: str) -> Bid:
+        """Return the bid of a robot that cannot or should not do a task."""
+        return Bid(self._robot_id, task.id, MAX_COST, reason=reason)

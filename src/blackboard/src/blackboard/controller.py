@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Executes the steps of one task, one after the other, without blocking (the report's Controller).
+
+What a step needs from the robot stands behind the `Command` port: on ROS these are actionlib
+clients (`ros.commands`). A command that fails is tried again a few times before the task is given
+up, because most failures of a drive pass by themselves: somebody stood in the way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Protocol
+
+from blackboard.task import StepKind, split_task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from blackboard.settings import ControllerSettings
+    from blackboard.talker import Talker, Timer
+    from blackboard.task import Task, TaskStep
+
+
+class CommandState(Enum):
+    """How a command ended, in actionlib's words."""
+
+    SUCCEEDED = "succeeded"
+    """Done as asked."""
+    PREEMPTED = "preempted"
+    """Stopped because somebody else asked for it."""
+    ABORTED = "aborted"
+    """The robot tried and gave up."""
+    REJECTED = "rejected"
+    """The robot did not try."""
+    LOST = "lost"
+    """The action server does not answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommandResult:
+    """How a command ended, and why in words."""
+
+    state: CommandState
+    text: str = ""
+
+
+class Command(Protocol):
+    """Makes the robot do one kind of step."""
+
+    def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
+        """Begin a step; `done` is called once, from the talker's thread, unless cancelled."""
+
+    def cancel(self) -> None:
+        """Stop; harmless when nothing is going on. `done` is not called any more."""
+
+
+class Controller:
+    """Runs one task at a time.
+
+    Args:
+        commands: What makes the robot do each kind of step.
+        talker: For the pause between two tries.
+        settings: How patient it is.
+    """
+
+    def __init__(
+        self,
+        commands: Mapping[StepKind, Command],
+        talker: Talker,
+        settings: ControllerSettings,
+    ) -> None:
+        self._commands = commands
+        self._talker = talker
+        self._settings = settings
+        self._run: _Run | None = None
+
+    def run(
+        self,
+        task: Task,
+        first_step: int,
+        on_step: Callable[[int], None],
+        on_end: Callable[[CommandResult], None],
+    ) -> None:
+        """Execute a task; what was going on is stopped first.
+
+        Args:
+            task: A task that `analyze_task` has passed.
+            first_step: The first step that is still to be done.
+            on_step: Called with the number of steps done, whenever one is.
+            on_end: Called once with the last result, unless the run is stopped.
+        """
+        self.stop()
+        self._run = _Run(split_task(task), first_step, on_step, on_end)
+        self._start_step(self._run)
+
+    def stop(self) -> None:
+        """Stop the robot; nothing is reported of this run any more."""
+        run, self._run = self._run, None
+        if run is None:
+            return
+        if run.retry is not None:
+            run.retry.cancel()
+        if run.command is not None:
+            run.command.cancel()
+
+    def _start_step(self, run: _Run) -> None:
+        if run.step == len(run.steps):
+            self._end(run, CommandResult(CommandState.SUCCEEDED))
+            return
+        step = run.steps[run.step]
+        command = self._commands.get(step.kind)
+        if command is None:
+            text = f"this robot has no command for {step.kind.name}"
+            self._end(run, CommandResult(CommandState.REJECTED, text))
+            return
+        run.tries += 1
+        run.command = command
+        command.start(step, lambda result: self._step_ended(run, result))
+
+    def _step_ended(self, run: _Run, result: CommandResult) -> None:
+        if run is not self._run:
+            return
+        if result.state is CommandState.SUCCEEDED:
+            run.step += 1
+            run.tries = 0
+            run.on_step(run.step)
+            if run is self._run:
+                self._start_step(run)
+        elif run.tries < self._settings.attempts:
+            run.retry = self._talker.after(
+                self._settings.retry_delay, lambda: self._start_step(run)
+            )
+        else:
+            self._end(run, result)
+
+    def _end(self, run: _Run, result: CommandResult) -> None:
+        self._run = None
+        run.on_end(result)
+
+
+@dataclass
+class _Run:
+    """One task on its way."""
+
+    steps: tuple[TaskStep, ...]
+    step: int
+    on_step: Callable[[int], None]
+    on_end: Callable[[CommandResult], None]
+    tries: int = 0
+    command: Command | None = None
+    retry: Timer | None = None

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a task costs a robot: the physics, the bids, and the cost models by name.
+
+Follows the report's cost calculation with the units put right: friction force times way is an
+energy [J], an energy over 3600 s/h and the voltage is a charge [Ah].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+MAX_COST = 1000.0
+"""The robot cannot or should not do the task."""
+
+STANDARD_GRAVITY = 9.80665
+"""[m/s²], ISO 80000-3."""
+
+
+def friction_force(friction_coefficient: float, mass: float) -> float:
+    """Return the force [N] that moves a mass [kg] at constant speed: `Fr = Cf * m * g`."""
+    return friction_coefficient * mass * STANDARD_GRAVITY
+
+
+@dataclass(frozen=True, slots=True)
+class CostTerms:
+    """What a cost model may weigh.
+
+    Attributes:
+        energy_charge: Charge that the task takes out of the battery [Ah].
+        charge_left: Charge that is left when its turn comes [Ah], above 0.
+        place: Its place in the robot's list; 1 is next.
+        way: How much further the robot drives because of it [m].
+        eta: Time from now until it would be done [s].
+    """
+
+    energy_charge: float
+    charge_left: float
+    place: int
+    way: float
+    eta: float
+
+
+class CostModel(Protocol):
+    """Turns the terms of one task for one robot into one number that the auction compares."""
+
+    def cost(self, terms: CostTerms) -> float:
+        """Return a cost of at least 0; what reaches `MAX_COST` counts as cannot."""
+
+
+class ReportCost:
+    """The report's rule: `1000 * Ce * Tp / Xe`, charge taken over charge left, times the place."""
+
+    def cost(self, terms: CostTerms) -> float:
+        """Return the final cost; see `CostModel`."""
+        return MAX_COST * terms.energy_charge * terms.place / terms.charge_left
+
+
+class EnergyCost:
+    """Least charge for the fleet: `1000 * Ce / Xe`, whatever waits in the robot's list."""
+
+    def cost(self, terms: CostTerms) -> float:
+        """Return the final cost; see `CostModel`."""
+        return MAX_COST * terms.energy_charge / terms.charge_left
+
+
+class TimeCost:
+    """Soonest done: grows with the time until then and never reaches `MAX_COST`.
+
+    `1000 * t / (t + 600 s)`: half of the scale at ten minutes, so that minutes and hours differ
+    alike.
+    """
+
+    HALF_SCALE = 600.0
+
+    def cost(self, terms: CostTerms) -> float:
+        """Return the final cost; see `CostModel`."""
+        return MAX_COST * terms.eta / (terms.eta + self.HALF_SCALE)
+
+
+COST_MODELS: Mapping[str, CostModel] = MappingProxyType(
+    {"report": ReportCost(), "energy": EnergyCost(), "time": TimeCost()}
+)
+"""The cost models by the names that fleet files use."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bid:
+    """What one task would cost one robot (message TaskCost).
+
+    Attributes:
+        robot_id: Who bids.
+        task_id: On what.
+        cost: 0 to `MAX_COST`.
+        energy_cost: Predicted charge for the task [Ah].
+        eta: Predicted time from now until it would be done [s].
+        reason: Why the cost is `MAX_COST`; empty otherwise.
+    """
+
+    robot_id: str
+    task_id: str
+    cost: float
+    energy_cost: float = 0.0
+    eta: float = 0.0
+    reason: str = ""
+
+    @property
+    def is_able(self) -> bool:
+        """Whether the robot would take the task."""
+        return self.cost < MAX_COST
+
+
+@dataclass(frozen=True, slots=True)
+class Bids:
+    """One robot's bids on all tasks of one broadcast (message TaskCostArray).
+
+    Attributes:
+        robot_id: Who bids.
+        epoch: Of the broadcast that is answered.
+        auction: Of the broadcast that is answered.
+        bids: One for each task.
+    """
+
+    robot_id: str
+    epoch: int
+    auction: int
+    bids: tuple[Bid, ...]

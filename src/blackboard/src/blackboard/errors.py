@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What can go wrong in this package, in words for the person who can mend it."""
+
+
+class BlackboardError(Exception):
+    """The base of every error that this package raises."""
+
+
+class TaskRefusedError(BlackboardError):
+    """A posted task cannot enter the list; the text tells the operator why and what is allowed."""
+
+
+class InvalidTransitionError(BlackboardError):
+    """An event reached a task in a state that has no answer to it: a fault of the program."""
+
+
+class CharacteristicsError(BlackboardError):
+    """A robot is described by a value that no robot can have; the text names it."""
+
+
+class SettingsError(BlackboardError):
+    """A parameter has a value that is not allowed; the text names it and what is."""
+
+
+class BidRefusedError(BlackboardError):
+    """A bid does not answer the auction that is open, or is no number from 0 to MAX_COST."""

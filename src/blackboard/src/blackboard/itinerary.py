@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The ordered list of a robot's tasks, and what adding one more to it would take.
+
+The list is ordered by priority; among equals a new task goes where it lengthens the robot's way
+least. What is being done now keeps its place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from blackboard.cost import friction_force
+from blackboard.task import StepKind, load_during, split_task
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from blackboard.pose import Pose
+    from blackboard.record import Order
+    from blackboard.robot import RobotCharacteristics
+    from blackboard.task import Task
+    from blackboard.ways import Ways
+
+# A robot accelerates, turns on the spot and gives way to others: the mean of its speed over the
+# drives of the demo is about this share of its greatest speed (docs/benchmarks.md).
+MEAN_SPEED_SHARE = 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What it takes a robot to do a task from a place on.
+
+    Attributes:
+        way: How far it drives [m]; infinite where there is no way.
+        energy: What it draws [J].
+        duration: How long it takes [s].
+        end: Where it stands afterwards.
+    """
+
+    way: float
+    energy: float
+    duration: float
+    end: Pose
+
+
+def effort(
+    task: Task, first_step: int, start: Pose, robot: RobotCharacteristics, ways: Ways
+) -> Effort:
+    """Predict what it takes a robot to do the rest of a task.
+
+    Args:
+        task: A task that `analyze_task` has passed.
+        first_step: The first step that is still to be done.
+        start: Where the robot begins.
+        robot: What the robot is.
+        ways: Knows how far it is.
+    """
+    way = energy = duration = 0.0
+    here = start
+    for index, step in enumerate(split_task(task)):
+        if index < first_step:
+            continue
+        if step.kind is StepKind.MOVE:
+            leg = ways.length(here, step.goal)
+            mass = robot.mass + load_during(task, index)
+            way += leg
+            energy += friction_force(robot.friction_coefficient, mass) * leg
+            duration += leg / (MEAN_SPEED_SHARE * robot.max_speed)
+            here = step.goal
+        else:
+            picks = step.kind is StepKind.PICK
+            arm_time = robot.pick_duration if picks else robot.place_duration
+            energy += robot.arm_power * arm_time
+            duration += arm_time
+    return Effort(way, energy + robot.idle_power * duration, duration, here)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A task in a robot's list, as it was ordered, and the next step to do."""
+
+    order: Order
+    step: int = 0
+
+    @property
+    def task(self) -> Task:
+        """The task."""
+        return self.order.task
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """The best place for one more task.
+
+    Attributes:
+        index: In the list, 0 is first.
+        effort: What the task itself takes there.
+        added_way: How much further the robot drives because of it [m].
+        before: What the robot does before its turn comes.
+    """
+
+    index: int
+    effort: Effort
+    added_way: float
+    before: Effort
+
+
+class Itinerary:
+    """A robot's tasks in the order it will do them.
+
+    Args:
+        robot: What the robot is.
+        ways: Knows how far it is.
+    """
+
+    def __init__(self, robot: RobotCharacteristics, ways: Ways) -> None:
+        self._robot = robot
+        self._ways = ways
+        self._entries: list[Entry] = []
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def get(self, task_id: str) -> Entry | None:
+        """Return the entry of a task, or None where it is not on the list."""
+        return next((entry for entry in self._entries if entry.task.id == task_id), None)
+
+    def first(self) -> Entry | None:
+        """Return what is to be done now, or None when the list is empty."""
+        return self._entries[0] if self._entries else None
+
+    def insert(self, order: Order, here: Pose, *, keep_first: bool) -> None:
+        """Add an ordered task at its best place; see `best_place`."""
+        place = self.best_place(order.task, order.step, here, keep_first=keep_first)
+        self._entries.insert(place.index, Entry(order, order.step))
+
+    def remove(self, task_id: str) -> None:
+        """Take a task off; harmless where it is not on the list."""
+        self._entries = [entry for entry in self._entries if entry.task.id != task_id]
+
+    def advance(self, task_id: str, step: int) -> None:
+        """Note the next step of a task to do."""
+        self._entries = [
+            replace(entry, step=step) if entry.task.id == task_id else entry
+            for entry in self._entries
+        ]
+
+    def best_place(self, task: Task, step: int, here: Pose, *, keep_first: bool) -> Placement:
+        """Find where one more task lengthens the way least without passing a higher priority.
+
+        Args:
+            task: A task that `analyze_task` has passed.
+            step: Its first step that is still to be done.
+            here: Where the robot stands.
+            keep_first: Whether the first task on the list is being done and stays there.
+        """
+        ahead = sum(
+            1
+            for index, entry in enumerate(self._entries)
+            if entry.task.priority > task.priority or (keep_first and index == 0)
+        )
+        equals = sum(1 for entry in self._entries[ahead:] if entry.task.priority == task.priority)
+        places = [
+            self._place(index, task, step, here) for index in range(ahead, ahead + equals + 1)
+        ]
+        return min(places, key=lambda place: (place.added_way, place.index))
+
+    def ahead(self, here: Pose) -> list[Effort]:
+        """Return, for each task on the list, what the robot has done from here when it is done."""
+        return self._run(self._entries, here)
+
+    def _place(self, index: int, task: Task, step: int, here: Pose) -> Placement:
+        done = self._run(self._entries[:index], here)
+        before = done[-1] if done else Effort(0.0, 0.0, 0.0, here)
+        own = effort(task, step, before.end, self._robot, self._ways)
+        added = own.way
+        if index < len(self._entries):
+            follower = self._entries[index]
+            rest = follower.task, follower.step
+            added += effort(*rest, own.end, self._robot, self._ways).way
+            added -= effort(*rest, before.end, self._robot, self._ways).way
+        return Placement(index, own, added, before)
+
+    def _run(self, entries: list[Entry], here: Pose) -> list[Effort]:
+        """Return the running totals of doing some entries one after the other."""
+        totals = []
+        way = energy = duration = 0.0
+        for entry in entries:
+            part = effort(entry.task, entry.step, here, self._robot, self._ways)
+            way, energy, duration = way + part.way, energy + part.energy, duration + part.duration
+            here = part.end
+            totals.append(Effort(way, energy, duration, here))
+        return totals

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which robots there are, as far as their last words tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from blackboard.characteristics import RobotState
+
+if TYPE_CHECKING:
+    from blackboard.characteristics import RobotStatus
+
+# A robot that has charged by this much may now take what it refused before.
+_CHARGE_THAT_MATTERS = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    status: RobotStatus
+    heard: float
+    charge: float
+
+
+class Presence:
+    """Keeps the last status of every robot.
+
+    Args:
+        timeout: A robot that is silent for longer counts as offline [s].
+    """
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self._seen: dict[str, _Seen] = {}
+
+    def hear(self, status: RobotStatus, now: float) -> bool:
+        """Note a status; return whether the robot may now bid better than before."""
+        before = self._seen.get(status.robot_id)
+        known_charge = status.charge if before is None else before.charge
+        charged = status.charge - known_charge >= _CHARGE_THAT_MATTERS
+        charge = status.charge if charged else min(status.charge, known_charge)
+        self._seen[status.robot_id] = _Seen(status, now, charge)
+        if before is None:
+            return status.state.in_service
+        returned = status.state.in_service and not before.status.state.in_service
+        relieved = not set(before.status.tasks) <= set(status.tasks)
+        return returned or relieved or charged
+
+    def in_service(self) -> frozenset[str]:
+        """Return the names of the robots that take tasks."""
+        return frozenset(name for name, seen in self._seen.items() if seen.status.state.in_service)
+
+    def fall_silent(self, now: float) -> tuple[RobotStatus, ...]:
+        """Mark robots as offline that have been silent for too long; return those just marked."""
+        fallen = tuple(
+            replace(
+                seen.status,
+                state=RobotState.OFFLINE,
+                reason=f"not heard of for {now - seen.heard:.0f} s",
+            )
+            for seen in self._seen.values()
+            if now - seen.heard > self._timeout and seen.status.state is not RobotState.OFFLINE
+        )
+        for status in fallen:
+            self._seen[status.robot_id] = replace(self._seen[status.robot_id], status=status)
+        return fallen

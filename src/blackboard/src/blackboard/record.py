@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where a task stands on the list, and what is said about it over the topics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from blackboard.task import TRANSITIONS, TaskState, split_task
+
+if TYPE_CHECKING:
+    from blackboard.task import Task, TaskEvent
+
+
+@dataclass(frozen=True, slots=True)
+class TaskRecord:
+    """A task on the list and where it stands.
+
+    Attributes:
+        task: What was posted.
+        state: Where it stands.
+        robot: Who has it, or had it when it ended; empty when nobody.
+        step: Steps done so far.
+        eta: Predicted time from the last report until it is done [s]; 0 where unknown.
+        reason: In words, for a person; may be empty.
+        parent: Id of the task it is a part of; empty when it is whole.
+        assignment: How often it has been assigned: which of several robots a report comes from.
+        tried: The robots that have handed it back, one entry for each time.
+    """
+
+    task: Task
+    state: TaskState = TaskState.WAITING
+    robot: str = ""
+    step: int = 0
+    eta: float = 0.0
+    reason: str = ""
+    parent: str = ""
+    assignment: int = 0
+    tried: tuple[str, ...] = ()
+
+    @property
+    def steps(self) -> int:
+        """The number of steps of the task."""
+        return len(split_task(self.task))
+
+    def has_ended(self, robot_id: str, assignment: int) -> bool:
+        """Return whether a robot that was given the task by an assignment has it no more.
+
+        False where the record is older than the assignment and does not know of it yet.
+        """
+        elsewhere = self.state.is_terminal or self.robot != robot_id
+        return self.assignment > assignment or (self.assignment == assignment and elsewhere)
+
+    def after(self, event: TaskEvent, **changes: object) -> TaskRecord | None:
+        """Return the record after an event, or None where the event changes nothing.
+
+        Args:
+            event: What happened.
+            **changes: Fields that the event brings with it.
+        """
+        state = TRANSITIONS[self.state][event]
+        return None if state is None else replace(self, state=state, **changes)  # type: ignore[arg-type]  # fields by name
+
+
+@dataclass(frozen=True, slots=True)
+class TaskUpdate:
+    """A change in the life of a task, as everyone is told (message TaskState).
+
+    Attributes:
+        task_id: The task.
+        state: What it changed to.
+        robot_id: Who has it; empty when nobody. A robot that hands a task back says WAITING with
+            its own id.
+        step: Steps done so far.
+        steps: The number of steps.
+        eta: Predicted time until it is done [s]; 0 where unknown.
+        epoch: Of the blackboard that decided, or that the robot obeys.
+        reason: In words, for a person; may be empty.
+        assignment: The assignment that is reported on.
+    """
+
+    task_id: str
+    state: TaskState
+    robot_id: str = ""
+    step: int = 0
+    steps: int = 0
+    eta: float = 0.0
+    epoch: int = 0
+    reason: str = ""
+    assignment: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Broadcast:
+    """Please bid on all of these (message TaskMsgArray).
+
+    Attributes:
+        epoch: Of the blackboard that asks.
+        auction: Number of the auction within the epoch; bids repeat it.
+        tasks: Each with the first step that is still to be done.
+    """
+
+    epoch: int
+    auction: int
+    tasks: tuple[tuple[Task, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What the blackboard tells one robot about one task (TaskMsg on task_assign).
+
+    Attributes:
+        task: The task.
+        robot_id: Who is meant.
+        take_back: Whether the robot is to drop it; otherwise it is to take it into its list.
+        step: The first step that is still to be done.
+        epoch: Of the blackboard that decided.
+        assignment: Number of this assignment of the task.
+    """
+
+    task: Task
+    robot_id: str
+    take_back: bool = False
+    step: int = 0
+    epoch: int = 0
+    assignment: int = 0

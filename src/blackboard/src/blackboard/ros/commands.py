@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands of a robot on ROS: actionlib clients of `move_base` and `pick`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from geometry_msgs.msg import Quaternion
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+
+import blackboard.msg as bb_msgs
+from blackboard.controller import CommandResult, CommandState
+from blackboard.task import StepKind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.ros.talker import RosTalker
+    from blackboard.task import TaskStep
+
+_STATES = {
+    GoalStatus.SUCCEEDED: CommandState.SUCCEEDED,
+    GoalStatus.PREEMPTED: CommandState.PREEMPTED,
+    GoalStatus.RECALLED: CommandState.PREEMPTED,
+    GoalStatus.ABORTED: CommandState.ABORTED,
+    GoalStatus.REJECTED: CommandState.REJECTED,
+}
+
+_CHECKS_PER_TIMEOUT = 5
+
+
+class ActionCommand:
+    """Sends steps as goals to one action server, and notices when the server is gone.
+
+    An actionlib client in Python is never told that its server has died, nor that a goal was lost
+    on the way, so this one listens to the server's own status messages.
+
+    Args:
+        name: Of the action, in the robot's namespace.
+        action: The action's type.
+        make_goal: Makes a goal of a step.
+        talker: Whose thread the results come in.
+        server_timeout: A server that is silent for longer counts as lost [s].
+
+    ROS Actions: client of `name`.
+    ROS Subscribers: `name`/status (actionlib_msgs/GoalStatusArray).
+    """
+
+    def __init__(
+        self,
+        name: str,
+        action: type,
+        make_goal: Callable[[TaskStep], Any],
+        talker: RosTalker,
+        server_timeout: float,
+    ) -> None:
+        self._name = name
+        self._make_goal = make_goal
+        self._talker = talker
+        self._timeout = server_timeout
+        self._client = actionlib.SimpleActionClient(name, action)
+        self._heard = -math.inf
+        self._run = 0
+        rospy.Subscriber(f"{name}/status", GoalStatusArray, self._hear, queue_size=1)
+
+    def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
+        """Send a step as a goal, once the server is there; see `Command.start`."""
+        self._run += 1
+        self._wait_for_server(self._run, step, done, self._talker.now() + self._timeout)
+
+    def cancel(self) -> None:
+        """Cancel the goal, if there is one; see `Command.cancel`."""
+        self._run += 1
+        if self._client.gh is not None:
+            self._client.cancel_goal()
+
+    def _wait_for_server(
+        self, run: int, step: TaskStep, done: Callable[[CommandResult], None], deadline: float
+    ) -> None:
+        if run != self._run:
+            return
+        if self._is_alive():
+            self._send(run, step, done)
+        elif self._talker.now() > deadline:
+            self._give_up(run, done)
+        else:
+            self._talker.after(
+                self._timeout / _CHECKS_PER_TIMEOUT,
+                lambda: self._wait_for_server(run, step, done, deadline),
+            )
+
+    def _send(self, run: int, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
+        def finished(status: int, result: Any) -> None:  # noqa: ANN401  (of the action's type)
+            state = _STATES.get(status, CommandState.LOST)
+            words = self._client.get_goal_status_text() or getattr(result, "message", "")
+            self._talker.call(lambda: self._end(run, done, CommandResult(state, words)))
+
+        self._client.send_goal(self._make_goal(step), done_cb=finished)
+        self._watch(run, done, self._talker.now())
+
+    def _watch(self, run: int, done: Callable[[CommandResult], None], sent: float) -> None:
+        """Look again and again whether the server still lives and has taken the goal."""
+        if run != self._run:
+            return
+        waiting = self._client.gh.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK
+        if not self._is_alive() or (waiting and self._talker.now() - sent > self._timeout):
+            self._client.cancel_goal()
+            self._give_up(run, done)
+            return
+        self._talker.after(
+            self._timeout / _CHECKS_PER_TIMEOUT, lambda: self._watch(run, done, sent)
+        )
+
+    def _give_up(self, run: int, done: Callable[[CommandResult], None]) -> None:
+        text = f"the action server {self._name} has not answered for {self._timeout:g} s"
+        self._end(run, done, CommandResult(CommandState.LOST, text))
+
+    def _end(self, run: int, done: Callable[[CommandResult], None], result: CommandResult) -> None:
+        if run == self._run:
+            self._run += 1
+            done(result)
+
+    def _hear(self, _: GoalStatusArray) -> None:
+        self._heard = self._talker.now()
+
+    def _is_alive(self) -> bool:
+        return self._talker.now() - self._heard < self._timeout
+
+
+class MoveBaseCommand(ActionCommand):
+    """Drives: a client of `move_base` (move_base_msgs/MoveBaseAction)."""
+
+    def __init__(self, talker: RosTalker, server_timeout: float) -> None:
+        super().__init__("move_base", MoveBaseAction, _move_goal, talker, server_timeout)
+
+
+class PickCommand(ActionCommand):
+    """Picks and puts down: a client of `pick` (blackboard/PickAction)."""
+
+    def __init__(self, talker: RosTalker, server_timeout: float) -> None:
+        super().__init__("pick", bb_msgs.PickAction, _pick_goal, talker, server_timeout)
+
+
+def _move_goal(step: TaskStep) -> MoveBaseGoal:
+    goal = MoveBaseGoal()
+    goal.target_pose.header.frame_id = "map"
+    goal.target_pose.header.stamp = rospy.Time.now()
+    goal.target_pose.pose.position.x = step.goal.x
+    goal.target_pose.pose.position.y = step.goal.y
+    half = step.goal.yaw / 2
+    goal.target_pose.pose.orientation = Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
+    return goal
+
+
+def _pick_goal(step: TaskStep) -> bb_msgs.PickGoal:
+    act = bb_msgs.PickGoal.PICK if step.kind is StepKind.PICK else bb_msgs.PickGoal.PLACE
+    return bb_msgs.PickGoal(act=act, task_id=step.task_id, payload=step.payload)

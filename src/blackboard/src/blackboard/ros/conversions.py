@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The one border between ROS messages and the core's values.
+
+Every topic of the hive has a `Wire`: its message type, and how to get a core value out of a
+message and into one. Stamps are written here, so the core knows no ROS time.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Pose2D
+from std_msgs.msg import Header, String
+
+import blackboard.msg as bb_msgs
+from blackboard import talker as topics
+from blackboard.backup import Heartbeat, TaskList
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.cost import Bid, Bids
+from blackboard.pose import Pose
+from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.task import Task, TaskState
+from blackboard.ways import Grid
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+OCCUPIED_FROM = 50
+"""Cells of a map at least this occupied [%] count as blocked, and so do unknown ones."""
+
+
+@dataclass(frozen=True)
+class Wire:
+    """How one topic's messages are made and read.
+
+    Attributes:
+        message: The message class.
+        to_msg: Makes a message of a core value.
+        from_msg: Makes a core value of a message; raises ValueError where none can be made.
+        latched: Whether newcomers get the last message.
+    """
+
+    message: type
+    to_msg: Callable[[Any], Any]
+    from_msg: Callable[[Any], Any]
+    latched: bool = field(default=False)
+
+
+def _header(frame: str = "") -> Header:
+    return Header(stamp=rospy.Time.now(), frame_id=frame)
+
+
+def pose_to_msg(pose: Pose) -> Pose2D:
+    """Make a Pose2D [m, m, rad]."""
+    return Pose2D(x=pose.x, y=pose.y, theta=pose.yaw)
+
+
+def pose_from_msg(msg: Pose2D) -> Pose:
+    """Read a Pose2D [m, m, rad]."""
+    return Pose(msg.x, msg.y, msg.theta)
+
+
+def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (a message type)
+    """Return the heading [rad] that a geometry_msgs/Quaternion stands for in the plane."""
+    q = quaternion
+    return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+
+
+def task_to_msg(task: Task) -> bb_msgs.TaskMsg:
+    """Make a TaskMsg, as it was posted."""
+    header = Header(stamp=rospy.Time.from_sec(task.posted), frame_id=task.frame)
+    return bb_msgs.TaskMsg(
+        header=header,
+        id=task.id,
+        type=task.type,
+        priority=task.priority,
+        payload=task.payload,
+        goals=[pose_to_msg(goal) for goal in task.goals],
+    )
+
+
+def task_from_msg(msg: bb_msgs.TaskMsg) -> Task:
+    """Read a TaskMsg, whatever it holds: the blackboard checks it."""
+    return Task(
+        id=msg.id,
+        type=msg.type,
+        goals=tuple(map(pose_from_msg, msg.goals)),
+        priority=msg.priority,
+        payload=msg.payload,
+        frame=msg.header.frame_id,
+        posted=msg.header.stamp.to_sec(),
+    )
+
+
+def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
+    msg = task_to_msg(order.task)
+    msg.robot_id = order.robot_id
+    msg.order = msg.TAKE_BACK if order.take_back else msg.ASSIGN
+    msg.step = order.step
+    msg.epoch = order.epoch
+    msg.assignment = order.assignment
+    return msg
+
+
+def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
+    return Order(
+        task=task_from_msg(msg),
+        robot_id=msg.robot_id,
+        take_back=msg.order == msg.TAKE_BACK,
+        step=msg.step,
+        epoch=msg.epoch,
+        assignment=msg.assignment,
+    )
+
+
+def _broadcast_to_msg(broadcast: Broadcast) -> bb_msgs.TaskMsgArray:
+    tasks = []
+    for task, step in broadcast.tasks:
+        msg = task_to_msg(task)
+        msg.step = step
+        tasks.append(msg)
+    return bb_msgs.TaskMsgArray(_header(), broadcast.epoch, broadcast.auction, tasks)
+
+
+def _broadcast_from_msg(msg: bb_msgs.TaskMsgArray) -> Broadcast:
+    tasks = tuple((task_from_msg(task), task.step) for task in msg.tasks)
+    return Broadcast(msg.epoch, msg.auction, tasks)
+
+
+def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
+    header = _header()
+    costs = [
+        bb_msgs.TaskCost(
+            header,
+            bid.robot_id,
+            bid.task_id,
+            bid.cost,
+            bid.energy_cost,
+            bid.eta,
+            bids.epoch,
+            bid.reason,
+        )
+        for bid in bids.bids
+    ]
+    return bb_msgs.TaskCostArray(header, bids.robot_id, bids.epoch, bids.auction, costs)
+
+
+def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
+    bids = tuple(
+        Bid(msg.robot_id, cost.task_id, cost.cost, cost.energy_cost, cost.eta, cost.reason)
+        for cost in msg.costs
+    )
+    return Bids(msg.robot_id, msg.epoch, msg.auction, bids)
+
+
+def _update_to_msg(update: TaskUpdate) -> bb_msgs.TaskState:
+    return bb_msgs.TaskState(
+        header=_header(),
+        task_id=update.task_id,
+        state=update.state,
+        robot_id=update.robot_id,
+        step=update.step,
+        steps=update.steps,
+        eta=update.eta,
+        epoch=update.epoch,
+        reason=update.reason,
+        assignment=update.assignment,
+    )
+
+
+def _update_from_msg(msg: bb_msgs.TaskState) -> TaskUpdate:
+    return TaskUpdate(
+        task_id=msg.task_id,
+        state=TaskState(msg.state),
+        robot_id=msg.robot_id,
+        step=msg.step,
+        steps=msg.steps,
+        eta=msg.eta,
+        epoch=msg.epoch,
+        reason=msg.reason,
+        assignment=msg.assignment,
+    )
+
+
+def _status_to_msg(status: RobotStatus) -> bb_msgs.RobotStatus:
+    return bb_msgs.RobotStatus(
+        header=_header("map"),
+        robot_id=status.robot_id,
+        state=status.state,
+        pose=pose_to_msg(status.pose),
+        charge=status.charge,
+        payload=status.payload,
+        task_id=status.task_id,
+        queued=len(status.tasks) - bool(status.task_id),
+        reason=status.reason,
+        tasks=list(status.tasks),
+    )
+
+
+def _status_from_msg(msg: bb_msgs.RobotStatus) -> RobotStatus:
+    return RobotStatus(
+        robot_id=msg.robot_id,
+        state=RobotState(msg.state),
+        pose=pose_from_msg(msg.pose),
+        charge=msg.charge,
+        payload=msg.payload,
+        task_id=msg.task_id,
+        reason=msg.reason,
+        tasks=tuple(msg.tasks),
+    )
+
+
+def _record_to_msg(record: TaskRecord) -> bb_msgs.TaskRecord:
+    return bb_msgs.TaskRecord(
+        task=task_to_msg(record.task),
+        state=record.state,
+        robot=record.robot,
+        step=record.step,
+        eta=record.eta,
+        reason=record.reason,
+        parent=record.parent,
+        assignment=record.assignment,
+        tried=list(record.tried),
+    )
+
+
+def _record_from_msg(msg: bb_msgs.TaskRecord) -> TaskRecord:
+    return TaskRecord(
+        task=task_from_msg(msg.task),
+        state=TaskState(msg.state),
+        robot=msg.robot,
+        step=msg.step,
+        eta=msg.eta,
+        reason=msg.reason,
+        parent=msg.parent,
+        assignment=msg.assignment,
+        tried=tuple(msg.tried),
+    )
+
+
+def _list_to_msg(known: TaskList) -> bb_msgs.BbSynch:
+    records = [_record_to_msg(record) for record in known.records]
+    return bb_msgs.BbSynch(_header("map"), known.epoch, known.version, records)
+
+
+def _list_from_msg(msg: bb_msgs.BbSynch) -> TaskList:
+    return TaskList(msg.epoch, msg.version, tuple(map(_record_from_msg, msg.tasks)))
+
+
+def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
+    return bb_msgs.BbBackup(
+        _header(), beat.epoch, beat.active, beat.backup, list(beat.members), beat.progress
+    )
+
+
+def _beat_from_msg(msg: bb_msgs.BbBackup) -> Heartbeat:
+    return Heartbeat(msg.epoch, msg.active, msg.backup, tuple(msg.members), msg.progress)
+
+
+def _text(msg: String) -> str:
+    return str(msg.data)
+
+
+WIRES: Mapping[str, Wire] = MappingProxyType(
+    {
+        topics.NEW_TASK: Wire(bb_msgs.TaskMsg, task_to_msg, task_from_msg),
+        topics.TASK_BROADCAST: Wire(bb_msgs.TaskMsgArray, _broadcast_to_msg, _broadcast_from_msg),
+        topics.TASK_COST: Wire(bb_msgs.TaskCostArray, _bids_to_msg, _bids_from_msg),
+        topics.TASK_ASSIGN: Wire(bb_msgs.TaskMsg, _order_to_msg, _order_from_msg),
+        topics.TASK_STATE: Wire(bb_msgs.TaskState, _update_to_msg, _update_from_msg),
+        topics.TASK_CANCEL: Wire(String, String, _text),
+        topics.ROBOT_STATUS: Wire(bb_msgs.RobotStatus, _status_to_msg, _status_from_msg),
+        topics.BACKUP: Wire(bb_msgs.BbBackup, _beat_to_msg, _beat_from_msg),
+        topics.SYNC: Wire(bb_msgs.BbSynch, _list_to_msg, _list_from_msg, latched=True),
+        topics.SET_STATE: Wire(String, String, _text),
+    }
+)
+"""How the messages of every topic of the hive are made and read."""
+
+
+def grid_from_msg(msg: Any) -> Grid:  # noqa: ANN401  (OccupancyGrid, possibly with a numpy array)
+    """Read a nav_msgs/OccupancyGrid; its origin's heading has to be 0, as map_server writes it."""
+    shape = (msg.info.height, msg.info.width)
+    occupied = np.asarray(msg.data, dtype=np.int8).reshape(shape)
+    corner = msg.info.origin.position
+    blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)
+    return Grid(blocked, msg.info.resolution, corner.x, corner.y)

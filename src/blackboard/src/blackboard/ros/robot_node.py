@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The node that makes one robot a member of the hive."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import TYPE_CHECKING
+
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState
+
+from blackboard import talker as topics
+from blackboard.battery import Battery
+from blackboard.characteristics import characteristics_from
+from blackboard.controller import Controller
+from blackboard.errors import BlackboardError
+from blackboard.pose import Pose
+from blackboard.robot import Robot
+from blackboard.ros import params
+from blackboard.ros.commands import MoveBaseCommand, PickCommand
+from blackboard.ros.conversions import yaw_of
+from blackboard.ros.talker import RosTalker
+from blackboard.ros.ways import make_ways
+from blackboard.settings import ControllerSettings, RobotSettings, WaysSettings
+from blackboard.task import StepKind
+
+if TYPE_CHECKING:
+    from blackboard.characteristics import RobotCharacteristics
+
+_SPEAKS = (topics.TASK_COST, topics.TASK_STATE, topics.ROBOT_STATUS)
+
+_LONGEST_STEP = 1.0
+"""Two odometry messages further apart than this are no drive but a reset [m]."""
+
+_PATIENCE = 5.0
+"""Wall time after which it is said again what is missing [s]."""
+
+
+def main() -> None:
+    """Run one robot's part of the hive until the node is shut down.
+
+    The node lives in the robot's namespace; the hive is the namespace above it.
+
+    ROS Subscribers: `task_bc`, `task_assign`, `bb_sync`, `map` of the hive; `set_state`,
+        `amcl_pose`, `odom` of the robot.
+    ROS Publishers: `task_cost`, `task_state`, `robot_status` of the hive; `battery_state` of the
+        robot.
+    ROS Actions: client of the robot's `move_base` and, where it has an arm, `pick`.
+    ROS Parameters: `characteristics` of the robot; otherwise see config/robot.yaml.
+    """
+    rospy.init_node("robot")
+    try:
+        _run()
+    except BlackboardError as error:
+        rospy.logfatal(str(error))
+        sys.exit(1)
+    except rospy.ROSInterruptException:
+        return
+
+
+def _run() -> None:
+    namespace = rospy.get_namespace()
+    robot_id = namespace.strip("/").rpartition("/")[2]
+    if not robot_id:
+        raise BlackboardError(
+            "this node has to run in its robot's namespace, for example robot1; "
+            "start it with roslaunch blackboard robot.launch name:=robot1"
+        )
+    hive = namespace[: -len(robot_id) - 1]
+    params.refuse_unknown((RobotSettings, ControllerSettings, WaysSettings), ["charge"])
+    settings = params.read(RobotSettings)
+    patience = params.read(ControllerSettings)
+    characteristics = characteristics_from(rospy.get_param("characteristics", {}))
+    battery = Battery(characteristics.battery, rospy.get_param("~charge", 1.0))
+    talker = RosTalker(hive, _SPEAKS)
+    ways = make_ways(talker, hive, characteristics.radius, params.read(WaysSettings))
+    controller = Controller(_commands(talker, characteristics, patience), talker, patience)
+    robot = Robot(
+        talker, robot_id, characteristics, battery, ways, controller, _first_pose(), settings
+    )
+    _Senses(talker, robot, battery, settings.status_period).start()
+    robot.start()
+    talker.spin()
+
+
+def _commands(
+    talker: RosTalker, characteristics: RobotCharacteristics, patience: ControllerSettings
+) -> dict[StepKind, MoveBaseCommand | PickCommand]:
+    commands: dict[StepKind, MoveBaseCommand | PickCommand] = {
+        StepKind.MOVE: MoveBaseCommand(talker, patience.server_timeout)
+    }
+    if any(kind.picks for kind in characteristics.capabilities):
+        pick = PickCommand(talker, patience.server_timeout)
+        commands |= {StepKind.PICK: pick, StepKind.PLACE: pick}
+    return commands
+
+
+def _first_pose() -> Pose:
+    """Wait until the robot knows where it is; say what is missing while it does not."""
+    while True:
+        try:
+            message = rospy.wait_for_message(
+                "amcl_pose", PoseWithCovarianceStamped, timeout=_PATIENCE
+            )
+        except rospy.ROSInterruptException:
+            raise
+        except rospy.ROSException:
+            topic = rospy.resolve_name("amcl_pose")
+            rospy.logwarn(f"no pose on {topic} yet; start the robot's localization")
+        else:
+            return _pose(message)
+
+
+def _pose(msg: PoseWithCovarianceStamped) -> Pose:
+    here = msg.pose.pose
+    return Pose(here.position.x, here.position.y, yaw_of(here.orientation))
+
+
+class _Senses:
+    """Tells a robot where it is and how far it has driven, and everyone how full it is.
+
+    Args:
+        talker: Whose thread the robot lives in.
+        robot: Who is told.
+        battery: Its battery.
+        period: Time between two battery states [s].
+
+    ROS Subscribers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), `odom`
+        (nav_msgs/Odometry).
+    ROS Publishers: `battery_state` (sensor_msgs/BatteryState).
+    """
+
+    def __init__(self, talker: RosTalker, robot: Robot, battery: Battery, period: float) -> None:
+        self._talker = talker
+        self._robot = robot
+        self._battery = battery
+        self._period = period
+        self._odometry: tuple[float, float] | None = None
+        self._publisher = rospy.Publisher("battery_state", BatteryState, queue_size=1)
+
+    def start(self) -> None:
+        """Begin to listen."""
+        rospy.Subscriber(
+            "amcl_pose",
+            PoseWithCovarianceStamped,
+            lambda msg: self._talker.call(lambda: self._robot.set_pose(_pose(msg))),
+            queue_size=1,
+        )
+        rospy.Subscriber("odom", Odometry, lambda msg: self._talker.call(lambda: self._drive(msg)))
+        self._talker.every(self._period, self._say_battery)
+
+    def _drive(self, msg: Odometry) -> None:
+        here = (msg.pose.pose.position.x, msg.pose.pose.position.y)
+        distance = math.dist(here, self._odometry or here)
+        self._odometry = here
+        if distance <= _LONGEST_STEP:
+            self._robot.add_travel(distance)
+
+    def _say_battery(self) -> None:
+        battery = self._battery
+        message = BatteryState(
+            voltage=battery.get_volts(),
+            charge=battery.charge_left,
+            capacity=battery.capacity,
+            design_capacity=battery.capacity,
+            percentage=battery.level,
+            current=math.nan,
+            power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN,
+            present=True,
+        )
+        message.header.stamp = rospy.Time.now()
+        self._publisher.publish(message)

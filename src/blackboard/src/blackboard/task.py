@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What an operator asks for, and how a robot goes about it (the report's Task).
+
+A `Task` is exactly what was posted and may hold anything; `analyze_task` says whether the hive can
+take it in, and only what passes becomes a `TaskRecord` (see `record`). `split_task` turns it into
+the `TaskStep`s that a controller executes one after the other.
+
+`TRANSITIONS` is total: every state answers every event, with the next state or with the word that
+the event changes nothing. So a message that comes late, twice or out of order is answered by the
+table and not by whoever happens to handle it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from blackboard.errors import TaskRefusedError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from blackboard.pose import Pose
+    from blackboard.ways import Ways
+
+MAX_PRIORITY = 10
+MAX_ID_LENGTH = 64
+MAX_GOALS = 100
+
+
+class TaskType(IntEnum):
+    """What a robot does at which goals."""
+
+    GA = 0
+    """Go to A."""
+    GAB = 1
+    """Go to A, then to B (then to C ...)."""
+    GPA = 2
+    """Go to A and pick there."""
+    GPAB = 3
+    """Pick at A, bring it to B and put it down there; goals between are passed on the way."""
+
+    @property
+    def picks(self) -> bool:
+        """Whether it takes an arm."""
+        return self in {TaskType.GPA, TaskType.GPAB}
+
+    @property
+    def goals_needed(self) -> int:
+        """The least number of goals."""
+        return 2 if self in {TaskType.GAB, TaskType.GPAB} else 1
+
+
+class TaskState(IntEnum):
+    """Where a task stands. DONE and what follows are terminal."""
+
+    WAITING = 0
+    """On the list, with no robot."""
+    ASSIGNED = 1
+    """In a robot's list, not begun."""
+    STARTED = 2
+    """Being done."""
+    DONE = 3
+    """Done (terminal)."""
+    REJECTED = 4
+    """Never entered the list (terminal)."""
+    CANCELLED = 5
+    """Taken off by an operator (terminal)."""
+    FAILED = 6
+    """Will not be done; a person has to look (terminal)."""
+
+    @property
+    def is_terminal(self) -> bool:
+        """Whether nothing can change it any more."""
+        return self >= TaskState.DONE
+
+
+class TaskEvent(Enum):
+    """What can happen to a task that is on the list."""
+
+    ASSIGN = "assign"
+    """The blackboard gives it to a robot."""
+    START = "start"
+    """Its robot begins, or goes on to another step."""
+    FINISH = "finish"
+    """Its robot has done the last step."""
+    RELEASE = "release"
+    """Its robot no longer has it: handed back, or taken back."""
+    FAIL = "fail"
+    """It cannot be done any more."""
+    CANCEL = "cancel"
+    """An operator takes it off."""
+
+
+_UNFINISHED = {TaskEvent.FINISH: TaskState.DONE, TaskEvent.FAIL: TaskState.FAILED}
+_UNFINISHED |= {TaskEvent.CANCEL: TaskState.CANCELLED}
+_HELD = {TaskEvent.START: TaskState.STARTED, TaskEvent.RELEASE: TaskState.WAITING} | _UNFINISHED
+_TERMINAL = dict.fromkeys(TaskEvent)
+
+TRANSITIONS: Mapping[TaskState, Mapping[TaskEvent, TaskState | None]] = MappingProxyType(
+    {
+        TaskState.WAITING: {
+            TaskEvent.ASSIGN: TaskState.ASSIGNED,
+            TaskEvent.START: None,
+            TaskEvent.RELEASE: None,
+            **_UNFINISHED,  # a robot that finished before it was told to stop is believed
+        },
+        TaskState.ASSIGNED: {TaskEvent.ASSIGN: None, **_HELD},
+        TaskState.STARTED: {TaskEvent.ASSIGN: None, **_HELD},
+        TaskState.DONE: _TERMINAL,
+        TaskState.REJECTED: _TERMINAL,
+        TaskState.CANCELLED: _TERMINAL,
+        TaskState.FAILED: _TERMINAL,
+    }
+)
+"""The next state for every state and event; None where the event changes nothing."""
+
+
+class StepKind(IntEnum):
+    """What one step asks of a robot."""
+
+    MOVE = 0
+    """Drive to the goal."""
+    PICK = 1
+    """Take the load on board where the robot stands."""
+    PLACE = 2
+    """Put the load down where the robot stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A task as it was posted.
+
+    Attributes:
+        id: Unique name, 1 to 64 printable characters without spaces.
+        type: One of `TaskType`.
+        goals: A, B, C ... in `frame`.
+        priority: 0 to 10, where 10 is the highest.
+        payload: What is to be carried [kg], at least 0.
+        frame: Frame of the goals; empty means the map frame.
+        posted: When it was posted [s]; not part of what was asked for.
+    """
+
+    id: str
+    type: int
+    goals: tuple[Pose, ...]
+    priority: int = 0
+    payload: float = 0.0
+    frame: str = ""
+    posted: float = 0.0
+
+    def asks_the_same_as(self, other: Task) -> bool:
+        """Return whether both ask for the same; when they were posted does not matter."""
+        return self._content() == other._content()
+
+    def _content(self) -> tuple[object, ...]:
+        return (self.id, self.type, self.goals, self.priority, self.payload, self.frame or "map")
+
+
+@dataclass(frozen=True, slots=True)
+class TaskStep:
+    """One thing to do.
+
+    Attributes:
+        kind: What to do.
+        goal: Where [map frame].
+        payload: What the arm handles [kg]; 0 for a drive.
+        task_id: The task it is a part of.
+    """
+
+    kind: StepKind
+    goal: Pose
+    payload: float
+    task_id: str
+
+
+def used_goals(task: Task) -> tuple[Pose, ...]:
+    """Return the goals that the task's type visits: GA and GPA end at A, whatever follows it."""
+    return task.goals[:1] if TaskType(task.type).goals_needed == 1 else task.goals
+
+
+def unused_goals(task: Task) -> str:
+    """Say which goals the task's type does not visit; empty where it visits all."""
+    unused = len(task.goals) - len(used_goals(task))
+    name = TaskType(task.type).name
+    return f"{name} goes to A only; the {unused} goals after it are not used" if unused else ""
+
+
+def step_to_resume(task: Task, step: int) -> int:
+    """Return where another robot goes on when `step` steps are done and nothing is on board.
+
+    A place that has been visited stays visited, but whoever is to pick has to drive there first.
+    """
+    return 0 if TaskType(task.type).picks else step
+
+
+def split_task(task: Task) -> tuple[TaskStep, ...]:
+    """Return the steps of a task that `analyze_task` has passed, in the order of execution."""
+    kind = TaskType(task.type)
+    goals = used_goals(task)
+    steps = []
+    for number, goal in enumerate(goals):
+        steps.append(TaskStep(StepKind.MOVE, goal, 0.0, task.id))
+        if kind.picks and number == 0:
+            steps.append(TaskStep(StepKind.PICK, goal, task.payload, task.id))
+        elif kind is TaskType.GPAB and number == len(goals) - 1:
+            steps.append(TaskStep(StepKind.PLACE, goal, task.payload, task.id))
+    return tuple(steps)
+
+
+def load_during(task: Task, step: int) -> float:
+    """Return what is on board while a step is executed [kg].
+
+    A GA or GAB is loaded by a person before it starts, a GPA or GPAB by the robot's own pick. What
+    a GPA has picked is taken off at A when it is done.
+
+    Args:
+        task: A task that `analyze_task` has passed.
+        step: Index into `split_task(task)`.
+    """
+    if not TaskType(task.type).picks:
+        return task.payload
+    picked = any(earlier.kind is StepKind.PICK for earlier in split_task(task)[:step])
+    return task.payload if picked else 0.0
+
+
+def analyze_task(task: Task, ways: Ways) -> None:
+    """Check that a posted task can enter the list.
+
+    Args:
+        task: As it was posted.
+        ways: Knows where a robot can stand.
+
+    Raises:
+        TaskRefusedError: Something about it is not allowed; the text says what is.
+    """
+    _check_id(task.id)
+    kinds = {kind.value: kind for kind in TaskType}
+    if task.type not in kinds:
+        allowed = ", ".join(f"{kind.name}={kind.value}" for kind in TaskType)
+        raise TaskRefusedError(f"type {task.type} is unknown; allowed: {allowed}")
+    if not 0 <= task.priority <= MAX_PRIORITY:
+        raise TaskRefusedError(
+            f"priority {task.priority} is not from 0 to {MAX_PRIORITY}, which is the highest"
+        )
+    if not (math.isfinite(task.payload) and task.payload >= 0):
+        raise TaskRefusedError(f"payload {task.payload:g} kg is not a number of at least 0 kg")
+    if task.frame not in {"", "map"}:
+        raise TaskRefusedError(f"frame {task.frame[:MAX_ID_LENGTH]!r} is unknown; allowed: map")
+    _check_goals(task, kinds[task.type], ways)
+
+
+def _check_id(task_id: str) -> None:
+    if not 1 <= len(task_id) <= MAX_ID_LENGTH:
+        raise TaskRefusedError(f"id has {len(task_id)} characters; allowed: 1 to {MAX_ID_LENGTH}")
+    if not task_id.isprintable() or " " in task_id:
+        raise TaskRefusedError(f"id {task_id!r} has spaces or control characters; leave them out")
+
+
+def _check_goals(task: Task, kind: TaskType, ways: Ways) -> None:
+    if not kind.goals_needed <= len(task.goals) <= MAX_GOALS:
+        raise TaskRefusedError(
+            f"{kind.name} has {len(task.goals)} goals; allowed: {kind.goals_needed} to {MAX_GOALS}"
+        )
+    for number, goal in enumerate(task.goals):
+        name = goal_name(number)
+        if not goal.is_finite:
+            raise TaskRefusedError(
+                f"goal {name} ({goal.x:g}, {goal.y:g}, {goal.yaw:g}) is not made of finite numbers"
+            )
+        if refusal := ways.refusal(goal):
+            raise TaskRefusedError(f"goal {name} {goal} {refusal}")
+
+
+def goal_name(number: int) -> str:
+    """Return the operator's name of a goal: A, B, ... Z, then 27, 28, ..."""
+    return chr(ord("A") + number) if number < 26 else str(number + 1)  # noqa: PLR2004 (letters)

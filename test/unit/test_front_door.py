@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The front door `./hive`, its lists, and what must hold in every file of the repository."""
+
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def hive(*words, **environment):
+    """Run ./hive with words that need no set-up."""
+    return subprocess.run(
+        [ROOT / "hive", *words],
+        env=os.environ | environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def words_of_the_script():
+    """Return the words that the script does not pass on to the command line."""
+    script = (ROOT / "hive").read_text()
+    cases = re.search(r"^case \${1:-help} in\n(.*)^esac", script, re.DOTALL | re.MULTILINE)[1]
+    return set(re.findall(r"^  ([a-z]+)(?: \|[^)]*)?\)", cases, re.MULTILINE))
+
+
+def tracked_text_files():
+    """Return every text file that git knows, or would know if it were added."""
+    listed = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    files = [ROOT / name for name in listed.stdout.split("\0") if name]
+    return [file for file in files if file.is_file() and b"\0" not in file.read_bytes()]
+
+
+@pytest.mark.parametrize("word", ["help", "--help", "-h", ""])
+def test_help_names_every_word_that_hive_handles_itself(word):
+    shown = hive(*word.split())
+    own = shown.stdout.partition("Any other word")[0]
+    explained = set(re.findall(r"^  ([a-z]+) ", own, re.MULTILINE))
+
+    assert shown.returncode == 0
+    assert explained == {"setup", "demo", "test", "bench", "shell", "help"}
+    assert explained - {"demo", "bench"} == words_of_the_script()
+
+
+def test_help_names_every_word_of_the_command_line():
+    commands = pytest.importorskip("fleet_manager.cli.main").hive.commands
+    shown = hive("help").stdout
+    missing = [word for word in commands if not re.search(rf"\b{word}\b", shown)]
+
+    assert missing == []
+
+
+def test_help_names_every_test_level():
+    script = (ROOT / "hive").read_text()
+    levels = re.search(r"levels=\((\w+ [\w ]+)\)", script)[1].split()
+
+    assert f"the tests: {', '.join(levels)}," in hive("help").stdout
+    assert levels == ["unit", "hive", "rostest", "gui"]
+
+
+def test_setup_with_arguments_is_refused_in_one_line():
+    refused = hive("setup", "everything")
+
+    assert refused.returncode == 1
+    assert refused.stderr == "hive: setup takes no arguments, and was given: everything\n"
+
+
+def test_ci_runs_the_same_test_command_as_people():
+    assert "exec ./hive test" in (ROOT / ".ci/run").read_text()
+
+
+def test_every_wheel_is_pinned():
+    lines = (ROOT / "setup/pip-packages.txt").read_text().splitlines()
+    wheels = [line.partition("#")[0].strip() for line in lines]
+
+    assert [
+        wheel for wheel in wheels if wheel and not re.fullmatch(r"[\w-]+==[\d.]+", wheel)
+    ] == []
+
+
+def test_every_debian_package_stands_on_a_line_of_its_own_and_only_once():
+    lines = (ROOT / "setup/apt-packages.txt").read_text().splitlines()
+    packages = [line for line in lines if line and not line.startswith("#")]
+
+    assert [name for name in packages if not re.fullmatch(r"[a-z0-9][a-z0-9.+-]+", name)] == []
+    assert len(packages) == len(set(packages))
+
+
+def test_no_file_names_a_place_on_one_machine():
+    home = re.compile(r"(?<![\w.$}])/(?:home|root|Users)/\w")
+    found = [
+        f"{file.relative_to(ROOT)}:{number}"
+        for file in tracked_text_files()
+        for number, line in enumerate(file.read_text(errors="replace").splitlines(), 1)
+        if home.search(line) or f"{ROOT.parent}/" in line
+    ]
+
+    assert found == []
+
+
+def test_every_source_file_names_its_licence():
+    heads = {
+        file.relative_to(ROOT): file.read_text().splitlines()[:2]
+        for file in tracked_text_files()
+        if file.suffix in {".py", ".bash", ".bashrc"} or file.stat().st_mode & 0o111
+        if file.name != "__init__.py"
+    }
+    licence = "# SPDX-License-Identifier: BSD-3-Clause"
+    unnamed = [str(name) for name, head in heads.items() if licence not in head]
+
+    assert unnamed == []

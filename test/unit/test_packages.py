@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What must hold in every package: dependencies named, nodes small and installed, and so on."""
+
+import ast
+import os
+import re
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
+LAUNCH_FILES = sorted(ROOT.glob("src/*/launch/*.launch"))
+NODES = sorted(path for path in ROOT.glob("src/*/nodes/*") if path.is_file())
+
+# Import name -> name in package.xml, where they differ.
+DEPENDENCY = {
+    "PIL": "python3-pil",
+    "PyQt5": "python3-pyqt5",
+    "attr": "python3-attrs",
+    "catkin_pkg": "python3-catkin-pkg",
+    "click": "python3-click",
+    "jsonschema": "python3-jsonschema",
+    "matplotlib": "python3-matplotlib",
+    "numpy": "python3-numpy",
+    "psutil": "python3-psutil",
+    "rospkg": "python3-rospkg",
+    "scipy": "python3-scipy",
+    "shapely": "python3-shapely",
+    "yaml": "python3-yaml",
+}
+
+
+def of(paths):
+    """Name a case by package and file."""
+    return {"argvalues": paths, "ids": [str(path.relative_to(ROOT / "src")) for path in paths]}
+
+
+def xml(path):
+    """Return the root of one of our own XML files."""
+    return ET.parse(path).getroot()  # noqa: S314  (our own file)
+
+
+def named_in_package_xml(package):
+    """Return every name that package.xml depends on when the package runs."""
+    tags = {"depend", "exec_depend"}
+    return {tag.text for tag in xml(package / "package.xml") if tag.tag in tags}
+
+
+def imported(package):
+    """Return what the modules and nodes of a package import, as names for package.xml."""
+    roots = set()
+    for path in [*package.glob("src/**/*.py"), *package.glob("nodes/*")]:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                roots |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                roots.add(node.module.partition(".")[0])
+    others = roots - set(sys.stdlib_module_names) - {package.name}
+    return {DEPENDENCY.get(root, root) for root in others}
+
+
+def launched(package):
+    """Return the packages that the launch files of a package start nodes or read files from."""
+    names = set()
+    for path in package.glob("launch/*.launch"):
+        names |= {node.get("pkg") for node in xml(path).iter("node")}
+        names |= set(re.findall(r"\$\(find ([\w-]+)\)", path.read_text()))
+    return {name for name in names if "$" not in name} - {package.name}
+
+
+@pytest.mark.parametrize("package", **of(PACKAGES))
+def test_package_xml_names_what_the_package_imports(package):
+    assert imported(package) - named_in_package_xml(package) == set()
+
+
+@pytest.mark.parametrize("package", **of(PACKAGES))
+def test_package_xml_names_what_its_launch_files_start(package):
+    assert launched(package) - named_in_package_xml(package) == set()
+
+
+@pytest.mark.parametrize("package", **of(PACKAGES))
+def test_a_package_tells_its_history(package):
+    version = xml(package / "package.xml").findtext("version")
+    history = (package / "CHANGELOG.rst").read_text()
+
+    assert package.name in history.splitlines()[1]
+    assert version in history or "Forthcoming" in history
+
+
+@pytest.mark.parametrize("path", **of(LAUNCH_FILES))
+def test_every_launch_argument_is_explained(path):
+    parents = {child: parent for parent in xml(path).iter() for child in parent}
+    arguments = [tag for tag in parents if tag.tag == "arg" and parents[tag].tag != "include"]
+    unexplained = [tag.get("name") for tag in arguments if not tag.get("doc")]
+
+    assert unexplained == []
+
+
+@pytest.mark.parametrize("path", **of(LAUNCH_FILES))
+def test_every_node_of_ours_that_is_launched_is_there(path):
+    ours = {package.name for package in PACKAGES}
+    nodes = {(tag.get("pkg"), tag.get("type")) for tag in xml(path).iter("node")}
+    missing = [
+        f"{package}/{kind}"
+        for package, kind in nodes
+        if package in ours and not (ROOT / "src" / package / "nodes" / kind).is_file()
+    ]
+
+    assert missing == []
+
+
+@pytest.mark.parametrize("path", **of(NODES))
+def test_a_node_file_is_an_executable_that_only_calls_main(path):
+    text = path.read_text()
+    statements = ast.parse(text).body
+
+    assert text.startswith("#!/usr/bin/env python3\n# SPDX-License-Identifier: BSD-3-Clause\n")
+    assert os.access(path, os.X_OK)
+    assert ast.get_docstring(ast.parse(text))
+    assert not any(isinstance(s, ast.FunctionDef | ast.ClassDef) for s in statements)
+    assert len(statements) <= 4, "docstring, import, main(); perhaps a second import"
+
+
+@pytest.mark.parametrize("path", **of(NODES))
+def test_a_node_file_is_installed(path):
+    rules = (path.parents[1] / "CMakeLists.txt").read_text()
+    rules = rules.replace("${PROJECT_NAME}", path.parents[1].name)
+    programs = re.findall(r"catkin_install_python\(\s*PROGRAMS(.*?)DESTINATION", rules, re.DOTALL)
+
+    assert f"nodes/{path.name}" in " ".join(programs).split()
+
+
+@pytest.mark.parametrize("package", **of(PACKAGES))
+def test_what_a_package_needs_at_run_time_is_installed_with_it(package):
+    rules = (package / "CMakeLists.txt").read_text()
+    folders = {
+        "config",
+        "fleets",
+        "launch",
+        "models",
+        "scenarios",
+        "urdf",
+        "worlds",
+        "rviz",
+        "resource",
+    }
+    missing = [
+        name
+        for name in sorted(folders)
+        if (package / name).is_dir() and not re.search(rf"\b{name}\b", rules)
+    ]
+
+    assert missing == []
+
+
+@pytest.mark.parametrize("package", **of(PACKAGES))
+def test_every_python_package_is_named_in_setup_py(package):
+    text = (package / "setup.py").read_text()
+    folders = [path.parent for path in (package / "src").rglob("__init__.py")]
+    names = [".".join(folder.relative_to(package / "src").parts) for folder in folders]
+
+    assert [name for name in names if f'"{name}"' not in text] == []
+
+
+@pytest.mark.parametrize("path", **of(sorted(ROOT.glob("src/*/src/**/__init__.py"))))
+def test_an_init_file_is_a_docstring_only(path):
+    body = ast.parse(path.read_text()).body
+
+    assert len(body) == 1
+    assert ast.get_docstring(ast.Module(body, []))

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The style tools find nothing to say. A tool that is not installed is skipped, with its name."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPTS = ["hive", ".ci/run", *sorted(str(p.relative_to(ROOT)) for p in ROOT.glob("setup/*bash*"))]
+
+TOOLS = {
+    "ruff check": ["ruff", "check", "."],
+    "ruff format": ["ruff", "format", "--check", "."],
+    "mypy": ["mypy"],
+    "catkin_lint": [
+        "catkin_lint",
+        "--offline",
+        "--strict",
+        "-W2",
+        "--config",
+        ".catkin_lint",
+        "src",
+    ],
+    "shellcheck": ["shellcheck", "-x", *SCRIPTS],
+    "codespell": ["codespell"],
+}
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_a_style_tool_finds_nothing(name):
+    program, *arguments = TOOLS[name]
+    beside_python = shutil.which(program, path=str(Path(sys.executable).parent))
+    path = beside_python or shutil.which(program)
+    if path is None:
+        pytest.skip(f"{program} is not installed; ./hive setup does so")
+    done = subprocess.run(
+        [path, *arguments], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+
+    assert done.returncode == 0, f"{done.stdout}{done.stderr}"
