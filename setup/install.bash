@@ -132,12 +132,17 @@ build_workspace() {
 
 # ------------------------------------------------------------------------------------------------------
 
+nothing_is_missing() { [[ -z $(missing_packages) ]] && wheels_are_there && build_is_there; }
+
 # Makes this clone ready to run, quickly when it is. A second ./hive waits until the first has done it.
 set_up() {
+  if nothing_is_missing; then return; fi
   mkdir -p "$root/.hive"
   (
     flock -n 9 || { say "waiting for another ./hive that sets up"; flock 9; }
-    [[ -n $(missing_packages) ]] || ! wheels_are_there || ! build_is_there || exit 0
+    if nothing_is_missing; then exit; fi
+    # shellcheck source-path=SCRIPTDIR source=clean-environment.bash
+    source "$root/setup/clean-environment.bash"
     : >"$log"
     install_packages
     install_wheels
