@@ -113,7 +113,9 @@ class TaskEntry(QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802  (Qt's name)
         """Enter sends, Esc clears."""
         if event.key() in {Qt.Key_Return, Qt.Key_Enter}:
-            self.send()
+            # The list takes Enter for itself, and Qt passes it on all the same.
+            if not self.sent_list.hasFocus():
+                self.send()
         elif event.key() == Qt.Key_Escape:
             self.clear()
         else:
