@@ -13,7 +13,7 @@ from blackboard.pose import Pose
 from blackboard.properties import Properties
 from blackboard.talker import NEW_TASK, SET_STATE, TASK_CANCEL, TASK_STATE
 from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT, Hive, Network
+from blackboard.testing import Hive, Network
 
 OPERATORS = (NEW_TASK, TASK_CANCEL, SET_STATE)
 FAILURE = CommandResult(CommandState.ABORTED, "somebody stood in the way")
