@@ -14,7 +14,7 @@ tomllib = pytest.importorskip("tomllib")
 ROOT = Path(__file__).resolve().parents[2]
 OMPL_ADAPTER = "robot_description.ompl_planner"
 WHEELS = ["ompl", "xacro"]
-"""What ./hive setup installs. Modules that need one of these are left out where it is not there."""
+"""What ./hive setup installs. Modules that need one of these are left out where it is missing."""
 
 # What ruff bans from the cores; our own packages are named there with a dot, and are files here.
 BANNED = {
