@@ -31,7 +31,8 @@ class Properties:
     4. What has ended stays as it ended.
     5. A task that is assigned or started has a robot, and one that waits has none.
     6. A task goes to a robot under a new number each time.
-    7. An arm works only where the robot stands at the goal.
+    7. A task that has not ended leaves a robot only when that robot has handed it back.
+    8. An arm works only where the robot stands at the goal.
 
     Args:
         hive: To be watched from now on.
@@ -45,6 +46,7 @@ class Properties:
         self._read = 0
         self._known: dict[str, TaskRecord] = {}
         self._done_by: dict[str, tuple[Robot, int]] = {}
+        self._handed_back: set[tuple[str, str, int]] = set()
         self.accepted: set[str] = set()
         hive.network.watch(self.check)
 
@@ -83,6 +85,8 @@ class Properties:
     def _check_update(self, update: TaskUpdate) -> None:
         if update.state is TaskState.WAITING and not update.robot_id:
             self.accepted.add(update.task_id)
+        elif update.state is TaskState.WAITING:
+            self._handed_back.add((update.task_id, update.robot_id, update.assignment))
         robot = self._hive.robots.get(update.robot_id)
         if robot is None or update.state not in {TaskState.STARTED, TaskState.DONE}:
             return
@@ -104,7 +108,16 @@ class Properties:
             _check_record(record)
             if name in self._known:
                 _check_change(self._known[name], record)
+                self._check_holder(self._known[name], record)
         self._known = now
+
+    def _check_holder(self, before: TaskRecord, after: TaskRecord) -> None:
+        holder = before.robot, before.assignment
+        left = not after.state.is_terminal and (after.robot, after.assignment) != holder
+        _hold(
+            not (left and before.robot) or (before.task.id, *holder) in self._handed_back,
+            f"{before.task.id} was taken from {before.robot}, which had not handed it back",
+        )
 
 
 def _check_record(record: TaskRecord) -> None:
