@@ -7,7 +7,6 @@ properties are checked against the truth and not against what the hive believes.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 from blackboard.talker import SYNC, TASK_STATE
@@ -66,11 +65,13 @@ class Properties:
         }
 
     def _check_robots(self) -> None:
-        at_work = defaultdict(list)
-        for name, robot in self._hive.robots.items():
-            at_work[robot.status.task_id].append(name)
-        for task_id, robots in at_work.items():
-            _hold(not task_id or len(robots) == 1, f"{robots} are both at work on {task_id}")
+        at_work: dict[str, str] = {}
+        for name, command in self._hive.commands.items():
+            if command.running is not None:
+                other = at_work.setdefault(command.running.task_id, name)
+                _hold(
+                    other == name, f"{other} and {name} are at work on {command.running.task_id}"
+                )
 
     def _check_update(self, update: TaskUpdate) -> None:
         if update.state is TaskState.WAITING and not update.robot_id:

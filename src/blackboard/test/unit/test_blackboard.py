@@ -264,14 +264,14 @@ def test_a_robot_that_was_slow_once_is_waited_for_again_when_it_has_answered():
 
 def test_if_all_are_slow_they_are_waited_for():
     rig = Rig(bid_timeout=2.0)
-    rig.join("slow")
+    rig.join("slow", "slower")
     rig.post(GO)
     rig.wait(2.1)
-    rig.status("slow", tasks=["T0"])
-    rig.status("slow")
-    rig.bid("slow", T1=3.0)
+    rig.post(CARRY)
+    rig.bid("slow", T2=3.0)
+    rig.bid("slower", T2=1.0)
 
-    assert rig.orders() == [("T1", "slow")]
+    assert rig.orders() == [("T2", "slower")]
 
 
 def test_several_tasks_are_spread_over_the_robots_one_in_each_round():
