@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import subprocess
 import time
-from pathlib import Path
 
 import pytest
 from python_qt_binding.QtCore import QEvent, QEventLoop, QSettings, Qt
@@ -23,6 +22,9 @@ from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
 
 SCREEN = "1366x768x24"
+START = 180.0
+"""Time that the hive may take to come up on a busy machine [s]."""
+
 PATIENCE = 20.0
 """Time that something may take to happen [s]; a robot on its way has more."""
 
@@ -69,7 +71,7 @@ def hive_window(application, hive, tmp_path_factory):  # noqa: ARG001  (it must 
     window.show()
     window.activateWindow()
     person = Person(application)
-    person.wait_until(lambda: window.view.robot_rows.rowCount() == 4, 60.0)
+    person.wait_until(lambda: window.view.robot_rows.rowCount() == 4, START)
     yield window
     desk.stop()
     window.deleteLater()
@@ -95,11 +97,17 @@ class Person:
         self._application.processEvents(QEventLoop.AllEvents, 20)
         self._application.sendPostedEvents(None, QEvent.DeferredDelete)
 
-    def wait_until(self, seen, within=PATIENCE):
-        """Look until something is seen; it fails when that takes longer than `within` [s]."""
+    def wait_until(self, seen, within=PATIENCE, telling=lambda: ""):
+        """Look until something is seen.
+
+        Args:
+            seen: Whether it is.
+            within: How long it may take [s].
+            telling: What a failure says besides.
+        """
         end = time.monotonic() + within
         while not seen():
-            assert time.monotonic() < end, f"not seen within {within} s"
+            assert time.monotonic() < end, f"not seen within {within} s {telling()}"
             self.look()
 
     def click(self, widget, position=None):
@@ -178,10 +186,3 @@ class Person:
             if model.index(row, 0).data().strip() == task_id:
                 return model.index(row, 1).data().split(" ", 1)[1]
         return None
-
-
-def picture(window, name):
-    """Keep what a window shows, for a person who wants to see why a test failed."""
-    folder = Path(os.environ.get("GUI_TEST_PICTURES", ""))
-    if folder.name:
-        window.grab().save(str(folder / f"{name}.png"))
