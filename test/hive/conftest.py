@@ -4,6 +4,6 @@
 from hypothesis import settings
 
 settings.register_profile(
-    "fixed", derandomize=True, database=None, deadline=None, max_examples=40, print_blob=False
+    "fixed", derandomize=True, database=None, deadline=None, max_examples=150, print_blob=False
 )
 settings.load_profile("fixed")

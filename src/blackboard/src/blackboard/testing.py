@@ -8,8 +8,9 @@ ROS, `TimedCommand` for an action server. The hives themselves are made of the r
 from __future__ import annotations
 
 import itertools
+from collections import defaultdict
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from blackboard.backup import Backup
 from blackboard.battery import Battery, BatteryModel
@@ -67,6 +68,7 @@ class TimedCommand:
         arrive: Called with the goal when a step succeeds.
         results: How the next steps end; those after them succeed.
         started: Every step that was started.
+        running: The step that is under way.
     """
 
     network: Network
@@ -74,15 +76,18 @@ class TimedCommand:
     arrive: Callable[[Pose], None] = lambda _: None
     results: list[CommandResult] = field(default_factory=list)
     started: list[TaskStep] = field(default_factory=list)
+    running: TaskStep | None = None
     _call: Call | None = None
 
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
         """Begin a step."""
         self.started.append(step)
+        self.running = step
         ok = CommandResult(CommandState.SUCCEEDED)
         result = self.results.pop(0) if self.results else ok
 
         def end() -> None:
+            self.running = None
             if result == ok:
                 self.arrive(step.goal)
             done(result)
@@ -91,6 +96,7 @@ class TimedCommand:
 
     def cancel(self) -> None:
         """Stop."""
+        self.running = None
         if self._call is not None:
             self._call.cancel()
 
@@ -116,6 +122,9 @@ class Hive:
         self.robots: dict[str, Robot] = {}
         self.commands: dict[str, TimedCommand] = {}
         self.talkers: dict[str, NetworkTalker] = {}
+        self._read = 0
+        self._updates: dict[str, list[TaskUpdate]] = defaultdict(list)
+        self._list: TaskList | None = None
         talker = self._talker("blackboard")
         backup = Backup(talker, "blackboard", BackupSettings())
         settings = settings or BlackboardSettings()
@@ -182,8 +191,8 @@ class Hive:
 
     def updates(self, task_id: str) -> list[TaskUpdate]:
         """Return all that was said about a task, in the order it was heard."""
-        said: list[Any] = [message for topic, message in self.network.heard if topic == TASK_STATE]
-        return [update for update in said if update.task_id == task_id]
+        self._listen()
+        return self._updates[task_id]
 
     def states(self, task_id: str) -> list[TaskState]:
         """Return the states that a task went through, repetitions left out."""
@@ -192,9 +201,9 @@ class Hive:
 
     def record(self, task_id: str) -> TaskRecord:
         """Return a task as the last copy of the task list has it."""
-        lists: list[Any] = [message for topic, message in self.network.heard if topic == SYNC]
-        latest: TaskList = lists[-1]
-        return next(record for record in latest.records if record.task.id == task_id)
+        self._listen()
+        records = self._list.records if self._list else ()
+        return next(record for record in records if record.task.id == task_id)
 
     def all_ended(self, *task_ids: str) -> bool:
         """Return whether all of some tasks have reached a terminal state."""
@@ -202,6 +211,16 @@ class Hive:
             any(update.state.is_terminal for update in self.updates(task_id))
             for task_id in task_ids
         )
+
+    def _listen(self) -> None:
+        """Take in what was said since the last time."""
+        said = self.network.heard[self._read :]
+        self._read += len(said)
+        for topic, message in said:
+            if topic == TASK_STATE:
+                self._updates[message.task_id].append(message)
+            elif topic == SYNC:
+                self._list = message
 
     def _talker(self, member: str) -> NetworkTalker:
         talker = self.talkers[member] = NetworkTalker(self.network, member)
