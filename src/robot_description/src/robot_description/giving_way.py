@@ -48,6 +48,7 @@ class GivingWay:
         self._field = field
         self._need = need
         self._own = self.right = no_right(name)
+        self._moving_aside = False
         self._search_at = 0.0
         self._ask_until = 0.0
 
@@ -65,6 +66,7 @@ class GivingWay:
     def give_back(self) -> None:
         """Go back to the right of the robot's own goal, after moving aside."""
         self.right = self._own
+        self._moving_aside = False
 
     def way_out(
         self, now: float, me: Announcement, met: Sequence[Meeting], standing: float
@@ -80,18 +82,40 @@ class GivingWay:
         if self.right.step < 0 and now > self._ask_until:
             self.give_back()
         on = [meeting.other for meeting in met if meeting.on_its_way]
-        waits = standing < HESITATION and not any(meeting.towards for meeting in met)
-        if not on or waits or now < self._search_at:
+        towards = any(meeting.towards for meeting in met)
+        if not self._moving_aside and self.right.step >= 0:
+            # Who just goes on, and so leaves the way of one behind it, does that for the other.
+            self.right = min([self._own, *self._behind(on)]) if not towards else self._own
+        if not on or now < self._search_at or not (towards or standing >= HESITATION):
             return None
         self._search_at = now + SEARCH_AGAIN
-        others = [meeting.other for meeting in met]
+        way = self._passing_way(me, on, [meeting.other for meeting in met])
+        if way is None:
+            return self._ask(now, me, min(on, key=_right), [meeting.other for meeting in met])
+        self.right = min(self._behind(on))
+        self._moving_aside = True
+        return way
+
+    def _behind(self, on: Sequence[Announcement]) -> list[Right]:
+        """Return the rights that the robot gets for leaving the ways of others."""
+        return [other.right.behind(self._name) for other in on]
+
+    def _passing_way(
+        self, me: Announcement, on: Sequence[Announcement], others: Sequence[Announcement]
+    ) -> list[Point] | None:
+        """Return a way to a passing place.
+
+        The best place is off all ways and reached past all bodies. The next best is past those
+        only that do not move aside for this robot in turn.
+        """
         first = [other for other in others if other.right < self.right]
-        for avoided in (first, on):
-            way = way_aside(me, avoided, others, self._planner, self._field, self._need)
-            if way is not None:
-                self.right = min(other.right for other in on).behind(self._name)
-                return way
-        return self._ask(now, me, min(on, key=lambda other: other.right), others)
+        firm = [other for other in others if other.parked or other in first]
+        for bodies in (others, firm):
+            for avoided in (first, on):
+                way = way_aside(me, avoided, bodies, self._planner, self._field, self._need)
+                if way is not None:
+                    return way
+        return None
 
     def _ask(
         self, now: float, me: Announcement, first: Announcement, others: Sequence[Announcement]
@@ -100,11 +124,15 @@ class GivingWay:
 
         A robot that has a way of its own keeps it; one without gets a way past the other one.
         """
-        if first.right.owner == self._name:
-            return None  # The other one asks this robot already; asking back would never end.
+        if first.right.step < 0:
+            return None  # The other one asks to be let out itself; asking back would never end.
         self.right = first.right.before(self._name)
         self._ask_until = now + ASK
         if len(me.way) > 1:
             return None
         past = [other for other in others if other.name != first.name]
         return way_aside(me, [first], past, self._planner, self._field, self._need)
+
+
+def _right(announcement: Announcement) -> Right:
+    return announcement.right

@@ -171,7 +171,8 @@ def _meeting(me: Announcement, other: Announcement) -> Meeting:
         return Meeting(other, max(0.0, room), on_its_way=False, towards=False)
     before = bool(place[0] > BEHIND)
     glance = min(len(marks) - 1, math.ceil(GLANCE / STEP))
-    towards = before and (glance == 0 or bool(place[glance] < place[0] - BEHIND))
+    nearer = glance == 0 or bool(place[glance] < place[0] - BEHIND)
+    towards = before and nearer and bool((nearest[: glance + 1] < apart).all())
     if towards:
         room = 0.0
     else:

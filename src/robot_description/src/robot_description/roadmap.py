@@ -110,18 +110,34 @@ class Roadmap:
             field: The field with the discs in it.
             discs: The obstacles that are not on the map.
         """
+        discs = list(discs)
         known = len(self.landmarks.at)
         landmarks = self.landmarks + _disc_landmarks(field, discs, self.need)
-        count = len(landmarks.at)
-        old, new = np.divmod(np.arange(count * (count - known)), max(1, count - known))
+        fresh = len(landmarks.at) - known
+        old, new = np.divmod(np.arange(len(landmarks.at) * fresh), max(1, fresh))
         new += known
-        candidates = (
-            np.concatenate([self._pairs[0], old[old < new]]),
-            np.concatenate([self._pairs[1], new[old < new]]),
-        )
-        pairs = _clear_pairs(field, landmarks, self.need, candidates)
-        neighbours = _joined(landmarks, pairs)
+        pairs = (old[old < new], new[old < new])
+        added = _joined(landmarks, _clear_pairs(field, landmarks, self.need, pairs))
+        # Most neighbours stay as they are; only what changes is copied.
+        neighbours = [*self._neighbours, *([] for _ in range(fresh))]
+        for a, b in self._blocked(field, discs):
+            neighbours[a] = [(node, length) for node, length in neighbours[a] if node != b]
+            neighbours[b] = [(node, length) for node, length in neighbours[b] if node != a]
+        for node, more in enumerate(added):
+            if more:
+                neighbours[node] = neighbours[node] + more
         return _search(start, goal, field, self.need, landmarks, neighbours)
+
+    def _blocked(self, field: ClearanceField, discs: Iterable[Disc]) -> list[tuple[int, int]]:
+        """Return the pairs of landmarks between which discs stand."""
+        begin, end = (self.landmarks.at[part] for part in self._pairs)
+        near = np.zeros(len(begin), dtype=bool)
+        for disc in discs:
+            reach = disc.radius + self.need + 2 * field.grid.resolution
+            near |= _away_from_lines(np.array([disc.x, disc.y]), begin, end) < reach
+        clear = field.lines_are_clear(begin[near], end[near], self.need)
+        first, second = (part[near][~clear].tolist() for part in self._pairs)
+        return list(zip(first, second, strict=True))
 
 
 def _search(
@@ -195,6 +211,14 @@ def _a_star(
     while chain[-1] in came:
         chain.append(came[chain[-1]])
     return chain[::-1]
+
+
+def _away_from_lines(point: Array, begin: Array, end: Array) -> Array:
+    """Return the distances of a point from straight lines, (n,) array [m]."""
+    line = end - begin
+    along = np.einsum("ij,ij->i", point - begin, line) / np.einsum("ij,ij->i", line, line)
+    nearest = begin + np.clip(along, 0.0, 1.0)[:, None] * line
+    return np.asarray(np.hypot(*(point - nearest).T))
 
 
 def _joined(
