@@ -25,7 +25,7 @@ subprocess.Popen([sys.executable, "-c", child, sys.argv[1]], start_new_session=T
 
 @pytest.fixture(autouse=True)
 def environment(monkeypatch, tmp_path):
-    """Let a test's `local_hive` change the environment, and put it back; locks go to its folder."""
+    """Put back what `local_hive` changes in the environment; keep locks in the test's folder."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     for name in ("ROS_IP", "ROS_LOG_DIR", "ROS_HOSTNAME", "ROS_NAMESPACE"):
         monkeypatch.setenv(name, "before")
