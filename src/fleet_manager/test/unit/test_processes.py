@@ -82,11 +82,16 @@ def test_the_end_reaches_grandchildren_in_sessions_of_their_own(tmp_path, monkey
 
 
 def test_ctrl_c_works_again_after_the_end(tmp_path):
-    before = signal.getsignal(signal.SIGINT)
+    def handler(_number, _frame):
+        pass
 
-    ProcessGroup(tmp_path, os.environ).stop()
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        ProcessGroup(tmp_path, os.environ).stop()
 
-    assert signal.getsignal(signal.SIGINT) is before
+        assert signal.getsignal(signal.SIGINT) is handler
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_process_that_ends_by_itself_is_named_and_its_output_is_kept(tmp_path):
