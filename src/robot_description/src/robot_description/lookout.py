@@ -125,9 +125,17 @@ class Lookout:
             pose: Where the robot is, frame map.
             sight: What it sees.
         """
-        hard = self._first_hit(way, progress, pose, sight.known, 0.0) - GAP / 3
-        soft = (self._first_hit(way, progress, pose, sight.unknown, BESIDE) - GAP) / 2
-        return max(0.0, min(hard, soft, self.unseen))
+        far = min(progress + self._sight, way.length)
+        marks = np.append(np.arange(progress + STEP, far, STEP), far)
+        places, headings = way.at_all(marks), way.headings_at(marks)
+        hits = []
+        for points, beside in ((sight.known, 0.0), (sight.unknown, BESIDE)):
+            ahead = self._not_touched(pose, points, beside)
+            touched = self._inside(places, headings, ahead, beside).any(axis=1)
+            first = int(np.argmax(touched))
+            hits.append(marks[first] - progress - STEP if touched.any() else math.inf)
+        hard, soft = hits
+        return max(0.0, float(min(hard - GAP / 3, (soft - GAP) / 2, self.unseen)))
 
     def may_turn(self, pose: Pose, sight: Sight) -> bool:
         """Return whether the robot can turn on the spot without touching what is not mapped."""
@@ -137,38 +145,29 @@ class Lookout:
     def blocking(self, way: Way, progress: float, sight: Sight) -> Array:
         """Return the unknown points that the robot would touch, (n, 2) array, frame map [m]."""
         marks = np.arange(progress, min(progress + self._sight, way.length) + STEP, STEP)
-        inside = self._inside(way, marks, sight.unknown, BESIDE)
-        hit: Array = sight.unknown[inside.any(axis=0)]
-        return hit
+        places, headings = way.at_all(marks), way.headings_at(marks)
+        inside = self._inside(places, headings, sight.unknown, BESIDE)
+        return np.asarray(sight.unknown[inside.any(axis=0)])
 
-    def _first_hit(
-        self, way: Way, progress: float, pose: Pose, points: Array, beside: float
-    ) -> float:
-        """Return how far the robot can go until it touches a point [m]; inf if it does not."""
-        far = min(progress + self._sight, way.length)
-        marks = np.append(np.arange(progress + STEP, far, STEP), far)
-        away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)
-        points = points[away < self._sight + self._radius]
-        # What is beside the robot already must not keep it from leaving.
-        touching = self._inside_at(
-            np.array([[pose.x, pose.y]]), np.array([pose.yaw]), points, beside
-        )[0]
-        hits = self._inside(way, marks, points[~touching], beside).any(axis=1)
-        if not hits.any():
-            return math.inf
-        return float(marks[int(np.argmax(hits))] - progress - STEP)
+    def _not_touched(self, pose: Pose, points: Array, beside: float) -> Array:
+        """Return the points that the robot does not touch where it is.
 
-    def _inside(self, way: Way, marks: Array, points: Array, beside: float) -> NDArray[np.bool_]:
-        """Return which points lie in the footprint at which marks, (marks, points) array."""
-        places = way.at_all(marks)
-        headings = way.headings_at(marks)
-        if not len(points) or not len(marks):
-            return np.zeros((len(marks), len(points)), dtype=bool)
+        What is beside the robot already must not keep it from leaving.
+        """
+        near = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y) < self._radius + beside
+        touched = near.copy()
+        here, yaw = np.array([pose[:2]]), np.array([pose.yaw])
+        touched[near] = self._inside_at(here, yaw, points[near], beside)[0]
+        return points[~touched]
+
+    def _inside(
+        self, places: Array, headings: Array, points: Array, beside: float
+    ) -> NDArray[np.bool_]:
+        """Return which points lie in the footprint at which places, (places, points) array."""
+        inside = np.zeros((len(places), len(points)), dtype=bool)
         reach = self._radius + beside
-        near = ((points > places.min(axis=0) - reach) & (points < places.max(axis=0) + reach)).all(
-            axis=1
-        )
-        inside = np.zeros((len(marks), len(points)), dtype=bool)
+        low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
+        near = ((points > low) & (points < high)).all(axis=1)
         if near.any():
             inside[:, near] = self._inside_at(places, headings, points[near], beside)
         return inside

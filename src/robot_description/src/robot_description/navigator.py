@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -29,10 +29,11 @@ from robot_description.grid_map import Disc
 from robot_description.lookout import Lookout, Memory, Sight, points_seen, sort_points
 from robot_description.passing_place import other_robots
 from robot_description.planner import PlanError
-from robot_description.pursuit import Pursuit
+from robot_description.pursuit import Outcome, Pursuit
 from robot_description.right_of_way import Announcement, Meeting, meetings
+from robot_description.settings import Settings
 from robot_description.stillness import Stillness
-from robot_description.way import Way, angle_between
+from robot_description.way import Way
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -59,30 +60,8 @@ CLAIM = 0.3
 CLAIM_TIME = 0.5
 """For how long a robot's claim lasts at its speed [s]: until the others have heard the next."""
 
-
-@dataclass(frozen=True)
-class Settings:
-    """How a robot behaves towards what is in its way.
-
-    Attributes:
-        patience: How long it stands before something until it plans around it [s].
-        attempts: How many plans around unknown things it tries for one goal.
-        give_up: How long it pursues a goal that comes no nearer [s].
-        announce: How much of its way it tells the others [m].
-        silence: After this time without a word a robot counts as unknown [s].
-        settle: How long it waits with a new way until the others have heard of it [s].
-        position_tolerance: How near the goal it must stand in the end [m].
-        yaw_tolerance: How near the goal's yaw it must be turned [rad].
-    """
-
-    patience: float = 5.0
-    attempts: int = 5
-    give_up: float = 120.0
-    announce: float = 8.0
-    silence: float = 2.0
-    settle: float = 0.3
-    position_tolerance: float = 0.1
-    yaw_tolerance: float = 0.1
+LONGEST_ROUND = 0.5
+"""A round of the control loop that took longer is driven as if it had taken this long [s]."""
 
 
 class Errand(enum.Enum):
@@ -94,13 +73,6 @@ class Errand(enum.Enum):
     """To its goal."""
     ASIDE = 2
     """To a passing place."""
-
-
-class Outcome(NamedTuple):
-    """How a goal has ended: whether it was reached, and what to tell about it."""
-
-    reached: bool
-    text: str
 
 
 class Tick(NamedTuple):
@@ -175,7 +147,7 @@ class Navigator:
             goal: Where to stand in the end, frame map.
             now: The time [s].
         """
-        self._pursuit = Pursuit(goal, now)
+        self._pursuit = Pursuit(goal, now, self._settings)
         self._manners.take(now)
         self._stand()
 
@@ -194,26 +166,29 @@ class Navigator:
             ranges: The latest scan [m].
             heard: The latest announcement of every robot; its own among them is ignored.
         """
-        dt = 0.0 if self._last_time is None else min(max(now - self._last_time, 0.0), 0.5)
+        since = 0.0 if self._last_time is None else now - self._last_time
+        dt = min(max(since, 0.0), LONGEST_ROUND)
         self._last_time = now
         self._still.update(now, pose)
         others = self._talking(now, heard)
-        sight = self._look(pose, ranges, others)
         outcome = self._set_out(now, pose, others)
-        met = self._meet(now, pose, others)
+        me, met = self._meet(now, pose, others)
         if not self.parked:
-            aside = self._manners.way_out(
-                now, self._announce(now, pose, 0.0), met, self._still.lasts(now)
-            )
+            aside = self._manners.way_out(now, me, met, self._still.lasts(now))
             if aside is not None:
                 self._start(now, aside, None, Errand.ASIDE)
-                met = self._meet(now, pose, others)
-        room = self._room(now, pose, sight, met)
-        velocity = self._drive(pose, room, dt)
-        outcome = outcome or self._arrive(now, pose) or self._wait(now, pose, sight, met, others)
+                me, met = self._meet(now, pose, others)
+        if self.way is None or self.parked:
+            velocity, room = self._follower.halt(dt), 0.0
+        else:
+            sight = self._look(pose, ranges, others)
+            chance = self._room(now, pose, self.way, sight, met)
+            velocity, room = self._follower.command(pose, chance, dt), chance.ahead
+            outcome = self._arrive(now, pose) or self._wait(now, pose, sight, met)
         if outcome is not None:
             self.cancel()
-        return Tick(velocity, self._announce(now, pose, self._claim(velocity, room)), outcome)
+            me, met = self._meet(now, pose, others)
+        return Tick(velocity, self._claimed(me, velocity, room), outcome)
 
     def _talking(self, now: float, heard: Iterable[Announcement]) -> list[Announcement]:
         """Return the others that have been heard lately."""
@@ -235,36 +210,24 @@ class Navigator:
             return None
         parked = other_robots([other for other in others if other.parked])
         try:
-            points = self._plan(now, pose, parked)
+            points = self._plan(now, pose, pursuit.goal, parked)
         except PlanError as error:
             if error.lasting:
                 return Outcome(reached=False, text=str(error))
-            return self._try_later(now, str(error))
+            return pursuit.failed(now, str(error))
         self._start(now, points, pursuit.goal.yaw, Errand.GOAL)
         return None
 
-    def _plan(self, now: float, pose: Pose, robots: list[Disc]) -> list[Point]:
+    def _plan(self, now: float, pose: Pose, goal: Pose, robots: list[Disc]) -> list[Point]:
         """Plan to the goal around what is remembered and, if that is possible, around robots."""
-        assert self._pursuit is not None  # noqa: S101  (only called in pursuit of a goal)
-        start, goal = (pose.x, pose.y), self._pursuit.goal[:2]
         seen = self._memory.discs(now)
         if robots:
             try:
-                return self._planner.plan(start, goal, seen + robots)
+                return self._planner.plan(pose[:2], goal[:2], seen + robots)
             except PlanError as error:
                 if error.lasting:
                     raise
-        return self._planner.plan(start, goal, seen)
-
-    def _try_later(self, now: float, why: str) -> Outcome | None:
-        """Count a failed attempt; give up after too many."""
-        pursuit, settings = self._pursuit, self._settings
-        assert pursuit is not None  # noqa: S101  (only called in pursuit of a goal)
-        pursuit.attempts += 1
-        pursuit.retry_at = now + settings.patience
-        if pursuit.attempts <= settings.attempts:
-            return None
-        return Outcome(reached=False, text=f"{why} (given up after {settings.attempts} attempts)")
+        return self._planner.plan(pose[:2], goal[:2], seen)
 
     def _start(self, now: float, points: list[Point], yaw: float | None, errand: Errand) -> None:
         self.way = Way(points)
@@ -276,119 +239,93 @@ class Navigator:
         self.way = None
         self._errand = Errand.NONE
 
-    def _ahead(self, pose: Pose) -> list[Point]:
-        """Return the next metres of the way, from where the robot is."""
-        if self.way is None:
-            return [(pose.x, pose.y)]
-        begin = self._follower.progress
-        return [(pose.x, pose.y), *self.way.piece(begin, begin + self._settings.announce)]
-
-    def _announce(self, now: float, pose: Pose, claim: float) -> Announcement:
-        return Announcement(
+    def _meet(
+        self, now: float, pose: Pose, others: Sequence[Announcement]
+    ) -> tuple[Announcement, list[Meeting]]:
+        """Return what the robot says of itself, without a claim, and how it meets the others."""
+        ahead = [(pose.x, pose.y)]
+        if self.way is not None:
+            begin = self._follower.progress
+            ahead += self.way.piece(begin, begin + self._settings.announce)
+        me = Announcement(
             name=self._name,
             time=now,
             x=pose.x,
             y=pose.y,
             radius=self._radius,
             right=self._manners.right,
-            way=tuple(self._ahead(pose)),
-            claim=claim,
+            way=tuple(ahead),
+            claim=0.0,
             parked=self.parked,
         )
+        return me, meetings(me, others)
 
-    def _meet(self, now: float, pose: Pose, others: Sequence[Announcement]) -> list[Meeting]:
-        return meetings(self._announce(now, pose, 0.0), others, self._ahead(pose))
+    def _claimed(self, me: Announcement, velocity: Velocity, room: float) -> Announcement:
+        """Return the announcement with the stretch ahead that the robot is about to use."""
+        if self.way is None:
+            return me
+        speed = math.hypot(velocity.vx, velocity.vy)
+        brake = speed * speed / (2 * self._base.acceleration)
+        claim = min(brake + speed * CLAIM_TIME + CLAIM, max(room, brake))
+        return replace(me, claim=claim, right=self._manners.right)
 
-    def _room(self, now: float, pose: Pose, sight: Sight, met: Sequence[Meeting]) -> Room:
+    def _room(
+        self, now: float, pose: Pose, way: Way, sight: Sight, met: Sequence[Meeting]
+    ) -> Room:
         """Return what the laser and the right of way leave the robot."""
-        if self.way is None or now < self._settled_at:
+        if now < self._settled_at:
             return Room(0.0, turn=False)
-        seen = self._lookout.room_ahead(self.way, self._follower.progress, pose, sight)
+        seen = self._lookout.room_ahead(way, self._follower.progress, pose, sight)
         ahead = min([seen, *(meeting.room for meeting in met)])
         return Room(max(0.0, ahead), turn=self._lookout.may_turn(pose, sight))
 
-    def _drive(self, pose: Pose, room: Room, dt: float) -> Velocity:
-        if self.way is None or self.parked:
-            return self._follower.halt(dt)
-        return self._follower.command(pose, room, dt)
-
-    def _claim(self, velocity: Velocity, room: Room) -> float:
-        """Return the stretch ahead that the robot is about to use [m]."""
-        if self.way is None:
-            return 0.0
-        speed = math.hypot(velocity.vx, velocity.vy)
-        brake = speed * speed / (2 * self._base.acceleration)
-        return min(brake + speed * CLAIM_TIME + CLAIM, max(room.ahead, brake))
-
     def _arrive(self, now: float, pose: Pose) -> Outcome | None:
         """Notice the end of an errand."""
-        if self.way is None or not self._follower.arrived:
+        if not self._follower.arrived:
             return None
         errand = self._errand
         self._stand()
         if errand == Errand.ASIDE or self._pursuit is None:
             self._manners.give_back()
             return None
-        goal, settings = self._pursuit.goal, self._settings
-        away = math.dist(pose[:2], goal[:2])
-        turned = abs(angle_between(pose.yaw, goal.yaw))
-        if away <= settings.position_tolerance and turned <= settings.yaw_tolerance:
-            return Outcome(reached=True, text=f"reached within {away:.2f} m and {turned:.2f} rad")
-        return self._try_later(now, f"the goal was missed by {away:.2f} m and {turned:.2f} rad")
+        return self._pursuit.arrived(now, pose)
 
     def _wait(
-        self,
-        now: float,
-        pose: Pose,
-        sight: Sight,
-        met: Sequence[Meeting],
-        others: Sequence[Announcement],
+        self, now: float, pose: Pose, sight: Sight, met: Sequence[Meeting]
     ) -> Outcome | None:
         """Do something about standing for too long on the way to the goal."""
-        pursuit, settings = self._pursuit, self._settings
-        if pursuit is None or self.way is None or self._errand != Errand.GOAL:
+        pursuit, way, patience = self._pursuit, self.way, self._settings.patience
+        if pursuit is None or way is None or self._errand != Errand.GOAL:
             return None
-        pursuit.note(now, self.way.length - self._follower.progress)
-        if now - pursuit.nearer_at > settings.give_up:
-            return Outcome(reached=False, text=self._who_blocks(pose, met))
-        if self._still.lasts(now) < settings.patience or now < pursuit.retry_at:
+        pursuit.note(now, way.length - self._follower.progress)
+        if pursuit.hopeless(now):
+            return pursuit.given_up(pose, met)
+        if self._still.lasts(now) < patience or now < pursuit.retry_at:
             return None
-        pursuit.retry_at = now + settings.patience
-        blocking = self._lookout.blocking(self.way, self._follower.progress, sight)
+        blocking = self._lookout.blocking(way, self._follower.progress, sight)
         if len(blocking):
-            return self._go_round(now, pose, blocking)
-        standing = [o for o in others if len(o.way) == 1 or o.parked or o.claim < CLAIM / 2]
+            return self._go_round(now, pose, pursuit, blocking)
+        pursuit.retry_at = now + patience
+        standing = [meeting.other for meeting in met if meeting.other.claim < CLAIM]
+        discs = self._memory.discs(now) + other_robots(standing)
         try:
-            points = self._planner.plan(
-                pose[:2], pursuit.goal[:2], self._memory.discs(now) + other_robots(standing)
-            )
+            points = self._planner.plan(pose[:2], pursuit.goal[:2], discs)
         except PlanError:
-            return None  # The right of way will free the way, or `give_up` ends the goal.
+            return None  # The right of way will free the way, or the goal is given up.
         self._start(now, points, pursuit.goal.yaw, Errand.GOAL)
         return None
 
-    def _go_round(self, now: float, pose: Pose, blocking: Array) -> Outcome | None:
-        """Plan around things that the laser sees in the way."""
+    def _go_round(
+        self, now: float, pose: Pose, pursuit: Pursuit, blocking: Array
+    ) -> Outcome | None:
+        """Have the next plan lead around things that the laser sees in the way."""
         x, y = blocking[np.argmin(np.hypot(*(blocking - np.array(pose[:2])).T))]
-        why = (
-            f"something that is not on the map is in the way at ({x:.2f}, {y:.2f}); "
-            "clear it away, or choose another goal"
-        )
         self._memory.add(now, blocking)
-        outcome = self._try_later(now, why)
-        if outcome is None:
-            self._stand()
-            if self._pursuit is not None:
-                self._pursuit.retry_at = now
+        self._stand()
+        outcome = pursuit.failed(
+            now,
+            f"something that is not on the map is in the way at ({x:.2f}, {y:.2f}); "
+            "clear it away, or choose another goal",
+        )
+        pursuit.retry_at = now
         return outcome
-
-    def _who_blocks(self, pose: Pose, met: Sequence[Meeting]) -> str:
-        """Return the text for a goal that came no nearer."""
-        nearest = min(met, key=lambda meeting: meeting.room, default=None)
-        text = f"no nearer to the goal for {self._settings.give_up:g} s; the robot stands at "
-        text += f"({pose.x:.2f}, {pose.y:.2f})"
-        if nearest is not None and math.isfinite(nearest.room):
-            other = nearest.other
-            text += f" behind {other.name} at ({other.x:.2f}, {other.y:.2f})"
-            text += ", which does not move away" if other.parked else ""
-        return text + "; clear the way and send the goal again"

@@ -75,7 +75,7 @@ def way_aside(
     places = places[around.at_points(places) >= need + SLACK]
     for other in first:
         places = places[
-            _away(other.samples()[0], places) >= keep_apart(me.radius, other.radius) + SLACK
+            _away(other.samples[0], places) >= keep_apart(me.radius, other.radius) + SLACK
         ]
     if not len(places):
         return None
@@ -105,8 +105,7 @@ def _candidates(here: Array) -> Array:
     """Return places all around, (n, 2) array [m]."""
     angles = np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
-    places: Array = here + DISTANCES[:, None, None] * circle
-    return places.reshape(-1, 2)
+    return np.asarray(here + DISTANCES[:, None, None] * circle).reshape(-1, 2)
 
 
 def _away(way: Array, places: Array) -> Array:

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -33,7 +34,7 @@ import numpy as np
 from robot_description.way import sampled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from numpy.typing import NDArray
 
@@ -115,9 +116,10 @@ class Announcement:
     claim: float
     parked: bool
 
+    @cached_property
     def samples(self) -> tuple[Array, Array]:
-        """Return points along the way, (n, 2) [m], and their distances from its start [m]."""
-        return sampled(self.way or ((self.x, self.y),), STEP)
+        """Points along the way, (n, 2) array [m], and their distances from its start [m]."""
+        return sampled(self.way, STEP)
 
 
 @dataclass(frozen=True)
@@ -143,23 +145,20 @@ def keep_apart(one: float, other: float) -> float:
     return one + other + GAP
 
 
-def meetings(
-    me: Announcement, others: Iterable[Announcement], ahead: Sequence[Point]
-) -> list[Meeting]:
+def meetings(me: Announcement, others: Iterable[Announcement]) -> list[Meeting]:
     """Work out how far a robot may go for every other one.
 
     Args:
-        me: Who asks; its way and claim are not looked at.
+        me: Who asks; its own claim is not looked at.
         others: What the others announce.
-        ahead: The robot's way from where it is, frame map [m]; empty if it has none.
     """
-    points, marks = sampled(ahead or [(me.x, me.y)], STEP)
-    return [_meeting(me, other, points, marks) for other in others if other.name != me.name]
+    return [_meeting(me, other) for other in others if other.name != me.name]
 
 
-def _meeting(me: Announcement, other: Announcement, points: Array, marks: Array) -> Meeting:
+def _meeting(me: Announcement, other: Announcement) -> Meeting:
     apart = keep_apart(me.radius, other.radius)
-    way, way_marks = other.samples()
+    points, marks = me.samples
+    way, way_marks = other.samples
     away = np.hypot(points[:, None, 0] - way[None, :, 0], points[:, None, 1] - way[None, :, 1])
     claimed = away[:, way_marks <= other.claim + STEP / 2]
     room = _room_before(claimed.min(axis=1), marks, apart)

@@ -21,7 +21,7 @@ from nav_msgs.srv import GetPlan, GetPlanResponse
 
 from robot_description.follower import STOP, PursuitFollower
 from robot_description.msg import Traffic
-from robot_description.navigator import Navigator, Outcome
+from robot_description.navigator import Navigator
 from robot_description.planner import PlanError
 from robot_description.ros.conversions import (
     compose,
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     from robot_description.follower import Pose, Velocity
     from robot_description.ompl_planner import OmplPlanner
+    from robot_description.pursuit import Outcome
     from robot_description.right_of_way import Announcement
     from robot_description.ros.params import MoveBaseParams
     from robot_description.way import Way

@@ -11,7 +11,7 @@ import rospy
 from robot_description.errors import RobotDescriptionError
 from robot_description.model_schema import SCHEMA
 from robot_description.models import RobotModel, model_from_dict
-from robot_description.navigator import Settings
+from robot_description.settings import Settings
 
 
 class ParameterError(RobotDescriptionError):
