@@ -67,16 +67,18 @@ find_administrator() {
   command -v sudo >/dev/null && sudo -v >&2 && echo sudo
 }
 
-apt_get() {
-  # sudo drops proxy settings, so they are named again.
+# Runs a command as administrator. sudo drops proxy settings, so they are named again.
+administer() {
   ${administrator:+"$administrator"} env DEBIAN_FRONTEND=noninteractive \
-    ${http_proxy:+"http_proxy=$http_proxy"} ${https_proxy:+"https_proxy=$https_proxy"} ${no_proxy:+"no_proxy=$no_proxy"} \
-    apt-get -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@"
+    ${http_proxy:+"http_proxy=$http_proxy"} ${https_proxy:+"https_proxy=$https_proxy"} ${no_proxy:+"no_proxy=$no_proxy"} "$@"
 }
 
-# What apt knows may be too old, or nothing at all on a fresh machine: ask for news only when it fails.
+apt_get() { administer apt-get -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@"; }
+
+# The first try fails where apt knows no packages yet, knows old ones only, or was interrupted before.
 apt_install() {
-  apt_get install --no-install-recommends "$@" || { apt_get update && apt_get install --no-install-recommends "$@"; }
+  apt_get install --no-install-recommends "$@" ||
+    { administer dpkg --configure -a && apt_get update && apt_get install --no-install-recommends "$@"; }
 }
 
 install_packages() {

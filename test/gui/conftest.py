@@ -62,7 +62,7 @@ def hive(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def hive_window(application, hive, tmp_path_factory):  # noqa: ARG001  (it must run first)
+def hive_window(application, hive, tmp_path_factory):
     """Open the fleet window on the running hive, and wait until its robots are there."""
     desk = Desk(RosDeskLink("test_gui", ["test_gui", "_world:=lab"]))
     settings = QSettings(str(tmp_path_factory.mktemp("gui") / "settings"), QSettings.IniFormat)
@@ -71,7 +71,12 @@ def hive_window(application, hive, tmp_path_factory):  # noqa: ARG001  (it must 
     window.show()
     window.activateWindow()
     person = Person(application)
-    person.wait_until(lambda: window.view.robot_rows.rowCount() == 4, START)
+
+    def all_here():
+        hive.check()
+        return window.view.robot_rows.rowCount() == 4
+
+    person.wait_until(all_here, START)
     yield window
     desk.stop()
     window.deleteLater()

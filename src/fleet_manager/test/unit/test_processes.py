@@ -24,8 +24,9 @@ subprocess.Popen([sys.executable, "-c", child, sys.argv[1]], start_new_session=T
 
 
 @pytest.fixture(autouse=True)
-def environment(monkeypatch):
-    """Let a test's `local_hive` change the environment, and put it back."""
+def environment(monkeypatch, tmp_path):
+    """Put back what `local_hive` changes in the environment; keep locks in the test's folder."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     for name in ("ROS_IP", "ROS_LOG_DIR", "ROS_HOSTNAME", "ROS_NAMESPACE"):
         monkeypatch.setenv(name, "before")
     monkeypatch.setenv("ROS_MASTER_URI", DEFAULT_URI)
@@ -81,11 +82,16 @@ def test_the_end_reaches_grandchildren_in_sessions_of_their_own(tmp_path, monkey
 
 
 def test_ctrl_c_works_again_after_the_end(tmp_path):
-    before = signal.getsignal(signal.SIGINT)
+    def handler(_number, _frame):
+        pass
 
-    ProcessGroup(tmp_path, os.environ).stop()
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        ProcessGroup(tmp_path, os.environ).stop()
 
-    assert signal.getsignal(signal.SIGINT) is before
+        assert signal.getsignal(signal.SIGINT) is handler
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_process_that_ends_by_itself_is_named_and_its_output_is_kept(tmp_path):

@@ -9,6 +9,7 @@ robots. It begins when a step would take a robot into the other, and ends when t
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from simenv.geometry import Footprint, Pose, outline, wrap
@@ -28,15 +29,37 @@ CLOSE = 1 / 64
 """A step that is cut short ends within this share of its length before the contact."""
 
 
+@dataclass(frozen=True)
+class Contact:
+    """That a robot ran into something.
+
+    Attributes:
+        name: The robot that moved.
+        other: The robot it ran into, or `WALL`.
+        pose: Where it was stopped, frame map.
+    """
+
+    name: str
+    other: str
+    pose: Pose
+
+    def __str__(self) -> str:
+        return f"{self.name} ran into {self.other or 'a wall'} at {self.pose}"
+
+
 class Contacts:
-    """Stops robots at what is solid and counts how often that was needed."""
+    """Stops robots at what is solid and notes how often that was needed.
+
+    Attributes:
+        noted: Every contact so far, once each.
+    """
 
     def __init__(self, near: Nearby) -> None:
         """Take the walls."""
         self._near = near
         self._footprints: dict[str, Footprint] = {}
         self._touching: set[frozenset[str]] = set()
-        self.count = 0
+        self.noted: list[Contact] = []
 
     def add(self, name: str, footprint: Footprint) -> None:
         """Take in a robot."""
@@ -99,14 +122,16 @@ class Contacts:
             else:
                 free = probe
             probe = (free + blocked) / 2
+        stopped = _between(start, pose, free)
         for other in met:
-            self._begin(frozenset((name, other)))
-        return _between(start, pose, free), free
+            self._begin(Contact(name, other, stopped))
+        return stopped, free
 
-    def _begin(self, pair: frozenset[str]) -> None:
+    def _begin(self, contact: Contact) -> None:
+        pair = frozenset((contact.name, contact.other))
         if pair not in self._touching:
             self._touching.add(pair)
-            self.count += 1
+            self.noted.append(contact)
 
     def let_go(self, poses: Mapping[str, Pose]) -> None:
         """End the contacts between which there is a gap now."""

@@ -32,6 +32,7 @@ from simenv.pick import Arm, Stock
 
 if TYPE_CHECKING:
     from robot_description.models import RobotModel
+    from simenv.contact import Contact
     from simenv.geometry import Array
     from simenv.world import World
 
@@ -96,7 +97,12 @@ class Simulation:
     @property
     def collisions(self) -> int:
         """How many contacts there were so far, robot-wall and robot-robot."""
-        return self._contacts.count
+        return len(self._contacts.noted)
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Who ran into what so far; as many as `collisions` says."""
+        return tuple(self._contacts.noted)
 
     @property
     def poses(self) -> dict[str, Pose]:

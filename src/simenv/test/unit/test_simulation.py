@@ -93,7 +93,8 @@ def test_a_robot_turns_its_corner_into_a_wall():
     drive(simulation, 3.0, robot1=(0.0, 0.0, 0.5))
 
     corners = Footprint(MIR.base.footprint).at(simulation.poses["robot1"])
-    assert simulation.collisions == 1
+    (contact,) = simulation.contacts
+    assert str(contact).startswith("robot1 ran into a wall at (5.00, 0.80,")
     assert corners[:, 1].min() == pytest.approx(0.5, abs=2e-3)
 
 
@@ -106,6 +107,9 @@ def test_two_robots_that_meet_stop_and_are_counted_once():
 
     gap = simulation.poses["robot2"].x - simulation.poses["robot1"].x - 2 * HALF_LENGTH
     assert simulation.collisions == 1
+    assert str(simulation.contacts[0]).startswith(
+        ("robot1 ran into robot2", "robot2 ran into robot1")
+    )
     assert 0.0 <= gap < 5e-3
 
 

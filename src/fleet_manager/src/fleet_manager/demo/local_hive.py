@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-_MASTER_WITHIN = 20.0
+_MASTER_WITHIN = 60.0
 _LOOK_EVERY = 0.1
 _CALLER = "/hive_demo"
 _LOG_TAIL = 6

@@ -88,12 +88,14 @@ class ProcessGroup:
             for process in reversed(self._started.values()):
                 self._interrupt(process)
             for _ in range(_KILL_TRIES):
-                for pid in self.members():
-                    _send(pid, signal.SIGKILL)
-                self._reap()
-                if not self.members():
+                members = self.members()
+                if not members:
                     break
+                for pid in members:
+                    _send(pid, signal.SIGKILL)
                 time.sleep(_LOOK_EVERY)
+            for process in self._started.values():
+                process.wait()
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
@@ -107,10 +109,6 @@ class ProcessGroup:
             process.wait(_PATIENCE)
         except subprocess.TimeoutExpired:
             process.kill()
-
-    def _reap(self) -> None:
-        for process in self._started.values():
-            process.poll()
 
 
 def _all_processes() -> list[int]:

@@ -108,6 +108,8 @@ class SimulatorNode:
         for robot in self._robots.values():
             robot.report(self._simulation.nanoseconds)
         if self._simulation.collisions != self._collisions:
+            for contact in self._simulation.contacts[max(self._collisions, 0) :]:
+                rospy.logwarn(f"collision: {contact}")
             self._collisions = self._simulation.collisions
             self._count.publish(UInt32(self._collisions))
 
