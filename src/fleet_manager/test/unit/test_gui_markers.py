@@ -8,6 +8,7 @@ from blackboard.pose import Pose
 from blackboard.record import TaskRecord
 from blackboard.task import Task, TaskState, TaskType
 from fleet_manager.desk.markers import (
+    LETTER_HEIGHT,
     NO_ROBOT,
     REPEATED_DELETIONS,
     MarkerBoard,
@@ -109,3 +110,18 @@ def test_robots_of_the_default_fleet_have_different_colours():
 
     assert len(colors) == 4
     assert robot_color("forklift") == robot_color("forklift")
+
+
+def test_the_labels_of_goals_at_the_same_place_stand_below_each_other():
+    one = TaskRecord(Task("T1", TaskType.GA, (Pose(1, 2),)))
+    other = TaskRecord(Task("T2", TaskType.GA, (Pose(1, 2),)))
+    markers, _ = MarkerBoard().update({"T1": TaskRow(one), "T2": TaskRow(other)}, {}, {})
+
+    first, second = (marker.pose for marker in markers if marker.shape is Shape.TEXT)
+    assert first.y - second.y >= LETTER_HEIGHT
+
+
+def test_a_robot_that_tells_its_place_oftener_than_it_reports_is_shown_there():
+    markers, _ = MarkerBoard().update({}, robots(), {}, {"robot2": Pose(8, 9)})
+
+    assert markers[0].pose == Pose(8, 9)

@@ -87,6 +87,14 @@ class PlannedPath:
     points: tuple[tuple[float, float], ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Located:
+    """Where a robot believes it is (topic <robot>/amcl_pose), oftener than it reports."""
+
+    robot: str
+    pose: Pose
+
+
 class LinkState(Enum):
     """How the desk stands with the ROS master."""
 
@@ -118,7 +126,7 @@ class PlacesKnown:
     places: tuple[Place, ...]
 
 
-Fact = Told | Clicked | MapBounds | PlannedPath | PlacesKnown | LinkChange
+Fact = Told | Clicked | MapBounds | PlannedPath | Located | PlacesKnown | LinkChange
 
 
 @dataclass(frozen=True, slots=True)

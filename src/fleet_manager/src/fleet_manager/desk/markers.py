@@ -7,10 +7,12 @@ A marker is named by `space` and `number`. RViz keeps a marker until it is told 
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from blackboard.pose import Pose
@@ -39,13 +41,16 @@ COLORS: tuple[Color, ...] = (
 
 ORIGIN = Pose(0.0, 0.0)
 NO_ROBOT: Color = (0.45, 0.45, 0.45, 1.0)
-LETTERS: Color = (0.05, 0.05, 0.05, 1.0)
+LETTERS: Color = (0.85, 0.10, 0.45, 1.0)  # read as well on free floor as on walls
 
 ARROW = (0.7, 0.16, 0.10)  # length, width, height [m]
 LETTER_HEIGHT = 0.28  # [m]
 PATH_WIDTH = 0.06  # [m]
 DISC = (0.9, 0.9, 0.02)  # under a robot [m]
-GOAL_HEIGHT, ROBOT_TEXT_HEIGHT = 0.05, 1.0  # above the floor [m]
+LABEL_WIDTH = 0.8  # of a short name [m]
+LINE_HEIGHT = 1.3 * LETTER_HEIGHT  # from one label to the next [m]
+ROBOT_TEXT_ABOVE = 0.8  # on the map, so that it does not cover the robot [m]
+GOAL_HEIGHT, TEXT_HEIGHT = 0.05, 1.0  # above the floor [m]
 REPEATED_DELETIONS = 10  # updates in which a marker that is gone is deleted again
 
 
@@ -116,6 +121,7 @@ class MarkerBoard:
         tasks: Mapping[str, TaskRow],
         robots: Mapping[str, RobotRow],
         paths: Mapping[str, tuple[tuple[float, float], ...]],
+        poses: Mapping[str, Pose] = MappingProxyType({}),
     ) -> tuple[list[Marker], list[tuple[str, int]]]:
         """Return all markers as they are now.
 
@@ -123,15 +129,21 @@ class MarkerBoard:
             tasks: By id; those that have ended show nothing.
             robots: By name.
             paths: Where each robot is about to drive [m, map frame], by its name.
+            poses: Where robots are that tell it oftener than they report, by name [map frame].
 
         Returns:
             The markers, and the names of those that RViz shall delete. A deletion is repeated for
             a while, because a message may be lost.
         """
+        labels: set[tuple[int, int]] = set()
         open_tasks = [row.record for row in tasks.values() if row.is_open]
         markers = [
-            *(marker for record in open_tasks for marker in self._goals(record)),
-            *(marker for row in robots.values() for marker in self._robot(row)),
+            *(marker for record in open_tasks for marker in self._goals(record, labels)),
+            *(
+                marker
+                for name, row in robots.items()
+                for marker in self._robot(row, poses.get(name, row.status.pose))
+            ),
             *self._paths(paths),
         ]
         names = {marker.name for marker in markers}
@@ -139,7 +151,8 @@ class MarkerBoard:
         self._shown = names
         return markers, sorted(set().union(*self._gone) - names)
 
-    def _goals(self, record: TaskRecord) -> Iterator[Marker]:
+    def _goals(self, record: TaskRecord, labels: set[tuple[int, int]]) -> Iterator[Marker]:
+        """Give the markers of a task; `labels` are the places that names have taken."""
         color = robot_color(record.robot)
         for place, goal in enumerate(used_goals(record.task)):
             if not goal.is_finite:
@@ -147,16 +160,14 @@ class MarkerBoard:
             words = text("marker.goal", id=record.task.id, name=goal_name(place))
             number = self._number("goals", words)
             yield Marker("goals", number, Shape.ARROW, goal, GOAL_HEIGHT, ARROW, color)
-            above = GOAL_HEIGHT + LETTER_HEIGHT
-            size = (0.0, 0.0, LETTER_HEIGHT)
-            yield Marker("goal names", number, Shape.TEXT, goal, above, size, LETTERS, words)
+            yield _label("goal names", number, _free_place(goal, labels), words)
 
-    def _robot(self, row: RobotRow) -> Iterator[Marker]:
+    def _robot(self, row: RobotRow, pose: Pose) -> Iterator[Marker]:
         status = row.status
-        if not status.pose.is_finite:
+        if not pose.is_finite:
             return
         number, color = self._number("robots", status.robot_id), robot_color(status.robot_id)
-        yield Marker("robots", number, Shape.DISC, status.pose, 0.0, DISC, color)
+        yield Marker("robots", number, Shape.DISC, pose, 0.0, DISC, color)
         words = text(
             "marker.robot",
             robot=status.robot_id,
@@ -164,9 +175,7 @@ class MarkerBoard:
             load=formats.mass(status.payload),
             charge=formats.percent(status.charge),
         )
-        size = (0.0, 0.0, LETTER_HEIGHT)
-        height = ROBOT_TEXT_HEIGHT
-        yield Marker("robot names", number, Shape.TEXT, status.pose, height, size, LETTERS, words)
+        yield _label("robot names", number, Pose(pose.x, pose.y + ROBOT_TEXT_ABOVE), words)
 
     def _paths(self, paths: Mapping[str, tuple[tuple[float, float], ...]]) -> Iterable[Marker]:
         for robot, points in paths.items():
@@ -178,3 +187,22 @@ class MarkerBoard:
     def _number(self, space: str, name: str) -> int:
         """Return a number that stays the same for a name."""
         return self._numbers.setdefault((space, name), len(self._numbers))
+
+
+def _label(space: str, number: int, pose: Pose, words: str) -> Marker:
+    size = (0.0, 0.0, LETTER_HEIGHT)
+    return Marker(space, number, Shape.TEXT, pose, TEXT_HEIGHT, size, LETTERS, words)
+
+
+def _free_place(goal: Pose, taken: set[tuple[int, int]]) -> Pose:
+    """Return the first place below a goal where no other name is, and take it.
+
+    Args:
+        goal: What is named.
+        taken: Cells of `LABEL_WIDTH` by `LINE_HEIGHT` that names have taken.
+    """
+    column, row = round(goal.x / LABEL_WIDTH), math.floor(goal.y / LINE_HEIGHT) - 1
+    while any((column + side, row) in taken for side in (-1, 0, 1)):
+        row -= 1
+    taken.add((column, row))
+    return Pose(goal.x, row * LINE_HEIGHT)

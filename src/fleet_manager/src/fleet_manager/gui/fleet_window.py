@@ -125,10 +125,11 @@ class FleetWindow(QMainWindow):
             action = QAction(text(f"menu.{appearance.value}"), group, checkable=True)
             action.setData(appearance)
             looks.addAction(action)
-        group.triggered.connect(lambda action: self._appear(action.data()))
+        group.triggered.connect(lambda action: self.appear(action.data()))
         self._looks = group
 
-    def _appear(self, appearance: Appearance) -> None:
+    def appear(self, appearance: Appearance) -> None:
+        """Look light or dark, now and at the next start."""
         appear(QApplication.instance(), appearance, self._desktop)
         self._settings.setValue("appearance", appearance.value)
         for action in self._looks.actions():
@@ -149,4 +150,4 @@ class FleetWindow(QMainWindow):
             self.view.restore(self._settings)
         kept = self._settings.value("appearance", Appearance.DESKTOP.value)
         known = {appearance.value: appearance for appearance in Appearance}
-        self._appear(known.get(kept, Appearance.DESKTOP))
+        self.appear(known.get(kept, Appearance.DESKTOP))

@@ -9,6 +9,7 @@ from python_qt_binding import loadUi
 from python_qt_binding.QtWidgets import QWidget
 
 from fleet_manager.desk.words import WORDS, text
+from fleet_manager.gui.look import Tone, color
 from fleet_manager.resources import package_folder
 
 if TYPE_CHECKING:
@@ -52,6 +53,14 @@ def show_mistake(label: QWidget, mistake: str) -> None:
     """Show what is wrong below a field, with a sign for those who do not see the colour."""
     label.setText(f"⚠ {mistake}" if mistake else "")
     label.setVisible(bool(mistake))
+
+
+def mark_field(edit: QWidget, *, wrong: bool) -> None:
+    """Give a field a thick border in the colour of mistakes, or take it off."""
+    if edit.property("wrong") != wrong:
+        edit.setProperty("wrong", wrong)
+        shade = color(Tone.BAD, edit.palette()).name()
+        edit.setStyleSheet(f"border: 0.15em solid {shade}" if wrong else "")
 
 
 def fill_choices(box: QWidget, keys: Mapping[Any, str]) -> None:

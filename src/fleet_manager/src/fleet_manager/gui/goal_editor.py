@@ -11,7 +11,7 @@ from python_qt_binding.QtWidgets import QGroupBox
 
 from fleet_manager.desk.form import GoalText
 from fleet_manager.desk.words import text
-from fleet_manager.gui.forms import load_form, show_mistake
+from fleet_manager.gui.forms import load_form, mark_field, show_mistake
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -95,8 +95,7 @@ class GoalEditor(QGroupBox):
         lines = (f"{text(f'goal.{field[2:]}')} {words}" for field, words in mine.items())
         show_mistake(self.mistake_label, "\n⚠ ".join(lines))
         for field, edit in self.edits.items():
-            edit.setProperty("wrong", field in mine)
-            edit.style().polish(edit)
+            mark_field(edit, wrong=field in mine)
 
     def offer_places(self, places: tuple[Place, ...]) -> None:
         """Let these places be chosen instead of coordinates."""

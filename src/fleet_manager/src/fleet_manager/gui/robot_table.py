@@ -41,8 +41,8 @@ def robot_columns(places: Callable[[], tuple[Place, ...]]) -> tuple[Column, ...]
         Column("column.current", _current, lambda r: padded(r.status.task_id), letters=11),
         Column("column.queue", _queue, lambda r: len(_behind(r)), letters=11),
         Column("column.load", _load, lambda r: r.status.payload, to_right=True, letters=7),
-        Column("column.place", place, place, letters=15),
-        Column("column.reason", _reason, _reason, letters=14),
+        Column("column.place", place, place, letters=28),
+        Column("column.reason", _reason, _reason, letters=8),
     )
 
 

@@ -13,7 +13,7 @@ from fleet_manager.desk.form import GOAL_NAMES, GOALS_TAKEN, FormText, check, go
 from fleet_manager.desk.picking import Picking
 from fleet_manager.desk.words import text
 from fleet_manager.gui.banner import Banner
-from fleet_manager.gui.forms import fill_choices, load_form, show_mistake
+from fleet_manager.gui.forms import fill_choices, load_form, mark_field, show_mistake
 from fleet_manager.gui.goal_editor import GoalEditor
 from fleet_manager.gui.look import ANSWER_SIGNS, color
 
@@ -75,7 +75,9 @@ class TaskEntry(QWidget):
         if checked.task is None:
             self._left |= set(checked.mistakes)
             show_mistake(self.message_label, text("entry.fix"))
-            self._field(next(iter(checked.mistakes))).setFocus()
+            first = self._field(next(iter(checked.mistakes)))
+            first.setFocus()
+            self.scroll.ensureWidgetVisible(first)
             return
         self._desk.post(checked.task)
         self.clear()
@@ -180,8 +182,7 @@ class TaskEntry(QWidget):
     def _show_mistakes(self, mistakes: Mapping[str, str]) -> None:
         for field in _OWN_FIELDS:
             edit = self._field(field)
-            edit.setProperty("wrong", field in mistakes)
-            edit.style().polish(edit)
+            mark_field(edit, wrong=field in mistakes)
             show_mistake(getattr(self, f"{field}_mistake"), mistakes.get(field, ""))
         for editor in self.goal_editors.values():
             editor.show_mistakes(mistakes)

@@ -63,13 +63,13 @@ def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
         Column("column.state", state, lambda r: int(r.record.state), tone, letters=11),
         Column("column.type", _type, lambda r: r.record.task.type, letters=5),
         Column("column.robot", _robot, lambda r: padded(r.record.robot), letters=8),
-        Column("column.step", step, lambda r: r.record.step, letters=6),
-        Column("column.progress", _progress, lambda r: r.progress, share=_share, letters=11),
-        Column("column.eta", eta, _due, letters=13),
+        Column("column.step", step, lambda r: r.record.step, letters=5),
+        Column("column.progress", _progress, lambda r: r.progress, share=_share, letters=10),
+        Column("column.eta", eta, _due, letters=12),
         Column("column.priority", _priority, _urgency, to_right=True, letters=7),
         Column("column.payload", _payload, _weight, to_right=True, letters=8),
         Column("column.age", age, lambda r: -r.record.task.posted, letters=10),
-        Column("column.reason", _reason, _reason, letters=20),
+        Column("column.reason", _reason, _reason, letters=8),
     )
 
 

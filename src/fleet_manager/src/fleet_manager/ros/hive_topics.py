@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import rosgraph.names
 import rospy
-from geometry_msgs.msg import PointStamped, PoseStamped
+from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Path
 from rospy.numpy_msg import numpy_msg
 
@@ -19,6 +19,7 @@ from blackboard.ros.conversions import WIRES, yaw_of
 from fleet_manager.desk.facts import (
     CancelTask,
     Clicked,
+    Located,
     MapBounds,
     PlannedPath,
     PostTask,
@@ -93,15 +94,18 @@ class HiveTopics:
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._hear_goal)
         rospy.Subscriber("map", numpy_msg(OccupancyGrid), self._hear_map)
 
-    def listen_to_path(self, robot: str) -> None:
-        """Follow where a robot is about to drive.
+    def listen_to_drive(self, robot: str) -> None:
+        """Follow where a robot is and where it is about to drive.
 
         ROS Subscribers:
-            ROBOT/move_base/plan (nav_msgs/Path).
+            ROBOT/amcl_pose (geometry_msgs/PoseWithCovarianceStamped), ROBOT/move_base/plan
+            (nav_msgs/Path).
         """
         if rosgraph.names.is_legal_base_name(robot):
             hear = partial(self._hear_path, robot)
             rospy.Subscriber(f"{robot}/move_base/plan", Path, hear, queue_size=1)
+            locate = partial(self._hear_pose, robot)
+            rospy.Subscriber(f"{robot}/amcl_pose", PoseWithCovarianceStamped, locate, queue_size=1)
 
     def advertise(self) -> None:
         """Be ready to speak to the blackboard."""
@@ -160,6 +164,11 @@ class HiveTopics:
         corner, size = msg.info.origin.position, msg.info.resolution
         far = (corner.x + size * msg.info.width, corner.y + size * msg.info.height)
         self._inbox.put(MapBounds(corner.x, corner.y, *far), "map")
+
+    def _hear_pose(self, robot: str, msg: PoseWithCovarianceStamped) -> None:
+        position, turn = msg.pose.pose.position, msg.pose.pose.orientation
+        located = Located(robot, Pose(position.x, position.y, yaw_of(turn)))
+        self._inbox.put(located, ("pose", robot))
 
     def _hear_path(self, robot: str, msg: Path) -> None:
         points = tuple((pose.pose.position.x, pose.pose.position.y) for pose in msg.poses)

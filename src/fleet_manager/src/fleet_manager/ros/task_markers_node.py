@@ -14,13 +14,14 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker as MarkerMsg
 from visualization_msgs.msg import MarkerArray
 
-from fleet_manager.desk.facts import Moment, PlannedPath
+from fleet_manager.desk.facts import Located, Moment, PlannedPath
 from fleet_manager.desk.hive import Hive
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.markers import MarkerBoard, Shape
 from fleet_manager.ros.hive_topics import HiveTopics
 
 if TYPE_CHECKING:
+    from blackboard.pose import Pose as RobotPose
     from fleet_manager.desk.markers import Marker
 
 PERIOD = 0.2  # [s, wall] between two updates, quick enough for robots at walking pace
@@ -38,7 +39,8 @@ class TaskMarkers:
     """Publishes markers for open tasks, robots and paths.
 
     ROS Subscribers:
-        Those of `HiveTopics`, and ROBOT/move_base/plan (nav_msgs/Path) of every robot.
+        Those of `HiveTopics`, and of every robot ROBOT/move_base/plan (nav_msgs/Path) and
+        ROBOT/amcl_pose (geometry_msgs/PoseWithCovarianceStamped).
 
     ROS Publishers:
         task_markers (visualization_msgs/MarkerArray): all markers at every change, latched.
@@ -51,6 +53,7 @@ class TaskMarkers:
         self._hive = Hive()
         self._board = MarkerBoard()
         self._paths: dict[str, tuple[tuple[float, float], ...]] = {}
+        self._poses: dict[str, RobotPose] = {}
         self._last: tuple[list[Marker], list[tuple[str, int]]] | None = None
         self._publisher = rospy.Publisher("task_markers", MarkerArray, latch=True, queue_size=1)
 
@@ -65,12 +68,14 @@ class TaskMarkers:
         for fact in self._inbox.take(BATCH):
             if isinstance(fact, PlannedPath):
                 self._paths[fact.robot] = fact.points
+            elif isinstance(fact, Located):
+                self._poses[fact.robot] = fact.pose
             self._hive.apply(fact, moment)
         self._hive.tick(moment)
         self._hive.take_changes()
         while not self._met.empty():
-            self._topics.listen_to_path(self._met.get())
-        shown = self._board.update(self._hive.tasks, self._hive.robots, self._paths)
+            self._topics.listen_to_drive(self._met.get())
+        shown = self._board.update(self._hive.tasks, self._hive.robots, self._paths, self._poses)
         if shown != self._last:
             self._last = shown
             self._publisher.publish(_array(*shown))
