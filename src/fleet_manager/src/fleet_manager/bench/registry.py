@@ -54,7 +54,16 @@ def _plan(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+def _gui(_outside: Outside) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("fleet_manager.gui.bench").run()
+    return BenchResult(found["figures"], found["aims"])
+
+
 BENCHES: Mapping[str, Bench] = {
+    "gui": Bench(
+        "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
+        _gui,
+    ),
     "plan": Bench(
         "planning time [s] and length of the way over the shortest one, 200 pairs on each map",
         _plan,

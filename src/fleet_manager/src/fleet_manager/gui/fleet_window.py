@@ -104,7 +104,7 @@ class FleetWindow(QMainWindow):
             dock.show()
         letter = self.fontMetrics().averageCharWidth()
         screen = QApplication.primaryScreen().availableGeometry()
-        width = 220 if self.view and self.entry else 130 if self.view else 62
+        width = 220 if self.view and self.entry else 200 if self.view else 62
         height = 46 * self.fontMetrics().lineSpacing()
         self.resize(min(screen.width(), width * letter), min(screen.height(), height))
         if self._docks:
