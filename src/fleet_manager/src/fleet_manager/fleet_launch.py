@@ -20,10 +20,12 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
         sim: True to put the robots into the simulator as well.
 
     Returns:
-        XML for roslaunch: an include of `blackboard.launch`, then one of `robot.launch` for each
-        robot, in the fleet's order.
+        XML for roslaunch: what a robot that joins later has to know, an include of
+        `blackboard.launch`, then one of `robot.launch` for each robot, in the fleet's order.
     """
     lines = ["<launch>"]
+    for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
+        lines.append(f'  <param name="/fleet/{name}" type="str" value="{value}"/>')
     blackboard = {"distance": fleet.distance, "bid_timeout": f"{fleet.bid_timeout:g}"}
     lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
     for robot in fleet.robots:

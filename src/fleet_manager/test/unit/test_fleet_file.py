@@ -101,8 +101,11 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
 
     root = ET.fromstring(launch_text(fleet, sim=False))  # noqa: S314  (made here)
 
-    files = [include.get("file") for include in root]
-    values = [{arg.get("name"): arg.get("value") for arg in include} for include in root]
+    includes = root.findall("include")
+    files = [include.get("file") for include in includes]
+    values = [{arg.get("name"): arg.get("value") for arg in include} for include in includes]
+    told = {param.get("name"): param.get("value") for param in root.findall("param")}
+    assert told == {"/fleet/cost_model": fleet.cost_model, "/fleet/distance": "path"}
     assert files[0].endswith("blackboard.launch")
     assert values[0] == {"distance": "path", "bid_timeout": "2"}
     assert [one["name"] for one in values[1:]] == [robot.name for robot in fleet.robots]
@@ -119,4 +122,4 @@ def test_what_is_special_in_xml_stays_what_it_is(tmp_path):
 
     root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))  # noqa: S314  (made here)
 
-    assert root[1].find("arg[@name='model']").get("value") == str(model)
+    assert root.findall("include")[1].find("arg[@name='model']").get("value") == str(model)
