@@ -8,6 +8,10 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.timeout(
+    400
+)  # a build and 30 starts of bash, on a machine that may be busy
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = sorted(path.parent.name for path in ROOT.glob("src/*/package.xml"))
 NODES = sorted(path for path in ROOT.glob("src/*/nodes/*") if path.is_file())

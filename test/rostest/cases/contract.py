@@ -102,7 +102,9 @@ def task(task_id, kind, *goals, priority=0, payload=0.0, frame="map"):
 
 
 def without_repetitions(updates):
-    states = [update.state for update in updates]
+    """Return the states by their stamps: ROS keeps no order between two publishers of a topic."""
+    in_order = sorted(updates, key=lambda update: (update.header.stamp, update.state))
+    states = [update.state for update in in_order]
     return [s for i, s in enumerate(states) if i == 0 or states[i - 1] != s]
 
 
