@@ -7,10 +7,9 @@ import pytest
 
 from fleet_manager.gui import bench
 
-
 FLOOD = "stall, 500 messages a second [s]"
-"""The one figure that hangs on what else the machine does: 50 to 275 ms were seen (the aim is 100 ms,
-docs/benchmarks.md), so here it only has to stay far from what a person would call frozen."""
+"""The one figure that hangs on what else the machine does: 50 to 275 ms were seen (the aim is
+100 ms, docs/benchmarks.md), so here it only has to stay far from what a person calls frozen."""
 FLOOD_LIMIT = 0.5
 
 
