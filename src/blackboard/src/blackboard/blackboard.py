@@ -3,13 +3,15 @@
 
 This is the report's Blackboard. It decides by messages alone and keeps nothing that it could not
 learn again: the task list lives in `Backup`, robots say how they are, and an order that was lost
-is given again when a robot's status shows that it has not heard it.
+is given again when a robot's status shows that it has not heard it. So every member of the hive
+hosts one; it decides while its `Backup` is active, and only listens otherwise. What it decides it
+tells once `Backup` has committed it.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from blackboard.auction import Auction
 from blackboard.characteristics import RobotState
@@ -35,6 +37,8 @@ from blackboard.task import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
     from blackboard.cost import Bid, Bids
@@ -50,6 +54,10 @@ _EVENTS = {
     TaskState.FAILED: TaskEvent.FAIL,
 }
 """What a robot's report of a state means; robots report no other."""
+
+
+def _nothing() -> None:
+    """Do nothing once a change is committed."""
 
 
 class Blackboard:
@@ -76,21 +84,50 @@ class Blackboard:
         self._slow: set[str] = set()
         self._parked: set[str] = set()
         self._ordered: dict[str, float] = {}
+        self._timers: list[Timer] = []
 
     def start(self) -> None:
         """Begin to listen."""
-        self._talker.subscribe(NEW_TASK, self._take_in)
-        self._talker.subscribe(TASK_CANCEL, self._cancel)
-        self._talker.subscribe(TASK_COST, self._take_bids)
-        self._talker.subscribe(TASK_STATE, self._hear_update)
+        self._backup.serve(self)
+        self._listen(NEW_TASK, self._take_in)
+        self._listen(TASK_CANCEL, self._cancel)
+        self._listen(TASK_COST, self._take_bids)
+        self._listen(TASK_STATE, self._hear_update)
         self._talker.subscribe(ROBOT_STATUS, self._hear_status)
-        self._talker.every(self._settings.robot_timeout / 5, self._look_for_silence)
-        self._talker.every(self._settings.retry_period, self._try_again)
+
+    def _listen(self, topic: str, handler: Callable[[Any], None]) -> None:
+        """Have the messages of a topic handled while this blackboard is the active one."""
+        self._talker.subscribe(
+            topic, lambda message: handler(message) if self._backup.may_act() else None
+        )
+
+    def became_active(self) -> None:
+        """Begin to decide, with the task list that the hive has committed."""
+        now = self._talker.now()
+        held = {TaskState.ASSIGNED, TaskState.STARTED}
+        self._ordered = {
+            record.task.id: now for record in self._backup.records if record.state in held
+        }
+        self._timers = [
+            self._talker.every(self._settings.robot_timeout / 5, self._look_for_silence),
+            self._talker.every(self._settings.retry_period, self._try_again),
+        ]
+        self._look_for_silence()
+        self._try_again()
+
+    def stepped_down(self) -> None:
+        """Stop to decide; whatever was not committed yet is for the next active one to do again."""
+        for timer in (*self._timers, self._closing):
+            if timer is not None:
+                timer.cancel()
+        self._timers = []
+        self._auction = self._closing = None
+        self._ordered = {}
 
     def _take_in(self, task: Task) -> None:
         known = self._backup.get(task.id)
         if known is not None and known.task.asks_the_same_as(task):
-            self._tell(known)
+            self._backup.commit((), lambda: self._tell(known))
             return
         if known is not None:
             self._reject(task, "the id is taken by another task; post it with another id")
@@ -117,10 +154,9 @@ class Blackboard:
             return
         cancelled = record.after(TaskEvent.CANCEL, eta=0.0, reason="cancelled by an operator")
         if cancelled is None:
-            self._tell(record)
+            self._backup.commit((), lambda: self._tell(record))
             return
-        self._commit(cancelled)
-        self._take_back(record)
+        self._commit(cancelled, lambda: self._take_back(record))
 
     def _open_auction(self) -> None:
         """Ask for bids on all that waits, unless an auction is under way."""
@@ -184,8 +220,7 @@ class Blackboard:
             reason=unused_goals(record.task),
         )
         if assigned is not None:
-            self._commit(assigned)
-            self._give_order(assigned)
+            self._commit(assigned, lambda: self._give_order(assigned))
 
     def _give_order(self, record: TaskRecord) -> None:
         self._ordered[record.task.id] = self._talker.now()
@@ -221,9 +256,8 @@ class Blackboard:
             event, robot=update.robot_id, step=update.step, eta=update.eta, reason=update.reason
         )
         if changed is not None:
-            self._commit(changed, tell=False)
-            if not holds:
-                self._take_back(record)
+            then = _nothing if holds else lambda: self._take_back(record)
+            self._commit(changed, then, tell=False)
 
     def _put_back(self, record: TaskRecord, update: TaskUpdate) -> None:
         """Have a task that a robot handed back done by another, or give it up."""
@@ -243,7 +277,10 @@ class Blackboard:
         if status.state is RobotState.OFFLINE:
             return
         now = self._talker.now()
-        if self._presence.hear(status, now):
+        can_bid_better = self._presence.hear(status, now)
+        if not self._backup.may_act():
+            return
+        if can_bid_better:
             self._try_again()
         for task_id, ordered in tuple(self._ordered.items()):
             record = self._backup.get(task_id)
@@ -272,15 +309,21 @@ class Blackboard:
         if record.state is TaskState.WAITING and record.reason != reason:
             self._commit(replace(record, reason=reason))
 
-    def _commit(self, record: TaskRecord, *, tell: bool = True) -> None:
-        """Write a change down and tell everyone, unless the robot has done so already."""
+    def _commit(
+        self, record: TaskRecord, then: Callable[[], None] = _nothing, *, tell: bool = True
+    ) -> None:
+        """Have a change written down; then tell everyone, unless the robot has done so already."""
         if record.state not in {TaskState.ASSIGNED, TaskState.STARTED}:
             self._ordered.pop(record.task.id, None)
         if self._auction is not None and record.state is not TaskState.WAITING:
             self._auction.withdraw(record.task.id)
-        self._backup.commit(record)
-        if tell:
-            self._tell(record)
+
+        def committed() -> None:
+            if tell:
+                self._tell(record)
+            then()
+
+        self._backup.commit((record,), committed)
 
     def _tell(self, record: TaskRecord) -> None:
         update = TaskUpdate(

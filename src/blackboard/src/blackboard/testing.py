@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import random
 from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from blackboard.backup import Backup
+from blackboard.backup import Backup, founded
 from blackboard.battery import Battery, BatteryModel
 from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotCharacteristics
 from blackboard.controller import CommandResult, CommandState, Controller
+from blackboard.journal import MemoryJournal
 from blackboard.robot import Robot
 from blackboard.settings import (
     BackupSettings,
@@ -167,6 +169,9 @@ class NetworkTalker:
         """Return whether there is a member of that name: always, on this network."""
         return bool(member)
 
+    def watch(self, member: str, died: Callable[[], None]) -> None:
+        """Watch a member: none of them dies, on this network."""
+
     def warn(self, text: str) -> None:
         """Note what a person should know."""
         self.warnings.append(text)
@@ -229,7 +234,8 @@ class Hive:
         self.commands: dict[str, TimedCommand] = {}
         self.talkers: dict[str, NetworkTalker] = {}
         talker = self._talker("blackboard")
-        backup = Backup(talker, "blackboard", BackupSettings())
+        disk = MemoryJournal(founded("blackboard"))
+        backup = Backup(talker, "blackboard", BackupSettings(), disk, random.Random(0))
         settings = settings or BlackboardSettings()
         Blackboard(talker, backup, StraightWays(), settings).start()
         backup.start()
