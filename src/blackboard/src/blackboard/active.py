@@ -195,21 +195,21 @@ def next_members(member: Member, now: float) -> tuple[str, ...] | None:
         if each != member.id and _is_gone(member, each, now):
             return tuple(other for other in members if other != each)
     names = set(map(name_of, members))
-    ready = [
-        each
-        for each in sorted(member.peers)
-        if name_of(each) not in names and _follows(member, each, now)
-    ]
-    wanted = FEWEST_MEMBERS - len(members)
-    if len(members) >= member.settings.most_members or len(ready) < max(1, wanted):
-        # A list of two would need both; alone the active one can at least go on.
-        return (member.id,) if len(members) == FEWEST_MEMBERS - 1 else None
-    return (*members, ready[0])
+    if len(members) < member.settings.most_members:
+        for each in sorted(member.peers):
+            if name_of(each) not in names and _follows(member, each, now):
+                return (*members, each)
+    return None
 
 
 def _is_gone(member: Member, other: str, now: float) -> bool:
     peer = member.peers.get(other, Peer())
-    if now - peer.heard > member.settings.member_timeout:
+    settings = member.settings
+    # Of two, both would be needed. The other cannot be elected without this one, so this one need
+    # not wait before it goes on alone, and must not wait until it would have to step down itself.
+    few = len(member.members) < FEWEST_MEMBERS
+    patience = settings.self_demotion / 2 if few else settings.member_timeout
+    if now - peer.heard > patience:
         return True
     name = name_of(other)
     return any(
