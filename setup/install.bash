@@ -108,7 +108,7 @@ make_venv() {
 install_wheels() {
   if wheels_are_there; then return; fi
   step "installing wheels into .venv" make_venv ||
-    die "pip failed: $(grep '^ERROR: ' "$log" | tail -n 1) (whole log: $log)"
+    die "pip failed: $(grep -E '^(Could not fetch|ERROR:)' "$log" | tail -n 2 | cut -c -300 | xargs -d '\n') (whole log: $log)"
 }
 
 # --- build -------------------------------------------------------------------------------------------

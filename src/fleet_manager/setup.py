@@ -4,7 +4,15 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["fleet_manager", "fleet_manager.ros", "fleet_manager.gui"],
+        packages=[
+            "fleet_manager",
+            "fleet_manager.bench",
+            "fleet_manager.cli",
+            "fleet_manager.demo",
+            "fleet_manager.desk",
+            "fleet_manager.gui",
+            "fleet_manager.ros",
+        ],
         package_dir={"": "src"},
     )
 )

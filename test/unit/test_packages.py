@@ -28,6 +28,7 @@ DEPENDENCY = {
     "psutil": "python3-psutil",
     "rospkg": "python3-rospkg",
     "scipy": "python3-scipy",
+    "shapely": "python3-shapely",
     "yaml": "python3-yaml",
 }
 

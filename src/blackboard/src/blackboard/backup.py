@@ -177,6 +177,11 @@ class Backup:
         else:
             then()
 
+    def tell(self) -> None:
+        """Have the task list told to everyone within the sync period."""
+        if self._sync is None:
+            self._sync = self._talker.after(self._settings.sync_period, self._publish_sync)
+
     def _tick(self) -> None:
         self._step(Tick(self._random.random()))
 
@@ -221,8 +226,8 @@ class Backup:
             self._publish_sync()
             if self._carrier is not None:
                 self._carrier.became_active()
-        elif committed > before.log.committed and self._sync is None:
-            self._sync = self._talker.after(self._settings.sync_period, self._publish_sync)
+        elif committed > before.log.committed:
+            self.tell()
         while self._waiting and self._waiting[0][0] <= committed:
             self._waiting.popleft()[1]()
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,11 +40,11 @@ class BatteryModel:
 
     def __post_init__(self) -> None:
         for name in ("capacity", "voltage_empty", "charging_time"):
-            if not getattr(self, name) > 0:
+            if not 0 < getattr(self, name) < math.inf:
                 raise CharacteristicsError(
                     f"battery: {name} is {getattr(self, name)!r}; allowed: above 0"
                 )
-        if not self.voltage_full >= self.voltage_empty:
+        if not self.voltage_empty <= self.voltage_full < math.inf:
             raise CharacteristicsError(
                 f"battery: voltage_full is {self.voltage_full!r}; "
                 f"allowed: at least voltage_empty, which is {self.voltage_empty!r} V"

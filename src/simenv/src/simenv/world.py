@@ -7,7 +7,6 @@ differ. World and map share one frame: the lower left corner of the building is 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -23,8 +22,6 @@ from simenv.geometry import NO_SEGMENTS, Array, Pose, outline
 from simenv.world_schema import SCHEMA, SOLID_KINDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from shapely.geometry.base import BaseGeometry
 
 SIDES_OF_A_QUARTER = 8
@@ -129,8 +126,8 @@ class World:
     @cached_property
     def segments(self) -> Array:
         """The outline of everything solid (k, 2, 2), frame map [m]."""
-        rings = [outline(np.array(ring.coords)[:-1]) for ring in _rings(self.solid)]
-        return np.concatenate([NO_SEGMENTS, *rings])
+        edges = [outline(np.array(ring.coords)[:-1]) for ring in rings(self.solid)]
+        return np.concatenate([NO_SEGMENTS, *edges])
 
     def solid_at(self, area: BaseGeometry) -> str | None:
         """Return the name of something solid that an area overlaps, or None."""
@@ -163,7 +160,6 @@ def load_world(name_or_path: str) -> World:
 def _world(content: dict[str, Any]) -> World:
     """Build a world from what its file holds."""
     shapes = [item for kind in SOLID_KINDS for item in content.get(kind, [])]
-    _check_numbers("size", content["size"])
     return World(
         name=content["name"],
         size=(content["size"][0], content["size"][1]),
@@ -175,12 +171,10 @@ def _world(content: dict[str, Any]) -> World:
 
 
 def _station(item: dict[str, Any]) -> Station:
-    _check_numbers(item["name"], [item.get("duration", 0.0)])
     return Station(**(item | {"pose": _pose(item)}))
 
 
 def _pose(item: dict[str, Any]) -> Pose:
-    _check_numbers(item["name"], item["pose"])
     return Pose(*map(float, item["pose"]))
 
 
@@ -189,7 +183,6 @@ def _area(item: dict[str, Any]) -> BaseGeometry:
     name = item["name"]
     form = next(key for key in item if key != "name")
     value = item[form]
-    _check_numbers(name, _flat(value))
     if form == "box":
         x_min, y_min, x_max, y_max = value
         if x_min >= x_max or y_min >= y_max:
@@ -209,20 +202,8 @@ def _area(item: dict[str, Any]) -> BaseGeometry:
     return area
 
 
-def _check_numbers(name: str, numbers: Iterable[float]) -> None:
-    """Refuse `.nan`, which every comparison of a schema lets through."""
-    if not all(math.isfinite(number) for number in numbers):
-        raise WorldError(f"'{name}': holds .nan; write a number")
-
-
-def _flat(value: Any) -> list[float]:  # noqa: ANN401  (a number or lists and dicts of them)
-    if isinstance(value, dict):
-        value = list(value.values())
-    return [x for item in value for x in _flat(item)] if isinstance(value, list) else [value]
-
-
-def _rings(area: BaseGeometry) -> list[shapely.geometry.LinearRing]:
-    """Return every ring that bounds an area: outlines and the rims of holes."""
-    polygons = getattr(area, "geoms", [area])
-    parts = [part for part in polygons if not part.is_empty]
-    return [ring for part in parts for ring in (part.exterior, *part.interiors)]
+def rings(area: BaseGeometry) -> list[shapely.geometry.LinearRing]:
+    """Return every ring that bounds an area, with the area on its left."""
+    polygons = [part for part in getattr(area, "geoms", [area]) if not part.is_empty]
+    turned = [shapely.geometry.polygon.orient(part) for part in polygons]
+    return [ring for part in turned for ring in (part.exterior, *part.interiors)]

@@ -82,7 +82,9 @@ class Drive:
         self.at_work(self._task, True)
         duration = self._random.uniform(0.5, 4.0)
         works = self._random.random() >= _FAILURES
-        self._host.network.schedule(duration, self._host, self._end, (self._run, step, works, done))
+        self._host.network.schedule(
+            duration, self._host, self._end, (self._run, step, works, done)
+        )
 
     def cancel(self) -> None:
         """Stop."""

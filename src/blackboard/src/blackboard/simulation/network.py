@@ -119,7 +119,9 @@ class _Timer:
         if self.cancelled:
             return
         if self.period is not None:
-            self.host.network.schedule(self.period / self.host.rate, self.host, self.fire, timer=True)
+            self.host.network.schedule(
+                self.period / self.host.rate, self.host, self.fire, timer=True
+            )
         self.action()
 
 

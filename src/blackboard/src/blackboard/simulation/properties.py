@@ -135,7 +135,9 @@ class Properties:
             if record is None:
                 self._broken("it goes on", f"{task_id} was never taken in")
             elif not record.state.is_terminal and not record.reason:
-                self._broken("it goes on", f"{task_id} is {record.state.name} and does not say why")
+                self._broken(
+                    "it goes on", f"{task_id} is {record.state.name} and does not say why"
+                )
 
     def _follow_commits(self, member: Member, before: Member | None) -> None:
         """Check that what a member holds as committed is what everyone else does."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs schedules, and reports what came of them.
 
-    python3 -m blackboard.simulation.run 17            # prints schedule 17 and what comes of it
-    python3 -m blackboard.simulation.run 0 1000        # runs schedules 0 to 999
+python3 -m blackboard.simulation.run 17            # prints schedule 17 and what comes of it
+python3 -m blackboard.simulation.run 0 1000        # runs schedules 0 to 999
 """
 
 from __future__ import annotations
@@ -296,7 +296,9 @@ def main() -> None:
     """Run the schedules that the command line names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("first", type=int, help="seed of the first schedule")
-    parser.add_argument("end", type=int, nargs="?", help="seed after the last; only the first if left out")
+    parser.add_argument(
+        "end", type=int, nargs="?", help="seed after the last; only the first if left out"
+    )
     wanted = parser.parse_args()
     if wanted.end is None:
         _show(run(draw(wanted.first)))

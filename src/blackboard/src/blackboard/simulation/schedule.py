@@ -39,7 +39,11 @@ class Crash:
     def __str__(self) -> str:
         how = " at its next write to disk" if self.while_writing else ""
         disk = " without its disk" if self.disk_lost else ""
-        back = "for ever" if self.back_after is None else f"and is back{disk} {self.back_after:.2f} s later"
+        back = (
+            "for ever"
+            if self.back_after is None
+            else f"and is back{disk} {self.back_after:.2f} s later"
+        )
         return f"{self.at:6.2f} {self.member} crashes{how} {back}"
 
 
@@ -180,7 +184,9 @@ def _post(random: Random, number: int) -> Post:
         Pose(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0))
         for _ in range(random.randint(kind.goals_needed, 3))
     )
-    task = Task(f"T{number + 1}", kind, goals, random.choice([0, 0, 5, 9]), random.uniform(0.0, 5.0))
+    task = Task(
+        f"T{number + 1}", kind, goals, random.choice([0, 0, 5, 9]), random.uniform(0.0, 5.0)
+    )
     return Post(SETTLE + random.uniform(0.0, 0.7 * TROUBLE), task)
 
 

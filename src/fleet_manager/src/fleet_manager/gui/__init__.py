@@ -1,1 +1,2 @@
-"""The Qt windows; nothing else imports them."""
+# SPDX-License-Identifier: BSD-3-Clause
+"""The operator's windows: thin Qt widgets over `fleet_manager.desk`."""

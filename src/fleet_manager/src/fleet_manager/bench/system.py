@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measures what a hive takes of the machine while all its robots drive.
+
+The robots get tours through the lab's stations, always more tours than there are robots, so that
+nobody runs out of work. Measured are all processes of the hive, roslaunch and the ROS master
+included; not the process that posts the tours.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from blackboard.task import Task, TaskType
+from fleet_manager.bench.registry import BenchResult
+from fleet_manager.bench.usage import shares, usage_of
+from fleet_manager.client import HiveClient
+from fleet_manager.demo.gathering import wait_for_everyone
+from fleet_manager.demo.history import History
+from fleet_manager.demo.local_hive import local_hive
+from fleet_manager.fleet_file import read_fleet
+from fleet_manager.places import places_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from contextlib import AbstractContextManager
+
+    from fleet_manager.client import Link
+    from fleet_manager.demo.local_hive import LocalHive
+    from fleet_manager.hive_view import HiveView, Report
+
+_WORLD = "lab"
+_SECONDS = 60.0
+"""Time that is measured [s of wall time]; well above the length of a tour's legs."""
+
+_UNDER_WAY = 10.0
+"""Time from the first tour to the measurement [s]: all robots drive by then."""
+
+_GOALS = 4
+_SPARE = 2
+_SEED = 1
+_MOVING = 0.05
+"""A robot that covers less than this within a second stands [m]."""
+
+AIMS = {"cpu": 1.0, "memory": 1.5}
+"""At most one core, and 1.5 GB."""
+
+
+class _Tours:
+    """Keeps more tours on the list than there are robots."""
+
+    def __init__(self, client: HiveClient, robots: int) -> None:
+        self._client = client
+        self._wanted = robots + _SPARE
+        self._goals = list(places_of(_WORLD).values())
+        self._draw = random.Random(_SEED)  # noqa: S311  (a choice of goals, no secret)
+        self._ids: list[str] = []
+
+    def refill(self) -> None:
+        """Post tours until there are enough that have not ended."""
+        states = (self._client.view.state_of(task_id) for task_id in self._ids)
+        open_now = sum(state is None or not state.is_terminal for state in states)
+        for _ in range(self._wanted - open_now):
+            task_id = f"tour-{len(self._ids) + 1}"
+            goals = tuple(self._draw.sample(self._goals, _GOALS))
+            self._client.submit(Task(task_id, TaskType.GAB, goals))
+            self._ids.append(task_id)
+
+
+class _Recorder:
+    """Hands every report to a history, by the hive's clock."""
+
+    def __init__(self, link: Link) -> None:
+        self.history = History(link.hive_time())
+        self._link = link
+
+    def __call__(self, _view: HiveView, report: Report) -> None:
+        self.history.add(self._link.hive_time(), report)
+
+    def distances(self) -> dict[str, float]:
+        """Return how far each robot has driven so far [m]."""
+        return {name: track.distance for name, track in self.history.tracks.items()}
+
+
+def measure(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
+    """Run the default fleet for a minute and return what it took.
+
+    Args:
+        connect: Opens the link; see `cli.outside.Outside`.
+
+    Returns:
+        `cpu` [s per s] and `memory` [GB] in sum and for each process; `seconds` measured;
+        `driving_share`, the part of the robots' time in which they moved; `real_time_factor`.
+    """
+    robots = [robot.name for robot in read_fleet(_WORLD).robots]
+    arguments = {"fleet": _WORLD, "world": _WORLD, "rtf": "1", "rviz": "false", "gui": "false"}
+    with contextlib.ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="robo-hive-bench-")))
+        hive = stack.enter_context(local_hive(folder))
+        click.echo(f"starting {len(robots)} robots, then measuring for {_SECONDS:g} s", err=True)
+        hive.start_master()
+        hive.launch(arguments)
+        link = stack.enter_context(connect(robots))
+        recorder = _Recorder(link)
+        client = HiveClient(link, recorder)
+        wait_for_everyone(client, robots, hive)
+        return _measure(client, recorder, hive, len(robots))
+
+
+def _measure(client: HiveClient, recorder: _Recorder, hive: LocalHive, robots: int) -> BenchResult:
+    """Let the robots drive, and compare what was taken before and after."""
+    tours = _Tours(client, robots)
+    _drive(client, tours, recorder, hive, _UNDER_WAY)
+    wall, time = client.link.now(), client.link.hive_time()
+    before = usage_of(hive.processes.members())
+    moving = _drive(client, tours, recorder, hive, _SECONDS)
+    after = usage_of(hive.processes.members())
+    seconds = client.link.now() - wall
+    parts = shares(before, after, seconds)
+    figures = {
+        "cpu": sum(cpu for cpu, _ in parts.values()),
+        "memory": sum(memory for _, memory in parts.values()) / 1e9,
+        "seconds": seconds,
+        "driving_share": moving / robots,
+        "real_time_factor": (client.link.hive_time() - time) / seconds,
+        "collisions": float(recorder.history.collisions),
+    }
+    for name, (cpu, memory) in parts.items():
+        figures[f"cpu {name}"] = cpu
+        figures[f"memory {name}"] = memory / 1e9
+    return BenchResult({name: round(value, 4) for name, value in figures.items()}, AIMS)
+
+
+def _drive(
+    client: HiveClient, tours: _Tours, recorder: _Recorder, hive: LocalHive, seconds: float
+) -> float:
+    """Keep the robots driving for a time [s]; return how many moved, on average."""
+    end = client.link.now() + seconds
+    looks = moving = 0
+    while client.link.now() < end:
+        tours.refill()
+        before = recorder.distances()
+        client.pump(lambda: False, 1.0)
+        hive.check()
+        after = recorder.distances()
+        looks += 1
+        moving += sum(after[name] - before.get(name, 0.0) > _MOVING for name in after)
+    return moving / max(looks, 1)

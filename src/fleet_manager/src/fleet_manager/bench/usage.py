@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What processes take of the machine, read from /proc (see proc(5))."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+_UTIME, _STIME = 11, 12
+"""Places in /proc/PID/stat behind the name in brackets, which may hold spaces itself."""
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What one process has taken so far.
+
+    Attributes:
+        name: Its ROS name, or its program's name where it has none.
+        cpu: Processor time, user and system [s].
+        memory: Proportional set size: its own memory and its share of what it shares [byte].
+    """
+
+    name: str
+    cpu: float
+    memory: int
+
+
+def usage_of(pids: Iterable[int], proc: Path = Path("/proc")) -> dict[int, Usage]:
+    """Return what processes have taken so far, by id; those that are gone are left out.
+
+    Args:
+        pids: Their ids.
+        proc: Where the proc file system is.
+    """
+    found = {}
+    for pid in pids:
+        try:
+            found[pid] = Usage(
+                name=_name(proc / str(pid)),
+                cpu=_cpu(proc / str(pid)),
+                memory=_pss(proc / str(pid)),
+            )
+        except (OSError, IndexError):
+            continue
+    return found
+
+
+def shares(
+    before: Mapping[int, Usage], after: Mapping[int, Usage], seconds: float
+) -> dict[str, tuple[float, int]]:
+    """Return processor share and memory by name, the largest share first.
+
+    Args:
+        before: At the start of the time.
+        after: At its end; what began meanwhile counts from its beginning.
+        seconds: The time on the clock on the wall [s].
+
+    Returns:
+        For each name: CPU seconds per second, and memory at the end [byte]. Processes of one name
+        are added up.
+    """
+    sums: dict[str, tuple[float, int]] = {}
+    for pid, now in after.items():
+        begin = before[pid].cpu if pid in before else 0.0
+        cpu, memory = sums.get(now.name, (0.0, 0))
+        sums[now.name] = (cpu + (now.cpu - begin) / seconds, memory + now.memory)
+    return dict(sorted(sums.items(), key=lambda item: -item[1][0]))
+
+
+def _cpu(folder: Path) -> float:
+    fields = (folder / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    return (int(fields[_UTIME]) + int(fields[_STIME])) / os.sysconf("SC_CLK_TCK")
+
+
+def _pss(folder: Path) -> int:
+    text = (folder / "smaps_rollup").read_text(encoding="utf-8")
+    match = re.search(r"^Pss:\s+(\d+) kB", text, re.MULTILINE)
+    return int(match[1]) * 1024 if match else 0
+
+
+def _name(folder: Path) -> str:
+    """Return `robot1/move_base` for a node, else the name of the program."""
+    words = (folder / "cmdline").read_text(encoding="utf-8").split("\0")
+    node = next((word[len("__name:=") :] for word in words if word.startswith("__name:=")), "")
+    is_python = Path(words[0]).name.startswith("python") and len(words) > 1
+    program = Path(words[1] if is_python else words[0]).name
+    if not node or program == "roslaunch":
+        return program
+    environ = (folder / "environ").read_text(encoding="utf-8", errors="replace").split("\0")
+    space = next(
+        (e[len("ROS_NAMESPACE=") :] for e in environ if e.startswith("ROS_NAMESPACE=")), ""
+    )
+    return f"{space.strip('/')}/{node}".lstrip("/")

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `bench`."""
+
+from __future__ import annotations
+
+import json
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fleet_manager.bench.registry import BENCHES, BenchResult, as_json
+from fleet_manager.cli.outside import pass_outside
+from fleet_manager.machine import machine
+
+if TYPE_CHECKING:
+    from fleet_manager.cli.outside import Outside
+
+
+@click.command()
+@click.argument("name", required=False, type=click.Choice(sorted(BENCHES)))
+@click.option(
+    "--json",
+    "file",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write the figures to a file as well.",
+)
+@pass_outside
+def bench(outside: Outside, name: str | None, file: Path | None) -> None:
+    """Measure; without a NAME, list what can be measured.
+
+    \b
+    Examples:
+      hive bench
+      hive bench system --json system.json
+
+    Ends with 0 when the measurement ran, whatever it found.
+    """  # noqa: D301  (to click, \b means: keep the lines)
+    if name is None:
+        if file is not None:
+            raise click.UsageError("--json needs the NAME of a benchmark")
+        for known, entry in sorted(BENCHES.items()):
+            click.echo(f"{known:<8} {entry.line}")
+        return
+    result = BENCHES[name].run(outside)
+    here = machine()
+    words = f"{here['processor']}, {here['cores']} cores, {here['memory']} GB, {here['system']}"
+    date = datetime.now().astimezone().isoformat(timespec="seconds")
+    click.echo("\n".join(_table(result)))
+    if file is not None:
+        _write(file, json.dumps(as_json(name, result, words, date), indent=2) + "\n")
+
+
+def _table(result: BenchResult) -> list[str]:
+    """Return a line for each figure, with its aim where it has one."""
+    width = max(map(len, result.figures))
+    lines = []
+    for name, value in result.figures.items():
+        aim = ""
+        if name in result.aims:
+            verdict = "met" if result.met[name] else "NOT met"
+            aim = f"   aim: at most {result.aims[name]:g}, {verdict}"
+        lines.append(f"{name:<{width}}  {value:12.4f}{aim}")
+    return lines
+
+
+def _write(file: Path, text: str) -> None:
+    try:
+        file.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise click.UsageError(f"{file} cannot be written: {error.strerror}") from None

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Starts the processes of a hive, and ends every one of them whatever happens.
+
+roslaunch puts each node into a process group of its own, and a roslaunch that is killed leaves its
+nodes behind. So every process that is started here carries a mark in its environment, which all of
+its descendants inherit, and the end of a run looks for the mark.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import signal
+import subprocess
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+_MARK = "ROBO_HIVE_RUN"
+_PATIENCE = 12.0
+"""Time that processes have to end by themselves after SIGINT [s]; most need under one."""
+
+_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_LOOK_EVERY = 0.1
+_KILL_TRIES = 50
+
+
+class ProcessGroup:
+    """Processes that end together.
+
+    Attributes:
+        folder: Where their output is written, in `NAME.log`.
+    """
+
+    def __init__(self, folder: Path, environment: Mapping[str, str]) -> None:
+        """Prepare; nothing is started yet.
+
+        Args:
+            folder: For the output of the processes; made where missing.
+            environment: Of the processes.
+        """
+        self.folder = folder
+        self._mark = secrets.token_hex(8)
+        self._environment = {**environment, _MARK: self._mark}
+        self._started: dict[str, subprocess.Popen[bytes]] = {}
+
+    def start(self, name: str, command: Sequence[str]) -> None:
+        """Start a process in a session of its own, so that Ctrl-C does not reach it directly.
+
+        Args:
+            name: For its log file and for `ended`.
+            command: The program and its arguments.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with self.log(name).open("wb") as log:
+            self._started[name] = subprocess.Popen(  # noqa: S603  (the caller's own words)
+                command,
+                env=self._environment,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    def log(self, name: str) -> Path:
+        """Return the file with the output of a process."""
+        return self.folder / f"{name}.log"
+
+    def ended(self) -> str | None:
+        """Return the name of a process that has ended by itself, or None."""
+        return next((name for name, p in self._started.items() if p.poll() is not None), None)
+
+    def members(self) -> list[int]:
+        """Return the ids of all processes that were started here, and of their descendants."""
+        mark = f"{_MARK}={self._mark}".encode()
+        return [pid for pid in _all_processes() if mark in _environ(pid)]
+
+    def stop(self) -> None:
+        """End everything: SIGINT first, the last one started first, then SIGKILL by id.
+
+        A second Ctrl-C meanwhile is not heard, because it would leave processes behind.
+        """
+        before = {s: signal.signal(s, signal.SIG_IGN) for s in _ENDINGS}
+        try:
+            for process in reversed(self._started.values()):
+                self._interrupt(process)
+            for _ in range(_KILL_TRIES):
+                for pid in self.members():
+                    _send(pid, signal.SIGKILL)
+                self._reap()
+                if not self.members():
+                    break
+                time.sleep(_LOOK_EVERY)
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def _interrupt(self, process: subprocess.Popen[bytes]) -> None:
+        """Ask one process to end, and wait for it as long as `_PATIENCE`."""
+        if process.poll() is not None:
+            return
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+
+    def _reap(self) -> None:
+        for process in self._started.values():
+            process.poll()
+
+
+def _all_processes() -> list[int]:
+    return [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit()]
+
+
+def _environ(pid: int) -> list[bytes]:
+    """Return the environment with which a process was started; empty where it is gone."""
+    try:
+        return Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+    except OSError:
+        return []
+
+
+def _send(pid: int, number: signal.Signals) -> None:
+    try:
+        os.kill(pid, number)
+    except ProcessLookupError:
+        return

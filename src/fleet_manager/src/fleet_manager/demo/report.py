@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes the report of a run out of what was recorded: plain data, ready for JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from blackboard.task import TaskState, TaskType
+from fleet_manager.demo.history import RobotTrack, TaskTimes
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from fleet_manager.demo.history import History
+    from fleet_manager.fleet_file import Fleet
+    from fleet_manager.hive_view import HiveView
+    from fleet_manager.scenario import Scenario
+
+UNITS = {
+    "length": "m",
+    "angle": "rad",
+    "time": "s, the hive's clock, from the first posting",
+    "mass": "kg",
+    "charge": "0..1",
+    "energy": "J",
+    "memory": "GB",
+}
+
+
+@dataclass(frozen=True)
+class Clocks:
+    """How long a run took.
+
+    Attributes:
+        date: When it began, ISO 8601.
+        asked_rtf: Hive's time per wall time, as asked for.
+        hive: On the hive's clock [s].
+        wall: On the clock on the wall [s].
+    """
+
+    date: str
+    asked_rtf: float
+    hive: float
+    wall: float
+
+    @property
+    def reached_rtf(self) -> float:
+        """Hive's time per wall time, as it was."""
+        return self.hive / self.wall if self.wall > 0 else 0.0
+
+
+def make_report(
+    scenario: Scenario, fleet: Fleet, view: HiveView, history: History, clocks: Clocks
+) -> dict[str, Any]:
+    """Return what a run was and what came of it.
+
+    Args:
+        scenario: What was posted.
+        fleet: Who did it.
+        view: How tasks and robots stood at the end.
+        history: What was recorded, closed.
+        clocks: How long it took.
+    """
+    tasks = [_task_entry(scenario, number, view, history) for number in range(len(scenario.tasks))]
+    return {
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "world": scenario.world,
+        "fleet": fleet.path.stem,
+        "cost_model": fleet.cost_model,
+        "distance": fleet.distance,
+        "date": clocks.date,
+        "all_done": all(task["state"] == "DONE" for task in tasks),
+        "done": sum(task["state"] == "DONE" for task in tasks),
+        "collisions": history.collisions,
+        "time": {
+            "hive": round(clocks.hive, 1),
+            "wall": round(clocks.wall, 1),
+            "real_time_factor_asked": clocks.asked_rtf,
+            "real_time_factor_reached": round(clocks.reached_rtf, 2),
+        },
+        "tasks": tasks,
+        "robots": [
+            _robot_entry(robot.name, robot.model, tasks, history, clocks.hive)
+            for robot in fleet.robots
+        ],
+        "units": UNITS,
+    }
+
+
+def not_done(report: Mapping[str, Any]) -> list[str]:
+    """Return a line for each task of a report that is not DONE, with the reason."""
+    return [
+        f"{task['id']} {task['state']}" + (f": {task['reason']}" if task["reason"] else "")
+        for task in report["tasks"]
+        if task["state"] != "DONE"
+    ]
+
+
+def _task_entry(
+    scenario: Scenario, number: int, view: HiveView, history: History
+) -> dict[str, Any]:
+    """Return one task's part of the report."""
+    task = scenario.tasks[number].task
+    known = view.tasks.get(task.id)
+    answer = view.answers.get(task.id)
+    times = history.tasks.get(task.id, TaskTimes())
+    state = known.state if known else answer.state if answer else TaskState.WAITING
+    said = known or answer
+    return {
+        "id": task.id,
+        "type": TaskType(task.type).name,
+        "priority": task.priority,
+        "payload": task.payload,
+        "goals": [{"x": goal.x, "y": goal.y, "yaw": goal.yaw} for goal in task.goals],
+        "state": state.name,
+        "robot": known.robot if known else "",
+        "reason": said.reason if said else "it was never posted",
+        "posted": _rounded(times.posted),
+        "assigned": _rounded(times.assigned),
+        "started": _rounded(times.started),
+        "ended": _rounded(times.ended),
+        "waiting": _between(times.posted, times.started),
+        "duration": _between(times.started, times.ended),
+    }
+
+
+def _robot_entry(
+    name: str, model: str, tasks: list[dict[str, Any]], history: History, length: float
+) -> dict[str, Any]:
+    """Return one robot's part of the report."""
+    track = history.tracks.get(name, RobotTrack())
+    charges = [charge for _, charge in track.charges]
+    busy = sum((s.end or length) - s.begin for s in history.spans if s.robot == name)
+    return {
+        "name": name,
+        "model": model,
+        "done": sum(task["robot"] == name and task["state"] == "DONE" for task in tasks),
+        "distance": round(track.distance, 1),
+        "energy": round(track.energy),
+        "charge_at_start": charges[0] if charges else None,
+        "charge_at_end": charges[-1] if charges else None,
+        "busy_share": round(busy / length, 2) if length > 0 else 0.0,
+    }
+
+
+def _rounded(time: float | None) -> float | None:
+    return None if time is None else round(time, 1)
+
+
+def _between(begin: float | None, end: float | None) -> float | None:
+    return None if begin is None or end is None else round(end - begin, 1)

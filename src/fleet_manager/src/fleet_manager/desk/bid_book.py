@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The bids of the last auction of every task."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from blackboard.cost import Bid, Bids
+
+
+class BidBook:
+    """Keeps, for each task, what the robots bid when it was last auctioned."""
+
+    def __init__(self) -> None:
+        self._auctions: dict[str, tuple[int, int]] = {}
+        self._bids: dict[str, dict[str, Bid]] = {}
+
+    def of(self, task_id: str) -> tuple[Bid, ...]:
+        """Return the bids on a task, cheapest first."""
+        bids = self._bids.get(task_id, {}).values()
+        return tuple(sorted(bids, key=lambda bid: (bid.cost, bid.robot_id)))
+
+    def add(self, answer: Bids) -> list[str]:
+        """Write a robot's answer down, and return the ids of the tasks that it bids on."""
+        auction = (answer.epoch, answer.auction)
+        for bid in answer.bids:
+            known = self._auctions.get(bid.task_id)
+            if known is not None and auction < known:
+                continue
+            if auction != known:
+                self._auctions[bid.task_id] = auction
+                self._bids[bid.task_id] = {}
+            self._bids[bid.task_id][bid.robot_id] = bid
+        return [bid.task_id for bid in answer.bids]
+
+    def forget(self, task_id: str) -> None:
+        """Drop what was bid on a task that is no longer on the list."""
+        self._bids.pop(task_id, None)
+        self._auctions.pop(task_id, None)

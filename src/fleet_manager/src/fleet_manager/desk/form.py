@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The rules of the task form: which fields a type needs, and what each may hold.
+
+A form is texts, as a person typed them. `check` turns them into a task, or into one mistake per
+field that says what is allowed there. Lengths are typed in metres and headings in degrees; a task
+holds radians (REP-103).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from blackboard.pose import Pose
+from blackboard.task import MAX_ID_LENGTH, Task, TaskType
+from fleet_manager.desk.natural import next_task_id
+from fleet_manager.desk.words import text
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from fleet_manager.desk.facts import MapBounds
+
+GOAL_NAMES = ("A", "B", "C")
+MAX_PAYLOAD = 10_000.0  # [kg], well above the heaviest load that an indoor AGV is built for
+FARTHEST = 10_000.0  # [m], where no map says better
+_ID = re.compile(r"[A-Za-z0-9_-]+", re.ASCII)
+_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)", re.ASCII)
+_SHOWN = 24  # characters of a wrong entry that are repeated in its message
+
+GOALS_TAKEN: Mapping[TaskType, tuple[str, ...]] = {
+    TaskType.GA: ("A",),
+    TaskType.GAB: ("A", "B", "C"),
+    TaskType.GPA: ("A",),
+    TaskType.GPAB: ("A", "B"),
+}
+"""The goals that can be filled in for each type; the first `goals_needed` of them must be."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoalText:
+    """One goal as typed: x and y in metres, heading in degrees."""
+
+    x: str = ""
+    y: str = ""
+    heading: str = ""
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing has been typed."""
+        return not (self.x.strip() or self.y.strip() or self.heading.strip())
+
+
+@dataclass(frozen=True, slots=True)
+class FormText:
+    """The whole form as typed; `goals` are A, B and C."""
+
+    id: str
+    type: TaskType
+    priority: str = "0"
+    payload: str = "0"
+    goals: tuple[GoalText, ...] = (GoalText(), GoalText(), GoalText())
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What came of a form.
+
+    Attributes:
+        task: The task, or None where there are mistakes.
+        mistakes: What is wrong, by field: `id`, `priority`, `payload`, `A.x`, `A.y`, `A.heading`,
+            `B.x` and so on.
+    """
+
+    task: Task | None
+    mistakes: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """The numbers that a field takes, both ends included, and what to say about them."""
+
+    low: float
+    high: float
+    unit: str = ""
+    words: str = "allowed.range"
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, for a person."""
+        low, high = (f"{round(end, 3):.10g}" for end in (self.low, self.high))
+        return text(self.words, low=low, high=high, unit=self.unit).strip()
+
+
+PRIORITY = Range(0, 10)
+PAYLOAD = Range(0.0, MAX_PAYLOAD, "kg")
+HEADING = Range(-360.0, 360.0, "°")
+
+
+def goals_needed(kind: TaskType) -> tuple[str, ...]:
+    """Return the names of the goals that a type cannot do without."""
+    return GOAL_NAMES[: kind.goals_needed]
+
+
+def check(form: FormText, taken: Collection[str] = (), bounds: MapBounds | None = None) -> Checked:
+    """Check a form field by field.
+
+    Args:
+        form: As typed. Goals that the type does not take are left out, whatever they hold.
+        taken: Ids that are in use.
+        bounds: Where the map ends; None where no map is known.
+
+    Returns:
+        The task, or every mistake at once.
+    """
+    mistakes: dict[str, str] = {}
+    name = _checked_id(form.id.strip(), taken, mistakes)
+    priority = _checked_number(form.priority, PRIORITY, "priority", mistakes)
+    payload = _checked_number(form.payload, PAYLOAD, "payload", mistakes)
+    goals = _checked_goals(form, bounds, mistakes)
+    if "priority" not in mistakes and priority != int(priority):
+        mistakes["priority"] = text("bad.range", text=form.priority, allowed=PRIORITY.allowed)
+    if mistakes:
+        return Checked(None, mistakes)
+    return Checked(Task(name, form.type, goals, int(priority), payload, "map"), {})
+
+
+def _checked_id(name: str, taken: Collection[str], mistakes: dict[str, str]) -> str:
+    allowed = text("allowed.id", longest=MAX_ID_LENGTH)
+    if not name:
+        mistakes["id"] = text("bad.empty", allowed=allowed)
+    elif len(name) > MAX_ID_LENGTH or not _ID.fullmatch(name):
+        mistakes["id"] = text("bad.id", text=shortened(name), allowed=allowed)
+    elif name in taken:
+        mistakes["id"] = text("bad.taken", text=name, proposal=next_task_id(taken))
+    return name
+
+
+def _checked_goals(
+    form: FormText, bounds: MapBounds | None, mistakes: dict[str, str]
+) -> tuple[Pose, ...]:
+    """Return the goals that the type takes, up to the last that is needed or filled in."""
+    taken, needed = GOALS_TAKEN[form.type], goals_needed(form.type)
+    x_range, y_range = _map_ranges(bounds)
+    goals = []
+    for name, goal in zip(taken, form.goals, strict=False):
+        if name not in needed and goal.is_empty:
+            break
+        x = _checked_number(goal.x, x_range, f"{name}.x", mistakes)
+        y = _checked_number(goal.y, y_range, f"{name}.y", mistakes)
+        heading = _checked_number(
+            goal.heading.strip() or "0", HEADING, f"{name}.heading", mistakes
+        )
+        goals.append(Pose(x, y, wrapped(math.radians(heading))))
+    return tuple(goals)
+
+
+def _map_ranges(bounds: MapBounds | None) -> tuple[Range, Range]:
+    if bounds is None:
+        return Range(-FARTHEST, FARTHEST, "m"), Range(-FARTHEST, FARTHEST, "m")
+    return (
+        Range(bounds.x_min, bounds.x_max, "m", "allowed.map"),
+        Range(bounds.y_min, bounds.y_max, "m", "allowed.map"),
+    )
+
+
+def _checked_number(typed: str, span: Range, field: str, mistakes: dict[str, str]) -> float:
+    """Return the number, or 0 with a mistake noted."""
+    typed = typed.strip()
+    if not typed:
+        mistakes[field] = text("bad.empty", allowed=span.allowed)
+        return 0.0
+    number = parsed(typed)
+    if number is None:
+        mistakes[field] = text("bad.number", text=shortened(typed), allowed=span.allowed)
+        return 0.0
+    if not span.low <= number <= span.high:
+        mistakes[field] = text("bad.range", text=shortened(typed), allowed=span.allowed)
+        return 0.0
+    return number
+
+
+def parsed(typed: str) -> float | None:
+    """Return a plain decimal number, with a point or a comma, or None for anything else.
+
+    `float` alone would also take `nan`, `inf`, `1_000` and the digits of other scripts.
+    """
+    return float(typed.replace(",", ".")) if _NUMBER.fullmatch(typed) else None
+
+
+def shortened(typed: str) -> str:
+    """Return an entry short enough to be repeated in a message."""
+    return typed if len(typed) <= _SHOWN else typed[: _SHOWN - 1] + "…"
+
+
+def wrapped(yaw: float) -> float:
+    """Return an angle [rad] within -pi to pi."""
+    return math.remainder(yaw, math.tau)

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the launch file for a fleet, because roslaunch cannot loop over a list of robots."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import quoteattr
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from fleet_manager.fleet_file import Fleet
+
+
+def launch_text(fleet: Fleet, *, sim: bool) -> str:
+    """Return the text of a launch file that starts a fleet's blackboard and robots.
+
+    Args:
+        fleet: The fleet, checked.
+        sim: True to put the robots into the simulator as well.
+
+    Returns:
+        XML for roslaunch: an include of `blackboard.launch`, then one of `robot.launch` for each
+        robot, in the fleet's order.
+    """
+    lines = ["<launch>"]
+    blackboard = {"distance": fleet.distance, "bid_timeout": f"{fleet.bid_timeout:g}"}
+    lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
+    for robot in fleet.robots:
+        x, y, yaw = robot.pose
+        values = {
+            "name": robot.name,
+            "model": robot.model,
+            "x": f"{x:g}",
+            "y": f"{y:g}",
+            "yaw": f"{yaw:g}",
+            "sim": str(sim).lower(),
+            "cost_model": fleet.cost_model,
+            "distance": fleet.distance,
+        }
+        lines += _include("$(find fleet_manager)/launch/robot.launch", values)
+    lines.append("</launch>\n")
+    return "\n".join(lines)
+
+
+def _include(file: str, values: Mapping[str, str]) -> list[str]:
+    """Return the lines that include a launch file with values for its arguments."""
+    lines = [f'  <include file="{file}">']
+    lines += [f"    <arg name={quoteattr(k)} value={quoteattr(v)}/>" for k, v in values.items()]
+    return [*lines, "  </include>"]

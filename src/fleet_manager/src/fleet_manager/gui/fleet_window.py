@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The window with everything in it, and the frame of each single one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from python_qt_binding.QtCore import Qt
+from python_qt_binding.QtGui import QKeySequence
+from python_qt_binding.QtWidgets import (
+    QAction,
+    QActionGroup,
+    QApplication,
+    QDockWidget,
+    QMainWindow,
+    QMessageBox,
+)
+
+from fleet_manager.desk.words import text
+from fleet_manager.gui.look import Appearance, appear
+from fleet_manager.gui.task_entry import TaskEntry
+from fleet_manager.gui.task_view import TaskView
+
+if TYPE_CHECKING:
+    from python_qt_binding.QtCore import QSettings
+    from python_qt_binding.QtGui import QCloseEvent
+    from python_qt_binding.QtWidgets import QWidget
+
+    from fleet_manager.gui.desk import Desk
+
+
+class FleetWindow(QMainWindow):
+    """Task entry and task view, docked; either may be left out, moved or torn off.
+
+    Args:
+        desk: Follows the hive.
+        settings: Where layout and choices are kept.
+        entry: Whether there is a task entry.
+        view: Whether there is a task view.
+    """
+
+    def __init__(
+        self, desk: Desk, settings: QSettings, *, entry: bool = True, view: bool = True
+    ) -> None:
+        super().__init__()
+        self._desk, self._settings = desk, settings
+        self._desktop = QApplication.palette()
+        self.entry = TaskEntry(desk) if entry else None
+        self.view = TaskView(desk) if view else None
+        self._docks: list[QDockWidget] = []
+        if self.entry and self.view:
+            self._docks = [self._dock(self.entry, "entry"), self._dock(self.view, "view")]
+            self.entry.authority_label.hide()
+        else:
+            self.setCentralWidget(self.entry or self.view)
+        name = "app.name" if self._docks else "app.entry" if entry else "app.view"
+        self.setWindowTitle(text(name))
+        self.setObjectName(name)
+        self.setDockNestingEnabled(True)
+        self._add_menus()
+        self._lay_out()
+        self._first_layout = self.saveState()
+        self._restore()
+
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802  (Qt's name)
+        """Keep layout and choices; ask before unsent tasks are lost."""
+        count = self._desk.outbox.unanswered
+        if count and not self._may_lose(count):
+            event.ignore()
+            return
+        name = self.objectName()
+        self._settings.setValue(f"{name}/geometry", self.saveGeometry())
+        self._settings.setValue(f"{name}/state", self.saveState())
+        if self.view:
+            self.view.save(self._settings)
+        super().closeEvent(event)
+
+    def _may_lose(self, count: int) -> bool:
+        buttons = QMessageBox.Close | QMessageBox.Cancel
+        words = text("close.text", count=count)
+        answer = QMessageBox.question(self, text("close.title"), words, buttons)
+        return bool(answer == QMessageBox.Close)
+
+    def _dock(self, widget: QWidget, name: str) -> QDockWidget:
+        dock = QDockWidget(widget.windowTitle(), self)
+        dock.setObjectName(name)
+        dock.setWidget(widget)
+        return dock
+
+    def _lay_out(self) -> None:
+        """Place the docks as they are at the very first start."""
+        for dock, area in zip(
+            self._docks, (Qt.LeftDockWidgetArea, Qt.RightDockWidgetArea), strict=False
+        ):
+            self.addDockWidget(area, dock)
+            dock.show()
+        letter = self.fontMetrics().averageCharWidth()
+        screen = QApplication.primaryScreen().availableGeometry()
+        width = 220 if self.view and self.entry else 130 if self.view else 62
+        height = 46 * self.fontMetrics().lineSpacing()
+        self.resize(min(screen.width(), width * letter), min(screen.height(), height))
+        if self._docks:
+            self.resizeDocks(self._docks, [56 * letter, 164 * letter], Qt.Horizontal)
+
+    def _add_menus(self) -> None:
+        menu = self.menuBar().addMenu(text("menu.file"))
+        leave = menu.addAction(text("menu.quit"), self.close)
+        leave.setShortcut(QKeySequence.Quit)
+        menu = self.menuBar().addMenu(text("menu.view"))
+        if self._docks:
+            for dock in self._docks:
+                menu.addAction(dock.toggleViewAction())
+        menu.addAction(text("menu.reset"), self._reset)
+        looks = menu.addMenu(text("menu.appearance"))
+        group = QActionGroup(self)
+        for appearance in Appearance:
+            action = QAction(text(f"menu.{appearance.value}"), group, checkable=True)
+            action.setData(appearance)
+            looks.addAction(action)
+        group.triggered.connect(lambda action: self._appear(action.data()))
+        self._looks = group
+
+    def _appear(self, appearance: Appearance) -> None:
+        appear(QApplication.instance(), appearance, self._desktop)
+        self._settings.setValue("appearance", appearance.value)
+        for action in self._looks.actions():
+            action.setChecked(action.data() is appearance)
+        self._desk.standing_changed.emit()
+        self._desk.letters_changed.emit()
+
+    def _reset(self) -> None:
+        self.restoreState(self._first_layout)
+
+    def _restore(self) -> None:
+        name = self.objectName()
+        if (geometry := self._settings.value(f"{name}/geometry")) is not None:
+            self.restoreGeometry(geometry)
+        if (state := self._settings.value(f"{name}/state")) is not None:
+            self.restoreState(state)
+        if self.view:
+            self.view.restore(self._settings)
+        kept = self._settings.value("appearance", Appearance.DESKTOP.value)
+        known = {appearance.value: appearance for appearance in Appearance}
+        self._appear(known.get(kept, Appearance.DESKTOP))

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The fields of one goal."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from python_qt_binding.QtCore import Signal
+from python_qt_binding.QtWidgets import QGroupBox
+
+from fleet_manager.desk.form import GoalText
+from fleet_manager.desk.words import text
+from fleet_manager.gui.forms import load_form, show_mistake
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from python_qt_binding.QtWidgets import QLineEdit
+
+    from fleet_manager.desk.picking import Filled
+    from fleet_manager.desk.places import Place
+
+_AXES = ("x", "y", "heading")
+_LETTERS = 7  # that fit into a field without scrolling, such as 12.345
+
+
+class GoalEditor(QGroupBox):
+    """Place or coordinates of one goal.
+
+    Signals:
+        edited: Any field has another text.
+        left: The field of this name (`A.x`) has been left.
+        pick_asked: The person wants to point at the map for this goal, or no longer.
+
+    Args:
+        name: A, B or C.
+    """
+
+    edited = Signal()
+    left = Signal(str)
+    pick_asked = Signal(str, bool)
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        load_form("goal_editor", self, name=name)
+        self.name = name
+        self._places: tuple[Place, ...] = ()
+        self.edits: Mapping[str, QLineEdit] = {
+            f"{name}.{axis}": getattr(self, f"{axis}_edit") for axis in _AXES
+        }
+        self.mistake_label.hide()
+        self.offer_places(())
+        letter = self.fontMetrics().horizontalAdvance("0")
+        for field, edit in self.edits.items():
+            edit.setMinimumWidth(_LETTERS * letter)
+            edit.textEdited.connect(self._typed)
+            edit.textChanged.connect(self.edited)
+            edit.editingFinished.connect(lambda field=field: self.left.emit(field))
+        self.place_box.activated.connect(self._choose_place)
+        self.pick_button.clicked.connect(lambda on: self.pick_asked.emit(name, on))
+
+    def show_use(self, *, is_taken: bool, is_needed: bool) -> None:
+        """Let the goal be filled in only where the task's type takes it."""
+        self.setEnabled(is_taken)
+        optional = is_taken and not is_needed
+        self.setTitle(text("goal.optional" if optional else "goal.title", name=self.name))
+
+    def typed(self) -> GoalText:
+        """Return what the fields hold."""
+        return GoalText(*(edit.text() for edit in self.edits.values()))
+
+    def clear(self) -> None:
+        """Empty the fields."""
+        self.place_box.setCurrentIndex(0)
+        for edit in self.edits.values():
+            edit.clear()
+
+    def fill(self, filled: Filled) -> None:
+        """Put numbers into the fields [m, m, rad]; what is None stays as it is."""
+        self.place_box.setCurrentIndex(0)
+        yaw = None if filled.yaw is None else math.degrees(filled.yaw)
+        for edit, number in zip(self.edits.values(), (filled.x, filled.y, yaw), strict=True):
+            if number is not None:
+                edit.setText(_written(number))
+
+    def fill_pose(self, x: float, y: float, yaw: float) -> None:
+        """Put a pose into the fields, exactly enough to be read back the same [m, m, rad]."""
+        for edit, number in zip(self.edits.values(), (x, y, math.degrees(yaw)), strict=True):
+            edit.setText(_written(number))
+
+    def show_mistakes(self, mistakes: Mapping[str, str]) -> None:
+        """Mark the fields that are wrong, and say what is allowed."""
+        mine = {field: mistakes[field] for field in self.edits if field in mistakes}
+        lines = (f"{text(f'goal.{field[2:]}')} {words}" for field, words in mine.items())
+        show_mistake(self.mistake_label, "\n⚠ ".join(lines))
+        for field, edit in self.edits.items():
+            edit.setProperty("wrong", field in mine)
+            edit.style().polish(edit)
+
+    def offer_places(self, places: tuple[Place, ...]) -> None:
+        """Let these places be chosen instead of coordinates."""
+        self._places = places
+        self.place_box.clear()
+        self.place_box.addItem(text("goal.coordinates"))
+        self.place_box.addItems([place.name for place in self._places])
+        self.place_label.setVisible(bool(self._places))
+        self.place_box.setVisible(bool(self._places))
+
+    def _typed(self, _text: str) -> None:
+        self.place_box.setCurrentIndex(0)
+
+    def _choose_place(self, number: int) -> None:
+        if number > 0:
+            pose = self._places[number - 1].pose
+            self.fill_pose(pose.x, pose.y, pose.yaw)
+
+
+def _written(number: float) -> str:
+    """Return a number to the millimetre, or to the thousandth of a degree."""
+    return f"{round(number, 3) + 0.0:.10g}"

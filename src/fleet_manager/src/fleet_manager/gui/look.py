@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Colours and signs, on light and dark desktops.
+
+Every state has a sign and a word besides its colour. The colours are those of Okabe and Ito
+(Color Universal Design, 2008), which people with any colour vision can tell apart, darkened for
+light and lightened for dark backgrounds.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from python_qt_binding.QtGui import QColor, QPalette
+
+from blackboard.characteristics import RobotState
+from blackboard.task import TaskState
+from fleet_manager.desk.events import Weight
+from fleet_manager.desk.outbox import Answer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from python_qt_binding.QtWidgets import QApplication
+
+
+class Tone(Enum):
+    """What a colour says: for light backgrounds, for dark ones."""
+
+    QUIET = ("#5a5a5a", "#a8a8a8")
+    CALM = ("#00598c", "#6cc4f5")
+    GOOD = ("#00674a", "#4fd6ac")
+    WARN = ("#8a5a00", "#f0b43c")
+    BAD = ("#a83a00", "#ff9a5c")
+
+
+TASK_SIGNS: Mapping[TaskState, tuple[str, Tone]] = {
+    TaskState.WAITING: ("○", Tone.WARN),
+    TaskState.ASSIGNED: ("◐", Tone.CALM),
+    TaskState.STARTED: ("▶", Tone.CALM),
+    TaskState.DONE: ("✔", Tone.GOOD),
+    TaskState.REJECTED: ("⊘", Tone.BAD),
+    TaskState.CANCELLED: ("■", Tone.QUIET),
+    TaskState.FAILED: ("✖", Tone.BAD),
+}
+ROBOT_SIGNS: Mapping[RobotState, tuple[str, Tone]] = {
+    RobotState.IDLE: ("○", Tone.GOOD),
+    RobotState.BUSY: ("▶", Tone.CALM),
+    RobotState.DEFECT: ("✖", Tone.BAD),
+    RobotState.CHARGING: ("⚡", Tone.WARN),
+    RobotState.OFFLINE: ("?", Tone.BAD),
+}
+ANSWER_SIGNS: Mapping[Answer, tuple[str, Tone]] = {
+    Answer.KEPT: ("⏸", Tone.WARN),
+    Answer.WAITS: ("…", Tone.CALM),
+    Answer.TAKEN: ("✔", Tone.GOOD),
+    Answer.REFUSED: ("✖", Tone.BAD),
+}
+WEIGHT_SIGNS: Mapping[Weight, tuple[str, Tone]] = {
+    Weight.NEWS: ("·", Tone.QUIET),
+    Weight.WARNING: ("⚠", Tone.WARN),
+    Weight.ALARM: ("✖", Tone.BAD),
+}
+
+
+class Appearance(Enum):
+    """Light or dark."""
+
+    DESKTOP = "as_desktop"
+    """What the desktop says."""
+    LIGHT = "light"
+    """Dark letters on a light ground."""
+    DARK = "dark"
+    """Light letters on a dark ground."""
+
+
+_DARK = {
+    QPalette.Window: "#2b2d30",
+    QPalette.WindowText: "#e6e6e6",
+    QPalette.Base: "#1e1f22",
+    QPalette.AlternateBase: "#26282b",
+    QPalette.Text: "#e6e6e6",
+    QPalette.Button: "#3a3d41",
+    QPalette.ButtonText: "#e6e6e6",
+    QPalette.ToolTipBase: "#3a3d41",
+    QPalette.ToolTipText: "#e6e6e6",
+    QPalette.PlaceholderText: "#9a9a9a",
+    QPalette.Highlight: "#2f6ea8",
+    QPalette.HighlightedText: "#ffffff",
+    QPalette.Link: "#6cc4f5",
+}
+_DARK_DISABLED = (QPalette.WindowText, QPalette.Text, QPalette.ButtonText)
+
+
+def is_dark(palette: QPalette) -> bool:
+    """Return whether a palette has light letters on a dark ground."""
+    ground, letters = palette.color(QPalette.Base), palette.color(QPalette.Text)
+    return bool(ground.lightnessF() < letters.lightnessF())
+
+
+def color(tone: Tone, palette: QPalette) -> QColor:
+    """Return the colour of a tone that can be read on this palette's ground."""
+    return QColor(tone.value[is_dark(palette)])
+
+
+def dark_palette() -> QPalette:
+    """Return a palette with light letters on a dark ground."""
+    palette = QPalette()
+    for role, shade in _DARK.items():
+        palette.setColor(role, QColor(shade))
+    for role in _DARK_DISABLED:
+        palette.setColor(QPalette.Disabled, role, QColor("#808080"))
+    return palette
+
+
+def appear(application: QApplication, appearance: Appearance, desktop: QPalette) -> None:
+    """Dress the whole program.
+
+    Args:
+        application: The program.
+        appearance: How it shall look.
+        desktop: The palette that it had when it started.
+    """
+    if appearance is Appearance.DARK:
+        application.setPalette(dark_palette())
+    elif appearance is Appearance.LIGHT and is_dark(desktop):
+        application.setPalette(application.style().standardPalette())
+    else:
+        application.setPalette(desktop)

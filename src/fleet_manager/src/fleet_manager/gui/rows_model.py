@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A table of rows that change one at a time, as Qt's item models want them.
+
+Rows are told to the view as inserted, changed or removed, never all at once: so selection and
+scroll position stay, and thousands of rows cost only what has changed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, Qt
+from python_qt_binding.QtWidgets import QApplication
+
+from fleet_manager.desk.words import text
+from fleet_manager.gui.look import Tone, color
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+
+SORT_ROLE = Qt.UserRole
+SHARE_ROLE = Qt.UserRole + 1
+NOTHING = QModelIndex()
+GAP = "\u2002"  # between numbers that are set to the right and the next column
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes:
+        head: Key of its head in `words.WORDS`.
+        shown: Gives the text of a cell, from the row.
+        sort: Gives what the column is sorted by, a number or a string.
+        tone: Gives the tone of a cell's letters; None for the usual one.
+        share: Gives a share from 0 to 1 that is drawn as a bar; None where there is none.
+        bar_text: The widest text that stands beside a bar.
+        to_right: Whether its texts are numbers, set to the right.
+        letters: A usual width, in letters.
+    """
+
+    head: str
+    shown: Callable[[Any], str]
+    sort: Callable[[Any], float | str]
+    tone: Callable[[Any], Tone | None] = lambda _row: None
+    share: Callable[[Any], float] | None = None
+    bar_text: str = "100 %"
+    to_right: bool = False
+    letters: int = 10
+
+
+class RowsModel(QAbstractTableModel):
+    """Rows by name, in the order in which they came.
+
+    Args:
+        columns: What is shown of a row.
+    """
+
+    def __init__(self, columns: Sequence[Column]) -> None:
+        super().__init__()
+        self.columns = tuple(columns)
+        self._names: list[str] = []
+        self._rows: list[Any] = []
+        self._numbers: dict[str, int] = {}
+
+    def rowCount(self, parent: QModelIndex = NOTHING) -> int:  # noqa: N802  (Qt's name)
+        """Return the number of rows."""
+        return 0 if parent.isValid() else len(self._names)
+
+    def columnCount(self, parent: QModelIndex = NOTHING) -> int:  # noqa: N802  (Qt's name)
+        """Return the number of columns."""
+        return 0 if parent.isValid() else len(self.columns)
+
+    def name_at(self, number: int) -> str:
+        """Return the name of a row."""
+        return self._names[number]
+
+    def row_at(self, number: int) -> Any:  # noqa: ANN401  (any kind of row)
+        """Return a row."""
+        return self._rows[number]
+
+    def headerData(self, section: int, orientation: Any, role: int) -> Any:  # noqa: ANN401, N802  (Qt's)
+        """Return the head of a column."""
+        if orientation != Qt.Horizontal:
+            return None
+        if role == Qt.DisplayRole:
+            column = self.columns[section]
+            return text(column.head) + (GAP if column.to_right else "")
+        if role == Qt.TextAlignmentRole:
+            return _alignment(self.columns[section])
+        return None
+
+    def data(self, index: QModelIndex, role: int = Qt.DisplayRole) -> Any:  # noqa: ANN401  (Qt's)
+        """Return one side of a cell."""
+        column, row = self.columns[index.column()], self._rows[index.row()]
+        if role == SORT_ROLE:
+            return column.sort(row)
+        if role in {Qt.DisplayRole, Qt.ToolTipRole}:
+            return column.shown(row) + (GAP if column.to_right else "")
+        if role == Qt.TextAlignmentRole:
+            return _alignment(column)
+        if role == Qt.ForegroundRole:
+            tone = column.tone(row)
+            return color(tone, QApplication.palette()) if tone else None
+        if role == SHARE_ROLE:
+            return column.share(row) if column.share else None
+        return None
+
+    def apply(self, names: Collection[str], rows: Mapping[str, Any]) -> None:
+        """Take over what has changed.
+
+        Args:
+            names: Of the rows that came, changed or went.
+            rows: All rows as they are now.
+        """
+        gone = [
+            self._numbers[name] for name in names if name not in rows and name in self._numbers
+        ]
+        if gone:
+            self._remove(gone)
+        changed = [self._numbers[name] for name in names if name in self._numbers]
+        for number in changed:
+            self._rows[number] = rows[self._names[number]]
+        for first, last in _runs(changed):
+            self.dataChanged.emit(self.index(first, 0), self.index(last, len(self.columns) - 1))
+        new = {name for name in names if name in rows and name not in self._numbers}
+        if new:
+            self._append([name for name in rows if name in new], rows)
+
+    def _remove(self, numbers: list[int]) -> None:
+        for first, last in reversed(list(_runs(numbers))):
+            self.beginRemoveRows(NOTHING, first, last)
+            del self._names[first : last + 1]
+            del self._rows[first : last + 1]
+            self.endRemoveRows()
+        self._numbers = {name: number for number, name in enumerate(self._names)}
+
+    def _append(self, names: list[str], rows: Mapping[str, Any]) -> None:
+        start = len(self._names)
+        self.beginInsertRows(NOTHING, start, start + len(names) - 1)
+        self._numbers.update({name: start + number for number, name in enumerate(names)})
+        self._names += names
+        self._rows += [rows[name] for name in names]
+        self.endInsertRows()
+
+
+def _alignment(column: Column) -> int:
+    return int(Qt.AlignVCenter | (Qt.AlignRight if column.to_right else Qt.AlignLeft))
+
+
+def _runs(numbers: list[int]) -> Iterator[tuple[int, int]]:
+    """Give the first and last of each run of neighbours."""
+    numbers = sorted(numbers)
+    start = 0
+    for place in range(1, len(numbers) + 1):
+        if place == len(numbers) or numbers[place] != numbers[place - 1] + 1:
+            yield numbers[start], numbers[place - 1]
+            start = place

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The window with all there is to know about one task."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from python_qt_binding.QtCore import Qt
+from python_qt_binding.QtWidgets import QDialog, QTableWidgetItem
+
+from blackboard.task import goal_name
+from fleet_manager.desk import formats
+from fleet_manager.desk.words import text
+from fleet_manager.gui.forms import load_form
+from fleet_manager.gui.task_table import type_name
+
+if TYPE_CHECKING:
+    from blackboard.cost import Bid
+    from blackboard.record import TaskRecord
+    from fleet_manager.desk.rows import Changes
+    from fleet_manager.gui.desk import Desk
+
+_HEADS = ("bid.robot", "bid.cost", "bid.energy", "bid.eta", "bid.reason")
+
+
+class TaskDetails(QDialog):
+    """Goals, state and bids of one task, kept up to date while it is open.
+
+    Args:
+        desk: Knows the task.
+        task_id: Which.
+        parent: The window it belongs to.
+    """
+
+    def __init__(self, desk: Desk, task_id: str, parent: object = None) -> None:
+        super().__init__(parent)
+        load_form("task_details", self)
+        self.setAttribute(Qt.WA_DeleteOnClose)
+        self.setWindowTitle(text("details.title", id=task_id))
+        self._desk, self._task_id = desk, task_id
+        self.bid_table.setColumnCount(len(_HEADS))
+        self.bid_table.setHorizontalHeaderLabels([text(head) for head in _HEADS])
+        self.bid_table.horizontalHeader().setStretchLastSection(True)
+        self.bid_table.verticalHeader().hide()
+        self.bid_table.setEditTriggers(self.bid_table.NoEditTriggers)
+        self.close_button.clicked.connect(self.close)
+        desk.changed.connect(self._follow)
+        self._show()
+        width = self.fontMetrics().averageCharWidth()
+        self.resize(90 * width, 34 * self.fontMetrics().lineSpacing())
+
+    def _follow(self, changes: Changes) -> None:
+        if self._task_id in changes.tasks:
+            self._show()
+
+    def _show(self) -> None:
+        record = self._desk.hive.record(self._task_id)
+        if record is None:
+            return
+        self.asked_label.setText(asked(record))
+        self.stands_label.setText(stands(record))
+        bids = self._desk.hive.bids(self._task_id)
+        self.no_bids_label.setVisible(not bids)
+        self.bid_table.setVisible(bool(bids))
+        self.bid_table.setRowCount(len(bids))
+        for row, bid in enumerate(bids):
+            for column, words in enumerate(bid_cells(bid, record.robot)):
+                self.bid_table.setItem(row, column, QTableWidgetItem(words))
+        self.bid_table.resizeColumnsToContents()
+
+
+def asked(record: TaskRecord) -> str:
+    """Return what was asked for, in lines."""
+    task = record.task
+    words = {"type": type_name(task.type), "priority": task.priority}
+    lines = [text("details.asked", **words, payload=formats.mass(task.payload))]
+    for number, goal in enumerate(task.goals):
+        where = {"x": formats.length(goal.x), "y": formats.length(goal.y)}
+        heading = formats.degrees(goal.yaw)
+        lines.append(text("details.goal", name=goal_name(number), **where, heading=heading))
+    return "\n".join(lines)
+
+
+def stands(record: TaskRecord) -> str:
+    """Return where the task stands, in lines."""
+    robot = record.robot or text("details.nobody")
+    state = text(f"task.{record.state.name}")
+    steps = {"step": record.step, "steps": record.steps}
+    lines = [text("details.stands", state=state, robot=robot, **steps)]
+    if record.parent:
+        lines.append(text("details.part", parent=record.parent))
+    if record.reason:
+        lines.append(text("details.reason", reason=record.reason))
+    return "\n".join(lines)
+
+
+def bid_cells(bid: Bid, holder: str) -> tuple[str, ...]:
+    """Return the cells of a bid's row; `holder` is the robot that has the task."""
+    robot = text("bid.won", robot=bid.robot_id) if bid.robot_id == holder else bid.robot_id
+    able = bid.is_able
+    return (
+        robot,
+        f"{bid.cost:.1f}",
+        formats.charge_used(bid.energy_cost) if able else text("value.unknown"),
+        formats.duration(bid.eta) if able else text("value.unknown"),
+        bid.reason,
+    )

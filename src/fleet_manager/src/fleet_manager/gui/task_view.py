@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The window in which a person follows tasks and robots (the report's task view)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from python_qt_binding.QtCore import QSortFilterProxyModel, Qt, QTimer
+from python_qt_binding.QtGui import QKeySequence
+from python_qt_binding.QtWidgets import QAbstractItemView, QShortcut, QWidget
+
+from blackboard.characteristics import RobotState
+from fleet_manager.desk.words import text
+from fleet_manager.gui.banner import Banner
+from fleet_manager.gui.bar_delegate import BarDelegate
+from fleet_manager.gui.forms import fill_choices, load_form
+from fleet_manager.gui.log_model import LogModel
+from fleet_manager.gui.robot_table import robot_columns
+from fleet_manager.gui.rows_model import SORT_ROLE, RowsModel
+from fleet_manager.gui.task_details import TaskDetails
+from fleet_manager.gui.task_table import CHOICES, TaskFilter, task_columns
+
+if TYPE_CHECKING:
+    from python_qt_binding.QtCore import QAbstractItemModel, QSettings
+    from python_qt_binding.QtWidgets import QTableView
+
+    from fleet_manager.desk.rows import Changes
+    from fleet_manager.gui.desk import Desk
+
+CLOCK_PERIOD = 1000  # [ms], for ages and times of arrival
+
+
+class TaskView(QWidget):
+    """Tasks, robots, the log, and who carries the blackboard.
+
+    Args:
+        desk: Follows the hive.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__()
+        load_form("task_view", self)
+        self._desk = desk
+        self._banner = Banner(self.authority_label, desk)
+        self.task_rows = RowsModel(task_columns(desk.now))
+        self.shown_tasks = TaskFilter(self.task_rows)
+        self.robot_rows = RowsModel(robot_columns(lambda: desk.places))
+        self.shown_robots = _sorted(self.robot_rows)
+        self.log = LogModel()
+        fill_choices(self.show_box, CHOICES)
+        _set_up(self.task_table, self.shown_tasks, self.task_rows)
+        _set_up(self.robot_table, self.shown_robots, self.robot_rows)
+        self.log_list.setModel(self.log)
+        self.log_list.setUniformItemSizes(True)
+        self._share_out()
+        self._connect()
+        self._load_all()
+        self._clock = QTimer(
+            self, interval=CLOCK_PERIOD, timeout=self.task_table.viewport().update
+        )
+        self._clock.start()
+
+    def chosen_tasks(self) -> list[str]:
+        """Return the ids of the selected tasks."""
+        return self.shown_tasks.names(self.task_table.selectionModel().selectedRows())
+
+    def chosen_robots(self) -> list[str]:
+        """Return the names of the selected robots."""
+        rows = self.robot_table.selectionModel().selectedRows()
+        return [self.robot_rows.name_at(self.shown_robots.mapToSource(row).row()) for row in rows]
+
+    def save(self, settings: QSettings) -> None:
+        """Keep layout and choices."""
+        settings.setValue("view/upper", self.upper.saveState())
+        settings.setValue("view/lower", self.lower.saveState())
+        settings.setValue("view/tasks", self.task_table.horizontalHeader().saveState())
+        settings.setValue("view/robots", self.robot_table.horizontalHeader().saveState())
+        settings.setValue("view/show", self.show_box.currentIndex())
+
+    def restore(self, settings: QSettings) -> None:
+        """Take up kept layout and choices, where there are any."""
+        for key, part in (
+            ("view/upper", self.upper),
+            ("view/lower", self.lower),
+            ("view/tasks", self.task_table.horizontalHeader()),
+            ("view/robots", self.robot_table.horizontalHeader()),
+        ):
+            if (kept := settings.value(key)) is not None:
+                part.restoreState(kept)
+        self.show_box.setCurrentIndex(settings.value("view/show", 0, int))
+
+    def _share_out(self) -> None:
+        """Give tasks more room than robots, and robots more than the log."""
+        for splitter in (self.upper, self.lower):
+            splitter.setStretchFactor(0, 3)
+            splitter.setStretchFactor(1, 2)
+
+    def _connect(self) -> None:
+        self._desk.changed.connect(self._take)
+        self.filter_edit.textChanged.connect(self._seek)
+        self.show_box.currentIndexChanged.connect(self._choose)
+        self.cancel_button.clicked.connect(self._cancel)
+        self.again_button.clicked.connect(self._send_again)
+        self.details_button.clicked.connect(self._show_details)
+        self.task_table.activated.connect(self._show_details)
+        self.defect_button.clicked.connect(lambda: self._set_robots(RobotState.DEFECT))
+        self.service_button.clicked.connect(lambda: self._set_robots(RobotState.IDLE))
+        self.task_table.selectionModel().selectionChanged.connect(self._show_buttons)
+        self.robot_table.selectionModel().selectionChanged.connect(self._show_buttons)
+        delete = QShortcut(QKeySequence(Qt.Key_Delete), self.task_table, activated=self._cancel)
+        delete.setContext(Qt.WidgetShortcut)
+
+    def _load_all(self) -> None:
+        """Show what the desk knew before this window was made."""
+        hive = self._desk.hive
+        self.task_rows.apply(list(hive.tasks), hive.tasks)
+        self.robot_rows.apply(list(hive.robots), hive.robots)
+        self._show_count()
+        self._show_buttons()
+
+    def _take(self, changes: Changes) -> None:
+        hive = self._desk.hive
+        self.task_rows.apply(changes.tasks, hive.tasks)
+        self.robot_rows.apply(changes.robots, hive.robots)
+        self.log.append(changes.events)
+        if changes.tasks:
+            self._show_count()
+            self._show_buttons()
+
+    def _seek(self, sought: str) -> None:
+        self.shown_tasks.seek(sought)
+        self._show_count()
+
+    def _choose(self) -> None:
+        self.shown_tasks.choose(self.show_box.currentData())
+        self._show_count()
+
+    def _show_count(self) -> None:
+        shown, total = self.shown_tasks.rowCount(), self.task_rows.rowCount()
+        self.count_label.setText(text("view.count", shown=shown, total=total))
+
+    def _show_buttons(self) -> None:
+        """Let only those buttons be pressed that would do something."""
+        tasks, robots = self.chosen_tasks(), self.chosen_robots()
+        rows = self._desk.hive.tasks
+        self.cancel_button.setEnabled(any(rows[name].is_open for name in tasks if name in rows))
+        self.again_button.setEnabled(bool(tasks))
+        self.details_button.setEnabled(len(tasks) == 1)
+        self.defect_button.setEnabled(bool(robots))
+        self.service_button.setEnabled(bool(robots))
+
+    def _cancel(self) -> None:
+        rows = self._desk.hive.tasks
+        self._desk.cancel([name for name in self.chosen_tasks() if rows[name].is_open])
+
+    def _send_again(self) -> None:
+        self._desk.send_again(self.chosen_tasks())
+
+    def _show_details(self) -> None:
+        for name in self.chosen_tasks()[:1]:
+            TaskDetails(self._desk, name, self).show()
+
+    def _set_robots(self, state: RobotState) -> None:
+        self._desk.set_robot_state(self.chosen_robots(), state)
+
+
+def _sorted(rows: RowsModel) -> QAbstractItemModel:
+    proxy = QSortFilterProxyModel()
+    proxy.setSourceModel(rows)
+    proxy.setSortRole(SORT_ROLE)
+    return proxy
+
+
+def _set_up(table: QTableView, shown: QAbstractItemModel, rows: RowsModel) -> None:
+    """Give a table its model, its widths in letters, and rows of one line."""
+    table.setModel(shown)
+    table.setSortingEnabled(True)
+    table.sortByColumn(0, Qt.AscendingOrder)
+    table.setSelectionBehavior(QAbstractItemView.SelectRows)
+    table.setAlternatingRowColors(True)
+    table.setShowGrid(False)
+    table.setWordWrap(False)
+    table.setTabKeyNavigation(False)
+    letter = table.fontMetrics().horizontalAdvance("0")
+    lines = table.verticalHeader()
+    lines.hide()
+    lines.setSectionResizeMode(lines.Fixed)
+    lines.setDefaultSectionSize(round(table.fontMetrics().lineSpacing() * 1.5))
+    heads = table.horizontalHeader()
+    heads.setStretchLastSection(True)
+    heads.setSectionsMovable(True)
+    heads.setHighlightSections(False)
+    for number, column in enumerate(rows.columns):
+        heads.resizeSection(number, (column.letters + 2) * letter)
+        if column.share:
+            table.setItemDelegateForColumn(number, BarDelegate(table, column.bar_text))

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a program outside the hive knows of it, from what the hive says on its topics.
+
+The blackboard's list is the truth and comes whole; updates only make the picture newer until the
+next list. A list that is older than one seen already is dropped, because lists may overtake each
+other when the blackboard moves to another robot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from blackboard.backup import Heartbeat, TaskList
+from blackboard.characteristics import RobotStatus
+from blackboard.record import TaskUpdate
+from blackboard.task import TaskState
+from fleet_manager.samples import BatteryReading, Collisions, TruePlace
+
+if TYPE_CHECKING:
+    from blackboard.record import TaskRecord
+
+
+Report = TaskList | TaskUpdate | RobotStatus | Heartbeat | TruePlace | BatteryReading | Collisions
+"""Whatever comes over a link: what the hive says, and what a recorder asked for as well."""
+
+
+@dataclass
+class HiveView:
+    """The picture of a hive that grows with every report. Not for several threads.
+
+    Attributes:
+        tasks: Where each task stands, by id, in the order they were posted.
+        robots: How each robot is, by name.
+        answers: The last word on tasks that are on no list yet, or never will be, by id.
+        heartbeat: Who carries the blackboard; None until it was heard.
+        version: Epoch and version of the newest list; None until one came.
+    """
+
+    tasks: dict[str, TaskRecord] = field(default_factory=dict)
+    robots: dict[str, RobotStatus] = field(default_factory=dict)
+    answers: dict[str, TaskUpdate] = field(default_factory=dict)
+    heartbeat: Heartbeat | None = None
+    version: tuple[int, int] | None = None
+
+    def take_in(self, report: Report) -> None:
+        """Make the picture newer by one report."""
+        if isinstance(report, TaskList):
+            self._take_in_list(report)
+        elif isinstance(report, TaskUpdate):
+            self._take_in_update(report)
+        elif isinstance(report, RobotStatus):
+            self.robots[report.robot_id] = report
+        elif isinstance(report, Heartbeat) and not self._is_old(report):
+            self.heartbeat = report
+
+    def is_stale(self, task_list: TaskList) -> bool:
+        """Return whether a newer list than this one was seen already."""
+        newest = self.version
+        return newest is not None and (task_list.epoch, task_list.version) < newest
+
+    def state_of(self, task_id: str) -> TaskState | None:
+        """Return where a task stands, or None where the hive has said nothing of it."""
+        known = self.tasks.get(task_id) or self.answers.get(task_id)
+        return known.state if known else None
+
+    def _is_old(self, beat: Heartbeat) -> bool:
+        return self.heartbeat is not None and beat.epoch < self.heartbeat.epoch
+
+    def _take_in_list(self, task_list: TaskList) -> None:
+        if not self.is_stale(task_list):
+            self.version = (task_list.epoch, task_list.version)
+            self.tasks = {record.task.id: record for record in task_list.records}
+            for task_id in self.tasks.keys() & self.answers.keys():
+                del self.answers[task_id]
+
+    def _take_in_update(self, update: TaskUpdate) -> None:
+        record = self.tasks.get(update.task_id)
+        if record is None or update.state is TaskState.REJECTED:
+            self.answers[update.task_id] = update
+        elif not record.state.is_terminal:
+            waiting = update.state is TaskState.WAITING
+            self.tasks[update.task_id] = replace(
+                record,
+                state=update.state,
+                robot="" if waiting else update.robot_id,
+                step=update.step,
+                eta=update.eta,
+                reason=update.reason,
+            )

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Finds the files that come with the packages, by name, in a source tree or where installed.
+
+A user says `--fleet warehouse` for a file that comes along and `--fleet ./mine.yaml` for one of
+their own. Kept free of rospkg, so that the core can read its own files without ROS.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from fleet_manager.errors import InputError
+
+
+def package_folder(package: str) -> Path:
+    """Return the folder that holds a package's launch files, fleets, maps, and so on.
+
+    Args:
+        package: One of the workspace's packages, such as `fleet_manager`.
+
+    Returns:
+        The package's folder in the source tree if this module runs from there, else its share
+        folder beside this installation or below one of the paths in CMAKE_PREFIX_PATH.
+
+    Raises:
+        InputError: The package is in neither; the environment was not sourced.
+    """
+    here = Path(__file__).resolve()
+    prefixes = os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
+    shares = [
+        here.parents[4] / "share",
+        *(Path(prefix) / "share" for prefix in prefixes if prefix),
+    ]
+    for folder in [here.parents[3] / package, *(share / package for share in shares)]:
+        if (folder / "package.xml").is_file():
+            return folder
+    raise InputError(f"package {package} is not found; source devel/setup.bash first")
+
+
+def is_path(name: str) -> bool:
+    """Return whether a user means a path (anything with a slash or a dot), not a name."""
+    return "/" in name or "." in name
+
+
+def beside(file: Path, name: str) -> str:
+    """Return a name as it is, and a path as seen from the folder of the file that holds it.
+
+    Args:
+        file: The file in which a user wrote the name or path.
+        name: What was written.
+    """
+    if not is_path(name):
+        return name
+    return str((file.resolve().parent / Path(name).expanduser()).resolve())
+
+
+def find_file(package: str, folder: str, name: str) -> Path:
+    """Return the YAML file that a user means by a name or a path.
+
+    Args:
+        package: The package whose files may be named, such as `fleet_manager`.
+        folder: Its folder with those files, such as `fleets`.
+        name: Name of one of them without `.yaml`, or a path (anything with a slash or a dot).
+
+    Returns:
+        The file. A path is returned as it is; reading it tells whether it is any good.
+
+    Raises:
+        InputError: There is no file of that name; the text lists those there are.
+    """
+    if is_path(name):
+        return Path(name).expanduser()
+    files = package_folder(package) / folder
+    path = files / f"{name}.yaml"
+    if not path.is_file():
+        known = ", ".join(names_in(package, folder)) or "none"
+        raise InputError(f"no file {name}.yaml in {files}; there are: {known}; or give a path")
+    return path
+
+
+def names_in(package: str, folder: str) -> list[str]:
+    """Return the names, sorted, of the YAML files that come with a package.
+
+    Args:
+        package: The package, such as `robot_description`.
+        folder: Its folder with the files, such as `models`.
+    """
+    return sorted(path.stem for path in (package_folder(package) / folder).glob("*.yaml"))

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The desk's way to the hive on ROS; see `fleet_manager.desk.facts.HiveLink`.
+
+Whatever may wait (the master, a new publisher, a full socket) waits in this module's own thread
+and never in the windows' event loop.
+"""
+
+from __future__ import annotations
+
+import queue
+import time
+from threading import Event, Thread
+from typing import TYPE_CHECKING
+
+import rospy
+
+from fleet_manager.desk.facts import LinkChange, LinkState, PlacesKnown
+from fleet_manager.desk.inbox import Inbox
+from fleet_manager.ros.hive_topics import HiveTopics
+from fleet_manager.ros.master_watch import MasterWatch
+from fleet_manager.ros.world_places import world_places
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from fleet_manager.desk.facts import Command, Fact
+
+_WATCH_PERIOD = 1.0  # [s] between two looks at the master
+
+
+class RosDeskLink:
+    """Brings what the hive says to the desk, and what a person asks for to the hive.
+
+    Args:
+        name: Of the node; ROS adds a number, so that several desks can be open.
+        argv: The node's arguments, for remapping.
+
+    ROS Subscribers and Publishers:
+        Those of `HiveTopics`.
+
+    ROS Parameters:
+        ~world (string): World whose stations and chargers can be chosen; none by default.
+    """
+
+    def __init__(self, name: str, argv: list[str]) -> None:
+        self._name, self._argv = name, argv
+        self._inbox = Inbox()
+        self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._stopped = Event()
+        self._watch = MasterWatch(name)
+        self._topics = HiveTopics(self._inbox, self._meet)
+
+    def start(self) -> None:
+        """Begin to connect, in the background."""
+        Thread(target=self._run, name="hive link", daemon=True).start()
+
+    def stop(self) -> None:
+        """Disconnect, in the background: the master may not answer."""
+        self._stopped.set()
+        Thread(target=rospy.signal_shutdown, args=("closed",), daemon=True).start()
+
+    def now(self) -> float:
+        """Return the hive's time [s]; 0 before it is known."""
+        return float(rospy.get_time()) if rospy.rostime.is_rostime_initialized() else 0.0
+
+    def drain(self, limit: int) -> Sequence[Fact]:
+        """Return at most `limit` facts that have arrived since the last call, oldest first."""
+        return self._inbox.take(limit)
+
+    def send(self, command: Command) -> None:
+        """Hand over a command; it is sent as soon as the link allows."""
+        self._work.put(lambda: self._topics.speak(command))
+
+    def _meet(self, robot: str) -> None:
+        self._work.put(lambda: self._topics.advertise_to(robot))
+
+    def _run(self) -> None:
+        """Connect, then do what is handed over, until stopped."""
+        self._report_master(LinkState.SEARCHING)
+        while not self._watch.is_up():
+            if self._stopped.wait(_WATCH_PERIOD):
+                return
+        rospy.init_node(self._name, self._argv, anonymous=True, disable_signals=True)
+        self._topics.advertise()
+        self._topics.listen()
+        self._topics.listen_to_person()
+        self._report_master(LinkState.UP)
+        self._inbox.put(PlacesKnown(world_places(rospy.get_param("~world", ""))))
+        next_look = time.monotonic() + _WATCH_PERIOD
+        while not self._stopped.is_set():
+            try:
+                self._work.get(timeout=max(0.0, next_look - time.monotonic()))()
+            except queue.Empty:
+                for state in self._watch.look():
+                    self._report_master(state)
+                next_look = time.monotonic() + _WATCH_PERIOD
+
+    def _report_master(self, state: LinkState) -> None:
+        self._inbox.put(LinkChange(state, self._watch.address))

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks a fleet file and becomes a roslaunch that starts its blackboard and its robots."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import click
+
+from fleet_manager.errors import FleetManagerError
+from fleet_manager.fleet_file import read_fleet
+from fleet_manager.fleet_launch import launch_text
+from robot_description.errors import RobotDescriptionError
+
+_BAD_INPUT = 2
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.argument("fleet")
+@click.option("--sim", type=bool, default=True, show_default=True, help="Robots are simulated.")
+@click.option("--check", is_flag=True, help="Only check the file and print the launch file.")
+def launch_fleet(fleet: str, sim: bool, check: bool) -> None:
+    """Start the blackboard and every robot of FLEET, a name in fleets/ or a path.
+
+    A mistake in the file is said in one line and ends this with 2, before anything starts.
+    """
+    try:
+        text = launch_text(read_fleet(fleet), sim=sim)
+    except (FleetManagerError, RobotDescriptionError) as error:
+        click.echo(f"launch_fleet: {error}", err=True)
+        sys.exit(_BAD_INPUT)
+    if check:
+        click.echo(text, nl=False)
+    else:
+        _become_roslaunch(text)
+
+
+def _become_roslaunch(text: str) -> None:
+    """Replace this process by a roslaunch that reads a text, so that signals reach it directly."""
+    pipe = os.memfd_create("fleet.launch")
+    os.write(pipe, text.encode())
+    os.lseek(pipe, 0, os.SEEK_SET)
+    os.dup2(pipe, sys.stdin.fileno())
+    os.execvp("roslaunch", ["roslaunch", "-"])  # noqa: S606, S607  (found like any ROS program)
+
+
+def main() -> None:
+    """Run with this process's arguments, without those that roslaunch adds for itself."""
+    launch_fleet([word for word in sys.argv[1:] if ":=" not in word])

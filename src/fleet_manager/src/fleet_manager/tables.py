@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The hive's tasks and robots as text tables and as plain data for JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from blackboard.task import TaskType
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from blackboard.characteristics import RobotStatus
+    from blackboard.pose import Pose
+    from blackboard.record import TaskRecord
+    from fleet_manager.hive_view import HiveView
+
+_TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "ETA", "REASON")
+_ROBOT_HEAD = ("ROBOT", "STATE", "BATTERY", "LOAD", "PLACE", "TASK", "QUEUE", "REASON")
+
+
+def tasks_table(records: Iterable[TaskRecord]) -> list[str]:
+    """Return a table of tasks: a line of headings, then a line for each."""
+    rows = [
+        (
+            record.task.id,
+            TaskType(record.task.type).name,
+            str(record.task.priority),
+            f"{record.task.payload:g} kg",
+            record.state.name,
+            record.robot or "-",
+            f"{record.step}/{record.steps}",
+            "-" if record.state.is_terminal or record.eta <= 0 else f"{record.eta:.0f} s",
+            record.reason,
+        )
+        for record in records
+    ]
+    return _table(_TASK_HEAD, rows)
+
+
+def robots_table(robots: Iterable[RobotStatus]) -> list[str]:
+    """Return a table of robots: a line of headings, then a line for each."""
+    rows = [
+        (
+            robot.robot_id,
+            robot.state.name,
+            f"{robot.charge:.0%}",
+            f"{robot.payload:g} kg",
+            f"{robot.pose.x:.1f}, {robot.pose.y:.1f}",
+            robot.task_id or "-",
+            str(queued(robot)),
+            robot.reason,
+        )
+        for robot in robots
+    ]
+    return _table(_ROBOT_HEAD, rows)
+
+
+def who_leads(view: HiveView) -> str:
+    """Return in words who carries the blackboard."""
+    if view.heartbeat is None:
+        return "no blackboard is heard"
+    active = view.heartbeat.active.strip("/")
+    backup = view.heartbeat.backup.strip("/") or "nobody"
+    epoch = view.heartbeat.epoch
+    return f"{active} carries the blackboard (epoch {epoch}), {backup} is its backup"
+
+
+def robots_of(view: HiveView) -> list[RobotStatus]:
+    """Return the robots, sorted by name."""
+    return [view.robots[name] for name in sorted(view.robots)]
+
+
+def queued(robot: RobotStatus) -> int:
+    """Return the number of tasks in a robot's list behind the one it is doing."""
+    return sum(task_id != robot.task_id for task_id in robot.tasks)
+
+
+def task_data(record: TaskRecord) -> dict[str, Any]:
+    """Return a task as plain data; lengths in m, angles in rad, loads in kg, times in s."""
+    return {
+        "id": record.task.id,
+        "type": TaskType(record.task.type).name,
+        "priority": record.task.priority,
+        "payload": record.task.payload,
+        "goals": [_pose_data(goal) for goal in record.task.goals],
+        "state": record.state.name,
+        "robot": record.robot,
+        "step": record.step,
+        "steps": record.steps,
+        "eta": record.eta,
+        "reason": record.reason,
+        "parent": record.parent,
+    }
+
+
+def robot_data(robot: RobotStatus) -> dict[str, Any]:
+    """Return a robot as plain data; lengths in m, angles in rad, loads in kg, charge 0..1."""
+    return {
+        "name": robot.robot_id,
+        "state": robot.state.name,
+        "pose": _pose_data(robot.pose),
+        "charge": robot.charge,
+        "payload": robot.payload,
+        "task": robot.task_id,
+        "queued": queued(robot),
+        "tasks": list(robot.tasks),
+        "reason": robot.reason,
+    }
+
+
+def fit(lines: Iterable[str], width: int) -> list[str]:
+    """Return the lines, each cut with an ellipsis where it is wider than the terminal."""
+    return [line if len(line) <= width else line[: max(width - 1, 0)] + "…" for line in lines]
+
+
+def _pose_data(pose: Pose) -> dict[str, float]:
+    return {"x": pose.x, "y": pose.y, "yaw": pose.yaw}
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return lines with aligned columns; the last column is as wide as it wants to be."""
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    lines = (
+        "  ".join(cell.ljust(w) for cell, w in zip(r, widths, strict=True)) for r in (head, *rows)
+    )
+    return [line.rstrip() for line in lines]

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The map that a perfect mapper would make of a world.
+
+A cell is occupied if anything solid reaches into it. A cell is free if a robot's laser can come to
+see it: if a way over free cells leads there from one of the world's named places. The rest is
+unknown, as it is for a mapper that drives through the world.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely.geometry
+from scipy import ndimage
+
+from simenv.errors import MapError
+from simenv.geometry import Pose, outline
+from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap
+from simenv.world import rings
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from simenv.world import World
+
+RESOLUTION = 0.05
+"""The usual size of a cell [m]."""
+
+MOST_CELLS = 50_000_000
+"""More cells than that are most likely a mistake in the resolution."""
+
+_TOUCH = 1e-6
+"""By how much something must reach into a cell to count [m]."""
+
+
+def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
+    """Draw the map of a world.
+
+    Args:
+        world: The world.
+        resolution: Size of a cell [m].
+
+    Returns:
+        The map, with its lower left corner at (0, 0).
+
+    Raises:
+        MapError: The resolution gives no map.
+    """
+    if not (math.isfinite(resolution) and resolution > 0):
+        raise MapError(f"resolution {resolution} m; allowed: a number above 0, usual {RESOLUTION}")
+    width, height = (math.ceil(side / resolution - _TOUCH) for side in world.size)
+    if width * height > MOST_CELLS:
+        raise MapError(f"resolution {resolution} m gives {width} x {height} cells; take a coarser")
+    solid = _inside(world, resolution, (height, width))
+    cells = np.full(solid.shape, UNKNOWN, dtype=np.int8)
+    cells[_reachable(world, ~solid, resolution)] = FREE
+    cells[solid] = OCCUPIED
+    return GridMap(cells, resolution, Pose(0.0, 0.0, 0.0))
+
+
+def _inside(world: World, resolution: float, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return which cells something solid reaches into.
+
+    Everything is made larger by half a cell; then a cell counts if its centre is inside. Whether
+    it is, the outline's crossings with the cell's row say: an odd number of them lie to the left.
+    """
+    larger = world.solid.buffer(
+        resolution / 2 - _TOUCH, join_style=shapely.geometry.JOIN_STYLE.mitre
+    )
+    edges = [outline(np.array(ring.coords)[:-1]) for ring in rings(larger)]
+    inside = np.zeros(shape, dtype=bool)
+    if not edges:
+        return inside
+    (x0, y0), (x1, y1) = np.concatenate(edges).transpose(1, 2, 0)
+    centres = (np.arange(shape[1]) + 0.5) * resolution
+    for row in range(shape[0]):
+        y = (row + 0.5) * resolution
+        crossed = (y0 <= y) != (y1 <= y)
+        share = (y - y0[crossed]) / (y1[crossed] - y0[crossed])
+        crossings = np.sort(x0[crossed] + share * (x1[crossed] - x0[crossed]))
+        inside[row] = np.searchsorted(crossings, centres) % 2 == 1
+    return inside
+
+
+def _reachable(
+    world: World, open_cells: NDArray[np.bool_], resolution: float
+) -> NDArray[np.bool_]:
+    """Return which open cells are joined to one of the world's places; all where it has none."""
+    places = (*world.stations, *world.chargers, *world.starts)
+    if not places:
+        return open_cells
+    regions, _ = ndimage.label(open_cells)
+    height, width = open_cells.shape
+    seen = {
+        int(
+            regions[
+                min(int(place.pose.y / resolution), height - 1),
+                min(int(place.pose.x / resolution), width - 1),
+            ]
+        )
+        for place in places
+    }
+    reachable: NDArray[np.bool_] = np.isin(regions, sorted(seen - {0}))
+    return reachable

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+from shapely.geometry import Point, box
+
+from robot_description.errors import FileError
+from simenv.draw_map import draw_map
+from simenv.errors import MapError
+from simenv.geometry import Pose
+from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, load_map, save_map
+from simenv.testing import hall
+from simenv.world import Place, Shape, World, load_world
+
+KEYS = {
+    "image": "m.pgm",
+    "resolution": "0.1",
+    "origin": "[-1, -2, 0]",
+    "negate": "0",
+    "occupied_thresh": "0.65",
+    "free_thresh": "0.196",
+}
+
+
+def write(folder: Path, pixels, **changes) -> str:
+    """Write a map by hand; a change of None leaves the key out."""
+    keys = KEYS | {"image": "m.png"} | changes
+    PIL.Image.fromarray(np.array(pixels, dtype=np.uint8)).save(folder / "m.png")
+    lines = [f"{key}: {value}" for key, value in keys.items() if value is not None]
+    (folder / "m.yaml").write_text("\n".join(lines))
+    return str(folder / "m.yaml")
+
+
+def test_bright_cells_are_free_dark_ones_occupied_the_rest_unknown_top_row_first(tmp_path):
+    grid = load_map(write(tmp_path, [[254, 0], [205, 254]]))
+
+    assert grid.cells.tolist() == [[UNKNOWN, FREE], [FREE, OCCUPIED]]
+    assert grid.resolution == 0.1
+    assert grid.origin == (-1.0, -2.0, 0.0)
+
+
+def test_a_negated_map_is_read_the_other_way_round(tmp_path):
+    grid = load_map(write(tmp_path, [[254, 0], [100, 254]], negate="1"))
+
+    assert grid.cells.tolist() == [[UNKNOWN, OCCUPIED], [OCCUPIED, FREE]]
+
+
+def test_the_thresholds_decide(tmp_path):
+    grid = load_map(write(tmp_path, [[120, 200]], occupied_thresh="0.5", free_thresh="0.25"))
+
+    assert grid.cells.tolist() == [[OCCUPIED, FREE]]
+
+
+def test_a_saved_map_is_read_back_as_it_was(tmp_path):
+    random = np.random.default_rng(1)
+    cells = random.choice([FREE, OCCUPIED, UNKNOWN], (30, 20)).astype(np.int8)
+    grid = GridMap(cells, 0.05, Pose(-1.5, 2.25, 0.5))
+
+    save_map(grid, tmp_path / "saved")
+
+    again = load_map(str(tmp_path / "saved.yaml"))
+    assert (again.cells == cells).all()
+    assert (again.resolution, again.origin) == (0.05, grid.origin)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"image": "other.pgm"}, "other.pgm: cannot be read: No such file"),
+        ({"image": "m.yaml"}, "is no image that can be read"),
+        ({"image": None}, "'image' is a required property"),
+        ({"resolution": "0"}, r":2: resolution.*above 0"),
+        ({"resolution": "fine"}, "not of type 'number'"),
+        ({"resolution": ".nan"}, "finite"),
+        ({"origin": "[0, 0]"}, "lower left corner"),
+        ({"origin": "[0, .inf, 0]"}, "finite"),
+        ({"negate": "2"}, "0, or 1 if white means occupied"),
+        ({"mode": "raw"}, "trinary"),
+        ({"free_thresh": "0.9"}, "free_thresh 0.9 is not below occupied_thresh 0.65"),
+        ({"colour": "red"}, "'colour' was unexpected"),
+    ],
+)
+def test_a_bad_map_gives_one_line_that_says_what_is_allowed(tmp_path, changes, words):
+    path = write(tmp_path, [[0]], **changes)
+
+    with pytest.raises((FileError, MapError), match=words) as caught:
+        load_map(path)
+
+    assert "\n" not in str(caught.value)
+
+
+def test_an_image_that_is_cut_off_is_refused(tmp_path):
+    path = write(tmp_path, np.zeros((50, 50)))
+    image = tmp_path / "m.png"
+    image.write_bytes(image.read_bytes()[:-30])
+
+    with pytest.raises(MapError, match="cut off or damaged"):
+        load_map(path)
+
+
+def test_a_missing_map_names_those_that_are_there():
+    with pytest.raises(MapError, match="map 'moon': not known; allowed: lab, warehouse"):
+        load_map("moon")
+    with pytest.raises(FileError, match="/nowhere/moon: cannot be read"):
+        load_map("/nowhere/moon")
+
+
+def test_a_map_that_cannot_be_written_says_so(tmp_path):
+    grid = GridMap(np.zeros((2, 2), dtype=np.int8), 0.05, Pose(0, 0, 0))
+
+    with pytest.raises(MapError, match="cannot be written"):
+        save_map(grid, tmp_path / "nowhere" / "map")
+
+
+def test_cells_that_something_reaches_into_are_occupied_and_those_beside_it_are_free():
+    grid = draw_map(hall(Shape("table", box(2.0, 3.0, 2.52, 3.2))), 0.05)
+
+    assert grid.cells.shape == (200, 200)
+    assert (grid.cells[60:64, 40:51] == OCCUPIED).all()
+    frame = grid.cells[59:65, 39:52].copy()
+    frame[1:-1, 1:-1] = FREE
+    assert (frame == FREE).all()
+
+
+def test_a_drawn_map_agrees_with_the_world_cell_by_cell():
+    pillar = Shape("pillar", Point(4.0, 4.0).buffer(0.7, resolution=8))
+    world = hall(pillar)
+    grid = draw_map(world, 0.1)
+
+    for row in range(30, 50):
+        for column in range(30, 50):
+            cell = box(column / 10, row / 10, (column + 1) / 10, (row + 1) / 10)
+            if cell.distance(pillar.area) > 0.01:
+                assert grid.cells[row, column] == FREE
+            elif cell.intersection(pillar.area).area > 1e-4:
+                assert grid.cells[row, column] == OCCUPIED
+
+
+def test_what_is_closed_off_is_unknown():
+    office = Shape("office", box(6.0, 6.0, 8.0, 8.0).difference(box(6.2, 6.2, 7.8, 7.8)))
+    walls = hall(office)
+    world = World("w", walls.size, walls.shapes, starts=(Place("start", Pose(2.0, 2.0, 0.0)),))
+
+    grid = draw_map(world, 0.1)
+
+    assert (grid.cells[62:78, 62:78] == UNKNOWN).all()
+    assert grid.cells[20, 20] == FREE
+
+
+@pytest.mark.parametrize("resolution", [0.0, -1.0, float("nan"), 1e-6])
+def test_a_resolution_that_gives_no_map_is_refused(resolution):
+    with pytest.raises(MapError, match="resolution"):
+        draw_map(hall(), resolution)
+
+
+@pytest.mark.parametrize("name", ["lab", "warehouse"])
+def test_the_maps_of_this_package_are_what_its_worlds_look_like(name):
+    drawn, stored = draw_map(load_world(name)), load_map(name)
+
+    assert (drawn.cells == stored.cells).all(), "draw it again: rosrun simenv draw_map"
+    assert (drawn.resolution, drawn.origin) == (stored.resolution, stored.origin)
