@@ -265,6 +265,7 @@ class Hive:
             controller,
             pose,
             settings,
+            MemoryJournal(),
         )
         command.arrive = robot.set_pose
         self.robots[name] = robot

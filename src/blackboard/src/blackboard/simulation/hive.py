@@ -163,6 +163,7 @@ class SimulatedMember:
             controller,
             self.pose,
             RobotSettings(),
+            self.disk,
         )
 
     def _arrive(self, pose: Pose) -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from blackboard.member import Member
-    from blackboard.replication import Position
+    from blackboard.replication import Entry, Position
     from blackboard.simulation.hive import SimulatedMember
     from blackboard.simulation.network import Host
     from blackboard.task import Task, TaskStep
@@ -56,7 +56,9 @@ class Properties:
         self._active_of: dict[int, str] = {}
         self._active_now: set[str] = set()
         self._history: dict[int, Position] = {}
+        self._written: dict[Position, Entry] = {}
         self._applied = 0
+        self._told: set[tuple[str, int, str]] = set()
         self._workers: dict[str, set[str]] = defaultdict(set)
         self._finishers: dict[str, str] = {}
         self.takeovers = 0
@@ -142,18 +144,22 @@ class Properties:
     def _follow_commits(self, member: Member, before: Member | None) -> None:
         """Check that what a member holds as committed is what everyone else does."""
         log = member.log
+        for entry in log.entries:
+            self._written[entry.position] = entry
         first = 0 if before is None else before.log.committed
-        for version in range(max(first, log.base.position.version), log.committed + 1):
-            position = log.at(version)
-            known = self._history.setdefault(version, position) if position else None
+        for version in range(first, log.committed + 1):
+            # What has been folded in this very event was still to be seen before it.
+            position = log.at(version) or (before.log.at(version) if before else None)
+            if position is None:
+                continue
+            known = self._history.setdefault(version, position)
             if known != position:
                 self._broken(
                     "one history",
                     f"{member.id} has committed {position} where another committed {known}",
                 )
-        for entry in log.entries[: log.committed - log.base.position.version]:
-            if entry.version > first:
-                self._apply(member, entry.version, entry.records)
+            if position in self._written:
+                self._apply(member, version, self._written[position].records)
 
     def _apply(self, member: Member, version: int, records: tuple[TaskRecord, ...]) -> None:
         if version <= self._applied:
@@ -200,11 +206,12 @@ class Properties:
                 )
 
     def _check_is_safe(self, host: Host, task_id: str, assignment: int, what: str) -> None:
-        """Check that a majority has on disk what is being told."""
+        """Check that a majority has on disk what is being told for the first time."""
         backup = self._members[host.name].backup
-        if backup is None:
+        if backup is None or (task_id, assignment, what) in self._told:
             return
-        listed = backup.member.members
+        self._told.add((task_id, assignment, what))
+        listed = backup.member.log.stable.members
         holders = 0
         for member in self._members.values():
             durable = member.disk.durable
