@@ -139,6 +139,11 @@ class Backup:
         return self._member
 
     @property
+    def name(self) -> str:
+        """The name of this member."""
+        return name_of(self._member.id)
+
+    @property
     def epoch(self) -> int:
         """The highest epoch that this member has seen."""
         return self._member.epoch
@@ -202,7 +207,7 @@ class Backup:
         try:
             self._journal.save(Durable(after.id, after.epoch, after.vote, after.log))
         except JournalError as error:
-            self._talker.warn(f"{name_of(after.id)} cannot take part in the hive: {error}")
+            self._talker.warn(f"{self.name} cannot take part in the hive: {error}")
             if before.role is Role.ACTIVE:
                 self._member = active.step_down(before, self._talker.now())
                 self._notice(before, self._member)
@@ -211,7 +216,7 @@ class Backup:
 
     def _notice(self, before: Member, after: Member) -> None:
         """Tell the blackboard what has become of this member."""
-        if after.active != before.active and after.active not in {"", name_of(after.id)}:
+        if after.active != before.active and after.active not in {"", self.name}:
             self._watch(after.active, after.epoch)
         if before.role is Role.ACTIVE and after.role is not Role.ACTIVE:
             self._stop_serving(before, after)
@@ -240,7 +245,7 @@ class Backup:
             if after.epoch > before.epoch
             else f"no majority of {', '.join(map(name_of, before.members))} answers"
         )
-        self._talker.warn(f"{name_of(after.id)} no longer carries the blackboard: {reason}")
+        self._talker.warn(f"{self.name} no longer carries the blackboard: {reason}")
         self._waiting.clear()
         if self._serving:
             self._serving = False

@@ -280,6 +280,10 @@ class Blackboard:
             self._talker.publish(ROBOT_STATUS, status)
             for record in self._orders.given_to(status.robot_id):
                 self._commit(replace(record, reason=f"{record.robot} is {status.reason}"))
+        for record in self._orders.given_to_others(self._presence.known()):
+            reason = f"{record.robot} has not been heard of since {self._backup.name} took over"
+            if record.reason != reason:
+                self._commit(replace(record, reason=reason))
 
     def _try_again(self) -> None:
         """Auction again what nobody could take: something has changed.
@@ -302,8 +306,11 @@ class Blackboard:
         """Have a change written down; then tell everyone, unless the robot has done so already."""
         if self._auction is not None and record.state is not TaskState.WAITING:
             self._auction.withdraw(record.task.id)
+        if record.state not in _HELD:
+            self._orders.forget(record.task.id)
 
         def committed() -> None:
+            # An order that was waiting for its commit has been given in the meantime.
             if record.state not in _HELD:
                 self._orders.forget(record.task.id)
             if tell:

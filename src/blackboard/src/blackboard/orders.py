@@ -57,6 +57,16 @@ class Orders:
         records = [self._backup.get(task_id) for task_id in self._given]
         return tuple(record for record in records if record and record.robot == robot_id)
 
+    def given_to_others(self, robots: frozenset[str]) -> tuple[TaskRecord, ...]:
+        """Return the records of what robots other than some have had the time to speak of."""
+        now = self._talker.now()
+        records = [
+            self._backup.get(task_id)
+            for task_id, given in self._given.items()
+            if now - given > self._timeout
+        ]
+        return tuple(record for record in records if record and record.robot not in robots)
+
     def compare(self, status: RobotStatus) -> None:
         """Give again what a robot has had the time to hear and does not have in its list."""
         now = self._talker.now()

@@ -18,6 +18,7 @@ from blackboard.task import TaskState, split_task
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
+    from blackboard.journal import Durable
     from blackboard.member import Member
     from blackboard.replication import Entry, Position
     from blackboard.simulation.hive import SimulatedMember
@@ -58,6 +59,7 @@ class Properties:
         self._history: dict[int, Position] = {}
         self._written: dict[Position, Entry] = {}
         self._applied = 0
+        self._lost_disks: list[Durable | None] = []
         self._told: set[tuple[str, int, str]] = set()
         self._workers: dict[str, set[str]] = defaultdict(set)
         self._finishers: dict[str, str] = {}
@@ -120,8 +122,9 @@ class Properties:
         if self.done[task] > 1:
             self._broken("done once", f"{robot} finishes {task}, which was finished before")
 
-    def forget_work(self, robot: str) -> None:
+    def disk_lost(self, robot: str, durable: Durable | None) -> None:
         """Allow what a robot did to be done again: its disk is lost, and its reports with it."""
+        self._lost_disks.append(durable)
         for task, finisher in self._finishers.items():
             if finisher == robot and not self._is_known_as_done(task):
                 self.done[task] = 0
@@ -147,9 +150,11 @@ class Properties:
         for entry in log.entries:
             self._written[entry.position] = entry
         first = 0 if before is None else before.log.committed
+        base = log.base.position
+        folded = before.log if before and before.log.at(base.version) == base else log
         for version in range(first, log.committed + 1):
             # What has been folded in this very event was still to be seen before it.
-            position = log.at(version) or (before.log.at(version) if before else None)
+            position = log.at(version) or folded.at(version)
             if position is None:
                 continue
             known = self._history.setdefault(version, position)
@@ -212,17 +217,17 @@ class Properties:
             return
         self._told.add((task_id, assignment, what))
         listed = backup.member.log.stable.members
-        holders = 0
-        for member in self._members.values():
-            durable = member.disk.durable
-            if durable is None or durable.member not in listed:
-                continue
-            record = durable.log.latest.records.get(task_id)
-            holders += record is not None and record.assignment >= assignment
-        if holders < majority_of(listed):
+        disks = [member.disk.durable for member in self._members.values()]
+        holders = set()
+        for durable in (*disks, *self._lost_disks):
+            if durable is not None and durable.member in listed:
+                record = durable.log.latest.records.get(task_id)
+                if record is not None and record.assignment >= assignment:
+                    holders.add(durable.member)
+        if len(holders) < majority_of(listed):
             self._broken(
                 "nothing is lost",
-                f"{host.name} tells {what} of {task_id}, which {holders} of "
+                f"{host.name} tells {what} of {task_id}, which {len(holders)} of "
                 f"{', '.join(map(name_of, listed))} hold",
             )
 

@@ -211,8 +211,8 @@ class Run:
         self.properties.stopped(member.name)
         if crash.disk_lost:
             self.faults["disks lost"] += 1
+            self.properties.disk_lost(member.name, member.disk.durable)
             member.disk.durable, member.disk.reports = None, ()
-            self.properties.forget_work(member.name)
         if crash.back_after is None:
             member.gone = True
         else:
