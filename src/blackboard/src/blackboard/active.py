@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the active blackboard does for the hive: it replicates, counts, and keeps the members' list.
+"""What the active blackboard does for the hive: replicate, count, and keep the list of members.
 
 It commits a change once a majority of the members has it on disk, and steps down by itself when no
 majority has followed it of late: by then the others may elect another.
@@ -7,7 +7,7 @@ majority has followed it of late: by then the others may elect another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -60,12 +60,11 @@ class Heartbeat:
 
 
 def become_active(member: Member, now: float) -> Step:
-    """Take over: say so, and write an empty change of the new epoch, which commits all before it."""
+    """Take over: say so, and write an empty change, which commits all before it."""
     known = Peer(heard=now)
     peers = {each: known for each in member.members if each != member.id}
     peers |= {each: Peer(echo=member.asked, heard=now) for each in member.votes - {member.id}}
-    member = replace(
-        member,
+    member = member.but(
         role=Role.ACTIVE,
         active=name_of(member.id),
         backup="",
@@ -88,7 +87,7 @@ def write(
     """Add a change to the list and have the others write it down too."""
     before = member.log.position
     entry = Entry(member.epoch, before.version + 1, records, members)
-    member = replace(member, log=member.log.append(entry))
+    member = member.but(log=member.log.append(entry))
     return advance(member), [_entries(member, before, (entry,), now)]
 
 
@@ -104,7 +103,7 @@ def advance(member: Member) -> Member:
     version = committed_version(member.log, member.epoch, held, majority_of(member.members))
     if version == member.log.committed:
         return member
-    return replace(member, log=member.log.commit(version, member.settings.kept_changes))
+    return member.but(log=member.log.commit(version, member.settings.kept_changes))
 
 
 def hear_ack(member: Member, ack: Ack, now: float) -> Step:
@@ -115,7 +114,7 @@ def hear_ack(member: Member, ack: Ack, now: float) -> Step:
     version = max(known.version, min(ack.version, member.log.position.version))
     echo = max(known.echo, min(ack.echo, now))
     peers = {**member.peers, ack.member: Peer(version, echo, now)}
-    member = replace(member, peers=MappingProxyType(peers))
+    member = member.but(peers=MappingProxyType(peers))
     return (advance(member) if version > known.version else member), []
 
 
@@ -129,18 +128,18 @@ def keep_going(member: Member, now: float) -> Step:
         member, said = write(member, now, members=change)
     member, beaten = beat(member, now)
     missing = _what_is_missing(member, now)
-    return replace(member, sent=member.log.position.version), said + beaten + missing
+    return member.but(sent=member.log.position.version), said + beaten + missing
 
 
 def step_down(member: Member, now: float) -> Member:
     """Become a follower that knows of no active one."""
     silent_since = min(now, followed_since(member, now))
-    return replace(follow(member), active="", backup="", heard=silent_since, died=None)
+    return follow(member).but(active="", backup="", heard=silent_since, died=None)
 
 
 def beat(member: Member, now: float) -> Step:
     """Say that it is there."""
-    member = replace(member, backup=name_backup(member, now), progress=member.progress + 1)
+    member = member.but(backup=name_backup(member, now), progress=member.progress + 1)
     names = tuple(map(name_of, member.members))
     beat_ = Heartbeat(
         member.epoch,
@@ -155,7 +154,7 @@ def beat(member: Member, now: float) -> Step:
 
 
 def name_backup(member: Member, now: float) -> str:
-    """Choose who stands first: the same as before as long as it follows, else the next that does."""
+    """Choose who stands first: the same as before while it follows, else the next that does."""
     if len(member.members) < FEWEST_MEMBERS:
         return ""
     able = [name_of(each) for each in member.members if _follows(member, each, now)]

@@ -2,8 +2,9 @@
 """Who carries the blackboard, and the copy of the task list that everyone else holds.
 
 Every member of the hive hosts a `Backup`. Underneath is a pure function, `consensus.step`, of a
-member's state, an event and the time. `Backup` feeds it from the Talker, has the journal written before anything is said that relies on it, and tells the
-blackboard beside it when to begin and when to stop.
+member's state, an event and the time. `Backup` feeds it from the Talker, has the journal written
+before anything is said that relies on it, and tells the blackboard beside it when to begin and
+when to stop.
 """
 
 from __future__ import annotations
@@ -126,8 +127,9 @@ class Backup:
 
     def start(self) -> None:
         """Begin to listen and to speak."""
-        for topic in _TOPICS.values():
+        for topic in (BACKUP, BB_ENTRIES, BB_VOTE):
             self._talker.subscribe(topic, self._step)
+        self._talker.subscribe(BB_ACK, self._hear_ack)
         self._talker.every(self._settings.heartbeat, self._tick)
         if self._founds and not self._member.epoch:
             self._say_that_it_founds(round(5 * self._random.random()) + 5)
@@ -186,6 +188,11 @@ class Backup:
         """Have the task list told to everyone within the sync period."""
         if self._sync is None:
             self._sync = self._talker.after(self._settings.sync_period, self._publish_sync)
+
+    def _hear_ack(self, ack: Ack) -> None:
+        """Take in what another member has on disk; only the active one is concerned."""
+        if self._member.role is Role.ACTIVE:
+            self._step(ack)
 
     def _tick(self) -> None:
         self._step(Tick(self._random.random()))

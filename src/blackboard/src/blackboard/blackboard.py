@@ -116,7 +116,7 @@ class Blackboard:
         self._try_again()
 
     def stepped_down(self) -> None:
-        """Stop to decide; whatever was not committed yet is for the next active one to do again."""
+        """Stop to decide; what was not committed yet is for the next active one to do again."""
         for timer in (*self._timers, self._closing):
             if timer is not None:
                 timer.cancel()

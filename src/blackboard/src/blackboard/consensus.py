@@ -7,7 +7,7 @@ time, messages under way or disks, so a simulation can try every order of events
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from blackboard import active, election
@@ -109,7 +109,7 @@ def _take_over_if_won(member: Member, said: list[object], now: float) -> Step:
 def _learn_of_death(member: Member, death: Died, now: float) -> Step:
     if (death.member, death.epoch) != (member.active, member.epoch) or member.role is Role.ACTIVE:
         return member, []
-    return _stand(replace(member, died=now), now, member.jitter)
+    return _stand(member.but(died=now), now, member.jitter)
 
 
 def _hear_beat(member: Member, beat: Heartbeat, now: float) -> Step:
@@ -117,7 +117,7 @@ def _hear_beat(member: Member, beat: Heartbeat, now: float) -> Step:
     if heard is None:
         return member, _contradict(member, beat.epoch)
     log = heard.log.commit(min(beat.version, heard.version), heard.settings.kept_changes)
-    heard = replace(heard, backup=beat.backup, log=log)
+    heard = heard.but(backup=beat.backup, log=log)
     return heard, [Ack(heard.id, heard.epoch, heard.version, beat.sent)]
 
 
@@ -129,7 +129,7 @@ def _hear_entries(member: Member, message: Entries, now: float) -> Step:
     if log is not None:
         version = max(heard.version, message.reaches)
         log = log.commit(min(message.committed, version), heard.settings.kept_changes)
-        heard = replace(heard, log=log, version=version)
+        heard = heard.but(log=log, version=version)
     return heard, [Ack(heard.id, heard.epoch, heard.version, message.sent)]
 
 
@@ -141,7 +141,7 @@ def _heed(member: Member, epoch: int, speaker: str, now: float) -> Member | None
         member = adopt(member, epoch)
     elif member.role is not Role.FOLLOWER:
         member = follow(member)
-    return replace(member, active=speaker, heard=now, died=None)
+    return member.but(active=speaker, heard=now, died=None)
 
 
 def _contradict(member: Member, epoch: int) -> list[object]:

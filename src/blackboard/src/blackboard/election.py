@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the hive finds a new active blackboard (election of Raft, with pre-vote and the report's backup).
+"""How the hive finds a new active blackboard: Raft's election with pre-vote, and a named backup.
 
 Whoever misses the active one asks first whether the others miss it too. Only when a majority does
 is a new epoch begun, in which every member has one vote. The backup named by the active one
@@ -13,10 +13,10 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from blackboard.member import Role, adopt, is_majority, name_of
-from blackboard.replication import Position
 
 if TYPE_CHECKING:
     from blackboard.member import Member
+    from blackboard.replication import Position
 
 Step = tuple["Member", list[object]]
 """What becomes of a member, and what it says."""
@@ -90,8 +90,7 @@ def stand_if_due(member: Member, now: float, chance: float) -> Step:
     """
     if member.id not in member.members or now < stands_at(member):
         return member, []
-    member = replace(
-        member,
+    member = member.but(
         role=Role.ASKING,
         votes=frozenset([member.id]),
         retry=now + 2 * member.settings.heartbeat,
@@ -103,8 +102,7 @@ def stand_if_due(member: Member, now: float, chance: float) -> Step:
 
 
 def _become_candidate(member: Member, now: float) -> Step:
-    member = replace(
-        adopt(member, member.epoch + 1),
+    member = adopt(member, member.epoch + 1).but(
         role=Role.CANDIDATE,
         vote=member.id,
         votes=frozenset([member.id]),
@@ -158,8 +156,7 @@ def hear_question(member: Member, ballot: Ballot, now: float) -> Step:
         and is_up_to_date(member, ballot.position)
     )
     if granted:
-        member = replace(
-            member,
+        member = member.but(
             vote=ballot.candidate,
             active=name_of(ballot.candidate),
             backup="",
@@ -190,7 +187,7 @@ def hear_answer(member: Member, ballot: Ballot, now: float) -> Step:
         return member, []
     before = member.role is Role.ASKING and ballot.kind is BallotKind.PRE_ANSWER
     if before and ballot.epoch == member.epoch + 1:
-        member = replace(member, votes=member.votes | {ballot.member})
+        member = member.but(votes=member.votes | {ballot.member})
         if is_majority(member.votes, member.members):
             return _become_candidate(member, now)
     elif (
@@ -198,7 +195,7 @@ def hear_answer(member: Member, ballot: Ballot, now: float) -> Step:
         and ballot.kind is BallotKind.ANSWER
         and ballot.epoch == member.epoch
     ):
-        member = replace(member, votes=member.votes | {ballot.member})
+        member = member.but(votes=member.votes | {ballot.member})
     return member, []
 
 

@@ -301,7 +301,7 @@ def _record_from(values: dict[str, Any]) -> TaskRecord:
     task = values.pop("task")
     goals = tuple(Pose(**goal) for goal in task.pop("goals"))
     state = TaskState(values.pop("state"))
-    others = {
+    others: dict[str, Any] = {
         key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
     }
     return TaskRecord(Task(goals=goals, **task), state, **others)

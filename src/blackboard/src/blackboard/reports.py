@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from blackboard.backup import TaskList
     from blackboard.journal import Journal
     from blackboard.record import Order, TaskRecord, TaskUpdate
-    from blackboard.errors import JournalError
-from blackboard.talker import Talker
+    from blackboard.talker import Talker
 
 
 class Reports:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from random import Random
 from typing import TYPE_CHECKING
 
 from blackboard.backup import Backup
@@ -19,7 +18,7 @@ from blackboard.settings import (
     ControllerSettings,
     RobotSettings,
 )
-from blackboard.simulation.network import Host, HostTalker, Network, SimulatedCrashError
+from blackboard.simulation.network import HostTalker, SimulatedCrashError
 from blackboard.simulation.schedule import BLACKBOARD
 from blackboard.task import StepKind
 from blackboard.testing import SMALL_ROBOT
@@ -27,9 +26,11 @@ from blackboard.ways import StraightWays
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from random import Random
 
     from blackboard.journal import Durable
     from blackboard.pose import Pose
+    from blackboard.simulation.network import Host
     from blackboard.task import TaskStep
 
 BACKUP_SETTINGS = BackupSettings(kept_changes=4)

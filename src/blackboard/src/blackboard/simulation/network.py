@@ -235,7 +235,7 @@ class Network:
             if self.random.random() < 0.9:  # noqa: PLR2004  (a proof may fail to appear)
                 self.counts["deaths proved"] += 1
                 delay = 0.02 + 0.08 * self.random.random()
-                self.schedule(delay, host, lambda _, tell=died: tell())
+                self.schedule(delay, host, _Timer(host, died, None).fire)
 
 
 class HostTalker:

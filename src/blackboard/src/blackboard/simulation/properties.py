@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What must always hold in a hive, checked after every event (docs/protocol.md argues why it does).
+"""What must always hold in a hive, checked after every event; docs/protocol.md says why it does.
 
 The checker sees everything: every disk, every message as it is sent, every robot's wheels. A
 broken property ends the run with a `Violation` that names it.
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
-from blackboard.member import Role, has_lease, majority_of, name_of
+from blackboard.member import Role, has_lease, is_majority, name_of
 from blackboard.record import Order, TaskRecord, TaskUpdate
 from blackboard.talker import TASK_ASSIGN, TASK_STATE
 from blackboard.task import TaskState, split_task
@@ -216,19 +216,21 @@ class Properties:
         if backup is None or (task_id, assignment, what) in self._told:
             return
         self._told.add((task_id, assignment, what))
-        listed = backup.member.log.stable.members
+        log = backup.member.log
+        # While the list of members changes, majorities of the old and the new one overlap.
+        lists = (log.stable.members, log.latest.members)
         disks = [member.disk.durable for member in self._members.values()]
         holders = set()
         for durable in (*disks, *self._lost_disks):
-            if durable is not None and durable.member in listed:
-                record = durable.log.latest.records.get(task_id)
-                if record is not None and record.assignment >= assignment:
-                    holders.add(durable.member)
-        if len(holders) < majority_of(listed):
+            record = durable.log.latest.records.get(task_id) if durable else None
+            if durable and record and record.assignment >= assignment:
+                holders.add(durable.member)
+        if not any(is_majority(holders, listed) for listed in lists):
+            names = ", ".join(map(name_of, lists[-1]))
             self._broken(
                 "nothing is lost",
-                f"{host.name} tells {what} of {task_id}, which {len(holders)} of "
-                f"{', '.join(map(name_of, listed))} hold",
+                f"{host.name} tells {what} of {task_id}, which {len(holders)} hold; "
+                f"the members are {names}",
             )
 
     def _broken(self, which: str, what: str) -> None:

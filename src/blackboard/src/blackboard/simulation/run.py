@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from blackboard.record import TaskUpdate
+    from blackboard.simulation.network import Host
 
 CALM = 120.0
 """How long a hive has to finish everything after the trouble [s]."""
@@ -243,7 +244,7 @@ class Run:
             host.frozen = True
             self.network.schedule(freeze.lasts, None, self._thaw, (host, host.generation))
 
-    def _thaw(self, what: tuple[simulated.Host, int]) -> None:
+    def _thaw(self, what: tuple[Host, int]) -> None:
         host, generation = what
         if host.frozen and host.generation == generation:
             host.thaw()
@@ -269,7 +270,7 @@ class Run:
         self.network.quality = worst
 
     def _calm_down(self) -> None:
-        """End all trouble: links are good, whoever is not gone comes back, robots are in service."""
+        """End all trouble: links are good, who is not gone comes back, robots are in service."""
         self._cuts.clear()
         self._bad_links.clear()
         self.network.cut.clear()

@@ -6,7 +6,7 @@ Times are in seconds from the start, after which the hive has `SETTLE` to come t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from blackboard.simulation.network import Quality
 from blackboard.task import Task, TaskType
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable
 
 SETTLE = 6.0
 """Nothing happens before this time, in which the hive is founded [s]."""
@@ -165,17 +165,26 @@ class Schedule:
 
 
 def draw(seed: int) -> Schedule:
-    """Draw a schedule: a few tasks, a few faults, and of the faults no more than are promised for."""
+    """Draw a few tasks and a few faults, of which no more disks are lost than is promised for."""
     random = Random(seed)
     robots = random.randint(2, 4)
     members = Schedule(seed, robots, ()).members
-    tasks = [_post(random, number) for number in range(random.randint(4, 8))]
-    happenings: list[Happening] = list(tasks)
-    for post in tasks:
-        if random.random() < 0.1:
-            happenings.append(Cancel(post.at + random.uniform(0.0, 15.0), post.task.id))
-    happenings += _faults(random, members)
-    return Schedule(seed, robots, tuple(happenings))
+    posts = [_post(random, number) for number in range(random.randint(4, 8))]
+    cancels = [
+        Cancel(post.at + random.uniform(0.0, 15.0), post.task.id)
+        for post in posts
+        if random.random() < _CANCELLED
+    ]
+    faults: list[Happening] = []
+    for _ in range(random.randint(1, 6)):
+        at = SETTLE + random.uniform(0.0, TROUBLE)
+        kind = random.choices(list(_KINDS), list(_KINDS.values()))[0]
+        faults += kind(random, members, at)
+    return Schedule(seed, robots, (*posts, *cancels, *_keep_disks(faults)))
+
+
+_CANCELLED = 0.1
+"""Share of the tasks that an operator cancels."""
 
 
 def _post(random: Random, number: int) -> Post:
@@ -184,43 +193,72 @@ def _post(random: Random, number: int) -> Post:
         Pose(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0))
         for _ in range(random.randint(kind.goals_needed, 3))
     )
-    task = Task(
-        f"T{number + 1}", kind, goals, random.choice([0, 0, 5, 9]), random.uniform(0.0, 5.0)
-    )
+    priority, payload = random.choice([0, 0, 5, 9]), random.uniform(0.0, 5.0)
+    task = Task(f"T{number + 1}", kind, goals, priority, payload)
     return Post(SETTLE + random.uniform(0.0, 0.7 * TROUBLE), task)
 
 
-def _faults(random: Random, members: tuple[str, ...]) -> Iterable[Happening]:
-    may_lose = (len(members) - 1) // 2
-    for _ in range(random.randint(1, 6)):
-        at = SETTLE + random.uniform(0.0, TROUBLE)
-        kind = random.random()
-        if kind < 0.35:
-            lost_for_good = may_lose > 0 and random.random() < 0.25
-            may_lose -= lost_for_good
-            gone = lost_for_good and random.random() < 0.4
-            back_after = None if gone else random.choice([0.3, 1.0, 3.0, 12.0]) * random.random()
-            writing = random.random() < 0.4
-            member = random.choice(members)
-            yield Crash(at, member, back_after, lost_for_good and not gone, writing)
-        elif kind < 0.55:
-            yield Freeze(at, random.choice(members), random.choice([0.8, 3.0, 6.0, 14.0]))
-        elif kind < 0.75:
-            group = tuple(random.sample(members, random.randint(1, len(members) - 1)))
-            yield Cut(at, group, random.uniform(0.5, 14.0), random.random() < 0.4)
-        elif kind < 0.9:
-            yield BadLinks(at, random.uniform(2.0, 20.0), _quality(random))
-        elif kind < 0.95:
-            yield PowerCut(at, random.uniform(0.1, 5.0))
-        else:
-            robot = random.choice(members[1:])
-            yield SetState(at, robot, "defect")
-            yield SetState(at + random.uniform(1.0, 15.0), robot, "idle")
+def _crash(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    how = random.choices(["plain", "disk lost", "for ever"], [8, 1, 1])[0]
+    back_after = random.choice([0.3, 1.0, 3.0, 12.0]) * random.random()
+    return [
+        Crash(
+            at,
+            random.choice(members),
+            None if how == "for ever" else back_after,
+            disk_lost=how == "disk lost",
+            while_writing=random.choice([True, False]),
+        )
+    ]
 
 
-def _quality(random: Random) -> Quality:
-    return Quality(
+def _freeze(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    return [Freeze(at, random.choice(members), random.choice([0.8, 3.0, 6.0, 14.0]))]
+
+
+def _cut(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    group = tuple(random.sample(members, random.randint(1, len(members) - 1)))
+    return [Cut(at, group, random.uniform(0.5, 14.0), random.choice([True, False]))]
+
+
+def _bad_links(random: Random, _: tuple[str, ...], at: float) -> list[Happening]:
+    quality = Quality(
         random.choice([0.0, 0.1, 0.3, 0.5]),
         random.choice([0.0, 0.2]),
         random.choice([0.02, 0.5, 2.0]),
     )
+    return [BadLinks(at, random.uniform(2.0, 20.0), quality)]
+
+
+def _power_cut(random: Random, _: tuple[str, ...], at: float) -> list[Happening]:
+    return [PowerCut(at, random.uniform(0.1, 5.0))]
+
+
+def _defect(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    robot = random.choice(members[1:])
+    back = at + random.uniform(1.0, 15.0)
+    return [SetState(at, robot, "defect"), SetState(back, robot, "idle")]
+
+
+_KINDS: dict[Callable[[Random, tuple[str, ...], float], list[Happening]], int] = {
+    _crash: 7,
+    _freeze: 4,
+    _cut: 4,
+    _bad_links: 3,
+    _power_cut: 1,
+    _defect: 1,
+}
+"""How often each kind of fault comes, relative to the others."""
+
+
+def _keep_disks(faults: list[Happening]) -> list[Happening]:
+    """Let no more than one disk be lost or gone: of three members, two would be the majority."""
+    kept: list[Happening] = []
+    lost = False
+    for fault in faults:
+        if isinstance(fault, Crash) and (fault.disk_lost or fault.back_after is None):
+            kept.append(replace(fault, disk_lost=False, back_after=1.0) if lost else fault)
+            lost = True
+        else:
+            kept.append(fault)
+    return kept
