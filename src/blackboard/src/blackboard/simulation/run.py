@@ -311,10 +311,9 @@ def main() -> None:
     for outcome in bad:
         sys.stdout.write(f"{outcome.schedule.seed}: {outcome.violation}\n")
     events = sum(outcome.events for outcome in outcomes)
-    sys.stdout.write(
-        f"{len(outcomes)} schedules, {len(bad)} violations, {len(outcomes) / took:.1f} schedules/s, "
-        f"{events / took:.0f} events/s\n"
-    )
+    sys.stdout.write(f"{len(outcomes)} schedules, {len(bad)} violations\n")
+    rates = len(outcomes) / took, events / took
+    sys.stdout.write("{:.1f} schedules/s, {:.0f} events/s\n".format(*rates))
     total: Counter[str] = Counter()
     states: Counter[str] = Counter()
     for outcome in outcomes:
