@@ -28,10 +28,10 @@ def installed(tmp_path_factory):
         [
             "catkin_make",
             "install",
+            f"--directory={workspace}",
             f"-DPYTHON_EXECUTABLE={ROOT}/.venv/bin/python3",
             f"-DCMAKE_INSTALL_PREFIX={folder}",
         ],
-        cwd=workspace,
         env=environment,
         capture_output=True,
         text=True,

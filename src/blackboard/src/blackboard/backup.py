@@ -59,7 +59,7 @@ def founded(name: str) -> Durable:
 
 
 def _found(member_id: str) -> Durable:
-    return Durable(member_id, 1, "", Log.of(Whole(Position(1, 1), members=(member_id,))))
+    return Durable(member_id, 0, "", Log.of(Whole(Position(1, 1), members=(member_id,))))
 
 
 class Carrier(Protocol):
@@ -131,7 +131,7 @@ class Backup:
             self._talker.subscribe(topic, self._step)
         self._talker.subscribe(BB_ACK, self._hear_ack)
         self._talker.every(self._settings.heartbeat, self._tick)
-        if self._founds and not self._member.epoch:
+        if self._founds and not self._member.members:
             self._say_that_it_founds(round(5 * self._random.random()) + 5)
         self._tick()
 

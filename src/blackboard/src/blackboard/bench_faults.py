@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how many schedules of faults are simulated in a second, and whether any finds a fault."""
+"""Measures how many schedules of faults are simulated in a second, and what they find."""
 
 from __future__ import annotations
 

@@ -17,11 +17,11 @@ from fleet_manager.desk.authority import Standing
 from fleet_manager.desk.natural import next_task_id, padded
 from fleet_manager.desk.outbox import Answer
 from fleet_manager.desk.places import Place, place_of
-from fleet_manager.desk.resource_folder import resource_folder
 from fleet_manager.desk.words import WORDS, text
+from fleet_manager.resources import package_folder
 
 SOURCES = Path(words.__file__).parents[1]
-FORMS = sorted(resource_folder().glob("*.ui"))
+FORMS = sorted((package_folder("fleet_manager") / "resource").glob("*.ui"))
 
 
 BUILT = re.compile(

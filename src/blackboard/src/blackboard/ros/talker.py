@@ -53,6 +53,9 @@ class RosTalker:
         self._death: DeathWatch | None = None
         self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
+        # A get() that a signal interrupts waits for ever where the handler outlasts its timeout
+        # (CPython 3.11), and rospy shuts down inside the handler: so something has to come.
+        rospy.on_shutdown(lambda: self.call(lambda: None))
 
     def now(self) -> float:
         """Return the time [s]: of the simulation where there is one, else the monotonic clock."""

@@ -130,7 +130,7 @@ def _tell(folder: Path, result: DemoResult) -> None:
     """Say how it went; raise NotDoneError where it did not go well."""
     report = result.report
     tasks, hits = report["tasks"], report["collisions"]
-    collided = f"{hits} COLLISIONS" if hits else "no collision"
+    collided = f"{hits} COLLISION{'S' * (hits > 1)}" if hits else "no collision"
     seconds = f"{report['time']['hive']:.0f} s"
     click.echo(f"{report['done']} of {len(tasks)} tasks done in {seconds}, {collided}")
     for robot in report["robots"]:
@@ -147,4 +147,4 @@ def _tell(folder: Path, result: DemoResult) -> None:
             f"{len(wrong)} of {len(tasks)} tasks not done:\n  " + "\n  ".join(wrong)
         )
     if hits:
-        raise NotDoneError(f"{hits} collisions were counted by the simulator")
+        raise NotDoneError(f"collisions counted by the simulator: {hits}")

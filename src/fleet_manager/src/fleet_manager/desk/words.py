@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import gettext
 
-from fleet_manager.desk.resource_folder import resource_folder
+from fleet_manager.resources import package_folder
 
-_ = gettext.translation(
-    "fleet_manager", localedir=str(resource_folder() / "locale"), fallback=True
-).gettext
+_LOCALE = package_folder("fleet_manager") / "resource" / "locale"
+_ = gettext.translation("fleet_manager", localedir=str(_LOCALE), fallback=True).gettext
 
 WORDS = {
     "app.name": _("Robo-Hive fleet manager"),

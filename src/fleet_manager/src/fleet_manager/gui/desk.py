@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from fleet_manager.desk.facts import Fact, HiveLink
     from fleet_manager.desk.places import Place
 
-DRAIN_PERIOD = 50  # [ms], quicker than a person notices
+DRAIN_PERIOD = 100  # [ms], about as quick as a person notices
 TURN_PERIOD = 250  # [ms], for what depends on time alone
 BUDGET = 0.010  # [s] of one drain, so that keys and mouse are served in between
 BATCH = 20  # facts between two looks at the budget
@@ -122,7 +122,9 @@ class Desk(QObject):
 
     def post(self, task: Task) -> None:
         """Send a task; it is kept until the hive has answered."""
-        self.outbox.post(replace(task, posted=self.now()))
+        task = replace(task, posted=self.now())
+        self.hive.apply(Told(task, task.posted), self.moment())
+        self.outbox.post(task)
         self._turn()
         self.letters_changed.emit()
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from fleet_manager.desk.facts import Command, Fact
 
-_WATCH_PERIOD = 1.0  # [s] between two looks at the master
+_TURN = 0.5  # [s] between two looks at the master, and between two task lists
 
 
 class RosDeskLink:
@@ -78,7 +78,7 @@ class RosDeskLink:
         """Connect, then do what is handed over, until stopped."""
         self._report_master(LinkState.SEARCHING)
         while not self._watch.is_up():
-            if self._stopped.wait(_WATCH_PERIOD):
+            if self._stopped.wait(_TURN):
                 return
         rospy.init_node(self._name, self._argv, anonymous=True, disable_signals=True)
         self._topics.advertise()
@@ -86,14 +86,19 @@ class RosDeskLink:
         self._topics.listen_to_person()
         self._report_master(LinkState.UP)
         self._inbox.put(PlacesKnown(world_places(rospy.get_param("~world", ""))))
-        next_look = time.monotonic() + _WATCH_PERIOD
+        while not self._stopped.is_set():
+            for state in self._watch.look():
+                self._report_master(state)
+            self._topics.read_list()
+            self._work_until(time.monotonic() + _TURN)
+
+    def _work_until(self, end: float) -> None:
+        """Do what is handed over, until a point in time of the monotonic clock [s]."""
         while not self._stopped.is_set():
             try:
-                self._work.get(timeout=max(0.0, next_look - time.monotonic()))()
+                self._work.get(timeout=max(0.0, end - time.monotonic()))()
             except queue.Empty:
-                for state in self._watch.look():
-                    self._report_master(state)
-                next_look = time.monotonic() + _WATCH_PERIOD
+                return
 
     def _report_master(self, state: LinkState) -> None:
         self._inbox.put(LinkChange(state, self._watch.address))

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 _QUEUE_SIZE = 1000
 _LISTENS = (
     topics.NEW_TASK,
-    topics.SYNC,
     topics.TASK_STATE,
     topics.TASK_COST,
     topics.ROBOT_STATUS,
@@ -62,12 +61,26 @@ class HiveTopics:
         self._inbox, self._met = inbox, met
         self._publishers: dict[str, rospy.Publisher] = {}
         self._robots: set[str] = set()
+        self._raw_list: rospy.AnyMsg | None = None
 
     def listen(self) -> None:
         """Follow what the hive says."""
         for topic in _LISTENS:
             message = WIRES[topic].message
             rospy.Subscriber(topic, message, partial(self._hear, topic), queue_size=_QUEUE_SIZE)
+        rospy.Subscriber(topics.SYNC, rospy.AnyMsg, self._hear_list, queue_size=1)
+
+    def read_list(self) -> None:
+        """Read the newest task list, if one has come since the last call.
+
+        A list of thousands of tasks may come several times a second, and reading one takes longer
+        than all other messages together. Single changes are told at once by task_state, so it
+        is enough to read the list now and then.
+        """
+        raw, self._raw_list = self._raw_list, None
+        if raw is not None:
+            msg = WIRES[topics.SYNC].message()
+            self._hear(topics.SYNC, msg.deserialize(raw._buff))  # noqa: SLF001  (AnyMsg's only field)
 
     def listen_to_person(self) -> None:
         """Follow where a person points in RViz, and where the map ends.
@@ -130,6 +143,9 @@ class HiveTopics:
         if isinstance(report, RobotStatus) and report.robot_id not in self._robots:
             self._robots.add(report.robot_id)
             self._met(report.robot_id)
+
+    def _hear_list(self, raw: rospy.AnyMsg) -> None:
+        self._raw_list = raw
 
     def _hear_point(self, msg: PointStamped) -> None:
         pose = Pose(msg.point.x, msg.point.y)

@@ -60,6 +60,7 @@ class TaskMarkers:
 
     def update(self) -> None:
         """Take in what has arrived, and publish the markers where they changed."""
+        self._topics.read_list()
         moment = Moment(rospy.get_time(), time.monotonic())
         for fact in self._inbox.take(BATCH):
             if isinstance(fact, PlannedPath):
