@@ -97,11 +97,17 @@ class Person:
         self._application.processEvents(QEventLoop.AllEvents, 20)
         self._application.sendPostedEvents(None, QEvent.DeferredDelete)
 
-    def wait_until(self, seen, within=PATIENCE):
-        """Look until something is seen; it fails when that takes longer than `within` [s]."""
+    def wait_until(self, seen, within=PATIENCE, telling=lambda: ""):
+        """Look until something is seen.
+
+        Args:
+            seen: Whether it is.
+            within: How long it may take [s].
+            telling: What a failure says besides.
+        """
         end = time.monotonic() + within
         while not seen():
-            assert time.monotonic() < end, f"not seen within {within} s"
+            assert time.monotonic() < end, f"not seen within {within} s {telling()}"
             self.look()
 
     def click(self, widget, position=None):

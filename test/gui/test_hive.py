@@ -14,10 +14,13 @@ from python_qt_binding.QtCore import Qt
 from blackboard.task import TaskType
 from fleet_manager.gui.task_details import TaskDetails
 
-# rospy leaves sockets to be closed by the garbage collector.
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+pytestmark = [
+    # rospy leaves sockets to be closed by the garbage collector.
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+    pytest.mark.timeout(400),  # the first test waits for the whole hive to come up
+]
 
-NEAR_THE_DOOR, FAR = ("4.5", "3"), ("16", "4")
+HERE, FAR = ("4.5", "3"), ("14", "3")
 DRIVE = 120.0
 """Time that a robot may take for a task [s, wall]."""
 
@@ -46,12 +49,19 @@ def cell(table, name, column):
     return ""
 
 
+def started(person, view, task):
+    """Wait until a robot is on its way."""
+    person.wait_until(
+        lambda: person.state_of(view, task) == "started", telling=lambda: log_of(view)[:9]
+    )
+
+
 def log_of(view):
     return [view.log.index(row).data() for row in range(view.log.rowCount())]
 
 
 def test_a_task_typed_by_a_person_is_taken_in_assigned_started_and_done(person, entry, view):
-    task = person.give_task(entry, TaskType.GA, NEAR_THE_DOOR, priority="5")
+    task = person.give_task(entry, TaskType.GA, HERE, priority="5")
     person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
     person.wait_until(lambda: person.state_of(view, task) == "done", DRIVE)
 
@@ -70,7 +80,7 @@ def test_a_goal_in_a_wall_is_refused_with_its_reason_beside_the_form(person, ent
 
 
 def test_the_details_show_the_bids_that_decided_it(person, entry, view, hive_window):
-    task = person.give_task(entry, TaskType.GA, NEAR_THE_DOOR)
+    task = person.give_task(entry, TaskType.GA, HERE)
     person.wait_until(lambda: person.state_of(view, task) not in {None, "waiting"})
     person.select_row(view.task_table, task)
     person.click(view.details_button)
@@ -83,8 +93,8 @@ def test_the_details_show_the_bids_that_decided_it(person, entry, view, hive_win
 
 
 def test_a_task_is_cancelled_with_the_delete_key(person, entry, view):
-    task = person.give_task(entry, TaskType.GAB, FAR, NEAR_THE_DOOR)
-    person.wait_until(lambda: person.state_of(view, task) == "started")
+    task = person.give_task(entry, TaskType.GAB, FAR, HERE)
+    started(person, view, task)
     person.select_row(view.task_table, task)
     person.press(Qt.Key_Delete, view.task_table)
 
@@ -92,8 +102,8 @@ def test_a_task_is_cancelled_with_the_delete_key(person, entry, view):
 
 
 def test_the_task_of_a_robot_that_is_set_defect_moves_on_to_another(person, entry, view):
-    task = person.give_task(entry, TaskType.GAB, FAR, NEAR_THE_DOOR)
-    person.wait_until(lambda: person.state_of(view, task) == "started")
+    task = person.give_task(entry, TaskType.GAB, FAR, HERE)
+    started(person, view, task)
     robot = cell(view.task_table, task, 3)
     person.select_row(view.robot_table, robot)
     person.click(view.defect_button)
@@ -106,7 +116,7 @@ def test_the_task_of_a_robot_that_is_set_defect_moves_on_to_another(person, entr
 
 
 def test_the_same_is_sent_again_under_a_new_id(person, entry, view):
-    task = person.give_task(entry, TaskType.GA, NEAR_THE_DOOR)
+    task = person.give_task(entry, TaskType.GA, HERE)
     person.wait_until(lambda: person.state_of(view, task) is not None)
     person.select_row(view.task_table, task)
     before = view.task_rows.rowCount()
@@ -125,7 +135,7 @@ def test_the_sign_comes_and_goes_with_the_blackboard_and_a_kept_task_is_sent(
     os.kill(pid, signal.SIGKILL)
     person.wait_until(lambda: "No blackboard" in view.authority_label.text())
 
-    task = person.give_task(entry, TaskType.GA, NEAR_THE_DOOR)
+    task = person.give_task(entry, TaskType.GA, HERE)
     assert "kept here" in answer(entry)
 
     command = ["rosrun", "blackboard", "blackboard_node", "__name:=blackboard"]
