@@ -3,13 +3,15 @@
 
 This is the report's Blackboard. It decides by messages alone and keeps nothing that it could not
 learn again: the task list lives in `Backup`, robots say how they are, and an order that was lost
-is given again when a robot's status shows that it has not heard it.
+is given again when a robot's status shows that it has not heard it. So every member of the hive
+hosts one; it decides while its `Backup` is active, and only listens otherwise. What it decides it
+tells once `Backup` has committed it.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from blackboard.auction import Auction
 from blackboard.characteristics import RobotState
@@ -35,6 +37,8 @@ from blackboard.task import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
     from blackboard.cost import Bid, Bids
@@ -50,6 +54,13 @@ _EVENTS = {
     TaskState.FAILED: TaskEvent.FAIL,
 }
 """What a robot's report of a state means; robots report no other."""
+
+_HELD = frozenset({TaskState.ASSIGNED, TaskState.STARTED})
+"""The states in which a robot has a task in its list."""
+
+
+def _nothing() -> None:
+    """Do nothing once a change is committed."""
 
 
 class Blackboard:
@@ -77,21 +88,45 @@ class Blackboard:
         self._slow: set[str] = set()
         self._parked: set[str] = set()
         self._changed = False
+        self._timers: list[Timer] = []
 
     def start(self) -> None:
         """Begin to listen."""
-        self._talker.subscribe(NEW_TASK, self._take_in)
-        self._talker.subscribe(TASK_CANCEL, self._cancel)
-        self._talker.subscribe(TASK_COST, self._take_bids)
-        self._talker.subscribe(TASK_STATE, self._hear_update)
+        self._backup.serve(self)
+        self._listen(NEW_TASK, self._take_in)
+        self._listen(TASK_CANCEL, self._cancel)
+        self._listen(TASK_COST, self._take_bids)
+        self._listen(TASK_STATE, self._hear_update)
         self._talker.subscribe(ROBOT_STATUS, self._hear_status)
-        self._talker.every(self._settings.robot_timeout / 5, self._look_for_silence)
-        self._talker.every(self._settings.retry_period, self._try_again)
+
+    def _listen(self, topic: str, handler: Callable[[Any], None]) -> None:
+        """Have the messages of a topic handled while this blackboard is the active one."""
+        self._talker.subscribe(
+            topic, lambda message: handler(message) if self._backup.may_act() else None
+        )
+
+    def became_active(self) -> None:
+        """Begin to decide, with the task list that the hive has committed."""
+        self._orders.resume(record for record in self._backup.records if record.state in _HELD)
+        self._timers = [
+            self._talker.every(self._settings.robot_timeout / 5, self._look_for_silence),
+            self._talker.every(self._settings.retry_period, self._try_again),
+        ]
+        self._look_for_silence()
+        self._try_again()
+
+    def stepped_down(self) -> None:
+        """Stop to decide; what was not committed yet is for the next active one to do again."""
+        for timer in (*self._timers, self._closing):
+            if timer is not None:
+                timer.cancel()
+        self._timers = []
+        self._auction = self._closing = None
 
     def _take_in(self, task: Task) -> None:
         known = self._backup.get(task.id)
         if known is not None and known.task.asks_the_same_as(task):
-            self._tell(known)
+            self._backup.commit((), lambda: self._tell(known))
             return
         if known is not None:
             self._reject(task, "the id is taken by another task; post it with another id")
@@ -118,10 +153,9 @@ class Blackboard:
             return
         cancelled = record.after(TaskEvent.CANCEL, eta=0.0, reason="cancelled by an operator")
         if cancelled is None:
-            self._tell(record)
+            self._backup.commit((), lambda: self._tell(record))
             return
-        self._commit(cancelled)
-        self._orders.take_back(record)
+        self._commit(cancelled, lambda: self._orders.take_back(record))
 
     def _open_auction(self) -> None:
         """Ask for bids on all that waits, unless an auction is under way."""
@@ -130,7 +164,7 @@ class Blackboard:
             for record in self._backup.records
             if record.state is TaskState.WAITING and record.task.id not in self._parked
         ]
-        if self._auction is not None or not waiting:
+        if self._auction is not None or not waiting or not self._backup.may_act():
             return
         robots = self._presence.in_service()
         if not robots:
@@ -188,8 +222,7 @@ class Blackboard:
             reason=unused_goals(record.task),
         )
         if assigned is not None:
-            self._commit(assigned)
-            self._orders.give(assigned)
+            self._commit(assigned, lambda: self._orders.give(assigned))
 
     def _hear_update(self, update: TaskUpdate) -> None:
         """Follow what a robot reports; what this blackboard says itself comes by here too."""
@@ -213,9 +246,8 @@ class Blackboard:
             event, robot=update.robot_id, step=update.step, eta=update.eta, reason=update.reason
         )
         if changed is not None:
-            self._commit(changed, tell=False)
-            if not holds:
-                self._orders.take_back(record)
+            then = _nothing if holds else lambda: self._orders.take_back(record)
+            self._commit(changed, then, tell=False)
 
     def _put_back(self, record: TaskRecord, update: TaskUpdate) -> None:
         """Have a task that a robot handed back done by another, or give it up."""
@@ -234,15 +266,24 @@ class Blackboard:
     def _hear_status(self, status: RobotStatus) -> None:
         if status.state is RobotState.OFFLINE:
             return
-        if self._presence.hear(status, self._talker.now()):
+        can_bid_better = self._presence.hear(status, self._talker.now())
+        if not self._backup.may_act():
+            return
+        if can_bid_better:
             self._try_again()
         self._orders.compare(status)
 
     def _look_for_silence(self) -> None:
+        if not self._backup.may_act():
+            return
         for status in self._presence.fall_silent(self._talker.now()):
             self._talker.publish(ROBOT_STATUS, status)
             for record in self._orders.given_to(status.robot_id):
                 self._commit(replace(record, reason=f"{record.robot} is {status.reason}"))
+        for record in self._orders.given_to_others(self._presence.known()):
+            reason = f"{record.robot} has not been heard of since {self._backup.name} took over"
+            if record.reason != reason:
+                self._commit(replace(record, reason=reason))
 
     def _try_again(self) -> None:
         """Auction again what nobody could take: something has changed.
@@ -259,15 +300,24 @@ class Blackboard:
         if record.state is TaskState.WAITING and record.reason != reason:
             self._commit(replace(record, reason=reason))
 
-    def _commit(self, record: TaskRecord, *, tell: bool = True) -> None:
-        """Write a change down and tell everyone, unless the robot has done so already."""
-        if record.state not in {TaskState.ASSIGNED, TaskState.STARTED}:
-            self._orders.forget(record.task.id)
+    def _commit(
+        self, record: TaskRecord, then: Callable[[], None] = _nothing, *, tell: bool = True
+    ) -> None:
+        """Have a change written down; then tell everyone, unless the robot has done so already."""
         if self._auction is not None and record.state is not TaskState.WAITING:
             self._auction.withdraw(record.task.id)
-        self._backup.commit(record)
-        if tell:
-            self._tell(record)
+        if record.state not in _HELD:
+            self._orders.forget(record.task.id)
+
+        def committed() -> None:
+            # An order that was waiting for its commit has been given in the meantime.
+            if record.state not in _HELD:
+                self._orders.forget(record.task.id)
+            if tell:
+                self._tell(record)
+            then()
+
+        self._backup.commit((record,), committed)
 
     def _tell(self, record: TaskRecord) -> None:
         update = TaskUpdate(

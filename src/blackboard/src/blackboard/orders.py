@@ -10,6 +10,8 @@ from blackboard.record import Order
 from blackboard.talker import TASK_ASSIGN
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
     from blackboard.record import TaskRecord
@@ -31,6 +33,11 @@ class Orders:
         self._timeout = timeout
         self._given: dict[str, float] = {}
 
+    def resume(self, records: Iterable[TaskRecord]) -> None:
+        """Take over what another blackboard has ordered, as if it had done so now."""
+        now = self._talker.now()
+        self._given = {record.task.id: now for record in records}
+
     def give(self, record: TaskRecord) -> None:
         """Tell the robot of a record to take its task into its list."""
         self._given[record.task.id] = self._talker.now()
@@ -49,6 +56,16 @@ class Orders:
         """Return the records of all that a robot has to have in its list."""
         records = [self._backup.get(task_id) for task_id in self._given]
         return tuple(record for record in records if record and record.robot == robot_id)
+
+    def given_to_others(self, robots: frozenset[str]) -> tuple[TaskRecord, ...]:
+        """Return the records of what robots other than some have had the time to speak of."""
+        now = self._talker.now()
+        records = [
+            self._backup.get(task_id)
+            for task_id, given in self._given.items()
+            if now - given > self._timeout
+        ]
+        return tuple(record for record in records if record and record.robot not in robots)
 
     def compare(self, status: RobotStatus) -> None:
         """Give again what a robot has had the time to hear and does not have in its list."""

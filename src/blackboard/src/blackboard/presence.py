@@ -46,6 +46,10 @@ class Presence:
         relieved = not set(before.status.tasks) <= set(status.tasks)
         return returned or relieved or charged
 
+    def known(self) -> frozenset[str]:
+        """Return the names of all robots that have ever been heard."""
+        return frozenset(self._seen)
+
     def in_service(self) -> frozenset[str]:
         """Return the names of the robots that take tasks."""
         return frozenset(name for name, seen in self._seen.items() if seen.status.state.in_service)

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from blackboard.battery import Battery
     from blackboard.controller import CommandResult, Controller
     from blackboard.itinerary import Entry
+    from blackboard.journal import Journal
     from blackboard.pose import Pose
     from blackboard.record import Broadcast, Order
     from blackboard.settings import RobotSettings
@@ -55,6 +56,7 @@ class Robot:
         controller: Executes its tasks.
         pose: Where it stands.
         settings: How it bids and speaks.
+        journal: Its disk, for the reports that nobody has acknowledged yet.
     """
 
     def __init__(
@@ -67,6 +69,7 @@ class Robot:
         controller: Controller,
         pose: Pose,
         settings: RobotSettings,
+        journal: Journal,
     ) -> None:
         self._talker = talker
         self._id = robot_id
@@ -78,7 +81,7 @@ class Robot:
         self._list = Itinerary(characteristics, ways)
         model = COST_MODELS[settings.cost_model]
         self._bidder = Bidder(robot_id, characteristics, battery, self._list, model)
-        self._reports = Reports(talker, robot_id)
+        self._reports = Reports(talker, robot_id, journal)
         self._at_work = False
         self._out_of_service: RobotState | None = None
         self._reason = ""

@@ -8,6 +8,12 @@ from dataclasses import dataclass, fields
 from blackboard.cost import COST_MODELS
 from blackboard.errors import SettingsError
 
+MOST_DRIFT = 0.01
+"""How far the speed of a member's clock may be from the truth, as a share."""
+
+_SHORTEST_SILENCE = 2.0
+"""Under 30 % packet loss a heartbeat at 10 Hz paused for up to 1.8 s (docs/benchmarks.md) [s]."""
+
 DISTANCES = ("path", "euclidean")
 """How the length of a way is measured: on the map, or as the crow flies."""
 
@@ -34,16 +40,50 @@ class Settings:
 
 @dataclass(frozen=True)
 class BackupSettings(Settings):
-    """How often the active blackboard speaks.
+    """How often the active blackboard speaks, and how long the hive waits for it.
 
     Attributes:
         heartbeat: Time between two heartbeats [s].
+        self_demotion: An active blackboard that no majority has followed for longer steps down
+            [s]; at least five heartbeats.
+        election: The active blackboard has to be silent for this long before another is elected
+            [s]; longer than `self_demotion`, and at least 2 s, which lost messages alone do not
+            reach.
+        stagger: By how much members stand after each other [s].
+        member_timeout: A member that is silent for longer is taken off the list [s].
+        most_members: More members than this hold the list but have no vote.
+        kept_changes: Changes that are kept for members that missed some; who missed more gets
+            the whole list.
         sync_period: Least time between two copies of the task list [s]; changes within it are
             sent together.
     """
 
     heartbeat: float = 0.2
+    self_demotion: float = 1.8
+    election: float = 2.2
+    stagger: float = 0.25
+    member_timeout: float = 10.0
+    most_members: int = 7
+    kept_changes: int = 128
     sync_period: float = 0.2
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.self_demotion < 5 * self.heartbeat:
+            raise SettingsError(
+                f"self_demotion is {self.self_demotion:g} s; allowed: at least 5 heartbeats, "
+                f"which are {5 * self.heartbeat:g} s"
+            )
+        if self.election < _SHORTEST_SILENCE:
+            raise SettingsError(
+                f"election is {self.election:g} s; allowed: at least {_SHORTEST_SILENCE:g} s"
+            )
+        slow_demotion = self.self_demotion * (1 + MOST_DRIFT) / (1 - MOST_DRIFT)
+        if self.election <= slow_demotion:
+            raise SettingsError(
+                f"election is {self.election:g} s; allowed: above {slow_demotion:.3g} s, which a "
+                f"self_demotion of {self.self_demotion:g} s may last on a slow clock"
+            )
 
 
 @dataclass(frozen=True)

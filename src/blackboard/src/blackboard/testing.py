@@ -8,15 +8,17 @@ ROS, `TimedCommand` for an action server. The hives themselves are made of the r
 from __future__ import annotations
 
 import itertools
+import random
 from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Backup
+from blackboard.backup import Backup, founded
 from blackboard.battery import Battery, BatteryModel
 from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotCharacteristics
 from blackboard.controller import CommandResult, CommandState, Controller
+from blackboard.journal import MemoryJournal
 from blackboard.robot import Robot
 from blackboard.settings import (
     BackupSettings,
@@ -35,10 +37,19 @@ if TYPE_CHECKING:
     from blackboard.backup import TaskList
     from blackboard.pose import Pose
     from blackboard.record import TaskRecord, TaskUpdate
+    from blackboard.talker import Talker
     from blackboard.task import Task, TaskStep
     from blackboard.ways import Ways
 
-__all__ = ["LATENCY", "SMALL_ROBOT", "Hive", "Network", "NetworkTalker", "TimedCommand"]
+__all__ = [
+    "LATENCY",
+    "SMALL_ROBOT",
+    "Hive",
+    "Network",
+    "NetworkTalker",
+    "TimedCommand",
+    "lone_backup",
+]
 
 SMALL_ROBOT = RobotCharacteristics(
     mass=50.0,
@@ -56,6 +67,12 @@ SMALL_ROBOT = RobotCharacteristics(
     idle_power=20.0,
 )
 """A mobile manipulator; vary it with `dataclasses.replace`."""
+
+
+def lone_backup(talker: Talker) -> Backup:
+    """Return the backup of a blackboard that is the only member of its hive."""
+    disk = MemoryJournal(founded("blackboard"))
+    return Backup(talker, "blackboard", BackupSettings(), disk, random.Random(0))
 
 
 @dataclass
@@ -126,7 +143,7 @@ class Hive:
         self._updates: dict[str, list[TaskUpdate]] = defaultdict(list)
         self._list: TaskList | None = None
         talker = self._talker("blackboard")
-        backup = Backup(talker, "blackboard", BackupSettings())
+        backup = lone_backup(talker)
         settings = settings or BlackboardSettings()
         Blackboard(talker, backup, StraightWays(), settings).start()
         backup.start()
@@ -162,6 +179,7 @@ class Hive:
             controller,
             pose,
             settings,
+            MemoryJournal(),
         )
         command.arrive = robot.set_pose
         self.robots[name] = robot

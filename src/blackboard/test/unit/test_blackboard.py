@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blackboard.backup import Backup
 from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.cost import MAX_COST, Bid, Bids
 from blackboard.pose import Pose
 from blackboard.record import TaskUpdate
-from blackboard.settings import BackupSettings, BlackboardSettings
+from blackboard.settings import BlackboardSettings
 from blackboard.talker import (
     NEW_TASK,
     ROBOT_STATUS,
@@ -25,7 +24,7 @@ from blackboard.talker import (
     TASK_STATE,
 )
 from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Network, NetworkTalker
+from blackboard.testing import Network, NetworkTalker, lone_backup
 from blackboard.ways import Grid, GridWays
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
@@ -44,7 +43,7 @@ class Rig:
         self.talker = NetworkTalker(self.network, "blackboard")
         blocked = np.zeros((40, 40), dtype=bool)
         blocked[:, 20] = True
-        backup = Backup(self.talker, "blackboard", BackupSettings())
+        backup = lone_backup(self.talker)
         ways = GridWays(Grid(blocked, 0.1))
         Blackboard(self.talker, backup, ways, BlackboardSettings(**settings)).start()
         backup.start()

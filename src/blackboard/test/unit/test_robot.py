@@ -10,6 +10,7 @@ from blackboard.battery import Battery
 from blackboard.characteristics import RobotState
 from blackboard.controller import CommandResult, CommandState, Controller
 from blackboard.cost import MAX_COST
+from blackboard.journal import MemoryJournal
 from blackboard.pose import Pose
 from blackboard.record import Broadcast, Order, TaskRecord
 from blackboard.robot import Robot
@@ -62,6 +63,7 @@ class Rig:
             controller,
             Pose(0.0, 0.0),
             RobotSettings(),
+            MemoryJournal(),
         )
         self.command.arrive = self.robot.set_pose
         self.robot.start()
