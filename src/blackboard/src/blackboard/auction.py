@@ -7,6 +7,7 @@ when it was made; what is left goes into the next round.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -49,8 +50,10 @@ class Auction:
         self.epoch = epoch
         self.number = number
         self._records = {record.task.id: record for record in records}
+        self._offered = frozenset(self._records)
         self._missing = set(expected)
         self._bids: dict[str, dict[str, Bid]] = {}
+        self._answered: set[str] = set()
 
     @property
     def missing(self) -> frozenset[str]:
@@ -60,6 +63,8 @@ class Auction:
     def take(self, answer: Bids) -> None:
         """Take in a robot's bids; a second answer of the same robot replaces its first.
 
+        A robot whose answer is refused is not waited for any longer: it would send the same again.
+
         Raises:
             BidRefusedError: It answers another round, or one of its bids is no cost.
         """
@@ -68,19 +73,30 @@ class Auction:
                 f"{answer.robot_id} answers auction {answer.epoch}/{answer.auction}, "
                 f"open is {self.epoch}/{self.number}"
             )
-        for bid in answer.bids:
-            if bid.task_id not in self._records:
-                raise BidRefusedError(f"{answer.robot_id} bids on {bid.task_id!r}: not offered")
-            if not 0.0 <= bid.cost <= MAX_COST:
-                raise BidRefusedError(
-                    f"{answer.robot_id} bids {bid.cost:g} on {bid.task_id}; "
-                    f"allowed: from 0 to {MAX_COST:.0f}"
-                )
-        self._bids[answer.robot_id] = {bid.task_id: bid for bid in answer.bids}
+        if not answer.robot_id:
+            raise BidRefusedError("bids without a robot's name; robot_id says who bids")
         self._missing.discard(answer.robot_id)
+        self._answered.add(answer.robot_id)
+        for bid in answer.bids:
+            self._check(bid)
+        self._bids[answer.robot_id] = {bid.task_id: bid for bid in answer.bids}
+
+    def _check(self, bid: Bid) -> None:
+        if bid.task_id not in self._offered:
+            raise BidRefusedError(f"{bid.robot_id} bids on {bid.task_id[:64]!r}: not offered")
+        if not 0.0 <= bid.cost <= MAX_COST:
+            raise BidRefusedError(
+                f"{bid.robot_id} bids {bid.cost:g} on {bid.task_id}; "
+                f"allowed: from 0 to {MAX_COST:.0f}"
+            )
+        if bid.is_able and not 0.0 <= bid.eta < math.inf:
+            raise BidRefusedError(
+                f"{bid.robot_id} would have {bid.task_id} done in {bid.eta:g} s; "
+                "allowed: at least 0 s"
+            )
 
     def withdraw(self, task_id: str) -> None:
-        """Offer a task no more."""
+        """Offer a task no more; bids on it are still heard, and change nothing."""
         self._records.pop(task_id, None)
 
     def result(self) -> Result:
@@ -106,7 +122,11 @@ class Auction:
         )
 
     def _refusals(self, task_id: str) -> str:
-        reasons = [f"{bid.robot_id}: {bid.reason}" for bid in self._of(task_id)]
+        given = {bid.robot_id: bid.reason for bid in self._of(task_id)}
+        reasons = [
+            f"{robot}: {given.get(robot) or 'has made no valid bid'}"
+            for robot in sorted(self._answered)
+        ]
         reasons += [f"{robot}: has not answered" for robot in sorted(self._missing)]
         return "nobody can take it now: " + "; ".join(reasons)
 

@@ -90,6 +90,10 @@ class Backup:
         """Write down a new or changed record, and have it told to everyone."""
         self._records[record.task.id] = record
         self._version += 1
+        self.tell()
+
+    def tell(self) -> None:
+        """Have the task list told to everyone within the sync period."""
         if self._sync is None:
             self._sync = self._talker.after(self._settings.sync_period, self._publish_sync)
 

@@ -57,7 +57,7 @@ class Bidder:
         if reason := self._characteristics.excludes(task):
             return self.refuse(task, reason)
         place = self._itinerary.best_place(task, step, here, keep_first=at_work)
-        if not math.isfinite(place.effort.way):
+        if not math.isfinite(place.before.way + place.effort.way):
             radius = self._characteristics.radius
             reason = f"finds no way there from {place.before.end} for its radius of {radius:.2f} m"
             return self.refuse(task, reason)

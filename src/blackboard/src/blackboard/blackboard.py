@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 from blackboard.auction import Auction
 from blackboard.characteristics import RobotState
 from blackboard.errors import BidRefusedError, TaskRefusedError
+from blackboard.orders import Orders
 from blackboard.presence import Presence
-from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.record import Broadcast, TaskRecord, TaskUpdate
 from blackboard.talker import (
     NEW_TASK,
     ROBOT_STATUS,
-    TASK_ASSIGN,
     TASK_BROADCAST,
     TASK_CANCEL,
     TASK_COST,
@@ -70,12 +70,13 @@ class Blackboard:
         self._ways = ways
         self._settings = settings
         self._presence = Presence(settings.robot_timeout)
+        self._orders = Orders(talker, backup, settings.order_timeout)
         self._auction: Auction | None = None
         self._closing: Timer | None = None
         self._auctions = 0
         self._slow: set[str] = set()
         self._parked: set[str] = set()
-        self._ordered: dict[str, float] = {}
+        self._changed = False
 
     def start(self) -> None:
         """Begin to listen."""
@@ -120,7 +121,7 @@ class Blackboard:
             self._tell(record)
             return
         self._commit(cancelled)
-        self._take_back(record)
+        self._orders.take_back(record)
 
     def _open_auction(self) -> None:
         """Ask for bids on all that waits, unless an auction is under way."""
@@ -137,6 +138,7 @@ class Blackboard:
                 self._park(record, "no robot is in service")
             return
         self._auctions += 1
+        self._changed = False
         epoch = self._backup.epoch
         self._auction = Auction(epoch, self._auctions, waiting, robots - self._slow or robots)
         offers = tuple((record.task, record.step) for record in waiting)
@@ -170,6 +172,8 @@ class Blackboard:
             record = self._backup.get(task_id)
             if record is not None:
                 self._park(record, reason)
+        if self._changed:
+            self._parked.clear()
         self._talker.after(0.0, self._open_auction)
 
     def _assign(self, bid: Bid) -> None:
@@ -185,25 +189,7 @@ class Blackboard:
         )
         if assigned is not None:
             self._commit(assigned)
-            self._give_order(assigned)
-
-    def _give_order(self, record: TaskRecord) -> None:
-        self._ordered[record.task.id] = self._talker.now()
-        self._talker.publish(TASK_ASSIGN, self._order(record))
-
-    def _take_back(self, record: TaskRecord) -> None:
-        """Have the robot that holds a task, if one does, drop it."""
-        if record.robot:
-            self._talker.publish(TASK_ASSIGN, replace(self._order(record), take_back=True))
-
-    def _order(self, record: TaskRecord) -> Order:
-        return Order(
-            record.task,
-            record.robot,
-            step=record.step,
-            epoch=self._backup.epoch,
-            assignment=record.assignment,
-        )
+            self._orders.give(assigned)
 
     def _hear_update(self, update: TaskUpdate) -> None:
         """Follow what a robot reports; what this blackboard says itself comes by here too."""
@@ -211,9 +197,15 @@ class Blackboard:
         event = _EVENTS.get(update.state)
         if record is None or event is None or not update.robot_id:
             return
+        if event is not TaskEvent.START:
+            # The robot repeats it until a copy of the list shows that it is known.
+            self._backup.tell()
         holds = (update.robot_id, update.assignment) == (record.robot, record.assignment)
         if not holds and event is not TaskEvent.FINISH:
             return
+        if event is TaskEvent.START and update.step < record.step:
+            return
+        update = replace(update, step=min(update.step, record.steps))
         if event is TaskEvent.RELEASE:
             self._put_back(record, update)
             return
@@ -223,7 +215,7 @@ class Blackboard:
         if changed is not None:
             self._commit(changed, tell=False)
             if not holds:
-                self._take_back(record)
+                self._orders.take_back(record)
 
     def _put_back(self, record: TaskRecord, update: TaskUpdate) -> None:
         """Have a task that a robot handed back done by another, or give it up."""
@@ -242,28 +234,23 @@ class Blackboard:
     def _hear_status(self, status: RobotStatus) -> None:
         if status.state is RobotState.OFFLINE:
             return
-        now = self._talker.now()
-        if self._presence.hear(status, now):
+        if self._presence.hear(status, self._talker.now()):
             self._try_again()
-        for task_id, ordered in tuple(self._ordered.items()):
-            record = self._backup.get(task_id)
-            if record is None or record.robot != status.robot_id:
-                continue
-            overdue = now - ordered > self._settings.order_timeout
-            if overdue and task_id not in status.tasks:
-                self._give_order(record)
+        self._orders.compare(status)
 
     def _look_for_silence(self) -> None:
         for status in self._presence.fall_silent(self._talker.now()):
             self._talker.publish(ROBOT_STATUS, status)
-            for task_id in self._ordered:
-                record = self._backup.get(task_id)
-                if record is not None and record.robot == status.robot_id:
-                    self._commit(replace(record, reason=f"{record.robot} is {status.reason}"))
+            for record in self._orders.given_to(status.robot_id):
+                self._commit(replace(record, reason=f"{record.robot} is {status.reason}"))
 
     def _try_again(self) -> None:
-        """Auction again what nobody could take: something has changed."""
+        """Auction again what nobody could take: something has changed.
+
+        What the auction under way is going to find impossible may be out of date as well.
+        """
         self._parked.clear()
+        self._changed = True
         self._open_auction()
 
     def _park(self, record: TaskRecord, reason: str) -> None:
@@ -275,7 +262,7 @@ class Blackboard:
     def _commit(self, record: TaskRecord, *, tell: bool = True) -> None:
         """Write a change down and tell everyone, unless the robot has done so already."""
         if record.state not in {TaskState.ASSIGNED, TaskState.STARTED}:
-            self._ordered.pop(record.task.id, None)
+            self._orders.forget(record.task.id)
         if self._auction is not None and record.state is not TaskState.WAITING:
             self._auction.withdraw(record.task.id)
         self._backup.commit(record)

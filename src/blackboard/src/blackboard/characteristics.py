@@ -132,6 +132,11 @@ def characteristics_from(model: Mapping[str, Any]) -> RobotCharacteristics:
             f"the robot's characteristics have no or an unknown {error}; "
             "see docs/adding-a-robot.md for what a model file holds"
         ) from None
+    except (AttributeError, TypeError, ValueError) as error:
+        raise CharacteristicsError(
+            f"the robot's characteristics hold a value of the wrong kind: {error}; "
+            "see docs/adding-a-robot.md for what a model file holds"
+        ) from None
 
 
 def _inscribed_radius(footprint: list[list[float]]) -> float:

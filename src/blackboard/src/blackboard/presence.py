@@ -43,7 +43,7 @@ class Presence:
         if before is None:
             return status.state.in_service
         returned = status.state.in_service and not before.status.state.in_service
-        relieved = len(status.tasks) < len(before.status.tasks)
+        relieved = not set(before.status.tasks) <= set(status.tasks)
         return returned or relieved or charged
 
     def in_service(self) -> frozenset[str]:

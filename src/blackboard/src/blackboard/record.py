@@ -43,6 +43,14 @@ class TaskRecord:
         """The number of steps of the task."""
         return len(split_task(self.task))
 
+    def has_ended(self, robot_id: str, assignment: int) -> bool:
+        """Return whether a robot that was given the task by an assignment has it no more.
+
+        False where the record is older than the assignment and does not know of it yet.
+        """
+        elsewhere = self.state.is_terminal or self.robot != robot_id
+        return self.assignment > assignment or (self.assignment == assignment and elsewhere)
+
     def after(self, event: TaskEvent, **changes: object) -> TaskRecord | None:
         """Return the record after an event, or None where the event changes nothing.
 

@@ -6,10 +6,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from blackboard.talker import TASK_STATE
+from blackboard.task import TaskState
 
 if TYPE_CHECKING:
     from blackboard.backup import TaskList
-    from blackboard.record import Order, TaskUpdate
+    from blackboard.record import Order, TaskRecord, TaskUpdate
     from blackboard.talker import Talker
 
 
@@ -25,6 +26,7 @@ class Reports:
         self._talker = talker
         self._robot_id = robot_id
         self._open: dict[str, TaskUpdate] = {}
+        self._known: dict[str, TaskRecord] = {}
 
     def add(self, report: TaskUpdate) -> None:
         """Tell of a task that has left the list."""
@@ -37,17 +39,28 @@ class Reports:
             self._talker.publish(TASK_STATE, report)
 
     def answer(self, order: Order) -> bool:
-        """Repeat the report that answers an order already; return whether there is one."""
+        """Return whether an order comes too late, because its task was reported on before.
+
+        The report is told again unless the blackboard is known to have heard it: then the order
+        was only slower on its way than the task list.
+        """
         report = self._open.get(order.task.id)
-        if report is None or report.assignment < order.assignment:
-            return False
-        self._talker.publish(TASK_STATE, report)
-        return True
+        if report is not None and report.assignment >= order.assignment:
+            self._talker.publish(TASK_STATE, report)
+            return True
+        record = self._known.get(order.task.id)
+        return record is not None and record.has_ended(self._robot_id, order.assignment)
 
     def acknowledge(self, known: TaskList) -> None:
         """Forget what a copy of the task list shows to be known."""
-        for record in known.records:
-            report = self._open.get(record.task.id)
-            gone = record.state.is_terminal or record.robot != self._robot_id
-            if report is not None and gone and record.assignment >= report.assignment:
-                del self._open[record.task.id]
+        self._known = {record.task.id: record for record in known.records}
+        for report in tuple(self._open.values()):
+            record = self._known.get(report.task_id)
+            if record is not None and self._is_known(report, record):
+                del self._open[report.task_id]
+
+    def _is_known(self, report: TaskUpdate, record: TaskRecord) -> bool:
+        if report.state is TaskState.DONE:
+            # Whoever has the task by now: that it is done is worth telling until it is believed.
+            return record.state.is_terminal
+        return record.has_ended(self._robot_id, report.assignment)

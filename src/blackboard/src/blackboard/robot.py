@@ -134,7 +134,8 @@ class Robot:
             self._out_of_service, self._reason, self._left_on_board = None, "", 0.0
         elif word in {"defect", "charging"}:
             self._out_of_service = RobotState[word.upper()]
-            self._reason = f"{word}, set by an operator"
+            if not self._left_on_board:
+                self._reason = f"{word}, set by an operator"
         else:
             self._talker.warn(
                 f"set_state {word[:40]!r} is unknown; allowed: idle, defect, charging"
@@ -156,23 +157,22 @@ class Robot:
     def _obey(self, order: Order) -> None:
         if order.robot_id != self._id:
             return
+        entry = self._list.get(order.task.id)
         if order.take_back:
-            self._drop(order.task.id)
-        elif self._reports.answer(order) or self._list.get(order.task.id) is not None:
-            return
-        else:
+            if entry is not None and entry.order.assignment <= order.assignment:
+                self._drop(entry)
+        elif entry is None and not self._reports.answer(order):
             self._list.insert(order, self._pose, keep_first=self._at_work)
             self._go_on()
-        self._say_status()
+            self._say_status()
 
     def _compare(self, known: TaskList) -> None:
         """Drop what is no longer its own, and stop repeating what the blackboard knows."""
         self._reports.acknowledge(known)
         for record in known.records:
             entry = self._list.get(record.task.id)
-            gone = record.state.is_terminal or record.robot != self._id
-            if entry is not None and gone and record.assignment >= entry.order.assignment:
-                self._drop(record.task.id)
+            if entry is not None and record.has_ended(self._id, entry.order.assignment):
+                self._drop(entry)
 
     def _pass_time(self) -> None:
         period = self._settings.status_period
@@ -180,7 +180,8 @@ class Robot:
         if self._out_of_service is RobotState.CHARGING:
             self._battery.charge(period)
             if self._battery.level >= 1.0:
-                self.set_state("idle")
+                # Only a person can say that a load which was left on board is gone.
+                self.set_state("defect" if self._left_on_board else "idle")
         self._reports.repeat()
         self._say_status()
 
@@ -222,13 +223,10 @@ class Robot:
         self._go_on()
         self._say_status()
 
-    def _drop(self, task_id: str) -> None:
+    def _drop(self, entry: Entry) -> None:
         """Take a task off the list that is no longer its own; stop it where it is under way."""
-        entry = self._list.get(task_id)
-        if entry is None:
-            return
         self._strand(entry)
-        self._list.remove(task_id)
+        self._list.remove(entry.task.id)
         self._go_on()
         self._say_status()
 

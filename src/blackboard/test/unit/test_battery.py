@@ -132,5 +132,5 @@ def test_a_battery_that_cannot_be_is_refused_by_the_name_of_the_value(name, bad)
 
 @pytest.mark.parametrize("bad", [21.9, math.nan, math.inf])
 def test_a_full_battery_does_not_have_less_voltage_than_an_empty_one(bad):
-    with pytest.raises(CharacteristicsError, match="at least voltage_empty, which is 22.0 V"):
+    with pytest.raises(CharacteristicsError, match=r"at least voltage_empty, which is 22\.0 V"):
         BatteryModel(20.0, bad, 22.0, 3600.0)

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What one robot bids, and every reason for which it bids MAX_COST."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blackboard.battery import Battery
+from blackboard.bidding import Bidder
+from blackboard.cost import COST_MODELS, MAX_COST
+from blackboard.itinerary import Itinerary
+from blackboard.pose import Pose
+from blackboard.record import Order
+from blackboard.task import Task, TaskType
+from blackboard.testing import SMALL_ROBOT
+from blackboard.ways import Grid, GridWays, StraightWays
+
+HERE = Pose(0.0, 0.0)
+GO = Task("T1", TaskType.GA, (Pose(12.0, 0.0),))
+# 12 m: 0.02 * 50 kg * 9.80665 m/s² * 12 m + 20 s * 20 W = 517.68 J, at 28 V in Ah.
+GO_CHARGE = 517.6798 / (3600.0 * 28.0)
+
+
+def bid(
+    task,
+    *,
+    robot=SMALL_ROBOT,
+    charge=1.0,
+    before=(),
+    model="report",
+    ways=None,
+    here=HERE,
+    at_work=False,
+):
+    """Return what a robot bids that has some tasks on its list already."""
+    itinerary = Itinerary(robot, ways or StraightWays())
+    for earlier in before:
+        itinerary.insert(Order(earlier, "robot1"), here, keep_first=at_work)
+    battery = Battery(robot.battery, charge)
+    bidder = Bidder("robot1", robot, battery, itinerary, COST_MODELS[model])
+    return bidder.bid(task, 0, here, at_work=at_work)
+
+
+def halved():
+    """Return ways on a floor of 10 m x 10 m from (-5, -5), cut in two along x = 0.5 m."""
+    blocked = np.zeros((100, 100), dtype=bool)
+    blocked[:, 54:56] = True
+    return GridWays(Grid(blocked, 0.1, -5.0, -5.0), 0.3)
+
+
+def test_an_idle_robot_bids_what_the_task_takes_of_its_charge():
+    offer = bid(GO)
+
+    # 1000 * Ce * 1 / 20 Ah.
+    assert offer.cost == pytest.approx(1000.0 * GO_CHARGE / 20.0)
+    assert offer.energy_cost == pytest.approx(GO_CHARGE)
+    assert offer.eta == pytest.approx(20.0)
+    assert (offer.robot_id, offer.task_id, offer.reason) == ("robot1", "T1", "")
+
+
+def test_behind_another_task_the_place_doubles_the_cost_and_less_charge_is_left():
+    earlier = Task("T0", TaskType.GA, (Pose(12.0, 0.0),), priority=5)
+    back = Task("T1", TaskType.GA, (Pose(0.0, 0.0),))
+
+    offer = bid(back, before=[earlier], at_work=True)
+
+    # Both ways are 12 m long; the second begins with the charge that the first has left.
+    assert offer.cost == pytest.approx(1000.0 * GO_CHARGE * 2 / (20.0 - GO_CHARGE))
+    assert offer.eta == pytest.approx(40.0)
+
+
+def test_by_energy_what_waits_before_only_lessens_the_charge_that_is_left():
+    earlier = Task("T0", TaskType.GA, (Pose(12.0, 0.0),), priority=5)
+    back = Task("T1", TaskType.GA, (Pose(0.0, 0.0),))
+
+    offer = bid(back, before=[earlier], at_work=True, model="energy")
+
+    assert offer.cost == pytest.approx(1000.0 * GO_CHARGE / (20.0 - GO_CHARGE))
+
+
+def test_an_urgent_task_is_bid_for_as_the_next_one():
+    waiting = Task("T0", TaskType.GA, (Pose(-12.0, 0.0),), priority=1)
+
+    urgent = bid(replace(GO, priority=9), before=[waiting])
+
+    assert urgent.cost == pytest.approx(bid(GO).cost)
+
+
+@pytest.mark.parametrize(
+    ("task", "robot", "reason"),
+    [
+        (replace(GO, payload=21.0), SMALL_ROBOT, "carries at most 20 kg, not 21 kg"),
+        (
+            Task("T1", TaskType.GPA, (HERE,)),
+            replace(SMALL_ROBOT, capabilities=frozenset({TaskType.GA})),
+            "does not do GPA",
+        ),
+        (
+            Task("T1", TaskType.GPA, (HERE,), payload=6.0),
+            SMALL_ROBOT,
+            "its arm lifts at most 5 kg, not 6 kg",
+        ),
+    ],
+)
+def test_what_a_robot_can_never_do_costs_the_most_and_says_why(task, robot, reason):
+    offer = bid(task, robot=robot)
+
+    assert (offer.cost, offer.reason) == (MAX_COST, reason)
+    assert not offer.is_able
+
+
+def test_a_low_battery_refuses_what_would_take_it_under_a_tenth():
+    offer = bid(GO, charge=0.1001)
+
+    assert offer.cost == MAX_COST
+    assert offer.reason == "its charge would fall to 10%, it keeps 10%"
+
+
+def test_a_battery_just_above_the_tolerance_still_bids():
+    taken = 517.6798 / (3600.0 * Battery(SMALL_ROBOT.battery, 0.101).get_volts()) / 20.0
+
+    assert not bid(GO, charge=0.1 + 0.99 * taken).is_able
+    assert bid(GO, charge=0.1 + 1.01 * taken).is_able
+
+
+def test_what_waits_before_counts_for_the_charge_at_the_time_of_execution():
+    there = Task("T0", TaskType.GA, (Pose(6.0, 0.0),), priority=9)
+    taken = 517.6798 / (3600.0 * Battery(SMALL_ROBOT.battery, 0.101).get_volts()) / 20.0
+    charge = 0.1 + 1.2 * taken
+
+    assert bid(GO, charge=charge).is_able
+    assert not bid(replace(GO, goals=(Pose(-6.0, 0.0),)), charge=charge, before=[there]).is_able
+
+
+def test_a_place_without_a_way_is_refused_with_the_radius_that_does_not_fit():
+    offer = bid(replace(GO, goals=(Pose(3.0, 0.0),)), ways=halved(), here=Pose(-2.0, 0.0))
+
+    assert offer.cost == MAX_COST
+    assert offer.reason == "finds no way there from (-2.00, 0.00) for its radius of 0.30 m"
+
+
+def test_behind_a_task_without_a_way_nothing_is_promised():
+    lost = Task("T0", TaskType.GA, (Pose(3.0, 0.0),), priority=9)
+
+    offer = bid(
+        replace(GO, goals=(Pose(-3.0, 0.0),)), ways=halved(), here=Pose(-2.0, 0.0), before=[lost]
+    )
+
+    assert offer.cost == MAX_COST
+    assert "no way" in offer.reason
+
+
+def test_a_cost_at_the_end_of_the_scale_is_a_refusal():
+    class Dear:
+        """A cost model with an unusual idea of money."""
+
+        def cost(self, terms):
+            return MAX_COST + terms.place
+
+    itinerary = Itinerary(SMALL_ROBOT, StraightWays())
+    bidder = Bidder("robot1", SMALL_ROBOT, Battery(SMALL_ROBOT.battery), itinerary, Dear())
+
+    offer = bidder.bid(GO, 0, HERE, at_work=False)
+
+    assert (offer.cost, offer.reason) == (MAX_COST, "its cost of 1001 is not under 1000")
+
+
+def test_steps_that_are_done_cost_nothing():
+    task = Task("T1", TaskType.GAB, (Pose(12.0, 0.0), Pose(12.0, 5.0)))
+    itinerary = Itinerary(SMALL_ROBOT, StraightWays())
+    model = COST_MODELS["report"]
+    bidder = Bidder("robot1", SMALL_ROBOT, Battery(SMALL_ROBOT.battery), itinerary, model)
+
+    rest = bidder.bid(task, 1, Pose(12.0, 0.0), at_work=False)
+
+    assert rest.eta == pytest.approx(5.0 / 0.6)
+    assert math.isfinite(rest.cost)

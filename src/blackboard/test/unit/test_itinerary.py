@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The order of a robot's list, and what a task takes: figures by hand on a straight road."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from blackboard.itinerary import Itinerary, effort
+from blackboard.pose import Pose
+from blackboard.record import Order
+from blackboard.task import Task, TaskType
+from blackboard.testing import SMALL_ROBOT
+from blackboard.ways import StraightWays
+
+HERE = Pose(0.0, 0.0)
+WAYS = StraightWays()
+# 50 kg, Cf = 0.02, 1 m/s at most, of which 60 % in the mean; 20 W all the time, 100 W for the arm.
+ROBOT = SMALL_ROBOT
+
+
+def go(name, x, priority=0):
+    """Return a task to go to a place on the x axis."""
+    return Task(name, TaskType.GA, (Pose(x, 0.0),), priority)
+
+
+def listed(*tasks, keep_first=False):
+    """Return an itinerary that was given some tasks one after the other."""
+    itinerary = Itinerary(ROBOT, WAYS)
+    for task in tasks:
+        itinerary.insert(Order(task, "robot1"), HERE, keep_first=keep_first)
+    return itinerary
+
+
+def ids(itinerary):
+    """Return the names of the tasks on a list, in their order."""
+    return [entry.task.id for entry in itinerary]
+
+
+def test_a_drive_takes_friction_and_idle_power_over_its_length():
+    taken = effort(go("T", 12.0), 0, HERE, ROBOT, WAYS)
+
+    # 0.02 * 50 kg * 9.80665 m/s² * 12 m = 117.68 J; 12 m at 0.6 m/s are 20 s at 20 W = 400 J.
+    assert taken.way == pytest.approx(12.0)
+    assert taken.duration == pytest.approx(20.0)
+    assert taken.energy == pytest.approx(117.6798 + 400.0)
+    assert taken.end == Pose(12.0, 0.0)
+
+
+def test_a_load_makes_the_way_with_it_harder_and_the_arm_takes_time_and_power():
+    task = Task("T", TaskType.GPAB, (Pose(6.0, 0.0), Pose(12.0, 0.0)), payload=5.0)
+
+    taken = effort(task, 0, HERE, ROBOT, WAYS)
+
+    # 6 m with 50 kg and 6 m with 55 kg; pick 5 s, place 4 s, driving 20 s.
+    friction = 0.02 * 9.80665 * (50.0 * 6.0 + 55.0 * 6.0)
+    assert taken.duration == pytest.approx(29.0)
+    assert taken.energy == pytest.approx(friction + 100.0 * 9.0 + 20.0 * 29.0)
+
+
+def test_steps_that_are_done_take_nothing():
+    task = Task("T", TaskType.GPAB, (Pose(6.0, 0.0), Pose(12.0, 0.0)), payload=5.0)
+
+    taken = effort(task, 2, Pose(6.0, 0.0), ROBOT, WAYS)
+
+    assert taken.way == pytest.approx(6.0)
+    assert taken.duration == pytest.approx(10.0 + 4.0)
+
+
+def test_a_higher_priority_goes_before_and_a_lower_one_behind():
+    itinerary = listed(go("low", 1.0, 2), go("high", 9.0, 8), go("middle", 1.0, 5))
+
+    assert ids(itinerary) == ["high", "middle", "low"]
+
+
+def test_among_equals_a_task_goes_where_it_lengthens_the_way_least():
+    itinerary = listed(go("near", 2.0), go("far", 10.0), go("between", 6.0))
+
+    assert ids(itinerary) == ["near", "between", "far"]
+
+
+def test_among_equals_at_the_same_place_the_first_come_is_first():
+    itinerary = listed(go("first", 5.0), go("second", 5.0))
+
+    # Going there first or second is equally far; the later task lengthens nothing behind.
+    assert sorted(ids(itinerary)) == ["first", "second"]
+
+
+def test_what_is_under_way_keeps_its_place_before_a_higher_priority():
+    itinerary = listed(go("under way", 10.0, 0), go("urgent", 1.0, 10), keep_first=True)
+
+    assert ids(itinerary) == ["under way", "urgent"]
+
+
+def test_what_is_not_under_way_yields_to_a_higher_priority():
+    itinerary = listed(go("waiting", 10.0, 0), go("urgent", 1.0, 10))
+
+    assert ids(itinerary) == ["urgent", "waiting"]
+
+
+def test_a_place_in_the_list_knows_what_comes_before():
+    itinerary = listed(go("first", 6.0, 5))
+
+    place = itinerary.best_place(go("second", 12.0, 1), 0, HERE, keep_first=True)
+
+    assert place.index == 1
+    assert place.before.way == pytest.approx(6.0)
+    assert place.before.end == Pose(6.0, 0.0)
+    assert place.effort.way == pytest.approx(6.0)
+    assert place.added_way == pytest.approx(6.0)
+
+
+def test_a_task_on_the_way_adds_nothing_to_it():
+    itinerary = listed(go("far", 10.0))
+
+    place = itinerary.best_place(go("on the way", 4.0), 0, HERE, keep_first=False)
+
+    assert place.index == 0
+    assert place.added_way == pytest.approx(0.0)
+
+
+def test_a_task_that_is_begun_is_counted_from_its_next_step():
+    itinerary = listed(Task("T", TaskType.GAB, (Pose(5.0, 0.0), Pose(9.0, 0.0))))
+
+    itinerary.advance("T", 1)
+
+    assert itinerary.ahead(Pose(5.0, 0.0))[0].way == pytest.approx(4.0)
+
+
+def test_what_lies_ahead_adds_up_task_by_task():
+    itinerary = listed(go("one", 6.0), go("two", 12.0))
+
+    assert [total.way for total in itinerary.ahead(HERE)] == pytest.approx([6.0, 12.0])
+    assert [total.duration for total in itinerary.ahead(HERE)] == pytest.approx([10.0, 20.0])
+
+
+def test_a_task_is_found_and_taken_off_by_its_name():
+    itinerary = listed(go("one", 1.0), go("two", 2.0))
+
+    itinerary.remove("one")
+    itinerary.remove("never there")
+
+    assert itinerary.get("one") is None
+    assert itinerary.first().task.id == "two"
+    assert len(itinerary) == 1
+
+
+def test_an_empty_list_has_no_first_task():
+    assert listed().first() is None
+
+
+TASKS = st.lists(
+    st.tuples(st.floats(-20.0, 20.0), st.integers(0, 10)), min_size=1, max_size=7
+).map(lambda numbers: [go(f"T{i}", x, priority) for i, (x, priority) in enumerate(numbers)])
+
+
+@given(TASKS)
+def test_whatever_is_given_the_list_is_ordered_by_priority(tasks):
+    priorities = [entry.task.priority for entry in listed(*tasks)]
+
+    assert priorities == sorted(priorities, reverse=True)
+    assert len(priorities) == len(tasks)
+
+
+@given(TASKS)
+def test_whatever_is_given_the_task_under_way_stays_first(tasks):
+    itinerary = listed(*tasks, keep_first=True)
+    behind = [entry.task.priority for entry in itinerary][1:]
+
+    assert itinerary.first().task.id == "T0"
+    assert behind == sorted(behind, reverse=True)
+
+
+@given(TASKS, st.floats(-20.0, 20.0))
+def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
+    equals = [replace(task, priority=5) for task in tasks]
+    itinerary = listed(*equals)
+    before = itinerary.ahead(HERE)[-1].way
+    order = [entry.task for entry in itinerary]
+
+    place = itinerary.best_place(go("new", x, 5), 0, HERE, keep_first=False)
+
+    added = []
+    for index in range(len(order) + 1):
+        road = [HERE, *(task.goals[0] for task in order)]
+        road.insert(index + 1, Pose(x, 0.0))
+        way = sum(a.distance_to(b) for a, b in pairwise(road))
+        added.append(way - before)
+    assert place.added_way == pytest.approx(min(added), abs=1e-9)
