@@ -28,6 +28,8 @@ class Heartbeat:
         backup: The member that stands first when the active one dies; empty when none can.
         members: All that may carry it, the active one included.
         progress: Grows with every turn of the active blackboard's own queue.
+        heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
+        robot_lease: How long a robot may work from that time on [s], by its own clock.
     """
 
     epoch: int
@@ -35,6 +37,8 @@ class Heartbeat:
     backup: str = ""
     members: tuple[str, ...] = ()
     progress: int = 0
+    heard: tuple[tuple[str, float], ...] = ()
+    robot_lease: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +73,8 @@ class Backup:
         self._version = 0
         self._progress = 0
         self._sync: Timer | None = None
+        self._heard: dict[str, float] = {}
+        self._robot_lease = 0.0
         self.epoch = 1
 
     def start(self) -> None:
@@ -97,6 +103,17 @@ class Backup:
         if self._sync is None:
             self._sync = self._talker.after(self._settings.sync_period, self._publish_sync)
 
+    def grant(self, robot_id: str, sent: float, robot_lease: float) -> None:
+        """Have a robot told with every heartbeat which of its statuses was heard last.
+
+        Args:
+            robot_id: Who is told.
+            sent: When it sent the status, by its own clock [s].
+            robot_lease: How long it may work from then on [s].
+        """
+        self._heard[robot_id] = sent
+        self._robot_lease = robot_lease
+
     def _publish_sync(self) -> None:
         self._sync = None
         self._talker.publish(SYNC, TaskList(self.epoch, self._version, self.records))
@@ -104,5 +121,8 @@ class Backup:
     def _beat(self) -> None:
         self._progress += 1
         members = (self._member,)
-        beat = Heartbeat(self.epoch, self._member, "", members, self._progress)
+        heard = tuple(self._heard.items())
+        beat = Heartbeat(
+            self.epoch, self._member, "", members, self._progress, heard, self._robot_lease
+        )
         self._talker.publish(BACKUP, beat)

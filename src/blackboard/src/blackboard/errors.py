@@ -24,3 +24,7 @@ class SettingsError(BlackboardError):
 
 class BidRefusedError(BlackboardError):
     """A bid does not answer the auction that is open, or is no number from 0 to MAX_COST."""
+
+
+class SplitRefusedError(BlackboardError):
+    """A task is too heavy for every robot and cannot be split; the text says why."""

@@ -21,7 +21,7 @@ import blackboard.msg as bb_msgs
 from blackboard import talker as topics
 from blackboard.backup import Heartbeat, TaskList
 from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import Bid, Bids
+from blackboard.cost import MAX_COST, Bid, Bids
 from blackboard.pose import Pose
 from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
 from blackboard.task import Task, TaskState
@@ -100,10 +100,13 @@ def task_from_msg(msg: bb_msgs.TaskMsg) -> Task:
 def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
     msg = task_to_msg(order.task)
     msg.robot_id = order.robot_id
-    msg.order = msg.TAKE_BACK if order.take_back else msg.ASSIGN
+    msg.order = msg.ASSIGN
+    if order.take_back:
+        msg.order = msg.HAND_BACK if order.hand_back else msg.TAKE_BACK
     msg.step = order.step
     msg.epoch = order.epoch
     msg.assignment = order.assignment
+    msg.heard = order.heard
     return msg
 
 
@@ -111,10 +114,12 @@ def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
     return Order(
         task=task_from_msg(msg),
         robot_id=msg.robot_id,
-        take_back=msg.order == msg.TAKE_BACK,
+        take_back=msg.order != msg.ASSIGN,
         step=msg.step,
         epoch=msg.epoch,
         assignment=msg.assignment,
+        hand_back=msg.order == msg.HAND_BACK,
+        heard=msg.heard,
     )
 
 
@@ -144,6 +149,9 @@ def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
             bid.eta,
             bids.epoch,
             bid.reason,
+            bid.under_way,
+            bid.interrupt_cost,
+            bid.most_payload,
         )
         for bid in bids.bids
     ]
@@ -152,7 +160,17 @@ def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
 
 def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
     bids = tuple(
-        Bid(msg.robot_id, cost.task_id, cost.cost, cost.energy_cost, cost.eta, cost.reason)
+        Bid(
+            msg.robot_id,
+            cost.task_id,
+            cost.cost,
+            cost.energy_cost,
+            cost.eta,
+            cost.reason,
+            cost.under_way,
+            cost.interrupt_cost if cost.under_way else MAX_COST,
+            cost.most_payload,
+        )
         for cost in msg.costs
     )
     return Bids(msg.robot_id, msg.epoch, msg.auction, bids)
@@ -170,6 +188,8 @@ def _update_to_msg(update: TaskUpdate) -> bb_msgs.TaskState:
         epoch=update.epoch,
         reason=update.reason,
         assignment=update.assignment,
+        step_eta=update.step_eta,
+        put_off_for=update.put_off_for,
     )
 
 
@@ -184,6 +204,8 @@ def _update_from_msg(msg: bb_msgs.TaskState) -> TaskUpdate:
         epoch=msg.epoch,
         reason=msg.reason,
         assignment=msg.assignment,
+        step_eta=msg.step_eta,
+        put_off_for=msg.put_off_for,
     )
 
 
@@ -199,6 +221,7 @@ def _status_to_msg(status: RobotStatus) -> bb_msgs.RobotStatus:
         queued=len(status.tasks) - bool(status.task_id),
         reason=status.reason,
         tasks=list(status.tasks),
+        sent=status.sent,
     )
 
 
@@ -212,6 +235,7 @@ def _status_from_msg(msg: bb_msgs.RobotStatus) -> RobotStatus:
         task_id=msg.task_id,
         reason=msg.reason,
         tasks=tuple(msg.tasks),
+        sent=msg.sent,
     )
 
 
@@ -226,6 +250,8 @@ def _record_to_msg(record: TaskRecord) -> bb_msgs.TaskRecord:
         parent=record.parent,
         assignment=record.assignment,
         tried=list(record.tried),
+        step_eta=record.step_eta,
+        parts=record.parts,
     )
 
 
@@ -240,6 +266,8 @@ def _record_from_msg(msg: bb_msgs.TaskRecord) -> TaskRecord:
         parent=msg.parent,
         assignment=msg.assignment,
         tried=tuple(msg.tried),
+        step_eta=msg.step_eta,
+        parts=msg.parts,
     )
 
 
@@ -254,12 +282,28 @@ def _list_from_msg(msg: bb_msgs.BbSynch) -> TaskList:
 
 def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
     return bb_msgs.BbBackup(
-        _header(), beat.epoch, beat.active, beat.backup, list(beat.members), beat.progress
+        _header(),
+        beat.epoch,
+        beat.active,
+        beat.backup,
+        list(beat.members),
+        beat.progress,
+        [robot for robot, _ in beat.heard],
+        [sent for _, sent in beat.heard],
+        beat.robot_lease,
     )
 
 
 def _beat_from_msg(msg: bb_msgs.BbBackup) -> Heartbeat:
-    return Heartbeat(msg.epoch, msg.active, msg.backup, tuple(msg.members), msg.progress)
+    return Heartbeat(
+        msg.epoch,
+        msg.active,
+        msg.backup,
+        tuple(msg.members),
+        msg.progress,
+        tuple(zip(msg.robots, msg.heard, strict=True)),
+        msg.robot_lease,
+    )
 
 
 def _text(msg: String) -> str:
