@@ -4,6 +4,6 @@
 from hypothesis import settings
 
 settings.register_profile(
-    "fixed", derandomize=True, database=None, deadline=None, max_examples=50, print_blob=False
+    "fixed", derandomize=True, database=None, deadline=None, max_examples=30, print_blob=False
 )
 settings.load_profile("fixed")

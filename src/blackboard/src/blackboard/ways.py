@@ -25,6 +25,9 @@ _MOST_CELLS = 60_000
 
 _FIELDS_KEPT = 200
 
+# A pose this close to the free floor [m] counts as on it: no robot knows exactly where it is.
+_STEP_ASIDE = 0.15
+
 
 class Ways(Protocol):
     """Knows the length of the way between two poses, and where nobody can stand."""
@@ -92,21 +95,17 @@ class GridWays:
         """Go by another map from now on."""
         self._floor = grid
         self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
-        self._network: tuple[Grid, sparse.csr_matrix] | None = None
+        self._made: _Roads | None = None
 
     def length(self, start: Pose, goal: Pose) -> float:
         """Return the length of the shortest way [m]; infinite where there is none."""
-        ends = [self._nearest_free(start), self._nearest_free(goal)]
-        if None in ends:
+        first, last = self._stand(start), self._stand(goal)
+        if first is None or last is None or first.part != last.part:
             return math.inf
-        first, last = ends
-        assert first is not None  # noqa: S101  (for the type checker)
-        assert last is not None  # noqa: S101  (for the type checker)
-        if first == last:
-            return start.distance_to(goal)
-        if first in self._fields and last not in self._fields:
-            first, last = last, first
-        return max(float(self._field(last)[first]), start.distance_to(goal))
+        ends = [first.node, last.node]
+        if ends[0] in self._fields and ends[1] not in self._fields:
+            ends.reverse()
+        return max(float(self._field(ends[1])[ends[0]]), start.distance_to(goal))
 
     def refusal(self, pose: Pose) -> str:
         """Say why nobody can stand at a pose; empty where one can."""
@@ -123,59 +122,95 @@ class GridWays:
             return "is inside a wall or in unknown space; choose a free place of the map"
         return ""
 
-    def _roads(self) -> tuple[Grid, sparse.csr_matrix]:
-        """Return the coarse map and the graph of moves on it, made when first needed."""
-        if self._network is None:
-            coarse = _coarse_free_space(self._floor, self._radius)
-            self._network = coarse, _graph(~coarse.blocked) * coarse.resolution
-        return self._network
+    def _roads(self) -> _Roads:
+        """Return where the robot can drive, worked out when first needed."""
+        if self._made is None:
+            self._made = _make_roads(self._floor, self._radius)
+        return self._made
 
-    def _field(self, cell: int) -> NDArray[np.float64]:
-        """Return the distance from every cell to one [m]."""
-        field = self._fields.pop(cell, None)
+    def _field(self, node: int) -> NDArray[np.float64]:
+        """Return the distance from every node of the coarse grid to one [m]."""
+        field = self._fields.pop(node, None)
         if field is None:
-            field = csgraph.dijkstra(self._roads()[1], directed=False, indices=cell)
-        self._fields[cell] = field
+            field = csgraph.dijkstra(self._roads().graph, directed=False, indices=node)
+        self._fields[node] = field
         if len(self._fields) > _FIELDS_KEPT:
             self._fields.popitem(last=False)
         return field
 
-    def _nearest_free(self, pose: Pose) -> int | None:
-        """Return the flat index of the free cell that stands for a pose, or None."""
-        coarse, _ = self._roads()
-        cell = coarse.cell(pose)
+    def _stand(self, pose: Pose) -> _Stand | None:
+        """Return where on the free floor a pose is, or None where it is nowhere near."""
+        cell = self._floor.cell(pose)
         if cell is None:
             return None
-        row, column = cell
-        rows, columns = coarse.blocked.shape
-        around = [
-            (abs(i) + abs(j), r * columns + c)
-            for i in (-1, 0, 1)
-            for j in (-1, 0, 1)
-            if 0 <= (r := row + i) < rows
-            and 0 <= (c := column + j) < columns
-            and not coarse.blocked[r, c]
-        ]
-        return min(around)[1] if around else None
+        roads = self._roads()
+        reach = round(_STEP_ASIDE / self._floor.resolution)
+        free = cell if roads.parts[cell] else _nearest(roads.parts, cell, reach)
+        if free is None:
+            return None
+        row, column = free
+        node = (row // roads.factor) * roads.columns + column // roads.factor
+        return _Stand(node, int(roads.parts[free]))
 
 
-def _coarse_free_space(grid: Grid, radius: float) -> Grid:
-    """Return a grid of about `_MOST_CELLS` in which a cell is free if any part of it is.
+@dataclass(frozen=True)
+class _Stand:
+    """A place on the free floor: its node of the coarse grid and the part of the floor."""
 
-    Being generous keeps narrow doors open. It opens no way through a wall as long as the wall,
-    grown by the radius on both sides, is thicker than two cells: hence no cell above the radius.
+    node: int
+    part: int
+
+
+@dataclass(frozen=True)
+class _Roads:
+    """Where a round robot can drive.
+
+    Attributes:
+        parts: On the map's own cells, the number of the connected part of the free floor that a
+            cell belongs to; 0 where it is not free.
+        factor: How many of the map's cells are one side of a coarse cell.
+        columns: Of the coarse grid.
+        graph: Of the moves between the coarse cells [m], numbered row by row.
     """
-    rows, columns = grid.blocked.shape
+
+    parts: NDArray[np.int32]
+    factor: int
+    columns: int
+    graph: sparse.csr_matrix
+
+
+def _make_roads(grid: Grid, radius: float) -> _Roads:
+    """Work out where a robot can drive, and how far it is on a grid of about `_MOST_CELLS`.
+
+    A coarse cell is free if any part of it is, which keeps narrow doors open. Whether there is a
+    way at all is decided on the map's own cells, so that none opens where the robot does not fit.
+    """
     padded = np.pad(grid.blocked, 1, constant_values=True)
     clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * grid.resolution
     free = clearance > max(radius, grid.resolution / 2)
+    parts, _ = ndimage.label(free)
+    rows, columns = free.shape
     wanted = math.ceil(math.sqrt(rows * columns / _MOST_CELLS))
     factor = max(1, min(wanted, math.floor(radius / grid.resolution)))
     rows, columns = math.ceil(rows / factor), math.ceil(columns / factor)
     whole = np.zeros((rows * factor, columns * factor), dtype=bool)
     whole[: free.shape[0], : free.shape[1]] = free
     coarse = whole.reshape(rows, factor, columns, factor).any(axis=(1, 3))
-    return Grid(~coarse, grid.resolution * factor, grid.x, grid.y)
+    return _Roads(parts, factor, columns, _graph(coarse) * (grid.resolution * factor))
+
+
+def _nearest(
+    parts: NDArray[np.int32], cell: tuple[int, int], reach: int
+) -> tuple[int, int] | None:
+    """Return the free cell nearest to one, up to some cells away in each direction, or None."""
+    top, left = max(0, cell[0] - reach), max(0, cell[1] - reach)
+    window = parts[top : cell[0] + reach + 1, left : cell[1] + reach + 1]
+    rows, columns = np.nonzero(window)
+    if not rows.size:
+        return None
+    rows, columns = rows + top, columns + left
+    best = np.argmin((rows - cell[0]) ** 2 + (columns - cell[1]) ** 2)
+    return int(rows[best]), int(columns[best])
 
 
 def _graph(free: NDArray[np.bool_]) -> sparse.csr_matrix:

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What must always hold of a hive, looked at after everything that happens in it.
+
+A `Hive` on virtual time shows both what its members say and what its robots really do, so these
+properties are checked against the truth and not against what the hive believes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from blackboard.talker import SYNC, TASK_STATE
+from blackboard.task import TaskState
+
+if TYPE_CHECKING:
+    from blackboard.backup import TaskList
+    from blackboard.record import TaskRecord, TaskUpdate
+    from blackboard.testing import Hive
+
+_WITH_A_ROBOT = {TaskState.ASSIGNED, TaskState.STARTED}
+
+
+class Properties:
+    """Watches a hive and raises AssertionError as soon as something does not hold.
+
+    1. No task is under way with two robots at once.
+    2. A task is done once: one run of one robot says DONE, however often it repeats that.
+    3. What was said to be taken in stays on the list for ever.
+    4. What has ended stays as it ended.
+    5. A task that is assigned or started has a robot, and one that waits has none.
+    6. A task goes to a robot under a new number each time.
+
+    Args:
+        hive: To be watched from now on.
+
+    Attributes:
+        accepted: The tasks that were said to be taken in.
+    """
+
+    def __init__(self, hive: Hive) -> None:
+        self._hive = hive
+        self._read = 0
+        self._known: dict[str, TaskRecord] = {}
+        self._done_by: dict[str, tuple[str, int]] = {}
+        self.accepted: set[str] = set()
+        hive.network.watch(self.check)
+
+    def check(self) -> None:
+        """Look at the robots, and at all that was said since the last time."""
+        self._check_robots()
+        heard: list[tuple[str, Any]] = self._hive.network.heard[self._read :]
+        self._read += len(heard)
+        for topic, message in heard:
+            if topic == TASK_STATE:
+                self._check_update(message)
+            elif topic == SYNC:
+                self._check_list(message)
+
+    def unfinished(self) -> dict[str, str]:
+        """Return what was taken in and is not done by now, each with the reason."""
+        return {
+            name: record.reason
+            for name, record in self._known.items()
+            if record.state is not TaskState.DONE
+        }
+
+    def _check_robots(self) -> None:
+        at_work: dict[str, str] = {}
+        for name, command in self._hive.commands.items():
+            if command.running is not None:
+                other = at_work.setdefault(command.running.task_id, name)
+                _hold(
+                    other == name, f"{other} and {name} are at work on {command.running.task_id}"
+                )
+
+    def _check_update(self, update: TaskUpdate) -> None:
+        if update.state is TaskState.WAITING and not update.robot_id:
+            self.accepted.add(update.task_id)
+        if update.state is TaskState.DONE:
+            run = (update.robot_id, update.assignment)
+            first = self._done_by.setdefault(update.task_id, run)
+            _hold(first == run, f"{update.task_id} is done by {first} and again by {run}")
+
+    def _check_list(self, known: TaskList) -> None:
+        now = {record.task.id: record for record in known.records}
+        lost = (self.accepted | self._known.keys()) - now.keys()
+        _hold(not lost, f"{sorted(lost)} had been taken in and are on the list no more")
+        for name, record in now.items():
+            _check_record(record)
+            if name in self._known:
+                _check_change(self._known[name], record)
+        self._known = now
+
+
+def _check_record(record: TaskRecord) -> None:
+    name, state = record.task.id, record.state
+    _hold(
+        bool(record.robot) or state not in _WITH_A_ROBOT, f"{name} is {state.name} without a robot"
+    )
+    _hold(
+        not record.robot or state is not TaskState.WAITING,
+        f"{name} waits, yet {record.robot} has it",
+    )
+
+
+def _check_change(before: TaskRecord, after: TaskRecord) -> None:
+    name = before.task.id
+    _hold(
+        not before.state.is_terminal or after.state is before.state,
+        f"{name} had ended as {before.state.name} and is now {after.state.name}",
+    )
+    moved = after.state in _WITH_A_ROBOT and after.robot != before.robot
+    _hold(
+        not moved or after.assignment > before.assignment,
+        f"{name} went from {before.robot!r} to {after.robot} under one number",
+    )
+
+
+def _hold(holds: bool, otherwise: str) -> None:
+    """Raise AssertionError with what is wrong, also where Python leaves `assert` out."""
+    if not holds:
+        raise AssertionError(otherwise)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Virtual time and a simulated network: what stands in for ROS when a hive runs in one process.
+
+Time passes only in `Network.run`, from one thing that happens to the next, so hours of a hive take
+seconds and the same hive does the same every time. How long each message is under way, and which
+of them get lost, is up to whoever makes the network.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from blackboard.talker import SET_STATE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+LATENCY = 0.001
+"""Time that a message takes unless the network says otherwise [s]."""
+
+
+@dataclass
+class Call:
+    """Something that is going to happen; see `blackboard.talker.Timer`."""
+
+    action: Callable[[], None]
+    cancelled: bool = False
+
+    def cancel(self) -> None:
+        """Make it not happen."""
+        self.cancelled = True
+
+
+class Network:
+    """Virtual time, and the messages under way.
+
+    Messages of one topic reach one listener in the order they were sent; between topics and
+    between listeners there is no order, as with ROS.
+
+    Args:
+        delay: Gives the time that the next message takes to its next listener [s].
+        lose: Says whether a message of a topic reaches nobody.
+
+    Attributes:
+        now: The time [s].
+        heard: Every message that was not lost with its topic, in the order they were sent.
+    """
+
+    def __init__(
+        self,
+        delay: Callable[[], float] = lambda: LATENCY,
+        lose: Callable[[str, Any], bool] = lambda _topic, _message: False,
+    ) -> None:
+        self.now = 0.0
+        self.heard: list[tuple[str, Any]] = []
+        self._delay = delay
+        self._lose = lose
+        self._calls: list[tuple[float, int, Call]] = []
+        self._order = itertools.count()
+        self._handlers: dict[str, list[Callable[[Any], None]]] = defaultdict(list)
+        self._arrivals: dict[Callable[[Any], None], float] = defaultdict(float)
+        self._watchers: list[Callable[[], None]] = []
+
+    def schedule(self, delay: float, action: Callable[[], None]) -> Call:
+        """Have something happen after a delay [s]."""
+        call = Call(action)
+        heapq.heappush(self._calls, (self.now + delay, next(self._order), call))
+        return call
+
+    def send(self, topic: str, message: object) -> None:
+        """Hand a message to everyone who listens, after the delay."""
+        if self._lose(topic, message):
+            return
+        self.heard.append((topic, message))
+        for handler in self._handlers[topic]:
+            self._deliver(handler, message)
+
+    def listen(self, topic: str, handler: Callable[[Any], None]) -> None:
+        """Have every message of a topic handed over; each listener is a function of its own."""
+        self._handlers[topic].append(handler)
+
+    def watch(self, look: Callable[[], None]) -> None:
+        """Have a look taken after everything that happens."""
+        self._watchers.append(look)
+
+    def run(self, duration: float) -> None:
+        """Let time pass [s]."""
+        end = self.now + duration
+        while self._calls and self._calls[0][0] <= end:
+            self._happen()
+        self.now = end
+
+    def run_until(self, condition: Callable[[], bool], limit: float) -> bool:
+        """Let time pass until something is so; return whether it was within a limit [s]."""
+        end = self.now + limit
+        while not condition():
+            if not self._calls or self._calls[0][0] > end:
+                self.now = end
+                return condition()
+            self._happen()
+        return True
+
+    def _deliver(self, handler: Callable[[Any], None], message: object) -> None:
+        arrival = max(self._arrivals[handler], self.now + self._delay())
+        self._arrivals[handler] = arrival
+        self.schedule(arrival - self.now, lambda: handler(message))
+
+    def _happen(self) -> None:
+        self.now, _, call = heapq.heappop(self._calls)
+        if not call.cancelled:
+            call.action()
+            for look in self._watchers:
+                look()
+
+
+class NetworkTalker:
+    """One member's talker on a `Network`; see `blackboard.talker.Talker`.
+
+    Attributes:
+        warnings: What the member has told the person who runs it.
+        connected: Whether the network reaches the member; it goes on working when it does not.
+        running: Whether the member's process lives; one that does not does nothing any more.
+    """
+
+    def __init__(self, network: Network, member: str) -> None:
+        self._network = network
+        self._member = member
+        self.warnings: list[str] = []
+        self.connected = True
+        self.running = True
+
+    def now(self) -> float:
+        """Return the virtual time [s]."""
+        return self._network.now
+
+    def publish(self, topic: str, message: object) -> None:
+        """Send a message to everyone who listens, this member included."""
+        if self.connected and self.running:
+            self._network.send(self._name(topic), message)
+
+    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
+        """Have every message of a topic handed over."""
+
+        def receive(message: object) -> None:
+            if self.connected and self.running:
+                handler(message)
+
+        self._network.listen(self._name(topic), receive)
+
+    def every(self, period: float, action: Callable[[], None]) -> Call:
+        """Call again and again, the first time after one period [s]."""
+
+        def repeat() -> None:
+            if self.running and not handle.cancelled:
+                self._network.schedule(period, repeat)
+                action()
+
+        handle = self._network.schedule(period, repeat)
+        return handle
+
+    def after(self, delay: float, action: Callable[[], None]) -> Call:
+        """Call once, after a delay [s]."""
+
+        def act() -> None:
+            if self.running:
+                action()
+
+        return self._network.schedule(delay, act)
+
+    def ping(self, member: str) -> bool:
+        """Return whether there is a member of that name: always, on this network."""
+        return bool(member)
+
+    def warn(self, text: str) -> None:
+        """Note what a person should know."""
+        self.warnings.append(text)
+
+    def _name(self, topic: str) -> str:
+        return f"{self._member}/{topic}" if topic == SET_STATE else topic

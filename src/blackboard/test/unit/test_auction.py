@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One round of bidding."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from blackboard.auction import Auction
+from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.errors import BidRefusedError
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord
+from blackboard.task import Task, TaskType
+
+
+def record(name, priority=0, tried=()):
+    """Return the record of a task that waits."""
+    task = Task(name, TaskType.GA, (Pose(1.0, 1.0),), priority)
+    return TaskRecord(task, tried=tried)
+
+
+def answer(robot, number=1, epoch=1, **costs):
+    """Return a robot's bids by task; MAX_COST comes with a reason."""
+    bids = tuple(
+        Bid(robot, name, cost, eta=10.0, reason="too far" if cost == MAX_COST else "")
+        for name, cost in costs.items()
+    )
+    return Bids(robot, epoch, number, bids)
+
+
+def auction(*records, expected=("robot1", "robot2")):
+    """Return an open auction."""
+    return Auction(1, 1, records, expected)
+
+
+def winners(round_):
+    """Return the winner of each task that has one."""
+    return {bid.task_id: bid.robot_id for bid in round_.result().awards}
+
+
+def test_the_cheapest_robot_gets_the_task():
+    round_ = auction(record("T1"))
+    round_.take(answer("robot1", T1=20.0))
+    round_.take(answer("robot2", T1=10.0))
+
+    assert winners(round_) == {"T1": "robot2"}
+
+
+def test_an_auction_waits_for_those_who_have_not_answered():
+    round_ = auction(record("T1"))
+    round_.take(answer("robot1", T1=20.0))
+
+    assert round_.missing == {"robot2"}
+
+
+def test_a_robot_that_nobody_waited_for_may_bid_as_well():
+    round_ = auction(record("T1"), expected=["robot1"])
+    round_.take(answer("robot9", T1=1.0))
+
+    assert winners(round_) == {"T1": "robot9"}
+    assert round_.missing == {"robot1"}
+
+
+def test_each_robot_gets_one_task_and_the_most_urgent_is_given_first():
+    round_ = auction(record("low", 1), record("high", 9))
+    round_.take(answer("robot1", low=1.0, high=5.0))
+
+    assert winners(round_) == {"high": "robot1"}
+    assert not round_.result().impossible
+
+
+def test_among_equal_priorities_the_first_posted_is_given_first():
+    round_ = auction(record("first", 5), record("second", 5))
+    round_.take(answer("robot1", first=9.0, second=1.0))
+
+    assert winners(round_) == {"first": "robot1"}
+
+
+def test_two_robots_get_two_tasks_in_one_round():
+    round_ = auction(record("T1"), record("T2"))
+    round_.take(answer("robot1", T1=1.0, T2=2.0))
+    round_.take(answer("robot2", T1=2.0, T2=3.0))
+
+    assert winners(round_) == {"T1": "robot1"}
+    assert not round_.result().impossible
+
+
+def test_a_robot_that_has_handed_the_task_back_comes_last():
+    round_ = auction(record("T1", tried=("robot1",)))
+    round_.take(answer("robot1", T1=1.0))
+    round_.take(answer("robot2", T1=900.0))
+
+    assert winners(round_) == {"T1": "robot2"}
+
+
+def test_a_robot_that_has_handed_the_task_back_gets_it_if_nobody_else_can():
+    round_ = auction(record("T1", tried=("robot1",)))
+    round_.take(answer("robot1", T1=1.0))
+    round_.take(answer("robot2", T1=MAX_COST))
+
+    assert winners(round_) == {"T1": "robot1"}
+
+
+def test_equal_bids_are_decided_by_name_and_so_always_alike():
+    round_ = auction(record("T1"))
+    round_.take(answer("robot2", T1=5.0))
+    round_.take(answer("robot1", T1=5.0))
+
+    assert winners(round_) == {"T1": "robot1"}
+
+
+def test_a_task_nobody_can_take_says_why_for_every_robot():
+    round_ = auction(record("T1"), record("T2"), expected=("robot1", "robot2", "robot3"))
+    round_.take(answer("robot1", T1=MAX_COST, T2=MAX_COST))
+    round_.take(answer("robot2", T2=1.0))
+
+    assert round_.result().impossible == (
+        (
+            "T1",
+            (
+                "nobody can take it now: robot1: too far; robot2: has made no valid bid; "
+                "robot3: has not answered"
+            ),
+        ),
+    )
+
+
+def test_a_second_answer_replaces_the_first():
+    round_ = auction(record("T1"))
+    round_.take(answer("robot1", T1=MAX_COST))
+    round_.take(answer("robot1", T1=3.0))
+
+    assert winners(round_) == {"T1": "robot1"}
+
+
+def test_a_task_that_is_withdrawn_is_not_given_and_bids_on_it_do_no_harm():
+    round_ = auction(record("T1"), record("T2"))
+    round_.withdraw("T1")
+    round_.take(answer("robot1", T1=1.0, T2=2.0))
+
+    assert winners(round_) == {"T2": "robot1"}
+
+
+@pytest.mark.parametrize(("epoch", "number"), [(1, 2), (2, 1), (0, 1)])
+def test_an_answer_to_another_auction_is_refused(epoch, number):
+    round_ = auction(record("T1"))
+
+    with pytest.raises(BidRefusedError, match=f"answers auction {epoch}/{number}, open is 1/1"):
+        round_.take(answer("robot1", number, epoch, T1=1.0))
+
+    assert round_.missing == {"robot1", "robot2"}
+    assert not winners(round_)
+
+
+@pytest.mark.parametrize("cost", [math.nan, -0.001, 1000.001, math.inf, -math.inf])
+def test_a_bid_that_is_no_cost_is_refused_and_the_whole_answer_with_it(cost):
+    round_ = auction(record("T1"), record("T2"))
+
+    with pytest.raises(BidRefusedError, match=r"robot1 bids .* on T2; allowed: from 0 to 1000"):
+        round_.take(answer("robot1", T1=1.0, T2=cost))
+
+    assert not winners(round_)
+
+
+@pytest.mark.parametrize("eta", [math.nan, -1.0, math.inf])
+def test_a_bid_that_is_never_done_is_refused(eta):
+    round_ = auction(record("T1"))
+
+    with pytest.raises(BidRefusedError, match="robot1 would have T1 done in"):
+        round_.take(Bids("robot1", 1, 1, (Bid("robot1", "T1", 1.0, eta=eta),)))
+
+    assert not winners(round_)
+
+
+def test_a_bid_on_what_is_not_offered_is_refused():
+    round_ = auction(record("T1"))
+
+    with pytest.raises(BidRefusedError, match="robot1 bids on 'T9': not offered"):
+        round_.take(answer("robot1", T1=1.0, T9=1.0))
+
+    assert not winners(round_)
+
+
+def test_bids_of_nobody_are_refused():
+    round_ = auction(record("T1"))
+
+    with pytest.raises(BidRefusedError, match="robot_id says who bids"):
+        round_.take(answer("", T1=1.0))
+
+    assert not winners(round_)
+
+
+def test_a_robot_whose_answer_was_refused_is_not_waited_for():
+    round_ = auction(record("T1"), expected=["robot1"])
+
+    with pytest.raises(BidRefusedError):
+        round_.take(answer("robot1", T1=math.nan))
+
+    assert not round_.missing
+    assert round_.result().impossible[0][1].endswith("robot1: has made no valid bid")
+
+
+COSTS = st.dictionaries(
+    st.sampled_from(["robot1", "robot2", "robot3"]),
+    st.lists(st.floats(0.0, MAX_COST), min_size=4, max_size=4),
+)
+
+
+@given(COSTS, st.lists(st.integers(0, 10), min_size=4, max_size=4))
+def test_whatever_is_bid_each_task_is_given_once_or_left_for_a_good_reason(costs, priorities):
+    names = [f"T{number}" for number in range(4)]
+    round_ = auction(*map(record, names, priorities), expected=list(costs))
+    for robot, bids in costs.items():
+        round_.take(answer(robot, **dict(zip(names, bids, strict=True))))
+
+    result = round_.result()
+
+    given_to = [bid.robot_id for bid in result.awards]
+    assert len(set(given_to)) == len(given_to)
+    assert all(bid.is_able for bid in result.awards)
+    assert not {bid.task_id for bid in result.awards} & {name for name, _ in result.impossible}
+    for name, _ in result.impossible:
+        assert all(bids[names.index(name)] == MAX_COST for bids in costs.values())
+    if any(cost < MAX_COST for bids in costs.values() for cost in bids):
+        assert result.awards

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Orders, and how lost ones are made good."""
+
+from dataclasses import replace
+
+from blackboard.backup import Backup
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.orders import Orders
+from blackboard.pose import Pose
+from blackboard.record import Order, TaskRecord
+from blackboard.settings import BackupSettings
+from blackboard.talker import TASK_ASSIGN
+from blackboard.task import Task, TaskState, TaskType
+from blackboard.testing import Network, NetworkTalker
+
+TASK = Task("T1", TaskType.GAB, (Pose(1.0, 1.0), Pose(2.0, 2.0)))
+HELD = TaskRecord(TASK, TaskState.ASSIGNED, robot="robot1", step=1, assignment=3)
+STATUS = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), 1.0)
+
+
+class Desk:
+    """Orders with a list behind them, and what was said."""
+
+    def __init__(self, record=HELD):
+        self.network = Network()
+        talker = NetworkTalker(self.network, "blackboard")
+        self.backup = Backup(talker, "blackboard", BackupSettings())
+        self.backup.commit(record)
+        self.orders = Orders(talker, self.backup, timeout=2.0)
+
+    def said(self):
+        return [message for topic, message in self.network.heard if topic == TASK_ASSIGN]
+
+
+def test_an_order_says_who_does_what_from_which_step_by_which_assignment():
+    desk = Desk()
+    desk.orders.give(HELD)
+
+    assert desk.said() == [Order(TASK, "robot1", step=1, epoch=1, assignment=3)]
+
+
+def test_a_status_that_shows_the_task_answers_the_order():
+    desk = Desk()
+    desk.orders.give(HELD)
+    desk.network.run(10.0)
+
+    desk.orders.compare(replace(STATUS, tasks=("T1",)))
+
+    assert len(desk.said()) == 1
+
+
+def test_a_robot_gets_time_to_hear_an_order():
+    desk = Desk()
+    desk.orders.give(HELD)
+    desk.network.run(2.0)
+
+    desk.orders.compare(STATUS)
+
+    assert len(desk.said()) == 1
+
+
+def test_an_order_that_the_status_does_not_show_in_time_is_given_again():
+    desk = Desk()
+    desk.orders.give(HELD)
+    desk.network.run(2.1)
+
+    desk.orders.compare(STATUS)
+    desk.orders.compare(STATUS)
+
+    assert desk.said() == [Order(TASK, "robot1", step=1, epoch=1, assignment=3)] * 2
+
+
+def test_another_robot_s_status_says_nothing_about_an_order():
+    desk = Desk()
+    desk.orders.give(HELD)
+    desk.network.run(2.1)
+
+    desk.orders.compare(replace(STATUS, robot_id="robot2"))
+
+    assert len(desk.said()) == 1
+
+
+def test_an_order_is_given_again_as_the_task_stands_now():
+    desk = Desk()
+    desk.orders.give(HELD)
+    desk.backup.commit(replace(HELD, step=2))
+    desk.network.run(2.1)
+
+    desk.orders.compare(STATUS)
+
+    assert desk.said()[-1].step == 2
+
+
+def test_what_no_robot_has_to_have_any_more_is_not_ordered_again():
+    desk = Desk()
+    desk.orders.give(HELD)
+    desk.orders.forget("T1")
+    desk.network.run(2.1)
+
+    desk.orders.compare(STATUS)
+
+    assert len(desk.said()) == 1
+    assert not desk.orders.given_to("robot1")
+
+
+def test_a_task_is_taken_back_from_the_robot_that_has_it():
+    desk = Desk()
+    desk.orders.take_back(HELD)
+
+    assert desk.said() == [Order(TASK, "robot1", take_back=True, step=1, epoch=1, assignment=3)]
+
+
+def test_a_task_that_nobody_has_is_not_taken_back():
+    desk = Desk()
+    desk.orders.take_back(replace(HELD, robot=""))
+
+    assert not desk.said()
+
+
+def test_it_is_known_what_a_robot_has_to_have():
+    desk = Desk()
+    desk.orders.give(HELD)
+
+    assert desk.orders.given_to("robot1") == (HELD,)
+    assert desk.orders.given_to("robot2") == ()

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whole hives when one thing goes wrong."""
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard.characteristics import RobotState
+from blackboard.controller import CommandResult, CommandState
+from blackboard.pose import Pose
+from blackboard.properties import Properties
+from blackboard.talker import (
+    ROBOT_STATUS,
+    SYNC,
+    TASK_ASSIGN,
+    TASK_BROADCAST,
+    TASK_COST,
+    TASK_STATE,
+)
+from blackboard.task import Task, TaskState, TaskType
+from blackboard.testing import SMALL_ROBOT, Hive, Network
+
+GO = Task("T1", TaskType.GA, (Pose(5.0, 0.0),))
+ROUND = Task("T1", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)))
+CARRY = Task("T1", TaskType.GPAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)), payload=3.0)
+WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
+
+
+def pair(network=None):
+    """Return a hive with robot1 near to all goals and robot2 far away."""
+    hive = Hive(network=network)
+    Properties(hive)
+    hive.add_robot("robot1", Pose(4.0, 0.0))
+    hive.add_robot("robot2", Pose(90.0, 0.0))
+    return hive
+
+
+def lose_first(topic, when=lambda _: True):
+    """Return a rule that loses the first message of a topic that is such."""
+    left = [1]
+
+    def lose(name, message):
+        hit = bool(left) and name == topic and when(message)
+        if hit:
+            left.pop()
+        return hit
+
+    return lose
+
+
+def test_a_robot_set_defect_under_way_has_its_task_done_by_another():
+    hive = pair()
+    hive.post(ROUND)
+    hive.network.run(12.0)
+    hive.set_state("robot1", "defect")
+    hive.network.run(60.0)
+
+    assert hive.states("T1") == [WAITING, ASSIGNED, STARTED, WAITING, ASSIGNED, STARTED, DONE]
+    assert hive.record("T1").robot == "robot2"
+    assert hive.record("T1").tried == ("robot1",)
+    # A had been visited already.
+    assert [step.goal for step in hive.commands["robot2"].started] == [Pose(8.0, 0.0)]
+
+
+def test_a_robot_set_defect_with_the_load_on_board_leaves_the_task_to_a_person():
+    hive = pair()
+    hive.post(CARRY)
+    hive.network.run(25.0)
+    hive.set_state("robot1", "defect")
+    hive.network.run(60.0)
+
+    assert hive.states("T1") == [WAITING, ASSIGNED, STARTED, FAILED]
+    assert "take it off" in hive.record("T1").reason
+    assert not hive.commands["robot2"].started
+
+
+def test_a_robot_that_comes_back_into_service_takes_what_nobody_could():
+    hive = Hive()
+    hive.add_robot("robot1", Pose(0.0, 0.0))
+    hive.set_state("robot1", "defect")
+    hive.network.run(2.0)
+    hive.post(GO)
+    hive.network.run(2.0)
+    waits = hive.record("T1").reason
+    hive.set_state("robot1", "idle")
+    hive.network.run(20.0)
+
+    assert waits == "no robot is in service"
+    assert hive.states("T1")[-1] is DONE
+
+
+def test_a_task_too_heavy_for_all_waits_until_a_robot_comes_that_can():
+    hive = pair()
+    hive.post(replace(GO, payload=50.0))
+    hive.network.run(10.0)
+    waits = hive.record("T1").reason
+    hive.add_robot("strong", Pose(50.0, 0.0), replace(SMALL_ROBOT, payload=80.0))
+    hive.network.run(20.0)
+
+    assert waits.count("carries at most 20 kg, not 50 kg") == 2
+    assert (hive.record("T1").state, hive.record("T1").robot) == (DONE, "strong")
+
+
+def test_a_robot_whose_drive_fails_hands_the_task_to_another():
+    hive = pair()
+    hive.commands["robot1"].results = [CommandResult(CommandState.ABORTED, "no way")] * 3
+    hive.post(GO)
+    hive.network.run(90.0)
+
+    assert hive.record("T1").robot == "robot2"
+    assert hive.record("T1").state is DONE
+
+
+def test_a_task_that_fails_everywhere_is_given_up_with_the_reason():
+    hive = pair()
+    for command in hive.commands.values():
+        command.results = [CommandResult(CommandState.ABORTED, "no way")] * 100
+    hive.post(GO)
+    hive.network.run(600.0)
+
+    assert hive.record("T1").state is FAILED
+    assert hive.record("T1").reason.startswith("given up after 5 tries, the last: robot")
+
+
+def test_a_robot_that_falls_silent_keeps_its_task_and_that_is_said():
+    hive = pair()
+    hive.post(GO)
+    hive.network.run(2.0)
+    hive.kill("robot1")
+    hive.network.run(60.0)
+
+    record = hive.record("T1")
+    assert (record.state, record.robot) == (STARTED, "robot1")
+    assert record.reason.startswith("robot1 is not heard of for")
+
+
+def test_a_robot_whose_process_is_started_again_goes_on_with_its_task():
+    hive = pair()
+    hive.post(ROUND)
+    hive.network.run(12.0)
+    hive.kill("robot1")
+    hive.network.run(10.0)
+    hive.add_robot("robot1", Pose(5.0, 0.0))
+    hive.network.run(30.0)
+
+    assert hive.record("T1").state is DONE
+    assert [step.goal for step in hive.commands["robot1"].started] == [Pose(8.0, 0.0)]
+
+
+def test_a_robot_without_network_goes_on_and_is_believed_when_it_is_back():
+    hive = pair()
+    hive.post(GO)
+    hive.network.run(5.0)
+    hive.talkers["robot1"].connected = False
+    hive.network.run(60.0)
+    meanwhile = hive.record("T1")
+    hive.talkers["robot1"].connected = True
+    hive.network.run(5.0)
+
+    assert meanwhile.state is STARTED
+    assert hive.record("T1").state is DONE
+    assert len(hive.commands["robot1"].started) == 1
+    assert not hive.commands["robot2"].started
+
+
+def test_other_tasks_go_on_while_a_robot_is_silent():
+    hive = pair()
+    hive.kill("robot1")
+    hive.post(GO)
+    hive.network.run(30.0)
+
+    assert (hive.record("T1").state, hive.record("T1").robot) == (DONE, "robot2")
+
+
+def test_a_cancelled_task_stops_its_robot():
+    hive = pair()
+    hive.post(ROUND)
+    hive.network.run(5.0)
+    hive.cancel("T1")
+    hive.network.run(30.0)
+
+    assert hive.states("T1") == [WAITING, ASSIGNED, STARTED, CANCELLED]
+    assert hive.robots["robot1"].state is RobotState.IDLE
+    assert len(hive.commands["robot1"].started) == 1
+
+
+def test_a_cancel_that_the_robot_did_not_hear_is_made_good_by_the_task_list():
+    hive = pair(Network(lose=lose_first(TASK_ASSIGN, lambda order: order.take_back)))
+    hive.post(ROUND)
+    hive.network.run(5.0)
+    hive.cancel("T1")
+    hive.network.run(30.0)
+
+    assert len(hive.commands["robot1"].started) == 1
+    assert hive.robots["robot1"].state is RobotState.IDLE
+
+
+@pytest.mark.parametrize(
+    ("topic", "when"),
+    [
+        (TASK_BROADCAST, lambda _: True),
+        (TASK_COST, lambda _: True),
+        (TASK_ASSIGN, lambda _: True),
+        (TASK_STATE, lambda update: update.state is ASSIGNED),
+        (TASK_STATE, lambda update: update.state is STARTED),
+        (TASK_STATE, lambda update: update.state is DONE),
+        (SYNC, lambda known: known.version > 0),
+        (SYNC, lambda known: any(record.state is DONE for record in known.records)),
+        (ROBOT_STATUS, lambda status: status.tasks),
+        (ROBOT_STATUS, lambda status: not status.tasks),
+    ],
+)
+def test_whichever_message_gets_lost_once_the_task_is_done_and_the_hive_comes_to_rest(topic, when):
+    hive = pair(Network(lose=lose_first(topic, when)))
+    hive.post(GO)
+    hive.network.run(60.0)
+    said = len(hive.updates("T1"))
+    hive.network.run(30.0)
+
+    assert hive.record("T1").state is DONE
+    assert len(hive.updates("T1")) == said
+
+
+def test_two_failures_of_one_robot_in_a_row_leave_no_report_that_is_repeated_for_ever():
+    hive = Hive()
+    hive.add_robot("robot1", Pose(4.0, 0.0))
+    hive.commands["robot1"].results = [CommandResult(CommandState.ABORTED, "no way")] * 6
+    hive.post(GO)
+    hive.network.run(120.0)
+
+    states = [(update.state, update.assignment) for update in hive.updates("T1")]
+    assert states == [
+        (WAITING, 0),
+        (ASSIGNED, 1),
+        (STARTED, 1),
+        (WAITING, 1),
+        (WAITING, 1),
+        (ASSIGNED, 2),
+        (STARTED, 2),
+        (WAITING, 2),
+        (WAITING, 2),
+        (ASSIGNED, 3),
+        (STARTED, 3),
+        (DONE, 3),
+    ]
