@@ -90,13 +90,14 @@ install_packages() {
   administrator=$(find_administrator) ||
     die "Debian packages are missing and installing them needs root or sudo. Ask an administrator for:" \
       "apt-get install --no-install-recommends ${missing[*]}"
-  step "installing ${#missing[@]} Debian packages and what they need" apt_install "${missing[@]}" ||
-    die "apt-get failed: $(grep '^E: ' "$log" | tail -n 3 | tr '\n' ' ')(whole log: $log). Missing: $(missing_packages | xargs)"
+  step "installing Debian packages (${#missing[@]}, and what they need)" apt_install "${missing[@]}" ||
+    die "apt-get failed: $(grep '^E: ' "$log" | sort -u | tail -n 3 | tr '\n' ' ')(whole log: $log). Missing: $(missing_packages | xargs)"
 }
 
 # --- wheels ------------------------------------------------------------------------------------------
 
 make_venv() {
+  rm -f "$root/.venv/stamp"
   # Its scripts hold its path: one that was made elsewhere is of no use here.
   if ! grep -qs " $root/.venv\$" "$root/.venv/pyvenv.cfg"; then rm -rf "$root/.venv"; fi
   /usr/bin/python3 -m venv --system-site-packages "$root/.venv" &&
@@ -114,6 +115,7 @@ install_wheels() {
 # --- build -------------------------------------------------------------------------------------------
 
 make_build() {
+  rm -f "$root/devel/stamp"
   # CMake refuses a build folder that was made for another place.
   if ! grep -qs "^CMAKE_HOME_DIRECTORY:INTERNAL=$root/src\$" "$root/build/CMakeCache.txt"; then
     rm -rf "$root/build" "$root/devel"
@@ -130,12 +132,17 @@ build_workspace() {
 
 # ------------------------------------------------------------------------------------------------------
 
+nothing_is_missing() { [[ -z $(missing_packages) ]] && wheels_are_there && build_is_there; }
+
 # Makes this clone ready to run, quickly when it is. A second ./hive waits until the first has done it.
 set_up() {
+  if nothing_is_missing; then return; fi
   mkdir -p "$root/.hive"
   (
     flock -n 9 || { say "waiting for another ./hive that sets up"; flock 9; }
-    [[ -n $(missing_packages) ]] || ! wheels_are_there || ! build_is_there || exit 0
+    if nothing_is_missing; then exit; fi
+    # shellcheck source-path=SCRIPTDIR source=clean-environment.bash
+    source "$root/setup/clean-environment.bash"
     : >"$log"
     install_packages
     install_wheels

@@ -26,7 +26,9 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
+PACKAGE = "hive_tests"
+"""What package.xml calls this folder."""
 START_AND_STOP = 45.0
 """Time that roslaunch may take around a test node [s]."""
 TIME_TO_STOP = 25.0
@@ -79,7 +81,7 @@ class RosTestItem(pytest.Item):
         complaints = []
         with output.open("w") as log:
             rostest = subprocess.Popen(
-                ["rostest", str(self.path)],
+                ["rostest", "--pkgdir", str(HERE), "--package", PACKAGE, str(self.path)],
                 env=_environment(ros_home),
                 stdin=subprocess.DEVNULL,
                 stdout=log,
@@ -120,7 +122,7 @@ def _environment(ros_home: Path) -> dict[str, str]:
         "ROS_HOME": str(ros_home),
         "ROS_LOG_DIR": str(ros_home / "log"),
         "ROS_TEST_RESULTS_DIR": str(ros_home / "results"),
-        "ROS_PACKAGE_PATH": packages,  # where rostest finds the package hive_tests
+        "ROS_PACKAGE_PATH": packages,  # where rostest finds the test nodes
         "ROS_IP": "127.0.0.1",
     }
 

@@ -23,6 +23,13 @@ def hive(*words, **environment):
     )
 
 
+def words_of_the_script():
+    """Return the words that the script does not pass on to the command line."""
+    script = (ROOT / "hive").read_text()
+    cases = re.search(r"^case \${1:-help} in\n(.*)^esac", script, re.DOTALL | re.MULTILINE)[1]
+    return set(re.findall(r"^  ([a-z]+)(?: \|[^)]*)?\)", cases, re.MULTILINE))
+
+
 def tracked_text_files():
     """Return every text file that git knows, or would know if it were added."""
     listed = subprocess.run(
@@ -38,20 +45,29 @@ def tracked_text_files():
 
 @pytest.mark.parametrize("word", ["help", "--help", "-h", ""])
 def test_help_names_every_word_that_hive_handles_itself(word):
-    script = (ROOT / "hive").read_text()
-    handled = re.search(r"^case \${1:-help} in\n(.*)^esac", script, re.DOTALL | re.MULTILINE)[1]
-    words = set(re.findall(r"^  ([a-z]+)(?: \|[^)]*)?\)", handled, re.MULTILINE))
     shown = hive(*word.split())
+    own = shown.stdout.partition("Any other word")[0]
+    explained = set(re.findall(r"^  ([a-z]+) ", own, re.MULTILINE))
 
     assert shown.returncode == 0
-    assert {"setup", "test", "shell", "help"} <= words
-    assert {
-        w
-        for w in words | {"demo", "bench"}
-        if not re.search(rf"^  {w} ", shown.stdout, re.MULTILINE)
-    } == set()
-    for level in ("unit", "hive", "rostest", "gui"):
-        assert level in shown.stdout
+    assert explained == {"setup", "demo", "test", "bench", "shell", "help"}
+    assert explained - {"demo", "bench"} == words_of_the_script()
+
+
+def test_help_names_every_word_of_the_command_line():
+    commands = pytest.importorskip("fleet_manager.cli.main").hive.commands
+    shown = hive("help").stdout
+    missing = [word for word in commands if not re.search(rf"\b{word}\b", shown)]
+
+    assert missing == []
+
+
+def test_help_names_every_test_level():
+    script = (ROOT / "hive").read_text()
+    levels = re.search(r"levels=\((\w+ [\w ]+)\)", script)[1].split()
+
+    assert f"the tests: {', '.join(levels)}," in hive("help").stdout
+    assert levels == ["unit", "hive", "rostest", "gui"]
 
 
 def test_setup_with_arguments_is_refused_in_one_line():
@@ -95,16 +111,13 @@ def test_no_file_names_a_place_on_one_machine():
 
 
 def test_every_source_file_names_its_licence():
-    sources = [
-        file
+    heads = {
+        file.relative_to(ROOT): file.read_text().splitlines()[:2]
         for file in tracked_text_files()
-        if file.suffix in {".py", ".bash"} or (file.stat().st_mode & 0o111 and file.suffix == "")
-    ]
-    unnamed = [
-        str(file.relative_to(ROOT))
-        for file in sources
+        if file.suffix in {".py", ".bash", ".bashrc"} or file.stat().st_mode & 0o111
         if file.name != "__init__.py"
-        and "SPDX-License-Identifier: BSD-3-Clause" not in "".join(file.open().readlines()[:2])
-    ]
+    }
+    licence = "# SPDX-License-Identifier: BSD-3-Clause"
+    unnamed = [str(name) for name, head in heads.items() if licence not in head]
 
     assert unnamed == []

@@ -28,6 +28,7 @@ DEPENDENCY = {
     "psutil": "python3-psutil",
     "rospkg": "python3-rospkg",
     "scipy": "python3-scipy",
+    "shapely": "python3-shapely",
     "yaml": "python3-yaml",
 }
 
@@ -48,17 +49,22 @@ def named_in_package_xml(package):
     return {tag.text for tag in xml(package / "package.xml") if tag.tag in tags}
 
 
-def imported(package):
-    """Return what the modules and nodes of a package import, as names for package.xml."""
+def imports(paths):
+    """Return the first names of what files import, the standard library's left out."""
     roots = set()
-    for path in [*package.glob("src/**/*.py"), *package.glob("nodes/*")]:
+    for path in paths:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
                 roots |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.level == 0:
                 roots.add(node.module.partition(".")[0])
-    others = roots - set(sys.stdlib_module_names) - {package.name}
-    return {DEPENDENCY.get(root, root) for root in others}
+    return roots - set(sys.stdlib_module_names)
+
+
+def imported(package):
+    """Return what the modules and nodes of a package import, as names for package.xml."""
+    roots = imports([*package.glob("src/**/*.py"), *package.glob("nodes/*")])
+    return {DEPENDENCY.get(root, root) for root in roots - {package.name}}
 
 
 def launched(package):
@@ -80,6 +86,23 @@ def test_package_xml_names_what_its_launch_files_start(package):
     assert launched(package) - named_in_package_xml(package) == set()
 
 
+def test_setup_installs_everything_that_is_imported_anywhere():
+    lists = [ROOT / "setup/apt-packages.txt", ROOT / "setup/pip-packages.txt"]
+    installed = {
+        line.partition("==")[0] for file in lists for line in file.read_text().splitlines()
+    }
+    ours = {package.name for package in PACKAGES}
+    files = [*ROOT.glob("src/**/*.py"), *ROOT.glob("test/**/*.py"), *NODES]
+    missing = [
+        root
+        for root in sorted(imports(files) - ours)
+        if root not in installed
+        and DEPENDENCY.get(root, f"python3-{root.replace('_', '-')}") not in installed
+    ]
+
+    assert missing == []
+
+
 @pytest.mark.parametrize("package", **of(PACKAGES))
 def test_a_package_tells_its_history(package):
     version = xml(package / "package.xml").findtext("version")
@@ -93,7 +116,8 @@ def test_a_package_tells_its_history(package):
 def test_every_launch_argument_is_explained(path):
     parents = {child: parent for parent in xml(path).iter() for child in parent}
     arguments = [tag for tag in parents if tag.tag == "arg" and parents[tag].tag != "include"]
-    unexplained = [tag.get("name") for tag in arguments if not tag.get("doc")]
+    for_users = [tag for tag in arguments if tag.get("value") is None]
+    unexplained = [tag.get("name") for tag in for_users if not tag.get("doc")]
 
     assert unexplained == []
 

@@ -13,7 +13,7 @@ from math import dist
 from typing import TYPE_CHECKING, Any
 
 from blackboard.cost import COST_MODELS
-from fleet_manager.resources import find_file
+from fleet_manager.resources import beside, find_file
 from robot_description.checked_yaml import error_at, read_checked
 from robot_description.errors import FileError
 from robot_description.models import load_model
@@ -131,7 +131,7 @@ def read_fleet(name: str) -> Fleet:
     path = find_file("fleet_manager", "fleets", name)
     content = read_checked(path, _SCHEMA)
     robots = tuple(
-        FleetRobot(entry["name"], entry["model"], _pose(entry["pose"]))
+        FleetRobot(entry["name"], beside(path, entry["model"]), _pose(entry["pose"]))
         for entry in content.pop("robots")
     )
     _check_names(path, robots)

@@ -38,6 +38,23 @@ def package_folder(package: str) -> Path:
     raise InputError(f"package {package} is not found; source devel/setup.bash first")
 
 
+def is_path(name: str) -> bool:
+    """Return whether a user means a path (anything with a slash or a dot), not a name."""
+    return "/" in name or "." in name
+
+
+def beside(file: Path, name: str) -> str:
+    """Return a name as it is, and a path as seen from the folder of the file that holds it.
+
+    Args:
+        file: The file in which a user wrote the name or path.
+        name: What was written.
+    """
+    if not is_path(name):
+        return name
+    return str((file.resolve().parent / Path(name).expanduser()).resolve())
+
+
 def find_file(package: str, folder: str, name: str) -> Path:
     """Return the YAML file that a user means by a name or a path.
 
@@ -52,7 +69,7 @@ def find_file(package: str, folder: str, name: str) -> Path:
     Raises:
         InputError: There is no file of that name; the text lists those there are.
     """
-    if "/" in name or "." in name:
+    if is_path(name):
         return Path(name).expanduser()
     files = package_folder(package) / folder
     path = files / f"{name}.yaml"

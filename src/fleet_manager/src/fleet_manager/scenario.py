@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from blackboard.pose import Pose
 from blackboard.task import Task, TaskType
 from fleet_manager.places import places_of
-from fleet_manager.resources import find_file
+from fleet_manager.resources import beside, find_file
 from robot_description.checked_yaml import error_at, read_checked
 
 if TYPE_CHECKING:
@@ -26,10 +26,11 @@ _SCHEMA: dict[str, Any] = {
     "type": "object",
     "additionalProperties": False,
     "required": ["description", "world", "fleet", "tasks"],
-    "description": "description, world, fleet, time_limit, tasks",
+    "description": "description, world, map, fleet, time_limit, tasks",
     "properties": {
         "description": {"type": "string", "description": "a sentence"},
         "world": {"type": "string", "description": "the name or path of a world"},
+        "map": {"type": "string", "description": "the name or path of a map"},
         "fleet": {"type": "string", "description": "the name or path of a fleet file"},
         "time_limit": {
             "type": "number",
@@ -110,6 +111,7 @@ class Scenario:
         path: The file.
         description: What it is for, in a sentence.
         world: Name or path of the world it is made for.
+        map: Name or path of the map that the robots know.
         fleet: Name or path of the fleet that can do it.
         time_limit: After this time on the hive's clock what is not done counts as not done [s].
         tasks: The tasks in the order in which they are posted.
@@ -118,6 +120,7 @@ class Scenario:
     path: Path
     description: str
     world: str
+    map: str
     fleet: str
     tasks: tuple[PlannedTask, ...]
     time_limit: float = 600.0
@@ -144,6 +147,9 @@ def read_scenario(name: str) -> Scenario:
     path = find_file("fleet_manager", "scenarios", name)
     content = read_checked(path, _SCHEMA)
     entries = content.pop("tasks")
+    content.setdefault("map", content["world"])
+    for key in ("world", "map", "fleet"):
+        content[key] = beside(path, content[key])
     named = any(isinstance(goal, str) for entry in entries for goal in entry["goals"])
     places = places_of(content["world"]) if named else {}
     planned = [_planned(path, index, entry, places) for index, entry in enumerate(entries)]

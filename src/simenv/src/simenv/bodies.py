@@ -100,7 +100,10 @@ class Bodies:
             dt: Length of the step [s].
         """
         heard = time - self._commanded_at < COMMAND_TIMEOUT
-        targets = within_limits(self._commands * heard[:, None], self._limits)
+        commands = self._commands * heard[:, None]
+        if not (commands.any() or self._velocities.any()):
+            return
+        targets = within_limits(commands, self._limits)
         self._velocities = accelerated(self._velocities, targets, self._limits, loads, dt)
         driven = self._velocities * dt
         ahead = moved(self._true, driven)

@@ -24,3 +24,7 @@ class UnknownRobotError(SimenvError):
 
 class CommandError(SimenvError):
     """A robot is told to do what cannot be done: a speed that is no number, a pick without arm."""
+
+
+class ParameterError(SimenvError):
+    """A node's parameter is missing or not what it must be."""

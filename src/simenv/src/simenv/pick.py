@@ -3,6 +3,9 @@
 
 An arm can pick at any free place. Where a station of the world is within its reach, the station's
 stock and its own duration count.
+
+A robot carries one load. What is still on board when it picks for another task counts as taken off
+by people in the meantime: a task that ends with a pick (GPA) ends with the load on board.
 """
 
 from __future__ import annotations
@@ -68,6 +71,19 @@ class Order:
 
 
 @dataclass(frozen=True)
+class Load:
+    """What is on board.
+
+    Attributes:
+        task_id: The task it belongs to.
+        payload: Its mass [kg].
+    """
+
+    task_id: str
+    payload: float
+
+
+@dataclass(frozen=True)
 class Result:
     """How an order ended.
 
@@ -114,7 +130,7 @@ class Arm:
     Attributes:
         progress: 0..1 of the order at hand, or of the last one.
         result: How the last order ended; None while one is at hand, and before the first.
-        loads: What is on board, by task [kg].
+        load: What is on board, or None.
     """
 
     def __init__(self, model: RobotModel, stock: Stock) -> None:
@@ -127,7 +143,7 @@ class Arm:
         self._duration = 0.0
         self._elapsed = 0.0
         self.result: Result | None = None
-        self.loads: dict[str, float] = {}
+        self.load: Load | None = None
 
     @property
     def can_pick(self) -> bool:
@@ -137,7 +153,7 @@ class Arm:
     @property
     def payload(self) -> float:
         """What is on board [kg]."""
-        return sum(self.loads.values())
+        return self.load.payload if self.load else 0.0
 
     @property
     def progress(self) -> float:
@@ -175,12 +191,12 @@ class Arm:
 
     def _refusal(self, order: Order, limit: float) -> Result | None:
         if order.act is Act.PLACE:
-            if order.task_id in self.loads:
+            if self.load and self.load.task_id == order.task_id:
                 return None
-            on_board = ", ".join(sorted(self.loads)) or "nothing"
+            on_board = f"the load of task '{self.load.task_id}'" if self.load else "nothing"
             return Result(
                 Outcome.NOTHING_THERE,
-                f"no load of task '{order.task_id}' is on board, which holds {on_board}",
+                f"{on_board} is on board, not the load of task '{order.task_id}'",
             )
         if order.payload > limit:
             return Result(
@@ -214,10 +230,7 @@ class Arm:
     def _finish(self, order: Order) -> None:
         where = f"at '{self._station.name}'" if self._station else "at a free place"
         picked = order.act is Act.PICK
-        if picked:
-            self.loads[order.task_id] = order.payload
-        else:
-            del self.loads[order.task_id]
+        self.load = Load(order.task_id, order.payload) if picked else None
         if self._station:
             self._stock.change(self._station, -1 if picked else 1)
         self._end(Outcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")

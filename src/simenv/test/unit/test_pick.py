@@ -9,7 +9,7 @@ from robot_description.models import load_model
 from simenv.errors import CommandError
 from simenv.geometry import Pose
 from simenv.noise import NO_NOISE
-from simenv.pick import Act, Order, Outcome
+from simenv.pick import Act, Load, Order, Outcome
 from simenv.simulation import Simulation
 from simenv.testing import hall
 from simenv.world import Station
@@ -69,12 +69,21 @@ def test_progress_grows_evenly_from_0_to_1():
 def test_what_was_picked_for_a_task_is_put_down_for_it():
     simulation, arm = start()
     do(simulation, Act.PICK, "T1", 2.0)
-    do(simulation, Act.PICK, "T2", 1.0)
 
     put_down = do(simulation, Act.PLACE, "T1")
 
     assert put_down.outcome is Outcome.SUCCESS
-    assert arm.loads == {"T2": 1.0}
+    assert arm.load is None
+    assert arm.payload == 0.0
+
+
+def test_a_pick_for_another_task_takes_the_place_of_what_was_on_board():
+    simulation, arm = start()
+    do(simulation, Act.PICK, "T1", 2.0)
+
+    do(simulation, Act.PICK, "T2", 1.0)
+
+    assert arm.load == Load("T2", 1.0)
 
 
 def test_putting_down_takes_the_time_of_putting_down():
@@ -91,7 +100,7 @@ def test_putting_down_takes_the_time_of_putting_down():
 
 def test_a_load_makes_the_robot_slower_to_start():
     simulation, arm = start()
-    arm.loads["T1"] = FETCH.base.mass
+    arm.load = Load("T1", FETCH.base.mass)
 
     wait(simulation, 0.5, (1.0, 0.0, 0.0))
 
@@ -114,7 +123,7 @@ def test_nothing_can_be_put_down_that_is_not_on_board():
     put_down = do(simulation, Act.PLACE, "T2")
 
     assert put_down.outcome is Outcome.NOTHING_THERE
-    assert "no load of task 'T2' is on board, which holds T1" in put_down.message
+    assert put_down.message == "the load of task 'T1' is on board, not the load of task 'T2'"
 
 
 @pytest.mark.parametrize("command", [(0.3, 0.0, 0.0), (0.0, 0.0, 0.3)])

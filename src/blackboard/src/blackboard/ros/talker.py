@@ -68,6 +68,9 @@ class RosTalker:
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
         self._latest = self.now()
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
+        # A get() that a signal interrupts waits for ever where the handler outlasts its timeout
+        # (CPython 3.11), and rospy shuts down inside the handler: so something has to come.
+        rospy.on_shutdown(lambda: self.call(lambda: None))
 
     def now(self) -> float:
         """Return the time [s]: of the simulation where there is one, else the monotonic clock."""

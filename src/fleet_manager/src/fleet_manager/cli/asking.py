@@ -109,11 +109,7 @@ def add(
     rejected, cancelled or has failed.
     """  # noqa: D301  (to click, \b means: keep the lines)
     task_type = TaskType[kind.upper()]
-    if len(goals) < task_type.goals_needed:
-        raise click.UsageError(
-            f"{task_type.name} needs at least {task_type.goals_needed} times --goal, "
-            f"not {len(goals)}"
-        )
+    _demand_goals(task_type, len(goals))
     if timeout is not None and not wait:
         raise click.UsageError("--timeout has a meaning with --wait only")
     task = Task(task_id or f"T-{secrets.token_hex(3)}", task_type, goals, priority, payload)
@@ -179,6 +175,13 @@ def run(outside: Outside, scenario: str, wait: bool, timeout: float | None) -> N
         ids = [planned.task.id for planned in plan.tasks]
         states = client.follow(ids, timeout) if wait else feeder.states
         _demand_done(states, client) if wait else _demand_taken_in(states)
+
+
+def _demand_goals(kind: TaskType, given: int) -> None:
+    if given < kind.goals_needed:
+        raise click.UsageError(
+            f"{kind.name} needs at least {kind.goals_needed} times --goal, not {given}"
+        )
 
 
 def _refuse_rejected(task_id: str, state: TaskState, reason: str) -> None:

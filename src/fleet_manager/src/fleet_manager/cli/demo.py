@@ -95,7 +95,7 @@ def demo(
         )
         click.echo(f"to look on from another terminal: export ROS_MASTER_URI={hive.uri}")
         result = run_demo(plan, hive, outside.connect, click.get_text_stream("stdout"))
-    _write(folder, what.world, result)
+    _write(folder, what.map, result)
     _tell(folder, result)
 
 
@@ -113,7 +113,7 @@ def _new_folder(results: Path, name: str) -> Path:
     raise click.UsageError(f"{results} has 99 runs of this second; choose another --results")
 
 
-def _write(folder: Path, world: str, result: DemoResult) -> None:
+def _write(folder: Path, chart: str, result: DemoResult) -> None:
     """Write the report and the picture."""
     # matplotlib takes a second to import, which no other command should feel
     from fleet_manager.demo.map_image import read_map_image  # noqa: PLC0415  (see above)
@@ -122,15 +122,15 @@ def _write(folder: Path, world: str, result: DemoResult) -> None:
     report = {**result.report, "versions": versions(), "machine": machine()}
     text = json.dumps(report, indent=2, ensure_ascii=False) + "\n"
     (folder / "report.json").write_text(text, encoding="utf-8")
-    chart = read_map_image(find_file("simenv", "maps", world))
-    draw_run(folder / "picture.png", report, result.history, chart)
+    image = read_map_image(find_file("simenv", "maps", chart))
+    draw_run(folder / "picture.png", report, result.history, image)
 
 
 def _tell(folder: Path, result: DemoResult) -> None:
     """Say how it went; raise NotDoneError where it did not go well."""
     report = result.report
     tasks, hits = report["tasks"], report["collisions"]
-    collided = f"{hits} COLLISIONS" if hits else "no collision"
+    collided = f"{hits} COLLISION{'S' * (hits > 1)}" if hits else "no collision"
     seconds = f"{report['time']['hive']:.0f} s"
     click.echo(f"{report['done']} of {len(tasks)} tasks done in {seconds}, {collided}")
     for robot in report["robots"]:
@@ -147,4 +147,4 @@ def _tell(folder: Path, result: DemoResult) -> None:
             f"{len(wrong)} of {len(tasks)} tasks not done:\n  " + "\n  ".join(wrong)
         )
     if hits:
-        raise NotDoneError(f"{hits} collisions were counted by the simulator")
+        raise NotDoneError(f"collisions counted by the simulator: {hits}")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import socket
 import time
 import xmlrpc.client
@@ -28,6 +29,8 @@ _MASTER_WITHIN = 20.0
 _LOOK_EVERY = 0.1
 _CALLER = "/hive_demo"
 _LOG_TAIL = 6
+_TERMINAL_CODES = re.compile(r"\x1b(\[[0-9;]*[A-Za-z]|\][^\x07]*\x07)")
+"""Colours and window titles, which roslaunch writes into files too."""
 
 
 class LocalHive:

@@ -23,6 +23,7 @@ _MARK = "ROBO_HIVE_RUN"
 _PATIENCE = 12.0
 """Time that processes have to end by themselves after SIGINT [s]; most need under one."""
 
+_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LOOK_EVERY = 0.1
 _KILL_TRIES = 50
 
@@ -82,7 +83,7 @@ class ProcessGroup:
 
         A second Ctrl-C meanwhile is not heard, because it would leave processes behind.
         """
-        before = {s: signal.signal(s, signal.SIG_IGN) for s in (signal.SIGINT, signal.SIGTERM)}
+        before = {s: signal.signal(s, signal.SIG_IGN) for s in _ENDINGS}
         try:
             for process in reversed(self._started.values()):
                 self._interrupt(process)

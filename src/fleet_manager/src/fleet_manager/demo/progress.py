@@ -58,11 +58,17 @@ class Progress:
         self._sink.write(f"{text}\n")
         self._sink.flush()
 
-    def tell(self, view: HiveView, report: Report) -> None:
-        """Write what a report changes, where the picture cannot be drawn in its place."""
+    def tell(self, view: HiveView, report: Report, hive: float) -> None:
+        """Write what a report changes, where the picture cannot be drawn in its place.
+
+        Args:
+            view: What the hive has said before it.
+            report: What it says now.
+            hive: Time since the start on the hive's clock [s].
+        """
         if not self._live and isinstance(report, TaskUpdate):
             for sentence in changes(view, report):
-                self.say(sentence)
+                self.say(f"{hive:6.1f} s  {sentence}")
 
     def show(self, view: HiveView, wall: float, hive: float) -> None:
         """Draw the picture anew, or write a status line, if it is time for it.

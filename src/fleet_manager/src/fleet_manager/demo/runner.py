@@ -61,6 +61,7 @@ class DemoPlan:
         return {
             "fleet": str(self.fleet.path.resolve()),
             "world": self.scenario.world,
+            "map": self.scenario.map,
             "rtf": f"{self.rtf:g}",
             "rviz": windows,
             "gui": windows,
@@ -110,6 +111,7 @@ class DemoRun:
         self._ids = [planned.task.id for planned in plan.scenario.tasks]
         self._progress = Progress(sink, plan.robots, self._ids)
         self._history: History | None = None
+        self._begin = 0.0
 
     def run(self) -> DemoResult:
         """Post the scenario and follow it until every task has ended or the time is up.
@@ -120,6 +122,7 @@ class DemoRun:
         scenario, link = self._plan.scenario, self._link
         date = datetime.now().astimezone().isoformat(timespec="seconds")
         wall, hive = link.now(), link.hive_time()
+        self._begin = hive
         self._history = History(hive)
         feeder = Feeder(self.client, scenario.tasks)
         remarks: list[str] = []
@@ -145,8 +148,9 @@ class DemoRun:
     def _hear(self, view: HiveView, report: Report) -> None:
         """Record and show one report."""
         if self._history is not None:
-            self._history.add(self._link.hive_time(), report)
-            self._progress.tell(view, report)
+            now = self._link.hive_time()
+            self._history.add(now, report)
+            self._progress.tell(view, report, now - self._begin)
 
     def _all_ended(self) -> bool:
         states = (self.client.view.state_of(task_id) for task_id in self._ids)

@@ -158,14 +158,17 @@ class Outbox:
         return self._settle(letter, Answer.TAKEN)
 
     def _hear_list(self, records: Iterable[TaskRecord]) -> bool:
+        if not (self._cancels or self.unanswered):
+            return False
+        listed = {record.task.id: record for record in records}
+        for name in list(self._cancels):
+            if name not in listed or listed[name].state.is_terminal:
+                del self._cancels[name]
         changed = False
-        waiting = self.unanswered
-        for record in records if waiting or self._cancels else ():
-            if record.state.is_terminal:
-                self._cancels.pop(record.task.id, None)
-            letter = self._letters.get(record.task.id)
-            if letter and letter.is_open and record.task.asks_the_same_as(letter.task):
-                changed |= self._settle(letter, Answer.TAKEN)
+        for name, letter in list(self._letters.items()):
+            same = name in listed and listed[name].task.asks_the_same_as(letter.task)
+            if letter.is_open and same:
+                changed = self._settle(letter, Answer.TAKEN)
         return changed
 
     def _settle(self, letter: Letter, answer: Answer, reason: str = "") -> bool:

@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import gettext
 
-from fleet_manager.desk.resource_folder import resource_folder
+from fleet_manager.resources import package_folder
 
-_ = gettext.translation(
-    "fleet_manager", localedir=str(resource_folder() / "locale"), fallback=True
-).gettext
+_LOCALE = package_folder("fleet_manager") / "resource" / "locale"
+_ = gettext.translation("fleet_manager", localedir=str(_LOCALE), fallback=True).gettext
 
 WORDS = {
     "app.name": _("Robo-Hive fleet manager"),
@@ -43,7 +42,6 @@ WORDS = {
     "type.GPA": _("GPA: go to A and pick there"),
     "type.GPAB": _("GPAB: pick at A, bring it to B"),
     # task entry
-    "entry.title": _("New task"),
     "entry.id": _("&Id"),
     "entry.id_tip": _("A name for the task; the next free number is proposed."),
     "entry.type": _("&Type"),
@@ -53,7 +51,7 @@ WORDS = {
     "entry.payload": _("Pay&load"),
     "entry.payload_tip": _("Mass of what is carried."),
     "entry.kg": _("kg"),
-    "entry.priority_range": _("0 to 10, 10 is the highest"),
+    "entry.priority_range": _("0 to 10"),
     "entry.send": _("&Send task"),
     "entry.send_tip": _("Send the task to the hive (Enter)."),
     "entry.clear": _("&Clear"),

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from fleet_manager.desk.facts import Fact, HiveLink
     from fleet_manager.desk.places import Place
 
-DRAIN_PERIOD = 50  # [ms], quicker than a person notices
+DRAIN_PERIOD = 100  # [ms], about as quick as a person notices
 TURN_PERIOD = 250  # [ms], for what depends on time alone
 BUDGET = 0.010  # [s] of one drain, so that keys and mouse are served in between
 BATCH = 20  # facts between two looks at the budget

@@ -22,7 +22,7 @@ from fleet_manager.gui.task_entry import TaskEntry
 from fleet_manager.gui.task_view import TaskView
 
 if TYPE_CHECKING:
-    from python_qt_binding.QtCore import QSettings
+    from python_qt_binding.QtCore import QEvent, QSettings
     from python_qt_binding.QtGui import QCloseEvent
     from python_qt_binding.QtWidgets import QWidget
 
@@ -61,6 +61,14 @@ class FleetWindow(QMainWindow):
         self._lay_out()
         self._first_layout = self.saveState()
         self._restore()
+
+    def event(self, event: QEvent) -> bool:
+        """Handle an event of the window, above all the repaint of everything in it.
+
+        It is here so that Python holds its lock throughout: called straight from Qt, every cell
+        that is painted would wait for the threads that read messages.
+        """
+        return bool(super().event(event))
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802  (Qt's name)
         """Keep layout and choices; ask before unsent tasks are lost."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from python_qt_binding import loadUi
 from python_qt_binding.QtWidgets import QWidget
 
-from fleet_manager.desk.resource_folder import resource_folder
 from fleet_manager.desk.words import WORDS, text
+from fleet_manager.resources import package_folder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -33,7 +33,7 @@ def load_form(name: str, widget: QWidget, /, **values: object) -> None:
     Raises:
         KeyError: The form holds a text that is no key: a fault of the program.
     """
-    loadUi(str(resource_folder() / f"{name}.ui"), widget)
+    loadUi(str(package_folder("fleet_manager") / "resource" / f"{name}.ui"), widget)
     for child in (widget, *widget.findChildren(QWidget)):
         _fill_words(child, values)
 

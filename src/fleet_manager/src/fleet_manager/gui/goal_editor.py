@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fleet_manager.desk.places import Place
 
 _AXES = ("x", "y", "heading")
+_LETTERS = 7  # that fit into a field without scrolling, such as 12.345
 
 
 class GoalEditor(QGroupBox):
@@ -50,7 +51,9 @@ class GoalEditor(QGroupBox):
         }
         self.mistake_label.hide()
         self.offer_places(())
+        letter = self.fontMetrics().horizontalAdvance("0")
         for field, edit in self.edits.items():
+            edit.setMinimumWidth(_LETTERS * letter)
             edit.textEdited.connect(self._typed)
             edit.textChanged.connect(self.edited)
             edit.editingFinished.connect(lambda field=field: self.left.emit(field))

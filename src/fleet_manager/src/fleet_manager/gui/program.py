@@ -20,6 +20,8 @@ from fleet_manager.ros.desk_link import RosDeskLink
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+SWITCH = 0.0005  # [s]
+
 
 def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     """Run one window until it is closed, then leave the process.
@@ -37,6 +39,7 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     application.setApplicationName(name)
     signal.signal(signal.SIGINT, lambda *_: application.quit())
     signal.signal(signal.SIGTERM, lambda *_: application.quit())
+    keep_responsive()
     desk = Desk(RosDeskLink(name, sys.argv))
     window = FleetWindow(desk, QSettings("robo_hive", "fleet_manager"), entry=entry, view=view)
     desk.start()
@@ -44,6 +47,15 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     code = application.exec_()
     desk.stop()
     sys.exit(code)
+
+
+def keep_responsive() -> None:
+    """Let the event loop have the interpreter soon after it asks for it.
+
+    Threads that read messages otherwise keep it for 5 ms at a time, and one repaint asks for it
+    hundreds of times.
+    """
+    sys.setswitchinterval(SWITCH)
 
 
 def _parse(name: str, argv: Sequence[str]) -> argparse.Namespace:

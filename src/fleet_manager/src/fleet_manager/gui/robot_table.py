@@ -37,11 +37,11 @@ def robot_columns(places: Callable[[], tuple[Place, ...]]) -> tuple[Column, ...]
     return (
         Column("column.robot", _name, lambda r: padded(r.status.robot_id), letters=8),
         Column("column.state", _state, lambda r: int(r.state), _tone, letters=10),
-        Column("column.battery", _battery, _charge, _battery_tone, _charge, _LOW_TEXT, letters=15),
-        Column("column.load", _load, lambda r: r.status.payload, to_right=True, letters=7),
-        Column("column.place", place, place, letters=15),
+        Column("column.battery", _battery, _charge, _battery_tone, _charge, _LOW_TEXT, letters=14),
         Column("column.current", _current, lambda r: padded(r.status.task_id), letters=11),
         Column("column.queue", _queue, lambda r: len(_behind(r)), letters=11),
+        Column("column.load", _load, lambda r: r.status.payload, to_right=True, letters=7),
+        Column("column.place", place, place, letters=15),
         Column("column.reason", _reason, _reason, letters=14),
     )
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 SORT_ROLE = Qt.UserRole
 SHARE_ROLE = Qt.UserRole + 1
 NOTHING = QModelIndex()
+GAP = "\u2002"  # between numbers that are set to the right and the next column
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ class RowsModel(QAbstractTableModel):
         if orientation != Qt.Horizontal:
             return None
         if role == Qt.DisplayRole:
-            return text(self.columns[section].head)
+            column = self.columns[section]
+            return text(column.head) + (GAP if column.to_right else "")
         if role == Qt.TextAlignmentRole:
             return _alignment(self.columns[section])
         return None
@@ -95,7 +97,7 @@ class RowsModel(QAbstractTableModel):
         if role == SORT_ROLE:
             return column.sort(row)
         if role in {Qt.DisplayRole, Qt.ToolTipRole}:
-            return column.shown(row)
+            return column.shown(row) + (GAP if column.to_right else "")
         if role == Qt.TextAlignmentRole:
             return _alignment(column)
         if role == Qt.ForegroundRole:

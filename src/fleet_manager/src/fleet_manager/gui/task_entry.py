@@ -20,7 +20,7 @@ from fleet_manager.gui.look import ANSWER_SIGNS, color
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from python_qt_binding.QtGui import QKeyEvent
+    from python_qt_binding.QtGui import QKeyEvent, QShowEvent
 
     from blackboard.task import Task
     from fleet_manager.desk.facts import Clicked
@@ -105,6 +105,11 @@ class TaskEntry(QWidget):
         for editor, goal in zip(self.goal_editors.values(), task.goals, strict=False):
             editor.fill_pose(goal.x, goal.y, goal.yaw)
 
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802  (Qt's name)
+        """Fit the form, which has its font by now."""
+        super().showEvent(event)
+        self._fit()
+
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802  (Qt's name)
         """Enter sends, Esc clears."""
         if event.key() in {Qt.Key_Return, Qt.Key_Enter}:
@@ -135,6 +140,13 @@ class TaskEntry(QWidget):
     def _offer_places(self) -> None:
         for editor in self.goal_editors.values():
             editor.offer_places(self._desk.places)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Make the form as wide as its fields need."""
+        self.form.layout().activate()
+        bar = self.scroll.verticalScrollBar().sizeHint().width()
+        self.scroll.setMinimumWidth(self.form.minimumSizeHint().width() + bar)
 
     def _field(self, name: str) -> QWidget:
         """Return the widget of a field by its name in `Checked.mistakes`."""

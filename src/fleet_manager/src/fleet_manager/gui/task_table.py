@@ -64,11 +64,11 @@ def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
         Column("column.type", _type, lambda r: r.record.task.type, letters=5),
         Column("column.robot", _robot, lambda r: padded(r.record.robot), letters=8),
         Column("column.step", step, lambda r: r.record.step, letters=6),
-        Column("column.progress", _progress, lambda r: r.progress, share=_share, letters=12),
-        Column("column.eta", eta, _due, to_right=True, letters=11),
+        Column("column.progress", _progress, lambda r: r.progress, share=_share, letters=11),
+        Column("column.eta", eta, _due, letters=13),
         Column("column.priority", _priority, _urgency, to_right=True, letters=7),
         Column("column.payload", _payload, _weight, to_right=True, letters=8),
-        Column("column.age", age, lambda r: -r.record.task.posted, to_right=True, letters=11),
+        Column("column.age", age, lambda r: -r.record.task.posted, letters=10),
         Column("column.reason", _reason, _reason, letters=20),
     )
 

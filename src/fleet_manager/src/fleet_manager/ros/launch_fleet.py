@@ -12,6 +12,9 @@ from fleet_manager.errors import FleetManagerError
 from fleet_manager.fleet_file import read_fleet
 from fleet_manager.fleet_launch import launch_text
 from robot_description.errors import RobotDescriptionError
+from simenv.errors import SimenvError
+from simenv.map_file import load_map
+from simenv.world import load_world
 
 _BAD_INPUT = 2
 
@@ -19,15 +22,21 @@ _BAD_INPUT = 2
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("fleet")
 @click.option("--sim", type=bool, default=True, show_default=True, help="Robots are simulated.")
-@click.option("--check", is_flag=True, help="Only check the file and print the launch file.")
-def launch_fleet(fleet: str, sim: bool, check: bool) -> None:
+@click.option("--check", is_flag=True, help="Only check the files and print the launch file.")
+@click.option("--world", help="A world to check as well: name in worlds/ or a path.")
+@click.option("--map", "chart", help="A map to check as well: name in maps/ or a path.")
+def launch_fleet(fleet: str, sim: bool, check: bool, world: str | None, chart: str | None) -> None:
     """Start the blackboard and every robot of FLEET, a name in fleets/ or a path.
 
-    A mistake in the file is said in one line and ends this with 2, before anything starts.
+    A mistake in a file is said in one line and ends this with 2, before anything starts.
     """
     try:
         text = launch_text(read_fleet(fleet), sim=sim)
-    except (FleetManagerError, RobotDescriptionError) as error:
+        if world is not None and sim:
+            load_world(world)
+        if chart is not None:
+            load_map(chart)
+    except (FleetManagerError, RobotDescriptionError, SimenvError) as error:
         click.echo(f"launch_fleet: {error}", err=True)
         sys.exit(_BAD_INPUT)
     if check:
@@ -38,10 +47,10 @@ def launch_fleet(fleet: str, sim: bool, check: bool) -> None:
 
 def _become_roslaunch(text: str) -> None:
     """Replace this process by a roslaunch that reads a text, so that signals reach it directly."""
-    pipe = os.memfd_create("fleet.launch")
-    os.write(pipe, text.encode())
-    os.lseek(pipe, 0, os.SEEK_SET)
-    os.dup2(pipe, sys.stdin.fileno())
+    file = os.memfd_create("fleet.launch")
+    os.write(file, text.encode())
+    os.lseek(file, 0, os.SEEK_SET)
+    os.dup2(file, sys.stdin.fileno())
     os.execvp("roslaunch", ["roslaunch", "-"])  # noqa: S606, S607  (found like any ROS program)
 
 

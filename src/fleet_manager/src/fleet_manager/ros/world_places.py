@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import rospy
 
-from blackboard.pose import Pose
 from fleet_manager.desk.places import Place
+from fleet_manager.errors import InputError
+from fleet_manager.places import places_of
 from robot_description.errors import FileError
-from simenv.errors import WorldError
-from simenv.world import load_world
 
 
 def world_places(world: str) -> tuple[Place, ...]:
@@ -24,11 +23,7 @@ def world_places(world: str) -> tuple[Place, ...]:
     if not world:
         return ()
     try:
-        known = load_world(world)
-    except (FileError, WorldError) as error:
+        return tuple(Place(name, pose) for name, pose in places_of(world).items())
+    except (FileError, InputError) as error:
         rospy.logwarn(f"no place can be chosen by name: {error}")
         return ()
-    return tuple(
-        Place(place.name, Pose(place.pose.x, place.pose.y, place.pose.yaw))
-        for place in (*known.stations, *known.chargers)
-    )

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What RViz shows of the hive: the goals of open tasks, robots and their paths, as plain values.
+
+A marker is named by `space` and `number`. RViz keeps a marker until it is told to delete it, so
+`MarkerBoard` remembers what it has shown.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from blackboard.pose import Pose
+from blackboard.task import goal_name, used_goals
+from fleet_manager.desk import formats
+from fleet_manager.desk.words import text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from blackboard.record import TaskRecord
+    from fleet_manager.desk.rows import RobotRow, TaskRow
+
+Color = tuple[float, float, float, float]
+
+COLORS: tuple[Color, ...] = (
+    (0.90, 0.62, 0.00, 1.0),
+    (0.34, 0.71, 0.91, 1.0),
+    (0.00, 0.62, 0.45, 1.0),
+    (0.94, 0.89, 0.26, 1.0),
+    (0.00, 0.45, 0.70, 1.0),
+    (0.84, 0.37, 0.00, 1.0),
+    (0.80, 0.47, 0.65, 1.0),
+)
+"""Red, green, blue and opacity for robots, from Okabe and Ito (Color Universal Design, 2008)."""
+
+ORIGIN = Pose(0.0, 0.0)
+NO_ROBOT: Color = (0.45, 0.45, 0.45, 1.0)
+LETTERS: Color = (0.05, 0.05, 0.05, 1.0)
+
+ARROW = (0.7, 0.16, 0.10)  # length, width, height [m]
+LETTER_HEIGHT = 0.28  # [m]
+PATH_WIDTH = 0.06  # [m]
+DISC = (0.9, 0.9, 0.02)  # under a robot [m]
+GOAL_HEIGHT, ROBOT_TEXT_HEIGHT = 0.05, 1.0  # above the floor [m]
+REPEATED_DELETIONS = 10  # updates in which a marker that is gone is deleted again
+
+
+class Shape(Enum):
+    """What a marker looks like."""
+
+    ARROW = "arrow"
+    """Points along its heading."""
+    TEXT = "text"
+    """Always faces the person."""
+    LINE = "line"
+    """Through its points."""
+    DISC = "disc"
+    """Flat on the floor."""
+
+
+@dataclass(frozen=True, slots=True)
+class Marker:
+    """One thing to be seen in RViz.
+
+    Attributes:
+        space: The group it belongs to, which RViz can hide.
+        number: Its number in the group.
+        shape: What it looks like.
+        pose: Where its origin is [map frame].
+        height: Of its origin above the floor [m].
+        size: Length, width and height [m]; of a text the last, of a line the first counts.
+        color: Red, green, blue and opacity, 0 to 1.
+        text: Of a text.
+        points: Of a line [m, map frame].
+    """
+
+    space: str
+    number: int
+    shape: Shape
+    pose: Pose = ORIGIN
+    height: float = 0.0
+    size: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    color: Color = LETTERS
+    text: str = ""
+    points: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def name(self) -> tuple[str, int]:
+        """What it is known by."""
+        return self.space, self.number
+
+
+def robot_color(robot: str) -> Color:
+    """Return a robot's colour, which depends on its name alone; grey where there is no robot."""
+    if not robot:
+        return NO_ROBOT
+    digits = "".join(filter(str.isdecimal, robot))
+    number = int(digits) - 1 if digits else zlib.crc32(robot.encode())
+    return COLORS[number % len(COLORS)]
+
+
+class MarkerBoard:
+    """Turns the hive's state into markers, and says which are to be deleted."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[tuple[str, str], int] = {}
+        self._shown: set[tuple[str, int]] = set()
+        self._gone: deque[set[tuple[str, int]]] = deque(maxlen=REPEATED_DELETIONS)
+
+    def update(
+        self,
+        tasks: Mapping[str, TaskRow],
+        robots: Mapping[str, RobotRow],
+        paths: Mapping[str, tuple[tuple[float, float], ...]],
+    ) -> tuple[list[Marker], list[tuple[str, int]]]:
+        """Return all markers as they are now.
+
+        Args:
+            tasks: By id; those that have ended show nothing.
+            robots: By name.
+            paths: Where each robot is about to drive [m, map frame], by its name.
+
+        Returns:
+            The markers, and the names of those that RViz shall delete. A deletion is repeated for
+            a while, because a message may be lost.
+        """
+        open_tasks = [row.record for row in tasks.values() if row.is_open]
+        markers = [
+            *(marker for record in open_tasks for marker in self._goals(record)),
+            *(marker for row in robots.values() for marker in self._robot(row)),
+            *self._paths(paths),
+        ]
+        names = {marker.name for marker in markers}
+        self._gone.append(self._shown - names)
+        self._shown = names
+        return markers, sorted(set().union(*self._gone) - names)
+
+    def _goals(self, record: TaskRecord) -> Iterator[Marker]:
+        color = robot_color(record.robot)
+        for place, goal in enumerate(used_goals(record.task)):
+            if not goal.is_finite:
+                continue
+            words = text("marker.goal", id=record.task.id, name=goal_name(place))
+            number = self._number("goals", words)
+            yield Marker("goals", number, Shape.ARROW, goal, GOAL_HEIGHT, ARROW, color)
+            above = GOAL_HEIGHT + LETTER_HEIGHT
+            size = (0.0, 0.0, LETTER_HEIGHT)
+            yield Marker("goal names", number, Shape.TEXT, goal, above, size, LETTERS, words)
+
+    def _robot(self, row: RobotRow) -> Iterator[Marker]:
+        status = row.status
+        if not status.pose.is_finite:
+            return
+        number, color = self._number("robots", status.robot_id), robot_color(status.robot_id)
+        yield Marker("robots", number, Shape.DISC, status.pose, 0.0, DISC, color)
+        words = text(
+            "marker.robot",
+            robot=status.robot_id,
+            state=text(f"robot.{row.state.name}"),
+            load=formats.mass(status.payload),
+            charge=formats.percent(status.charge),
+        )
+        size = (0.0, 0.0, LETTER_HEIGHT)
+        height = ROBOT_TEXT_HEIGHT
+        yield Marker("robot names", number, Shape.TEXT, status.pose, height, size, LETTERS, words)
+
+    def _paths(self, paths: Mapping[str, tuple[tuple[float, float], ...]]) -> Iterable[Marker]:
+        for robot, points in paths.items():
+            if len(points) > 1:
+                number, color = self._number("robots", robot), robot_color(robot)
+                size = (PATH_WIDTH, 0.0, 0.0)
+                yield Marker("paths", number, Shape.LINE, size=size, color=color, points=points)
+
+    def _number(self, space: str, name: str) -> int:
+        """Return a number that stays the same for a name."""
+        return self._numbers.setdefault((space, name), len(self._numbers))

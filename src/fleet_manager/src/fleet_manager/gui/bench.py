@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measures whether the windows ever keep a person waiting, and what they take of the machine.
+
+A made-up hive with 2,000 tasks and 50 robots speaks on a ROS master of its own; the fleet window
+follows it in a process of its own, without a screen where there is none.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fleet_manager.bench.usage import usage_of
+from fleet_manager.demo.ports import reserved_port
+from fleet_manager.demo.screen import screen_is_usable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+TASKS, ROBOTS, QUIET, BUSY = 2000, 50, 0, 500
+PHASE = 5.0  # [s] that each case is watched
+PATIENCE = 30.0  # [s] that anything may take to come up
+AIMS = {
+    "stall, filled with 2000 tasks [s]": 0.1,
+    "stall, 500 messages a second [s]": 0.1,
+    "stall, scrolling through 2000 tasks [s]": 0.1,
+    "stall, blackboard gone [s]": 0.1,
+    "stall, ROS master gone [s]": 0.1,
+}
+
+
+class BenchError(Exception):
+    """Something that is measured did not come up; the text says what."""
+
+
+class Window:
+    """A fleet window in a process of its own.
+
+    Args:
+        process: What runs.
+
+    Attributes:
+        longest: The longest stall that it told of while something was waited for [s].
+    """
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+        self.longest = 0.0
+
+    def ask(self, word: str = "") -> dict[str, Any]:
+        """Return what the window knows, and have it measure anew."""
+        assert self.process.stdin  # noqa: S101  (it was started with one)
+        self.process.stdin.write(f"{word}\n")
+        self.process.stdin.flush()
+        answer: dict[str, Any] = json.loads(self.read())
+        return answer
+
+    def read(self) -> str:
+        """Return the next line that the window says."""
+        assert self.process.stdout  # noqa: S101  (it was started with one)
+        line = self.process.stdout.readline()
+        if not line:
+            raise BenchError("the window has ended by itself")
+        return line.strip()
+
+    def wait_for(self, **wanted: object) -> None:
+        """Wait until the window knows this."""
+        end, self.longest = time.monotonic() + PATIENCE, 0.0
+        while True:
+            told = self.ask()
+            self.longest = max(self.longest, told["stall"])
+            if wanted.items() <= told.items():
+                return
+            if time.monotonic() > end:
+                raise BenchError(f"the window shows {told} and not {wanted}")
+            time.sleep(0.1)
+
+    def stall(self, word: str = "") -> float:
+        """Watch for a phase and return the longest stall [s]."""
+        self.ask(word)
+        time.sleep(PHASE)
+        return float(self.ask()["stall"])
+
+
+def run() -> dict[str, Any]:
+    """Measure everything; it takes about a minute.
+
+    Returns:
+        `bench`, its name; `figures`, by what they are with their unit; `aims`, what some of them
+        should be at most.
+
+    Raises:
+        BenchError: Something did not come up.
+    """
+    figures: dict[str, float] = {}
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        port = stack.enter_context(reserved_port())
+        environment = _environment(port, folder)
+        master = stack.enter_context(_process(["roscore", "-p", str(port)], environment))
+        begin = time.monotonic()
+        window = Window(stack.enter_context(_window(environment, folder)))
+        window.read()
+        figures["start until shown [s]"] = time.monotonic() - begin
+        window.wait_for(link="UP")
+        with _crowd(environment, QUIET):
+            figures |= _quiet(window)
+        figures["stall, blackboard gone [s]"] = window.stall()
+        window.wait_for(standing="SILENT")
+        with _crowd(environment, BUSY):
+            figures |= _busy(window)
+        _end(master)
+        figures["stall, ROS master gone [s]"] = window.stall()
+        window.wait_for(link="LOST")
+    return {"bench": "gui", "figures": figures, "aims": dict(AIMS)}
+
+
+def _quiet(window: Window) -> dict[str, float]:
+    """Measure with a full list on which nothing happens."""
+    window.ask()
+    window.wait_for(standing="ACTIVE", tasks=TASKS, robots=ROBOTS)
+    filled = window.longest
+    share, memory = _usage(window)
+    return {
+        "stall, filled with 2000 tasks [s]": filled,
+        "CPU, idle with 2000 tasks and 50 robots [s/s]": share,
+        "memory with 2000 tasks and 50 robots [MB]": memory,
+        "stall, scrolling through 2000 tasks [s]": window.stall("scroll"),
+    }
+
+
+def _busy(window: Window) -> dict[str, float]:
+    """Measure while 500 messages a second arrive."""
+    window.wait_for(standing="ACTIVE", tasks=TASKS, robots=ROBOTS)
+    share, _memory = _usage(window)
+    return {
+        "stall, 500 messages a second [s]": window.stall(),
+        "CPU, 500 messages a second [s/s]": share,
+    }
+
+
+def _usage(window: Window) -> tuple[float, float]:
+    """Return the window's CPU seconds per second and its memory [MB]."""
+    pid = window.process.pid
+    before, begin = usage_of([pid])[pid], time.monotonic()
+    time.sleep(PHASE)
+    after, passed = usage_of([pid])[pid], time.monotonic() - begin
+    return (after.cpu - before.cpu) / passed, after.memory / 1e6
+
+
+def _environment(port: int, folder: Path) -> dict[str, str]:
+    screen = {} if screen_is_usable() else {"QT_QPA_PLATFORM": "offscreen"}
+    uri = f"http://127.0.0.1:{port}"
+    mine = {"ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1", "ROS_LOG_DIR": str(folder / "log")}
+    return {**os.environ, **mine, **screen}
+
+
+def _crowd(environment: Mapping[str, str], rate: int) -> AbstractContextManager[object]:
+    """Return a made-up hive that says `rate` messages a second."""
+    words = [str(TASKS), str(ROBOTS), str(rate)]
+    return _process([sys.executable, "-m", "fleet_manager.ros.crowd_node", *words], environment)
+
+
+def _window(
+    environment: Mapping[str, str], folder: Path
+) -> AbstractContextManager[subprocess.Popen[str]]:
+    program = [sys.executable, "-m", "fleet_manager.gui.measured_window"]
+    return _process([*program, str(folder / "settings.ini")], environment, stdout=subprocess.PIPE)
+
+
+@contextmanager
+def _process(
+    command: Sequence[str], environment: Mapping[str, str], stdout: int = subprocess.DEVNULL
+) -> Iterator[subprocess.Popen[str]]:
+    """Run a program for as long as the context lasts."""
+    process = subprocess.Popen(  # noqa: S603  (named above)
+        command,
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=stdout,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        yield process
+    finally:
+        _end(process)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """End a program and what it has started."""
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGINT)
+        try:
+            process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    for stream in (process.stdin, process.stdout):
+        if stream:
+            stream.close()

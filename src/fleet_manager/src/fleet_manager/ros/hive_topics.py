@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The hive's topics, as facts into an inbox and commands out of a person's hand."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import rosgraph.names
+import rospy
+from geometry_msgs.msg import PointStamped, PoseStamped
+from nav_msgs.msg import OccupancyGrid, Path
+from rospy.numpy_msg import numpy_msg
+
+from blackboard import talker as topics
+from blackboard.characteristics import RobotStatus
+from blackboard.pose import Pose
+from blackboard.ros.conversions import WIRES, yaw_of
+from fleet_manager.desk.facts import (
+    CancelTask,
+    Clicked,
+    MapBounds,
+    PlannedPath,
+    PostTask,
+    Told,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+    from fleet_manager.desk.facts import Command
+    from fleet_manager.desk.inbox import Inbox
+
+_QUEUE_SIZE = 1000
+_LISTENS = (
+    topics.NEW_TASK,
+    topics.TASK_STATE,
+    topics.TASK_COST,
+    topics.ROBOT_STATUS,
+    topics.BACKUP,
+)
+
+
+class HiveTopics:
+    """Listens to the hive and speaks to it. A callback converts its message and puts it away.
+
+    Args:
+        inbox: Where facts are put.
+        met: Called from ROS's threads with the name of every robot that reports for the first
+            time; whoever made this then calls `meet` from the thread that may wait for the master.
+
+    ROS Subscribers:
+        new_task, bb_sync, task_state, task_cost, robot_status, bb_backup: what the hive says.
+
+    ROS Publishers:
+        new_task (blackboard/TaskMsg), task_cancel (std_msgs/String), and
+        ROBOT/set_state (std_msgs/String) of every robot that was met.
+    """
+
+    def __init__(self, inbox: Inbox, met: Callable[[str], None]) -> None:
+        self._inbox, self._met = inbox, met
+        self._publishers: dict[str, rospy.Publisher] = {}
+        self._robots: set[str] = set()
+        self._raw_list: rospy.AnyMsg | None = None
+
+    def listen(self) -> None:
+        """Follow what the hive says."""
+        for topic in _LISTENS:
+            message = WIRES[topic].message
+            rospy.Subscriber(topic, message, partial(self._hear, topic), queue_size=_QUEUE_SIZE)
+        rospy.Subscriber(topics.SYNC, rospy.AnyMsg, self._hear_list, queue_size=1)
+
+    def read_list(self) -> None:
+        """Read the newest task list, if one has come since the last call.
+
+        A list of thousands of tasks may come several times a second, and reading one takes longer
+        than all other messages together. Single changes are told at once by task_state, so it
+        is enough to read the list now and then.
+        """
+        raw, self._raw_list = self._raw_list, None
+        if raw is not None:
+            msg = WIRES[topics.SYNC].message()
+            self._hear(topics.SYNC, msg.deserialize(raw._buff))  # noqa: SLF001  (AnyMsg's only field)
+
+    def listen_to_person(self) -> None:
+        """Follow where a person points in RViz, and where the map ends.
+
+        ROS Subscribers:
+            clicked_point (geometry_msgs/PointStamped), move_base_simple/goal
+            (geometry_msgs/PoseStamped), map (nav_msgs/OccupancyGrid).
+        """
+        rospy.Subscriber("clicked_point", PointStamped, self._hear_point)
+        rospy.Subscriber("move_base_simple/goal", PoseStamped, self._hear_goal)
+        rospy.Subscriber("map", numpy_msg(OccupancyGrid), self._hear_map)
+
+    def listen_to_path(self, robot: str) -> None:
+        """Follow where a robot is about to drive.
+
+        ROS Subscribers:
+            ROBOT/move_base/plan (nav_msgs/Path).
+        """
+        if rosgraph.names.is_legal_base_name(robot):
+            hear = partial(self._hear_path, robot)
+            rospy.Subscriber(f"{robot}/move_base/plan", Path, hear, queue_size=1)
+
+    def advertise(self) -> None:
+        """Be ready to speak to the blackboard."""
+        for topic in (topics.NEW_TASK, topics.TASK_CANCEL):
+            self._advertise(topic, topic)
+
+    def advertise_to(self, robot: str) -> None:
+        """Be ready to speak to a robot."""
+        if rosgraph.names.is_legal_base_name(robot):
+            self._advertise(f"{robot}/{topics.SET_STATE}", topics.SET_STATE)
+        else:
+            rospy.logwarn(f"robot {robot[:64]!r} cannot be spoken to: ROS allows no such name")
+
+    def speak(self, command: Command) -> None:
+        """Publish a command, once."""
+        if isinstance(command, PostTask):
+            self._publish(topics.NEW_TASK, topics.NEW_TASK, command.task)
+        elif isinstance(command, CancelTask):
+            self._publish(topics.TASK_CANCEL, topics.TASK_CANCEL, command.task_id)
+        else:
+            name = f"{command.robot}/{topics.SET_STATE}"
+            self._publish(name, topics.SET_STATE, command.state.name.lower())
+
+    def _advertise(self, name: str, topic: str) -> None:
+        message = WIRES[topic].message
+        self._publishers[name] = rospy.Publisher(name, message, queue_size=_QUEUE_SIZE)
+
+    def _publish(self, name: str, topic: str, value: object) -> None:
+        if name in self._publishers:
+            self._publishers[name].publish(WIRES[topic].to_msg(value))
+
+    def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
+        try:
+            report = WIRES[topic].from_msg(msg)
+        except ValueError as error:
+            rospy.logwarn_throttle_identical(10, f"a message on {topic} is refused: {error}")
+            return
+        self._inbox.put(Told(report, msg.header.stamp.to_sec()), _superseded(topic, report))
+        if isinstance(report, RobotStatus) and report.robot_id not in self._robots:
+            self._robots.add(report.robot_id)
+            self._met(report.robot_id)
+
+    def _hear_list(self, raw: rospy.AnyMsg) -> None:
+        self._raw_list = raw
+
+    def _hear_point(self, msg: PointStamped) -> None:
+        pose = Pose(msg.point.x, msg.point.y)
+        self._inbox.put(Clicked(pose, msg.header.frame_id, has_heading=False))
+
+    def _hear_goal(self, msg: PoseStamped) -> None:
+        position = msg.pose.position
+        pose = Pose(position.x, position.y, yaw_of(msg.pose.orientation))
+        self._inbox.put(Clicked(pose, msg.header.frame_id, has_heading=True))
+
+    def _hear_map(self, msg: OccupancyGrid) -> None:
+        corner, size = msg.info.origin.position, msg.info.resolution
+        far = (corner.x + size * msg.info.width, corner.y + size * msg.info.height)
+        self._inbox.put(MapBounds(corner.x, corner.y, *far), "map")
+
+    def _hear_path(self, robot: str, msg: Path) -> None:
+        points = tuple((pose.pose.position.x, pose.pose.position.y) for pose in msg.poses)
+        self._inbox.put(PlannedPath(robot, points), ("path", robot))
+
+
+def _superseded(topic: str, report: object) -> Hashable:
+    """Return the name of what a report is the newest of; None where every one counts."""
+    if isinstance(report, RobotStatus):
+        return topic, report.robot_id
+    return topic if topic in {topics.SYNC, topics.BACKUP} else None

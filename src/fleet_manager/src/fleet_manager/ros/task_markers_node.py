@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The node that shows tasks and robots in RViz."""
+
+from __future__ import annotations
+
+import math
+import queue
+import time
+from typing import TYPE_CHECKING
+
+import rospy
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker as MarkerMsg
+from visualization_msgs.msg import MarkerArray
+
+from fleet_manager.desk.facts import Moment, PlannedPath
+from fleet_manager.desk.hive import Hive
+from fleet_manager.desk.inbox import Inbox
+from fleet_manager.desk.markers import MarkerBoard, Shape
+from fleet_manager.ros.hive_topics import HiveTopics
+
+if TYPE_CHECKING:
+    from fleet_manager.desk.markers import Marker
+
+PERIOD = 0.2  # [s, wall] between two updates, quick enough for robots at walking pace
+BATCH = 10_000  # facts that are taken in at once
+
+_TYPES = {
+    Shape.ARROW: MarkerMsg.ARROW,
+    Shape.TEXT: MarkerMsg.TEXT_VIEW_FACING,
+    Shape.LINE: MarkerMsg.LINE_STRIP,
+    Shape.DISC: MarkerMsg.CYLINDER,
+}
+
+
+class TaskMarkers:
+    """Publishes markers for open tasks, robots and paths.
+
+    ROS Subscribers:
+        Those of `HiveTopics`, and ROBOT/move_base/plan (nav_msgs/Path) of every robot.
+
+    ROS Publishers:
+        task_markers (visualization_msgs/MarkerArray): all markers at every change, latched.
+    """
+
+    def __init__(self) -> None:
+        self._inbox = Inbox()
+        self._met: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._topics = HiveTopics(self._inbox, self._met.put)
+        self._hive = Hive()
+        self._board = MarkerBoard()
+        self._paths: dict[str, tuple[tuple[float, float], ...]] = {}
+        self._last: tuple[list[Marker], list[tuple[str, int]]] | None = None
+        self._publisher = rospy.Publisher("task_markers", MarkerArray, latch=True, queue_size=1)
+
+    def start(self) -> None:
+        """Begin to follow the hive."""
+        self._topics.listen()
+
+    def update(self) -> None:
+        """Take in what has arrived, and publish the markers where they changed."""
+        self._topics.read_list()
+        moment = Moment(rospy.get_time(), time.monotonic())
+        for fact in self._inbox.take(BATCH):
+            if isinstance(fact, PlannedPath):
+                self._paths[fact.robot] = fact.points
+            self._hive.apply(fact, moment)
+        self._hive.tick(moment)
+        self._hive.take_changes()
+        while not self._met.empty():
+            self._topics.listen_to_path(self._met.get())
+        shown = self._board.update(self._hive.tasks, self._hive.robots, self._paths)
+        if shown != self._last:
+            self._last = shown
+            self._publisher.publish(_array(*shown))
+
+
+def _array(markers: list[Marker], gone: list[tuple[str, int]]) -> MarkerArray:
+    header = Header(stamp=rospy.Time.now(), frame_id="map")
+    deletions = [
+        MarkerMsg(header=header, ns=space, id=number, action=MarkerMsg.DELETE)
+        for space, number in gone
+    ]
+    return MarkerArray([*deletions, *(_message(marker, header) for marker in markers)])
+
+
+def _message(marker: Marker, header: Header) -> MarkerMsg:
+    half = marker.pose.yaw / 2
+    turn = Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
+    return MarkerMsg(
+        header=header,
+        ns=marker.space,
+        id=marker.number,
+        type=_TYPES[marker.shape],
+        action=MarkerMsg.ADD,
+        pose=Pose(Point(marker.pose.x, marker.pose.y, marker.height), turn),
+        scale=Vector3(*marker.size),
+        color=ColorRGBA(*marker.color),
+        text=marker.text,
+        points=[Point(x, y, marker.height) for x, y in marker.points],
+    )
+
+
+def main() -> None:
+    """Run until the node is shut down."""
+    rospy.init_node("task_markers")
+    node = TaskMarkers()
+    node.start()
+    while not rospy.is_shutdown():
+        node.update()
+        time.sleep(PERIOD)

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A hive and its link for tests: no ROS, no waiting, time that jumps."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from blackboard.backup import Heartbeat, TaskList
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.task import TaskState
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.task import Task
+    from fleet_manager.hive_view import Report
+
+
+class FakeLink:
+    """A link whose time passes only while somebody waits.
+
+    Attributes:
+        posted: Every task that was published, repetitions included.
+        cancelled: Every id that was published on `task_cancel`.
+        on_post: Called with each task that is published; what a test's hive answers with.
+        on_cancel: Called with each id that is cancelled.
+    """
+
+    def __init__(self) -> None:
+        self.posted: list[Task] = []
+        self.cancelled: list[str] = []
+        self.on_post: Callable[[Task], None] = lambda _task: None
+        self.on_cancel: Callable[[str], None] = lambda _task_id: None
+        self._time = 0.0
+        self._reports: deque[tuple[float, Report]] = deque()
+
+    def say(self, report: Report, after: float = 0.0) -> None:
+        """Have the hive say something, `after` seconds from now."""
+        self._reports.append((self._time + after, report))
+        self._reports = deque(sorted(self._reports, key=lambda item: item[0]))
+
+    def reconnect(self) -> None:
+        """Forget what has not been received, as a program that ends does."""
+        self._reports.clear()
+
+    def now(self) -> float:
+        """Return the virtual time [s]."""
+        return self._time
+
+    def hive_time(self) -> float:
+        """Return the same: the fake hive keeps real time."""
+        return self._time
+
+    def post(self, task: Task) -> None:
+        """Note a task, and let the test's hive answer."""
+        self.posted.append(task)
+        self.on_post(task)
+
+    def cancel(self, task_id: str) -> None:
+        """Note a cancelling, and let the test's hive answer."""
+        self.cancelled.append(task_id)
+        self.on_cancel(task_id)
+
+    def receive(self, timeout: float) -> Report | None:
+        """Return what is due within `timeout` [s]; the time passes until then."""
+        end = self._time + timeout
+        if self._reports and self._reports[0][0] <= end:
+            due, report = self._reports.popleft()
+            self._time = max(self._time, due)
+            return report
+        self._time = end
+        return None
+
+
+class FakeHive:
+    """A blackboard that takes in every task and answers as the real one does.
+
+    Attributes:
+        records: What is on its list, by id.
+        deaf: How many publications it misses before it hears one.
+    """
+
+    def __init__(self, link: FakeLink, deaf: int = 0) -> None:
+        self.records: dict[str, TaskRecord] = {}
+        self.deaf = deaf
+        self._link = link
+        self._version = 0
+        link.on_post = self._take_in
+        link.on_cancel = self._cancel
+
+    def start(self) -> None:
+        """Say to a newcomer who it is and what is on its list."""
+        self._link.reconnect()
+        self._link.say(Heartbeat(1, "/blackboard", "", ("/blackboard",)))
+        self._say_list()
+
+    def change(self, task_id: str, state: TaskState, robot: str = "", after: float = 0.0) -> None:
+        """Have a robot or an operator change a task, `after` seconds from now."""
+        record = replace(self.records[task_id], state=state, robot=robot)
+        self.records[task_id] = record
+        update = TaskUpdate(task_id, state, robot, record.step, record.steps)
+        self._link.say(update, after)
+
+    def _take_in(self, task: Task) -> None:
+        if self.deaf:
+            self.deaf -= 1
+            return
+        record = self.records.setdefault(task.id, TaskRecord(task))
+        if not record.task.asks_the_same_as(task):
+            reason = f"id {task.id} is taken by another task"
+            self._link.say(TaskUpdate(task.id, TaskState.REJECTED, reason=reason))
+            return
+        self._link.say(TaskUpdate(task.id, record.state, record.robot, steps=record.steps))
+        self._say_list()
+
+    def _cancel(self, task_id: str) -> None:
+        if self.deaf:
+            self.deaf -= 1
+        elif task_id in self.records:
+            self.change(task_id, TaskState.CANCELLED)
+
+    def _say_list(self) -> None:
+        self._version += 1
+        self._link.say(TaskList(1, self._version, tuple(self.records.values())))

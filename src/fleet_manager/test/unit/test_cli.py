@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import contextlib
+import json
+
+import pytest
+
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.pose import Pose
+from blackboard.record import TaskUpdate
+from blackboard.task import TaskState
+from fleet_manager.cli.main import run
+from fleet_manager.cli.outside import Outside
+from fleet_manager.errors import NoHiveError
+from fleet_manager.testing import FakeHive, FakeLink
+
+
+class Terminal:
+    """The command line with a fake hive behind it."""
+
+    def __init__(self, capsys):
+        self.link = FakeLink()
+        self.hive = FakeHive(self.link)
+        self._capsys = capsys
+
+    def __call__(self, *words):
+        """Run `hive` with words; return exit code, stdout, stderr."""
+        code = run(Outside(lambda _record: contextlib.nullcontext(self.link)), list(words))
+        out, err = self._capsys.readouterr()
+        return code, out, err
+
+
+@pytest.fixture
+def terminal(capsys):
+    return Terminal(capsys)
+
+
+def test_add_prints_the_id_alone_so_that_a_script_can_use_it(terminal):
+    code, out, _ = terminal(
+        "add", "gab", "--goal", "3,-4", "--goal", "-8,2,1.57", "--priority", "5", "--payload", "20"
+    )
+
+    task = terminal.link.posted[0]
+    assert (code, out) == (0, f"{task.id}\n")
+    assert task.goals == (Pose(3.0, -4.0), Pose(-8.0, 2.0, 1.57))
+    assert (task.priority, task.payload) == (5, 20.0)
+
+
+def test_two_tasks_without_ids_get_different_ones(terminal):
+    terminal("add", "GA", "--goal", "1,2")
+    terminal("add", "GA", "--goal", "1,2")
+
+    assert len(terminal.hive.records) == 2
+
+
+def test_add_that_waits_ends_with_the_task(terminal):
+    terminal("add", "GA", "--goal", "1,2", "--id", "T1")
+    terminal.link.say(TaskUpdate("T1", TaskState.DONE, "robot1"), after=3)
+
+    code, _, err = terminal("add", "GA", "--goal", "1,2", "--id", "T1", "--wait")
+
+    assert code == 0
+    assert "task T1 is done by robot1" in err
+
+
+def test_a_failed_task_is_exit_1_with_its_reason(terminal):
+    terminal("add", "GA", "--goal", "1,2", "--id", "T1")
+    terminal.link.say(TaskUpdate("T1", TaskState.FAILED, "robot1", reason="no way to A"), after=3)
+
+    code, _, err = terminal("add", "GA", "--goal", "1,2", "--id", "T1", "--wait")
+
+    assert code == 1
+    assert "T1 FAILED (no way to A)" in err.splitlines()[-1]
+
+
+def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
+    rejection = TaskUpdate("T1", TaskState.REJECTED, reason="goal A is inside a wall")
+    terminal.link.on_post = lambda _task: terminal.link.say(rejection)
+
+    code, out, err = terminal("add", "GA", "--goal", "1,2", "--id", "T1")
+
+    assert (code, out) == (1, "")
+    assert err == "hive: task T1 was rejected: goal A is inside a wall\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["add", "GAX", "--goal", "1,2"], "'GA', 'GAB', 'GPA', 'GPAB'"),
+        (["add", "GAB", "--goal", "1,2"], "GAB needs at least 2 times --goal, not 1"),
+        (["add", "GA", "--goal", "1"], "allowed: x,y or x,y,yaw"),
+        (["add", "GA", "--goal", "1,nan"], "allowed: x,y or x,y,yaw"),
+        (["add", "GA", "--goal", "1,2", "--priority", "11"], "0<=x<=10"),
+        (["add", "GA", "--goal", "1,2", "--payload", "-1"], "x>=0"),
+        (["add", "GA", "--goal", "1,2", "--timeout", "3"], "--wait"),
+        (["run", "nothing"], "there are: demo, smoke, warehouse"),
+        (["demo", "--rtf", "0"], "0.1<=x<=20"),
+        (["demo", "--scenario", "nothing"], "there are: demo, smoke, warehouse"),
+        (["bench", "speed"], "'plan', 'system'"),
+        (["bench", "--json", "x.json"], "NAME"),
+        (["fly"], "No such command 'fly'"),
+    ],
+)
+def test_a_mistake_in_the_words_is_one_line_and_exit_2(terminal, words, said):
+    code, out, err = terminal(*words)
+
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
+    assert terminal.link.posted == []
+
+
+def test_no_ros_master_is_one_line_and_exit_3(capsys):
+    def connect(_record):
+        raise NoHiveError("no ROS master answers at here")
+
+    code = run(Outside(connect), ["tasks"])
+
+    assert (code, capsys.readouterr().err) == (3, "hive: no ROS master answers at here\n")
+
+
+def test_ctrl_c_is_quiet(capsys):
+    def connect(_record):
+        raise KeyboardInterrupt
+
+    code = run(Outside(connect), ["watch"])
+
+    out, err = capsys.readouterr()
+    assert (code, out, err.strip()) == (130, "", "")
+
+
+def test_tasks_shows_what_is_open_and_with_all_what_has_ended(terminal):
+    terminal("add", "GA", "--goal", "1,2", "--id", "T1")
+    terminal("add", "GA", "--goal", "1,2", "--id", "T2")
+    terminal.hive.change("T1", TaskState.DONE, "robot1")
+    terminal.hive.start()
+
+    _, open_ones, _ = terminal("tasks")
+    terminal.hive.start()
+    _, every_one, _ = terminal("tasks", "--all", "--json")
+
+    assert [line.split()[0] for line in open_ones.splitlines()] == ["TASK", "T2"]
+    assert [task["state"] for task in json.loads(every_one)] == ["DONE", "WAITING"]
+
+
+def test_robots_are_sorted_by_name(terminal):
+    for name in ("robot2", "robot1"):
+        terminal.link.say(RobotStatus(name, RobotState.IDLE, Pose(1.0, 2.0), 1.0))
+
+    code, out, _ = terminal("robots")
+
+    assert code == 0
+    assert [line.split()[0] for line in out.splitlines()] == ["ROBOT", "robot1", "robot2"]
+
+
+def test_cancel_takes_a_task_off(terminal):
+    terminal("add", "GA", "--goal", "1,2", "--id", "T1")
+    terminal.hive.start()
+
+    code, _, _ = terminal("cancel", "T1")
+
+    assert code == 0
+    assert terminal.hive.records["T1"].state is TaskState.CANCELLED
+
+
+def test_run_posts_a_scenario_and_again_with_new_ids(terminal):
+    terminal.hive.start()
+    first, _, _ = terminal("run", "smoke")
+    terminal.hive.start()
+    second, _, _ = terminal("run", "smoke")
+
+    assert (first, second) == (0, 0)
+    assert list(terminal.hive.records) == ["S1", "S2", "S3", "S4", "S1-2", "S2-2", "S3-2", "S4-2"]
+
+
+def test_bench_without_a_name_lists_the_benchmarks(terminal):
+    code, out, _ = terminal("bench")
+
+    assert code == 0
+    assert [line.split()[0] for line in out.splitlines()] == ["plan", "system"]
+
+
+def test_help_shows_examples_and_exit_codes(terminal):
+    code, out, _ = terminal("--help")
+
+    assert code == 0
+    assert "hive add GAB --goal 3,4 --goal 8,2 --priority 5 --payload 20" in out
+    assert "no ROS master or no blackboard answers" in out

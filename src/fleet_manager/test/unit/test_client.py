@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import pytest
+
+from blackboard.backup import Heartbeat
+from blackboard.pose import Pose
+from blackboard.record import TaskUpdate
+from blackboard.task import Task, TaskState, TaskType
+from fleet_manager.client import ANSWER_WITHIN, HiveClient
+from fleet_manager.errors import NoHiveError, NotDoneError, TimeUpError
+from fleet_manager.feeder import Feeder
+from fleet_manager.scenario import PlannedTask
+from fleet_manager.testing import FakeHive, FakeLink
+
+TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
+
+
+@pytest.fixture
+def link():
+    return FakeLink()
+
+
+def test_a_task_is_posted_once_where_the_blackboard_answers_at_once(link):
+    FakeHive(link)
+
+    answer = HiveClient(link).submit(TASK)
+
+    assert answer.state is TaskState.WAITING
+    assert link.posted == [TASK]
+
+
+def test_a_task_is_posted_again_unchanged_until_the_blackboard_answers(link):
+    FakeHive(link, deaf=3)
+
+    answer = HiveClient(link).submit(TASK)
+
+    assert answer.state is TaskState.WAITING
+    assert link.posted == [TASK] * 4
+
+
+def test_it_is_said_when_no_blackboard_answers(link):
+    with pytest.raises(NoHiveError, match="none was heard") as caught:
+        HiveClient(link).submit(TASK)
+
+    assert link.now() == pytest.approx(ANSWER_WITHIN)
+    assert caught.value.exit_code == 3
+
+
+def test_a_blackboard_that_beats_and_does_not_answer_is_named(link):
+    link.say(Heartbeat(4, "/robot2"))
+
+    with pytest.raises(NoHiveError, match="the last one heard was robot2"):
+        HiveClient(link).submit(TASK)
+
+
+def test_a_rejection_is_an_answer(link):
+    rejection = TaskUpdate("T1", TaskState.REJECTED, reason="goal A is inside a wall")
+    link.on_post = lambda _task: link.say(rejection)
+
+    answer = HiveClient(link).submit(TASK)
+
+    assert (answer.state, answer.reason) == (TaskState.REJECTED, "goal A is inside a wall")
+
+
+def test_an_answer_to_another_task_is_none(link):
+    link.say(TaskUpdate("T2", TaskState.WAITING))
+
+    with pytest.raises(NoHiveError):
+        HiveClient(link).submit(TASK)
+
+
+def test_an_id_that_another_task_has_is_refused(link):
+    hive = FakeHive(link)
+    client = HiveClient(link)
+    client.submit(TASK)
+    hive.start()
+    client.fetch_tasks()
+
+    with pytest.raises(NotDoneError, match="T1 is taken by another task"):
+        client.submit(Task("T1", TaskType.GA, (Pose(9.0, 9.0),)))
+
+
+def test_following_ends_with_the_last_task_and_says_how_each_ended(link):
+    hive = FakeHive(link)
+    client = HiveClient(link)
+    other = Task("T2", TaskType.GA, (Pose(3.0, 4.0),))
+    client.submit(TASK)
+    client.submit(other)
+    hive.change("T1", TaskState.DONE, "robot1", after=5)
+    hive.change("T2", TaskState.FAILED, "robot2", after=9)
+
+    states = client.follow(["T1", "T2"], timeout=60)
+
+    assert states == {"T1": TaskState.DONE, "T2": TaskState.FAILED}
+    assert link.now() == pytest.approx(9.0, abs=0.5)
+
+
+def test_following_gives_up_after_its_time_and_says_where_the_tasks_stand(link):
+    FakeHive(link)
+    client = HiveClient(link)
+    client.submit(TASK)
+
+    with pytest.raises(TimeUpError, match="not ended after 10 s: T1 is WAITING") as caught:
+        client.follow(["T1"], timeout=10)
+
+    assert caught.value.exit_code == 4
+
+
+def test_a_cancelling_is_repeated_until_it_is_heard(link):
+    hive = FakeHive(link)
+    client = HiveClient(link)
+    client.submit(TASK)
+    hive.deaf = 2
+
+    client.cancel("T1")
+
+    assert link.cancelled == ["T1"] * 3
+
+
+def test_what_has_ended_or_never_was_cannot_be_cancelled(link):
+    hive = FakeHive(link)
+    client = HiveClient(link)
+    client.submit(TASK)
+    hive.change("T1", TaskState.DONE)
+    client.follow(["T1"], timeout=1)
+
+    with pytest.raises(NotDoneError, match="T1 is DONE already"):
+        client.cancel("T1")
+    with pytest.raises(NotDoneError, match="no task T7; the newest on the list: T1"):
+        client.cancel("T7")
+
+
+def test_a_feeder_posts_each_task_when_its_time_has_come(link):
+    FakeHive(link)
+    client = HiveClient(link)
+    tasks = [Task(f"T{n}", TaskType.GA, (Pose(n, 0.0),)) for n in range(3)]
+    feeder = Feeder(client, [PlannedTask(t, 10.0 * n) for n, t in enumerate(tasks)])
+    posted = []
+
+    while not feeder.done:
+        posted += [(round(link.now()), task_id) for task_id in feeder.post_due()]
+        client.pump(lambda: False, feeder.next_in(most=3.0))
+
+    assert posted == [(0, "T0"), (10, "T1"), (20, "T2")]

@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import io
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from blackboard.backup import Heartbeat, TaskList
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.task import TaskState
+from fleet_manager.client import HiveClient
+from fleet_manager.demo.gathering import wait_for_everyone
+from fleet_manager.demo.history import History, Span
+from fleet_manager.demo.map_image import MapImage, read_map_image
+from fleet_manager.demo.picture import draw_run
+from fleet_manager.demo.progress import Progress
+from fleet_manager.demo.report import Clocks, make_report, not_done
+from fleet_manager.demo.runner import DemoPlan, DemoRun
+from fleet_manager.errors import StartError
+from fleet_manager.fleet_file import read_fleet
+from fleet_manager.hive_view import HiveView
+from fleet_manager.resources import find_file
+from fleet_manager.samples import BatteryReading, Collisions, TruePlace
+from fleet_manager.scenario import read_scenario
+from fleet_manager.testing import FakeHive, FakeLink
+
+ROBOTS = ["robot1", "robot2", "robot3", "robot4"]
+
+
+class FakeLocalHive:
+    """Processes that run, or have ended."""
+
+    def __init__(self, ended=""):
+        self.ended = ended
+        self.processes = self
+        self.folder = "logs"
+
+    def check(self):
+        if self.ended:
+            raise StartError(self.ended)
+
+    def why_missing(self):
+        return "robot3/move_base died"
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def link():
+    return FakeLink()
+
+
+@pytest.fixture
+def plan():
+    return DemoPlan(read_scenario("smoke"), read_fleet("lab"), rtf=1.0, windows=False)
+
+
+def status(name, task_id=""):
+    state = RobotState.BUSY if task_id else RobotState.IDLE
+    return RobotStatus(name, state, Pose(1.0, 2.0), 0.9, 0.0, task_id, tasks=(task_id,))
+
+
+def work_off(link, robot="robot1", seconds=5.0):
+    """Have each task that is posted begun and ended by a robot."""
+    take_in = link.on_post
+
+    def answer(task):
+        take_in(task)
+        link.say(TaskUpdate(task.id, TaskState.STARTED, robot, 0, 2), after=1.0)
+        link.say(TaskUpdate(task.id, TaskState.DONE, robot, 2, 2), after=seconds)
+
+    link.on_post = answer
+
+
+def test_the_demo_begins_when_every_robot_and_the_blackboard_were_heard(link):
+    client = HiveClient(link)
+    link.say(Heartbeat(1, "/blackboard"), after=3)
+    for number, name in enumerate(ROBOTS):
+        link.say(status(name), after=2.0 * number)
+
+    wait_for_everyone(client, ROBOTS, FakeLocalHive())
+
+    assert link.now() == pytest.approx(6.0)
+
+
+def test_who_was_not_heard_is_named_with_what_died(link):
+    link.say(status("robot1"))
+
+    with pytest.raises(StartError) as caught:
+        wait_for_everyone(HiveClient(link), ROBOTS, FakeLocalHive(), within=20)
+
+    said = str(caught.value)
+    assert "within 20 s: the blackboard, robot2, robot3, robot4" in said
+    assert "robot3/move_base died" in said
+
+
+def test_a_process_that_ends_while_all_are_waited_for_ends_the_wait(link):
+    with pytest.raises(StartError, match="fleet_manager has ended by itself"):
+        wait_for_everyone(
+            HiveClient(link), ROBOTS, FakeLocalHive("fleet_manager has ended by itself")
+        )
+
+    assert link.now() < 2
+
+
+def test_a_run_ends_when_every_task_is_done(link, plan):
+    FakeHive(link)
+    work_off(link)
+
+    result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
+
+    assert result.report["all_done"]
+    assert (result.report["done"], result.remarks) == (4, [])
+    assert link.now() < 10
+
+
+def test_a_run_ends_at_its_time_limit_and_says_so(link, plan):
+    FakeHive(link)
+
+    result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
+
+    assert not result.report["all_done"]
+    assert link.now() == pytest.approx(plan.scenario.time_limit, abs=2)
+    assert "time limit of 120 s" in result.remarks[0]
+    assert not_done(result.report)[0] == "S1 WAITING"
+
+
+def test_a_run_without_a_blackboard_reports_what_was_never_taken_in(link, plan):
+    result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
+
+    assert result.report["done"] == 0
+    assert "no blackboard answers" in result.remarks[0]
+    assert len(not_done(result.report)) == 4
+
+
+def test_a_rejected_task_is_not_done_with_its_reason(link, plan):
+    FakeHive(link)
+    work_off(link)
+    answer = link.on_post
+    rejected = TaskUpdate("S1", TaskState.REJECTED, reason="goal A is inside a wall")
+    link.on_post = lambda task: link.say(rejected) if task.id == "S1" else answer(task)
+
+    result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
+
+    assert not_done(result.report) == ["S1 REJECTED: goal A is inside a wall"]
+
+
+def test_a_clock_slower_than_asked_is_said(link):
+    plan = DemoPlan(read_scenario("smoke"), read_fleet("lab"), rtf=2.0, windows=False)
+    FakeHive(link)
+    work_off(link)
+
+    result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
+
+    assert result.remarks == [
+        "the real-time factor was 1.00, not 2: the machine is too busy for it"
+    ]
+
+
+def test_distance_counts_every_metre_though_the_path_is_thinned():
+    history = History(0.0)
+
+    for step in range(101):
+        history.add(step * 0.05, TruePlace("robot1", step * 0.02, 0.0))
+
+    track = history.tracks["robot1"]
+    assert track.distance == pytest.approx(2.0)
+    assert len(track.path) < 40
+
+
+def test_energy_is_charge_times_voltage_and_charging_gives_none_back():
+    history = History(0.0)
+
+    for charge, voltage in ((10.0, 26.0), (9.0, 24.0), (9.5, 24.0), (9.4, 24.0)):
+        history.add(0.0, BatteryReading("robot1", voltage, charge))
+
+    assert history.tracks["robot1"].energy == pytest.approx(3600 * (1.0 * 25.0 + 0.1 * 24.0))
+
+
+def test_a_task_that_changes_robots_has_a_span_for_each():
+    history = History(100.0)
+    for time, state, robot in (
+        (100, TaskState.WAITING, ""),
+        (101, TaskState.ASSIGNED, "robot1"),
+        (102, TaskState.STARTED, "robot1"),
+        (103, TaskState.STARTED, "robot1"),
+        (105, TaskState.WAITING, "robot1"),
+        (107, TaskState.STARTED, "robot2"),
+        (109, TaskState.DONE, "robot2"),
+        (110, TaskState.STARTED, "robot1"),
+    ):
+        history.add(time, TaskUpdate("T1", state, robot))
+
+    times = history.tasks["T1"]
+    assert history.spans == [Span("robot1", "T1", 2, 5), Span("robot2", "T1", 7, 9)]
+    assert (times.posted, times.assigned, times.started, times.ended) == (0, 1, 2, 9)
+
+
+def test_a_list_alone_tells_the_history_too():
+    history = History(0.0)
+    task = read_scenario("smoke").tasks[0].task
+
+    history.add(4.0, TaskList(1, 1, (TaskRecord(task, TaskState.STARTED, "robot1"),)))
+    history.close(6.0)
+
+    assert history.spans == [Span("robot1", task.id, 4.0, 6.0)]
+
+
+def made_report(plan, hits=0):
+    history = History(0.0)
+    view = HiveView()
+    for number, planned in enumerate(plan.scenario.tasks):
+        record = TaskRecord(planned.task, TaskState.DONE, ROBOTS[number], planned.after)
+        view.tasks[planned.task.id] = record
+        history.add(number, TaskUpdate(planned.task.id, TaskState.WAITING))
+        history.add(number + 2, TaskUpdate(planned.task.id, TaskState.STARTED, ROBOTS[number]))
+        history.add(number + 9, TaskUpdate(planned.task.id, TaskState.DONE, ROBOTS[number]))
+    for step in range(60):
+        history.add(step / 5, TruePlace("robot1", 2.6 + step / 10, 2.0))
+        history.add(step / 5, status("robot1"))
+    history.add(9.0, Collisions(hits))
+    history.close(20.0)
+    clocks = Clocks("2026-01-02T03:04:05+00:00", 1.0, 20.0, 21.0)
+    return make_report(plan.scenario, plan.fleet, view, history, clocks), history
+
+
+def test_the_report_has_times_of_tasks_and_figures_of_robots(plan):
+    report, _ = made_report(plan)
+
+    first = report["tasks"][0]
+    assert (first["posted"], first["started"], first["ended"]) == (0, 2, 9)
+    assert (first["waiting"], first["duration"]) == (2, 7)
+    assert report["robots"][0]["distance"] == pytest.approx(5.9)
+    assert report["robots"][0]["busy_share"] == pytest.approx(0.35)
+    assert report["collisions"] == 0
+    assert json.loads(json.dumps(report)) == report
+
+
+def test_the_picture_is_drawn_even_where_some_robots_never_moved(plan, tmp_path):
+    report, history = made_report(plan, hits=2)
+    chart = MapImage(np.full((240, 400), 255, dtype=np.uint8), (0.0, 20.0, 0.0, 12.0))
+
+    draw_run(tmp_path / "picture.png", report, history, chart)
+
+    with Image.open(tmp_path / "picture.png") as picture:
+        assert min(picture.size) > 900
+
+
+def test_a_map_is_read_where_it_lies_in_the_world():
+    chart = read_map_image(find_file("simenv", "maps", "lab"))
+
+    assert chart.extent == (0.0, 20.0, 0.0, 12.0)
+    assert chart.grey.shape == (240, 400)
+    assert chart.grey.min() < 60
+    assert chart.grey.max() > 200
+
+
+def test_progress_in_a_terminal_is_drawn_over_itself_with_a_line_per_robot_and_a_bar():
+    screen, view = Terminal(), HiveView()
+    progress = Progress(screen, ROBOTS, ["T1", "T2"])
+    view.take_in(status("robot1", "T1"))
+    view.take_in(TaskUpdate("T1", TaskState.DONE, "robot1"))
+
+    progress.show(view, 1.0, 1.0)
+    progress.show(view, 1.1, 1.1)
+    progress.show(view, 2.0, 2.0)
+
+    pictures = screen.getvalue().split("\x1b[5A\x1b[J")
+    assert len(pictures) == 2
+    assert pictures[0].count("\n") == 5
+    assert "robot1     BUSY     T1" in pictures[0]
+    assert "robot4     not heard yet" in pictures[0]
+    assert "[###############...............] 1/2 tasks done" in pictures[0]
+
+
+def test_progress_in_a_file_is_plain_lines():
+    log, view = io.StringIO(), HiveView()
+    progress = Progress(log, ROBOTS, ["T1"])
+
+    progress.tell(view, TaskUpdate("T1", TaskState.STARTED, "robot1", 0, 2), 12.34)
+    progress.show(view, 1.0, 1.0)
+    progress.show(view, 2.0, 2.0)
+
+    assert log.getvalue().splitlines() == [
+        "  12.3 s  task T1 is under way by robot1, 0 of 2 steps done",
+        "  [..............................] 0/1 tasks done, 0 under way, 1 s (x1.00)",
+    ]

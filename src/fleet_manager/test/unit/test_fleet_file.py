@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from fleet_manager.errors import InputError
+from fleet_manager.fleet_file import read_fleet
+from fleet_manager.fleet_launch import launch_text
+from robot_description.errors import FileError
+
+GOOD = """\
+cost_model: time
+robots:
+  - name: amy
+    model: mir100
+    pose: [1, 2, 0]
+  - name: bob
+    model: ld60
+    pose: [3.5, 2, 1.57]
+"""
+
+
+@pytest.fixture
+def refusal(tmp_path):
+    """Return what is said of a fleet file's text, without the folder."""
+
+    def read(text):
+        path = tmp_path / "mine.yaml"
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(FileError) as caught:
+            read_fleet(str(path))
+        return str(caught.value).replace(str(tmp_path), "")
+
+    return read
+
+
+@pytest.mark.parametrize("name", ["lab", "warehouse"])
+def test_the_fleets_that_come_along_are_good(name):
+    fleet = read_fleet(name)
+
+    assert len(fleet.robots) >= 4
+    assert len({robot.model for robot in fleet.robots}) == 4
+
+
+def test_a_fleet_file_holds_what_it_says_and_defaults_for_the_rest(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(GOOD, encoding="utf-8")
+
+    fleet = read_fleet(str(path))
+
+    assert [robot.name for robot in fleet.robots] == ["amy", "bob"]
+    assert fleet.robots[1].pose == (3.5, 2.0, 1.57)
+    assert (fleet.cost_model, fleet.distance, fleet.bid_timeout) == ("time", "path", 2.0)
+
+
+def test_a_name_that_is_no_fleet_lists_those_there_are():
+    with pytest.raises(InputError, match="there are: lab, warehouse"):
+        read_fleet("kitchen")
+
+
+def test_a_path_that_is_no_file_is_said(tmp_path):
+    with pytest.raises(FileError, match=r"no\.yaml: cannot be read"):
+        read_fleet(str(tmp_path / "no.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("mir100", "tractor", ["/mine.yaml:4: robots[0].model", "tractor", "fetch, ld60, mir100"]),
+        ("name: bob", "name: amy", ["/mine.yaml:6: robots[1].name", "'amy'", "robots[0]"]),
+        ("name: bob", "name: my-bob", ["/mine.yaml:6: robots[1].name", "'my-bob'", "underscores"]),
+        ("name: bob", "name: 2nd", ["/mine.yaml:6: robots[1].name", "'2nd'", "a letter"]),
+        ("name: bob", "name: blackboard", ["/mine.yaml:6: robots[1].name", "another part"]),
+        ("name: bob", "name: 7", ["/mine.yaml:6: robots[1].name", "7"]),
+        ("[3.5, 2, 1.57]", "[3.5, 2]", ["/mine.yaml:8: robots[1].pose", "[x, y, yaw]"]),
+        ("[3.5, 2, 1.57]", "[a, 2, 0]", ["/mine.yaml:8: robots[1].pose[0]", "'a'", "a number"]),
+        ("[3.5, 2, 1.57]", "[1.1, 2, 0]", ["/mine.yaml:8: robots[1].pose", "0.10 m from amy"]),
+        ("[3.5, 2, 1.57]", "[.nan, 2, 0]", ["/mine.yaml:8:", ".nan"]),
+        ("cost_model: time", "cost_model: luck", ["/mine.yaml:1: cost_model", "report"]),
+        ("cost_model: time", "bid_timeout: -1", ["/mine.yaml:1: bid_timeout", "-1", "0.1..60"]),
+        ("cost_model: time", "colour: red", ["/mine.yaml:1:", "colour"]),
+    ],
+)
+def test_a_mistake_is_one_line_with_file_line_key_and_what_is_allowed(refusal, old, new, words):
+    said = refusal(GOOD.replace(old, new))
+
+    assert "\n" not in said
+    for word in words:
+        assert word in said
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "robots: []", "robots: amy", "robots: [amy]", "a: b: c"]
+)
+def test_a_file_of_another_form_is_refused_in_one_line(refusal, text):
+    assert "\n" not in refusal(text)
+
+
+def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_values():
+    fleet = read_fleet("lab")
+
+    root = ET.fromstring(launch_text(fleet, sim=False))  # noqa: S314  (made here)
+
+    files = [include.get("file") for include in root]
+    values = [{arg.get("name"): arg.get("value") for arg in include} for include in root]
+    assert files[0].endswith("blackboard.launch")
+    assert values[0] == {"distance": "path", "bid_timeout": "2"}
+    assert [one["name"] for one in values[1:]] == [robot.name for robot in fleet.robots]
+    assert values[1]["model"] == "mir100"
+    assert (values[1]["x"], values[1]["sim"]) == ("2.6", "false")
+
+
+def test_what_is_special_in_xml_stays_what_it_is(tmp_path):
+    model = tmp_path / 'a "<&> model.yaml'
+    mir = read_fleet("lab").path.parents[2] / "robot_description/models/mir100.yaml"
+    model.write_text(mir.read_text(encoding="utf-8"), encoding="utf-8")
+    path = tmp_path / "mine.yaml"
+    path.write_text(GOOD.replace("mir100", f"'{model}'"), encoding="utf-8")
+
+    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))  # noqa: S314  (made here)
+
+    assert root[1].find("arg[@name='model']").get("value") == str(model)

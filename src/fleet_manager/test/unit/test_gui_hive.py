@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard.backup import Heartbeat, TaskList
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.task import Task, TaskState, TaskType
+from fleet_manager.desk.authority import FROZEN, SILENCE, Standing
+from fleet_manager.desk.facts import LinkChange, LinkState, Moment, Told
+from fleet_manager.desk.hive import REMEMBERED, ROBOT_SILENCE, Hive
+
+TASK = Task("T1", TaskType.GAB, (Pose(1, 2), Pose(3, 4)))
+WAITING = TaskRecord(TASK)
+ROBOT = RobotStatus("robot1", RobotState.IDLE, Pose(1, 2), 0.8)
+
+
+class Desk:
+    """A hive as a desk knows it, with one clock for both times."""
+
+    def __init__(self):
+        self.hive = Hive()
+        self.time = 100.0
+        self.version = 0
+        self.progress = 0
+
+    @property
+    def now(self):
+        return Moment(self.time, self.time)
+
+    def hear(self, report, stamp=None):
+        self.hive.apply(Told(report, self.time if stamp is None else stamp), self.now)
+
+    def hear_list(self, *records, epoch=1, stamp=None):
+        self.version += 1
+        self.hear(TaskList(epoch, self.version, records), stamp)
+
+    def beat(self, active="blackboard", epoch=1, backup=""):
+        self.progress += 1
+        self.hear(Heartbeat(epoch, active, backup, (active,), self.progress))
+
+    def wait(self, seconds):
+        self.time += seconds
+        self.hive.tick(self.now)
+
+    def log(self):
+        return [event.text for event in self.hive.take_changes().events]
+
+    def state(self, task_id="T1"):
+        return self.hive.record(task_id).state
+
+
+@pytest.fixture
+def desk():
+    desk = Desk()
+    desk.beat()
+    return desk
+
+
+def test_the_task_list_becomes_rows_in_its_order(desk):
+    other = TaskRecord(replace(TASK, id="T0"))
+    desk.hear_list(WAITING, other)
+
+    assert list(desk.hive.tasks) == ["T1", "T0"]
+    assert desk.hive.take_changes().tasks == {"T1", "T0"}
+
+
+def test_only_what_changed_is_said_to_have_changed(desk):
+    other = TaskRecord(replace(TASK, id="T2"))
+    desk.hear_list(WAITING, other)
+    desk.hive.take_changes()
+    desk.hear_list(replace(WAITING, state=TaskState.ASSIGNED, robot="robot1"), other)
+
+    assert desk.hive.take_changes().tasks == {"T1"}
+
+
+def test_an_older_list_that_comes_late_changes_nothing(desk):
+    desk.hear_list(replace(WAITING, state=TaskState.DONE))
+    desk.hear(TaskList(1, 0, (WAITING,)))
+
+    assert desk.state() is TaskState.DONE
+
+
+def test_a_task_that_is_no_longer_listed_goes(desk):
+    desk.hear_list(WAITING)
+    desk.log()
+    desk.hear_list()
+
+    assert desk.hive.tasks == {}
+    assert desk.log() == ["T1 is no longer on the list"]
+
+
+def test_an_update_changes_a_task_before_the_next_list_does(desk):
+    desk.hear_list(WAITING)
+    desk.hear(TaskUpdate("T1", TaskState.STARTED, "robot2", step=1, steps=2, eta=30.0, epoch=1))
+
+    row = desk.hive.tasks["T1"]
+    assert (row.record.state, row.record.robot, row.progress) == (
+        TaskState.STARTED,
+        "robot2",
+        0.5,
+    )
+    assert row.due == desk.time + 30.0
+
+
+def test_a_list_written_before_an_update_does_not_take_it_back(desk):
+    desk.hear_list(WAITING)
+    desk.hear(TaskUpdate("T1", TaskState.DONE, "robot1", step=2, steps=2, epoch=1), stamp=105.0)
+    desk.hear_list(replace(WAITING, state=TaskState.STARTED, robot="robot1"), stamp=104.0)
+    assert desk.state() is TaskState.DONE
+
+    desk.hear_list(replace(WAITING, state=TaskState.WAITING), stamp=106.0)
+    assert desk.state() is TaskState.WAITING
+
+
+def test_a_robot_that_hands_a_task_back_no_longer_has_it(desk):
+    desk.hear_list(replace(WAITING, state=TaskState.STARTED, robot="robot1"))
+    desk.hear(TaskUpdate("T1", TaskState.WAITING, "robot1", epoch=1))
+
+    assert desk.hive.record("T1").robot == ""
+
+
+def test_a_refused_task_is_shown_with_its_reason_beside_the_list(desk):
+    desk.hear(TASK)
+    desk.hear(TaskUpdate("T1", TaskState.REJECTED, reason="goal A is in a wall", epoch=1))
+    desk.hear_list()
+
+    assert desk.hive.record("T1").reason == "goal A is in a wall"
+    assert "T1 was refused: goal A is in a wall" in desk.log()
+
+
+def test_the_refusal_of_a_second_task_of_the_same_id_leaves_the_first_as_it_is(desk):
+    desk.hear_list(replace(WAITING, state=TaskState.STARTED, robot="robot1"))
+    desk.hear(replace(TASK, priority=9))
+    desk.hear(TaskUpdate("T1", TaskState.REJECTED, reason="T1 is taken", epoch=1))
+
+    assert desk.state() is TaskState.STARTED
+
+
+def test_a_refused_task_that_is_sent_again_and_taken_in_is_a_task_like_any_other(desk):
+    desk.hear(TASK)
+    desk.hear(TaskUpdate("T1", TaskState.REJECTED, reason="no", epoch=1))
+    desk.hear_list(WAITING)
+
+    assert desk.state() is TaskState.WAITING
+
+
+def test_refused_tasks_do_not_pile_up_for_ever(desk):
+    for number in range(REMEMBERED + 50):
+        desk.hear(replace(TASK, id=f"T{number}"))
+        desk.hear(TaskUpdate(f"T{number}", TaskState.REJECTED, reason="no", epoch=1))
+    desk.hear_list()
+
+    assert len(desk.hive.tasks) == REMEMBERED
+
+
+def test_the_view_goes_on_through_a_takeover(desk):
+    desk.hear_list(WAITING)
+    desk.log()
+    desk.wait(SILENCE)
+    desk.beat("robot1", epoch=2)
+    desk.version = 0
+    desk.hear_list(replace(WAITING, state=TaskState.ASSIGNED, robot="robot1"), epoch=2)
+
+    assert desk.state() is TaskState.ASSIGNED
+    log = desk.log()
+    assert "Nobody carries the blackboard: blackboard is silent" in log
+    assert "robot1 took the blackboard over from blackboard (epoch 2)" in log
+
+
+def test_an_old_blackboard_that_wakes_up_is_not_listened_to(desk):
+    desk.beat("robot1", epoch=2)
+    desk.hear_list(replace(WAITING, state=TaskState.STARTED, robot="robot1"), epoch=2)
+    desk.beat("blackboard", epoch=1)
+    desk.hear_list(WAITING, epoch=1)
+    desk.hear(TaskUpdate("T1", TaskState.FAILED, epoch=1))
+
+    assert desk.hive.authority.heartbeat.active == "robot1"
+    assert desk.state() is TaskState.STARTED
+
+
+def test_a_blackboard_that_was_started_anew_is_followed_after_a_silence(desk):
+    desk.hear_list(WAITING)
+    desk.hear_list(WAITING)
+    desk.wait(SILENCE)
+    desk.progress = desk.version = 0
+    desk.hear_list(TaskRecord(replace(TASK, id="T9")))
+    desk.beat()
+
+    assert list(desk.hive.tasks) == ["T9"]
+
+
+def test_a_blackboard_that_was_started_anew_at_once_is_followed_too(desk):
+    for _version in range(3):
+        desk.hear_list(WAITING)
+        desk.beat()
+    desk.progress = desk.version = 0
+    desk.hear_list(TaskRecord(replace(TASK, id="T9")))
+    desk.beat()
+
+    assert list(desk.hive.tasks) == ["T9"]
+
+
+def test_the_hive_has_a_blackboard_while_its_heart_beats():
+    desk = Desk()
+    assert desk.hive.authority.standing(desk.now) is Standing.NOBODY
+
+    desk.beat()
+    assert desk.hive.authority.standing(desk.now) is Standing.ACTIVE
+
+    desk.wait(SILENCE)
+    assert desk.hive.authority.standing(desk.now) is Standing.SILENT
+
+
+def test_a_heartbeat_without_progress_is_that_of_a_stuck_blackboard(desk):
+    for _beat in range(int(FROZEN) + 1):
+        desk.progress -= 1
+        desk.beat()
+        desk.wait(1.0)
+
+    assert desk.hive.authority.standing(desk.now) is Standing.STUCK
+    assert "The blackboard of blackboard is stuck" in desk.log()
+
+
+def test_a_robot_that_stops_reporting_is_offline_until_it_reports_again(desk):
+    desk.hear(ROBOT)
+    desk.wait(ROBOT_SILENCE + 1)
+    assert desk.hive.robots["robot1"].state is RobotState.OFFLINE
+    assert "robot1 has not been heard of for 6 s" in desk.log()
+
+    desk.hear(ROBOT)
+    assert desk.hive.robots["robot1"].state is RobotState.IDLE
+    assert "robot1 is heard again" in desk.log()
+
+
+def test_a_robot_that_says_the_same_again_changes_nothing(desk):
+    desk.hear(ROBOT)
+    desk.hive.take_changes()
+    desk.hear(ROBOT)
+
+    assert desk.hive.take_changes().robots == set()
+
+
+def test_bids_are_kept_by_task_cheapest_first_and_a_new_auction_replaces_the_old(desk):
+    desk.hear(Bids("robot1", 1, 1, (Bid("robot1", "T1", 9.0),)))
+    desk.hear(Bids("robot2", 1, 1, (Bid("robot2", "T1", 5.0),)))
+    assert [bid.robot_id for bid in desk.hive.bids("T1")] == ["robot2", "robot1"]
+
+    desk.hear(Bids("robot1", 1, 2, (Bid("robot1", "T1", 3.0),)))
+    desk.hear(Bids("robot2", 1, 1, (Bid("robot2", "T1", 1.0),)))
+    assert [bid.cost for bid in desk.hive.bids("T1")] == [3.0]
+
+
+def test_the_log_tells_the_life_of_a_task_in_words(desk):
+    desk.hear_list()
+    desk.log()
+    desk.hear(TASK)
+    desk.hear(TaskUpdate("T1", TaskState.WAITING, epoch=1))
+    cannot = Bid("robot3", "T1", MAX_COST, reason="carries at most 5 kg")
+    for bid in (Bid("robot1", "T1", 12.34), Bid("robot2", "T1", 20.0), cannot):
+        desk.hear(Bids(bid.robot_id, 1, 1, (bid,)))
+    for state, step in (("ASSIGNED", 0), ("STARTED", 0), ("STARTED", 1), ("DONE", 2)):
+        desk.hear(TaskUpdate("T1", TaskState[state], "robot1", step, 2, epoch=1))
+
+    assert desk.log() == [
+        "T1 was posted: GAB, priority 0",
+        "T1 waits for a robot",
+        "T1 was given to robot1 at cost 12.3 (robot2 20.0, robot3 cannot)",
+        "robot1 started T1",
+        "robot1 has done step 1 of 2 of T1",
+        "T1 is done by robot1",
+    ]
+
+
+def test_the_first_list_is_one_line_in_the_log_and_not_one_for_each_task(desk):
+    desk.log()
+    done = TaskRecord(replace(TASK, id="T2"), TaskState.DONE)
+    desk.hear_list(WAITING, done)
+
+    assert desk.log() == ["2 tasks are on the list, 1 of them open"]
+
+
+def test_a_task_nobody_can_do_says_why_it_waits_once(desk):
+    desk.hear_list(WAITING)
+    desk.log()
+    waits = replace(WAITING, reason="no robot lifts 90 kg")
+    desk.hear_list(waits)
+    desk.hear_list(waits)
+
+    assert desk.log() == ["T1 waits: no robot lifts 90 kg"]
+
+
+def test_the_log_tells_when_a_robot_goes_out_of_service_and_why(desk):
+    desk.hear(ROBOT)
+    desk.log()
+    desk.hear(replace(ROBOT, state=RobotState.DEFECT, reason="an operator said so"))
+
+    assert desk.log() == ["robot1 is defect: an operator said so"]
+
+
+def test_the_log_tells_when_the_master_comes_and_goes(desk):
+    desk.log()
+    desk.hive.apply(LinkChange(LinkState.UP, "http://hive:11311"), desk.now)
+    desk.hive.apply(LinkChange(LinkState.LOST, "http://hive:11311"), desk.now)
+
+    assert desk.log() == [
+        "Connected to the ROS master at http://hive:11311",
+        "The ROS master at http://hive:11311 does not answer",
+    ]

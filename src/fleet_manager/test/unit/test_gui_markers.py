@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import math
+
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord
+from blackboard.task import Task, TaskState, TaskType
+from fleet_manager.desk.markers import (
+    NO_ROBOT,
+    REPEATED_DELETIONS,
+    MarkerBoard,
+    Shape,
+    robot_color,
+)
+from fleet_manager.desk.rows import RobotRow, TaskRow
+
+
+def tasks(state=TaskState.STARTED, robot="robot2"):
+    task = Task("T1", TaskType.GAB, (Pose(1, 2, 0.5), Pose(3, 4)))
+    return {"T1": TaskRow(TaskRecord(task, state, robot))}
+
+
+def robots(pose=Pose(5, 6, 1)):  # noqa: B008  (a frozen value)
+    status = RobotStatus("robot2", RobotState.BUSY, pose, 0.87, 12.5, "T1")
+    return {"robot2": RobotRow(status, 0.0)}
+
+
+def shown(board, *args):
+    markers, gone = board.update(*args)
+    return {marker.name: marker for marker in markers}, gone
+
+
+def test_every_goal_of_an_open_task_has_an_arrow_with_its_heading_and_its_robots_colour():
+    markers, _ = MarkerBoard().update(tasks(), {}, {})
+
+    arrows = [marker for marker in markers if marker.shape is Shape.ARROW]
+    assert [arrow.pose for arrow in arrows] == [Pose(1, 2, 0.5), Pose(3, 4)]
+    assert {arrow.color for arrow in arrows} == {robot_color("robot2")}
+    texts = [marker.text for marker in markers if marker.shape is Shape.TEXT]
+    assert texts == ["T1 A", "T1 B"]
+
+
+def test_a_task_without_a_robot_is_grey():
+    markers, _ = MarkerBoard().update(tasks(TaskState.WAITING, ""), {}, {})
+
+    assert markers[0].color == NO_ROBOT
+
+
+def test_the_markers_of_a_task_are_deleted_when_it_is_done():
+    board = MarkerBoard()
+    before, _ = shown(board, tasks(), {}, {})
+    after, gone = shown(board, tasks(TaskState.DONE), {}, {})
+
+    assert after == {}
+    assert set(gone) == set(before)
+
+
+def test_a_deletion_is_repeated_for_a_while_and_then_forgotten():
+    board = MarkerBoard()
+    board.update(tasks(), {}, {})
+    deletions = [len(board.update({}, {}, {})[1]) for _ in range(REPEATED_DELETIONS + 1)]
+
+    assert deletions == [4] * REPEATED_DELETIONS + [0]
+
+
+def test_what_comes_back_is_not_deleted():
+    board = MarkerBoard()
+    board.update(tasks(), {}, {})
+    board.update({}, {}, {})
+
+    assert board.update(tasks(), {}, {})[1] == []
+
+
+def test_a_marker_keeps_its_number_while_others_come_and_go():
+    board = MarkerBoard()
+    before, _ = shown(board, tasks(), {}, {})
+    after, _ = shown(board, tasks(), robots(), {})
+
+    assert set(before) < set(after)
+
+
+def test_a_robot_shows_its_name_state_load_and_battery():
+    markers, _ = MarkerBoard().update({}, robots(), {})
+
+    texts = [marker.text for marker in markers if marker.shape is Shape.TEXT]
+    assert texts == ["robot2: busy\nload 12.5 kg, battery 87 %"]
+
+
+def test_a_path_is_a_line_in_its_robots_colour_and_goes_when_it_is_empty():
+    board = MarkerBoard()
+    (line,), _ = board.update({}, {}, {"robot2": ((0.0, 0.0), (1.0, 1.0))})
+    _, gone = board.update({}, {}, {"robot2": ()})
+
+    assert (line.shape, line.points) == (Shape.LINE, ((0.0, 0.0), (1.0, 1.0)))
+    assert line.color == robot_color("robot2")
+    assert gone == [line.name]
+
+
+def test_what_has_no_place_is_not_shown():
+    markers, _ = MarkerBoard().update({}, robots(Pose(math.nan, 0)), {})
+
+    assert markers == []
+
+
+def test_robots_of_the_default_fleet_have_different_colours():
+    colors = {robot_color(f"robot{number}") for number in range(1, 5)}
+
+    assert len(colors) == 4
+    assert robot_color("forklift") == robot_color("forklift")

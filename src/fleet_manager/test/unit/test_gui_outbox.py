@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard.backup import TaskList
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.task import Task, TaskState, TaskType
+from fleet_manager.desk.facts import CancelTask, Moment, PostTask, Told
+from fleet_manager.desk.outbox import REPEAT, SHOWN, Answer, Outbox
+
+TASK = Task("T1", TaskType.GA, (Pose(1, 2),), frame="map")
+
+
+class Desk:
+    """An outbox, what it sent, and a clock."""
+
+    def __init__(self):
+        self.sent = []
+        self.outbox = Outbox(self.sent.append)
+        self.time = 100.0
+
+    def tick(self, after=0.0, someone_listens=True):
+        self.time += after
+        return self.outbox.tick(Moment(0.0, self.time), someone_listens=someone_listens)
+
+    def hear(self, report, listed=None):
+        return self.outbox.hear(Told(report, 0.0), {r.task.id: r for r in listed or ()}.get)
+
+    @property
+    def answer(self):
+        return self.outbox.letters[0].answer
+
+
+@pytest.fixture
+def desk():
+    desk = Desk()
+    desk.outbox.post(TASK)
+    return desk
+
+
+def test_a_task_is_sent_at_once_when_somebody_listens(desk):
+    desk.tick()
+
+    assert desk.sent == [PostTask(TASK)]
+    assert desk.answer is Answer.WAITS
+
+
+def test_a_task_is_kept_while_nobody_listens_and_sent_when_somebody_does(desk):
+    desk.tick(someone_listens=False)
+    assert (desk.sent, desk.answer) == ([], Answer.KEPT)
+
+    desk.tick()
+    assert (desk.sent, desk.answer) == ([PostTask(TASK)], Answer.WAITS)
+
+
+def test_a_task_is_sent_again_until_it_is_answered(desk):
+    desk.tick()
+    desk.tick(after=REPEAT / 2)
+    desk.tick(after=REPEAT)
+    assert len(desk.sent) == 2
+
+    desk.hear(TaskUpdate("T1", TaskState.WAITING))
+    desk.tick(after=REPEAT)
+    assert len(desk.sent) == 2
+    assert desk.answer is Answer.TAKEN
+
+
+def test_a_task_that_was_sent_is_kept_when_the_blackboard_dies_before_its_answer(desk):
+    desk.tick()
+
+    assert desk.tick(after=0.1, someone_listens=False)
+    assert desk.answer is Answer.KEPT
+
+
+def test_a_refused_task_shows_its_reason_and_is_not_sent_again(desk):
+    desk.tick()
+    desk.hear(TaskUpdate("T1", TaskState.REJECTED, reason="goal A is in a wall"))
+    desk.tick(after=REPEAT)
+
+    assert len(desk.sent) == 1
+    assert str(desk.outbox.letters[0]) == "T1: refused: goal A is in a wall"
+
+
+def test_the_task_list_is_an_answer_too(desk):
+    desk.tick()
+
+    assert desk.hear(TaskList(1, 1, (TaskRecord(TASK),)))
+    assert desk.answer is Answer.TAKEN
+
+
+def test_news_of_another_task_of_the_same_name_is_no_answer(desk):
+    desk.tick()
+    other = TaskRecord(replace(TASK, priority=9))
+    desk.hear(TaskUpdate("T1", TaskState.STARTED), listed=[other])
+    desk.hear(TaskList(1, 1, (other,)))
+
+    assert desk.answer is Answer.WAITS
+
+
+def test_a_late_refusal_does_not_undo_an_answer(desk):
+    desk.tick()
+    desk.hear(TaskUpdate("T1", TaskState.WAITING))
+    desk.hear(TaskUpdate("T1", TaskState.REJECTED, reason="taken"))
+
+    assert desk.answer is Answer.TAKEN
+
+
+def test_a_cancellation_is_repeated_until_the_task_has_ended(desk):
+    desk.outbox = Outbox(desk.sent.append)
+    desk.outbox.cancel("T1")
+    desk.tick()
+    desk.tick(after=REPEAT)
+    assert desk.sent == [CancelTask("T1")] * 2
+
+    desk.hear(TaskUpdate("T1", TaskState.CANCELLED))
+    desk.tick(after=REPEAT)
+    assert len(desk.sent) == 2
+
+
+def test_a_cancellation_of_a_task_that_left_the_list_is_not_repeated(desk):
+    desk.outbox = Outbox(desk.sent.append)
+    desk.outbox.cancel("T1")
+    desk.hear(TaskList(1, 1, ()))
+    desk.tick()
+
+    assert desk.sent == []
+
+
+def test_only_the_newest_answered_tasks_are_shown_and_no_open_one_is_dropped(desk):
+    for number in range(2, SHOWN + 10):
+        desk.outbox.post(replace(TASK, id=f"T{number}"))
+        desk.hear(TaskUpdate(f"T{number}", TaskState.WAITING))
+
+    names = [letter.task.id for letter in desk.outbox.letters]
+    assert "T1" in names
+    assert len(names) <= SHOWN + 1
+    assert desk.outbox.unanswered == 1

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from blackboard.backup import Heartbeat, TaskList
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.task import Task, TaskState, TaskType
+from fleet_manager.hive_view import HiveView
+from fleet_manager.tables import fit, robot_data, robots_table, task_data, tasks_table, who_leads
+from fleet_manager.words import changes
+
+TASK = Task("T1", TaskType.GAB, (Pose(1.0, 2.0), Pose(3.0, 4.0)), priority=5, payload=20.0)
+ROBOT = RobotStatus("robot1", RobotState.BUSY, Pose(1.0, 2.0), 0.5, 0.0, "T1", tasks=("T1", "T2"))
+
+
+def told(view, *reports):
+    """Return what is said about reports that come one after the other."""
+    said = []
+    for report in reports:
+        said += changes(view, report)
+        view.take_in(report)
+    return said
+
+
+def test_an_older_list_changes_nothing_however_late_it_comes():
+    view = HiveView()
+    newer = TaskList(2, 1, (TaskRecord(TASK, TaskState.DONE, "robot1"),))
+    older = TaskList(1, 9, (TaskRecord(TASK),))
+    view.take_in(newer)
+
+    assert changes(view, older) == []
+    view.take_in(older)
+    assert view.state_of("T1") is TaskState.DONE
+
+
+def test_an_update_makes_the_list_newer():
+    view = HiveView()
+    view.take_in(TaskList(1, 1, (TaskRecord(TASK),)))
+
+    view.take_in(TaskUpdate("T1", TaskState.STARTED, "robot2", step=1, steps=2, eta=9.0))
+
+    record = view.tasks["T1"]
+    assert (record.state, record.robot, record.step, record.eta) == (
+        TaskState.STARTED, "robot2", 1, 9.0,
+    )  # fmt: skip
+
+
+def test_a_task_that_has_ended_does_not_come_back_by_a_late_update():
+    view = HiveView()
+    view.take_in(TaskList(1, 1, (TaskRecord(TASK, TaskState.DONE),)))
+
+    view.take_in(TaskUpdate("T1", TaskState.STARTED, "robot2"))
+
+    assert view.state_of("T1") is TaskState.DONE
+
+
+def test_a_heartbeat_of_an_older_epoch_does_not_count():
+    view = HiveView()
+    view.take_in(Heartbeat(3, "/robot1"))
+
+    view.take_in(Heartbeat(2, "/blackboard"))
+
+    assert view.heartbeat.active == "/robot1"
+    assert who_leads(view) == "robot1 carries the blackboard (epoch 3), nobody is its backup"
+
+
+def test_the_life_of_a_task_is_told_in_words_and_each_thing_once():
+    waiting = TaskUpdate("T1", TaskState.WAITING, steps=2)
+    assigned = TaskUpdate("T1", TaskState.ASSIGNED, "robot1", steps=2)
+    started = TaskUpdate("T1", TaskState.STARTED, "robot1", step=1, steps=2)
+    done = TaskUpdate("T1", TaskState.DONE, "robot1", step=2, steps=2)
+
+    said = told(
+        HiveView(), waiting, waiting, TaskList(1, 1, (TaskRecord(TASK),)), assigned, started,
+        started, done, TaskList(1, 2, (TaskRecord(TASK, TaskState.DONE, "robot1", 2),)), started,
+    )  # fmt: skip
+
+    assert said == [
+        "task T1 waits for a robot",
+        "task T1 is on the list of robot1",
+        "task T1 is under way by robot1, 1 of 2 steps done",
+        "task T1 is done by robot1",
+    ]
+
+
+def test_a_rejection_tells_its_reason():
+    update = TaskUpdate("T1", TaskState.REJECTED, reason="goal A is inside a wall")
+
+    assert told(HiveView(), update) == ["task T1 was rejected: goal A is inside a wall"]
+
+
+def test_robots_and_the_blackboard_are_told_when_they_change():
+    defect = RobotStatus("robot1", RobotState.DEFECT, Pose(1, 2), 0.5, reason="set by an operator")
+
+    said = told(
+        HiveView(), ROBOT, ROBOT, defect, Heartbeat(1, "/blackboard"), Heartbeat(1, "/blackboard"),
+        Heartbeat(2, "/robot2", "/robot1", ("/robot1", "/robot2")),
+    )  # fmt: skip
+
+    assert said == [
+        "robot1 is at work, battery 50%",
+        "robot1 is out of service: set by an operator",
+        "blackboard carries the blackboard, epoch 1",
+        "robot2 carries the blackboard, epoch 2",
+        "robot1 is its backup",
+        "robot1 joined the hive",
+        "robot2 joined the hive",
+    ]
+
+
+def test_tables_have_aligned_columns_with_units():
+    other = TaskRecord(Task("longer-id", TaskType.GA, (Pose(0, 0),)), TaskState.DONE, "robot1", 1)
+
+    lines = tasks_table([TaskRecord(TASK, TaskState.STARTED, "robot1", 1, 12.4), other])
+
+    assert lines[1].split() == [
+        "T1", "GAB", "5", "20", "kg", "STARTED", "robot1", "1/2", "12", "s",
+    ]  # fmt: skip
+    assert (
+        len({line.index(word) for line, word in zip(lines, ["TYPE", "GAB", "GA"], strict=True)})
+        == 1
+    )
+
+
+def test_a_robots_queue_is_what_stands_behind_its_current_task():
+    assert robots_table([ROBOT])[1].split()[-1] == "1"
+    assert robot_data(ROBOT)["queued"] == 1
+
+
+def test_an_empty_table_is_its_headings():
+    assert len(tasks_table([])) == 1
+
+
+def test_task_data_is_plain_and_complete():
+    data = task_data(TaskRecord(TASK, TaskState.WAITING, reason="no robot is in service"))
+
+    assert data["type"] == "GAB"
+    assert data["goals"][1] == {"x": 3.0, "y": 4.0, "yaw": 0.0}
+    assert (data["state"], data["steps"]) == ("WAITING", 2)
+
+
+def test_lines_that_are_too_wide_are_cut_with_an_ellipsis():
+    assert fit(["short", "much longer"], 6) == ["short", "much …"]

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How quick the planner is, and how much longer its ways are than the shortest ones.
+
+The reference is independent of the planner: distances from the start to every cell by Dijkstra's
+algorithm on a grid whose moves go to 32 neighbours, pulled taut afterwards. It is at most about
+1 % longer than the shortest any-angle path, so a ratio slightly below 1 can occur.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from robot_description.map_reader import read_map
+from robot_description.models import load_model
+from robot_description.ompl_planner import OmplPlanner
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from robot_description.grid_map import ClearanceField, GridMap
+
+Point = tuple[float, float]
+
+MAPS = ("lab", "warehouse")
+PAIRS = 200
+MODEL = "mir100"
+"""The widest of the default robots: the doors leave it least room."""
+
+AIMS = {"median": 0.010, "p95": 0.050, "length": 1.05}
+"""Median and 95th percentile of the planning time [s]; median length over the shortest [-]."""
+
+REACH = 4
+"""How many cells a move of the reference goes at most; 4 gives 32 directions."""
+
+
+def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> dict[str, object]:
+    """Plan between random reachable pairs of places on each map.
+
+    Args:
+        maps: The folder with `lab.yaml` and `warehouse.yaml`; None for the repository's own.
+        pairs: How many pairs on each map.
+        seed: Of the pairs and of the planner.
+
+    Returns:
+        `{"bench": "plan", "figures": {...}, "aims": {...}}`; times in s, lengths as ratios.
+    """
+    figures: dict[str, float] = {}
+    aims: dict[str, float] = {}
+    for name in MAPS:
+        grid = read_map((maps or maps_folder()) / f"{name}.yaml")
+        figures |= {f"{name}_{key}": value for key, value in _measure(grid, pairs, seed).items()}
+        aims |= {
+            f"{name}_time_median": AIMS["median"],
+            f"{name}_time_p95": AIMS["p95"],
+            f"{name}_length_median": AIMS["length"],
+        }
+    return {"bench": "plan", "figures": figures, "aims": aims}
+
+
+def maps_folder() -> Path:
+    """Return where the maps are: at the root of the repository, or with simenv once installed."""
+    here = Path(__file__).resolve()
+    places = (here.parents[4] / "maps", here.parents[4] / "share/simenv/maps")
+    return next((place for place in places if place.is_dir()), places[0])
+
+
+def _measure(grid: GridMap, pairs: int, seed: int) -> dict[str, float]:
+    began = time.perf_counter()
+    planner = OmplPlanner(grid, load_model(MODEL).base.circumscribed_radius, seed=seed)
+    prepared = time.perf_counter() - began
+    shortest = ShortestWays(planner.field, planner.need)
+    times, ratios = [], []
+    for start, goal, length in random_pairs(shortest, pairs, seed):
+        began = time.perf_counter()
+        corners = planner.plan(start, goal)
+        times.append(time.perf_counter() - began)
+        ratios.append(way_length(corners) / length)
+    return {
+        "prepare": prepared,
+        "time_median": statistics.median(times),
+        "time_p95": float(np.percentile(times, 95)),
+        "time_worst": max(times),
+        "length_median": statistics.median(ratios),
+        "length_p95": float(np.percentile(ratios, 95)),
+        "length_worst": max(ratios),
+    }
+
+
+def random_pairs(
+    shortest: ShortestWays, pairs: int, seed: int
+) -> Iterator[tuple[Point, Point, float]]:
+    """Yield starts, goals and the lengths of the shortest ways between them [m].
+
+    Pairs closer than 1 m are left out: there a ratio of lengths says little.
+    """
+    random = np.random.default_rng(seed)
+    made = 0
+    while made < pairs:
+        start = shortest.random_place(random)
+        lengths = shortest.from_place(start)
+        # Several goals for one start: the reference's search is the slow part.
+        for _ in range(10):
+            goal = shortest.random_place(random)
+            length = lengths.to(goal)
+            if made < pairs and 1.0 <= length < math.inf:
+                made += 1
+                yield start, goal, length
+
+
+def way_length(corners: list[Point]) -> float:
+    """Return the length of a way [m]."""
+    return sum(math.dist(a, b) for a, b in itertools.pairwise(corners))
+
+
+class ShortestWays:
+    """The reference: shortest ways on the free cells of a map."""
+
+    def __init__(self, field: ClearanceField, need: float) -> None:
+        self.field = field
+        self.need = need
+        self._free = field.clearance >= need
+        self._graph = _grid_graph(self._free, field.grid.resolution)
+
+    def random_place(self, random: np.random.Generator) -> Point:
+        """Return the middle of a random free cell, frame map [m]."""
+        rows, columns = np.nonzero(self._free)
+        which = random.integers(len(rows))
+        return self._place(int(rows[which] * self._free.shape[1] + columns[which]))
+
+    def from_place(self, start: Point) -> _Lengths:
+        """Return the lengths of the shortest ways from a place to all others."""
+        distances, before = csgraph.dijkstra(
+            self._graph, indices=self._cell(start), return_predecessors=True
+        )
+        return _Lengths(self, distances, before)
+
+    def taut(self, cells: list[int]) -> float:
+        """Return the length of a way once it is pulled taut [m]."""
+        points = [self._place(cell) for cell in cells]
+        length = math.inf
+        # Each pass drops every corner that its neighbours can see past.
+        while way_length(points) < length - 1e-6:
+            length = way_length(points)
+            points = self._pulled(points)
+        return length
+
+    def _pulled(self, points: list[Point]) -> list[Point]:
+        kept = [points[0]]
+        at = 0
+        while at < len(points) - 1:
+            ahead = np.array(points[at + 1 :])
+            clear = self.field.lines_are_clear(
+                np.repeat([points[at]], len(ahead), axis=0), ahead, self.need
+            )
+            seen = np.flatnonzero(clear)
+            at += 1 + (int(seen[-1]) if len(seen) else 0)
+            kept.append(points[at])
+        return kept
+
+    def _cell(self, place: Point) -> int:
+        grid = self.field.grid
+        column = int((place[0] - grid.origin[0]) // grid.resolution)
+        row = int((place[1] - grid.origin[1]) // grid.resolution)
+        return row * self._free.shape[1] + column
+
+    def _place(self, cell: int) -> Point:
+        grid = self.field.grid
+        row, column = divmod(cell, self._free.shape[1])
+        return (
+            grid.origin[0] + (column + 0.5) * grid.resolution,
+            grid.origin[1] + (row + 0.5) * grid.resolution,
+        )
+
+
+class _Lengths:
+    """The lengths of the shortest ways from one place."""
+
+    def __init__(
+        self, ways: ShortestWays, distances: NDArray[np.float64], before: NDArray[np.int32]
+    ) -> None:
+        self._ways = ways
+        self._distances = distances
+        self._before = before
+
+    def to(self, goal: Point) -> float:
+        """Return the length to a goal [m]; infinite if there is no way."""
+        cell = self._ways._cell(goal)  # noqa: SLF001  (two classes of one computation)
+        if not math.isfinite(self._distances[cell]):
+            return math.inf
+        cells = [cell]
+        while self._before[cells[-1]] >= 0:
+            cells.append(int(self._before[cells[-1]]))
+        return min(float(self._distances[cell]), self._ways.taut(cells[::-1]))
+
+
+def _grid_graph(free: NDArray[np.bool_], resolution: float) -> sparse.csr_matrix:
+    """Return the graph of moves between free cells."""
+    rows, columns = free.shape
+    number = np.arange(rows * columns).reshape(rows, columns)
+    starts, ends, lengths = [], [], []
+    for down, right in _moves():
+        a, b = _shifted(number, down, right)
+        free_a, free_b = _shifted(free, down, right)
+        both = free_a & free_b
+        starts.append(a[both])
+        ends.append(b[both])
+        lengths.append(np.full(int(both.sum()), math.hypot(down, right) * resolution))
+    shape = (rows * columns, rows * columns)
+    joined = (np.concatenate(lengths), (np.concatenate(starts), np.concatenate(ends)))
+    return sparse.csr_matrix(joined, shape=shape)
+
+
+def _moves() -> list[tuple[int, int]]:
+    """Return the moves in all directions that a grid of `REACH` cells tells apart."""
+    span = range(-REACH, REACH + 1)
+    return [(down, right) for down in span for right in span if math.gcd(down, right) == 1]
+
+
+def _shifted(array: NDArray[Any], down: int, right: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the array and the array moved, both cut to where they overlap."""
+    rows, columns = array.shape
+    here = array[max(0, -down) : rows - max(0, down), max(0, -right) : columns - max(0, right)]
+    there = array[max(0, down) : rows - max(0, -down), max(0, right) : columns - max(0, -right)]
+    return here, there

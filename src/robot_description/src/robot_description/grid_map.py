@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The map as the planner sees it: cells, and how far each is from the nearest obstacle.
+
+Everything that plans or drives asks one question, "how much room is there at this point?". The
+distance transform of the occupancy grid answers it for every cell at once. A robot with radius r
+may stand where the clearance is at least r, so one field serves robots of every size, and the
+"inflated map" of the ROS navigation stack is the comparison `clearance < r`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import ndimage
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+FAR = 3.0
+"""Clearances are cut off here [m]: no robot is so large, and a disc then changes few cells."""
+
+STRIDES = 12
+"""Strides after which most lines among obstacles have been decided."""
+
+TINY = 1e-9
+"""Below this a line has no direction [m]."""
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A round obstacle that the map does not show: another robot, or something the laser saw.
+
+    Attributes:
+        x, y: Its middle, frame map [m].
+        radius: [m]
+    """
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class GridMap:
+    """An occupancy grid.
+
+    Attributes:
+        blocked: (rows, columns) array of bool; row 0 is the lowest y. Unknown counts as blocked.
+        resolution: Side of a cell [m].
+        origin: x, y of the lower-left corner of cell (0, 0), frame map [m].
+    """
+
+    blocked: NDArray[np.bool_]
+    resolution: float
+    origin: tuple[float, float]
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max, frame map [m]."""
+        rows, columns = self.blocked.shape
+        x, y = self.origin
+        return x, y, x + columns * self.resolution, y + rows * self.resolution
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point [m], frame map, lies on the map."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return x_min <= x < x_max and y_min <= y < y_max
+
+
+class ClearanceField:
+    """The distance to the nearest obstacle, for every cell of a map.
+
+    Points off the map have clearance 0: a robot never leaves its map.
+
+    Attributes:
+        grid: The map.
+        clearance: (rows, columns) array [m], from a cell's middle to the edge of the nearest
+            blocked cell, at most `FAR`.
+    """
+
+    def __init__(self, grid: GridMap, clearance: NDArray[np.float32]) -> None:
+        self.grid = grid
+        self.clearance = clearance
+        # A list answers single look-ups five times faster than an array, but is eight times the
+        # size; a flat memoryview is nearly as quick and needs no copy.
+        self._cells = np.ascontiguousarray(clearance).reshape(-1).data
+
+    @classmethod
+    def of(cls, grid: GridMap) -> ClearanceField:
+        """Compute the field of a map, about 0.1 s for a million cells."""
+        # The map's edge is a wall: one ring of blocked cells around it says so.
+        free = np.pad(~grid.blocked, 1)
+        cells = ndimage.distance_transform_edt(free)[1:-1, 1:-1]
+        metres = np.clip((cells - 0.5) * grid.resolution, 0.0, FAR)
+        return cls(grid, metres.astype(np.float32))
+
+    def at(self, x: float, y: float) -> float:
+        """Return the clearance at a point, frame map [m]."""
+        grid = self.grid
+        rows, columns = grid.blocked.shape
+        column = int((x - grid.origin[0]) // grid.resolution)
+        row = int((y - grid.origin[1]) // grid.resolution)
+        if 0 <= row < rows and 0 <= column < columns:
+            return self._cells[row * columns + column]
+        return 0.0
+
+    def at_points(self, points: Array) -> Array:
+        """Return the clearances at points, frame map.
+
+        Args:
+            points: (n, 2) array [m].
+
+        Returns:
+            (n,) array [m].
+        """
+        grid = self.grid
+        rows, columns = grid.blocked.shape
+        cells = np.floor((points - np.asarray(grid.origin)) / grid.resolution).astype(np.intp)
+        column, row = cells[:, 0], cells[:, 1]
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        values = np.zeros(len(points))
+        values[inside] = self.clearance[row[inside], column[inside]]
+        return values
+
+    def with_discs(self, discs: Iterable[Disc]) -> ClearanceField:
+        """Return the field with further obstacles in it; this one stays as it is."""
+        clearance = self.clearance.copy()
+        for disc in discs:
+            self._add(clearance, disc)
+        return ClearanceField(self.grid, clearance)
+
+    def _add(self, clearance: NDArray[np.float32], disc: Disc) -> None:
+        """Lower the clearances around a disc, in place."""
+        grid = self.grid
+        reach = disc.radius + FAR
+        rows, columns = grid.blocked.shape
+        step = grid.resolution
+        left = max(0, math.floor((disc.x - reach - grid.origin[0]) / step))
+        right = min(columns, math.ceil((disc.x + reach - grid.origin[0]) / step))
+        low = max(0, math.floor((disc.y - reach - grid.origin[1]) / step))
+        high = min(rows, math.ceil((disc.y + reach - grid.origin[1]) / step))
+        if left >= right or low >= high:
+            return
+        xs = grid.origin[0] + (np.arange(left, right) + 0.5) * step - disc.x
+        ys = grid.origin[1] + (np.arange(low, high) + 0.5) * step - disc.y
+        distance = np.maximum(np.hypot(xs[None, :], ys[:, None]) - disc.radius, 0.0)
+        patch = clearance[low:high, left:right]
+        np.minimum(patch, distance.astype(np.float32), out=patch)
+
+    def line_is_clear(self, a: tuple[float, float], b: tuple[float, float], need: float) -> bool:
+        """Return whether a disc of radius `need` [m] can go straight from a to b, frame map.
+
+        The answer is the same in both directions, and the same as that of `lines_are_clear`.
+        """
+        if self.at(*a) < need or self.at(*b) < need:
+            return False
+        (x, y), end = sorted((a, b))
+        length = math.hypot(end[0] - x, end[1] - y)
+        step = self.grid.resolution
+        dx, dy = (end[0] - x) / max(length, TINY), (end[1] - y) / max(length, TINY)
+        gone, strides = 0.0, 0
+        while gone < length:
+            room = self.at(x + gone * dx, y + gone * dy) - need
+            if room < 0:
+                return False
+            strides += 1
+            gone += max(step, room - step) if strides <= STRIDES else step
+        return True
+
+    def lines_are_clear(self, a: Array, b: Array, need: float) -> NDArray[np.bool_]:
+        """Return for many lines at once what `line_is_clear` does for one.
+
+        Args:
+            a: (n, 2) array of starts, frame map [m].
+            b: (n, 2) array of ends, frame map [m].
+            need: Radius of the disc [m].
+
+        Returns:
+            (n,) array of bool.
+        """
+        clear = (self.at_points(a) >= need) & (self.at_points(b) >= need)
+        turned = (a[:, 0] > b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] > b[:, 1]))
+        begin = np.where(turned[:, None], b, a)
+        line = np.where(turned[:, None], a, b) - begin
+        length = np.hypot(line[:, 0], line[:, 1])
+        direction = line / np.maximum(length, TINY)[:, None]
+        going = np.flatnonzero(clear)
+        gone = np.zeros(len(going))
+        step = self.grid.resolution
+        for _ in range(STRIDES):
+            # The clearance changes by at most a metre per metre, and by the rounding to cells.
+            room = self.at_points(begin[going] + gone[:, None] * direction[going]) - need
+            clear[going[room < 0]] = False
+            gone += np.maximum(step, room - step)
+            on = (room >= 0) & (gone < length[going])
+            going, gone = going[on], gone[on]
+        # What is left runs along a wall, where strides are short: look at every cell instead.
+        for part in np.array_split(np.arange(len(going)), 1 + len(going) // 200):
+            lines, done = going[part], gone[part]
+            counts = np.ceil((length[lines] - done) / step).astype(np.intp)
+            number = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+            which = np.repeat(lines, counts)
+            along = np.repeat(done, counts) + number * step
+            hit = self.at_points(begin[which] + along[:, None] * direction[which]) < need
+            clear[which[hit]] = False
+        return clear

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where to wait while others pass: the nearest place that is free and on nobody's way."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robot_description.grid_map import Disc
+from robot_description.planner import PlanError
+from robot_description.right_of_way import LEAST_GAP, keep_apart
+from robot_description.way import Way
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from robot_description.grid_map import ClearanceField
+    from robot_description.planner import Planner
+    from robot_description.right_of_way import Announcement
+
+    Array = NDArray[np.float64]
+
+Point = tuple[float, float]
+
+DISTANCES = np.concatenate([np.arange(0.4, 2.0, 0.2), np.arange(2.0, 12.1, 0.5)])
+"""How far from the robot places are tried [m]; beyond, waiting costs less than going there."""
+
+DIRECTIONS = 24
+"""In how many directions places are tried."""
+
+SLACK = 0.05
+"""Room beyond the least that a passing place leaves [m], for the robot does not stop exactly."""
+
+TOWARDS = 1.5
+"""How much longer a way may be if it does not lead towards the one that comes [m]."""
+
+PLANS = 4
+"""How many places out of sight are planned to; a plan takes some 20 ms."""
+
+
+def other_robots(others: Sequence[Announcement]) -> list[Disc]:
+    """Return where robots stand as obstacles for a planner."""
+    return [Disc(other.x, other.y, other.radius + LEAST_GAP) for other in others]
+
+
+def way_aside(
+    me: Announcement,
+    first: Sequence[Announcement],
+    others: Sequence[Announcement],
+    planner: Planner,
+    field: ClearanceField,
+    need: float,
+) -> list[Point] | None:
+    """Return a way to the nearest passing place.
+
+    Args:
+        me: The robot that moves aside.
+        first: Those whose ways it must leave and keep off.
+        others: Everyone who is in the way as a body.
+        planner: The robot's planner.
+        field: The clearances of the map.
+        need: The clearance that the robot needs [m].
+
+    Returns:
+        The corners of the way, frame map [m], or None if there is no such place.
+    """
+    here = np.array([me.x, me.y])
+    discs = other_robots(others)
+    around = field.with_discs(discs)
+    places = _candidates(here)
+    places = places[around.at_points(places) >= need + SLACK]
+    for other in first:
+        places = places[
+            _away(other.samples()[0], places) >= keep_apart(me.radius, other.radius) + SLACK
+        ]
+    if not len(places):
+        return None
+    places = places[np.argsort(_cost(here, places, first), kind="stable")]
+    starts = np.repeat([here], len(places), axis=0)
+    seen = np.flatnonzero(around.lines_are_clear(starts, places, need))
+    if len(seen):
+        x, y = places[seen[0]]
+        return [(me.x, me.y), (float(x), float(y))]
+    return _planned((me.x, me.y), places[:: max(1, len(places) // 40)][:PLANS], planner, discs)
+
+
+def _planned(
+    here: Point, places: Array, planner: Planner, discs: Sequence[Disc]
+) -> list[Point] | None:
+    """Return the shortest way to one of some places."""
+    ways = []
+    for x, y in places:
+        try:
+            ways.append(planner.plan(here, (float(x), float(y)), discs))
+        except PlanError:
+            continue
+    return min(ways, key=lambda way: Way(way).length, default=None)
+
+
+def _candidates(here: Array) -> Array:
+    """Return places all around, (n, 2) array [m]."""
+    angles = np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    return (here + DISTANCES[:, None, None] * circle).reshape(-1, 2)
+
+
+def _away(way: Array, places: Array) -> Array:
+    """Return how far places are from a way, (n,) array [m]."""
+    apart = np.hypot(places[:, None, 0] - way[None, :, 0], places[:, None, 1] - way[None, :, 1])
+    return np.asarray(apart.min(axis=1))
+
+
+def _cost(here: Array, places: Array, first: Sequence[Announcement]) -> Array:
+    """Return how far places are, with something on top if they are towards who comes [m]."""
+    cost: Array = np.hypot(*(places - here).T)
+    for other in first:
+        body = np.array([other.x, other.y])
+        towards = np.hypot(*(places - body).T) < np.hypot(*(here - body)) - SLACK
+        cost = cost + TOWARDS * towards
+    return np.asarray(cost)

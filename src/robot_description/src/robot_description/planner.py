@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a planner is to the rest of navigation: the port behind which OMPL stands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from robot_description.errors import RobotDescriptionError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from robot_description.grid_map import Disc
+
+Point = tuple[float, float]
+
+
+class PlanError(RobotDescriptionError):
+    """There is no plan; the text says why, with the values, and what to do.
+
+    Attributes:
+        lasting: True if no change but one of the map or the goal helps; False if something that
+            is not on the map is in the way and may go away.
+    """
+
+    def __init__(self, text: str, *, lasting: bool) -> None:
+        super().__init__(text)
+        self.lasting = lasting
+
+
+class Planner(Protocol):
+    """Finds ways for one robot on one map.
+
+    A way is a list of points that the robot can drive along in straight lines, turning on the
+    spot wherever it likes: the planner keeps room for that, whatever the shape of the footprint.
+    """
+
+    def plan(self, start: Point, goal: Point, discs: Sequence[Disc] = ()) -> list[Point]:
+        """Return the corners of a short way from start to goal, both included.
+
+        Args:
+            start: Frame map [m].
+            goal: Frame map [m].
+            discs: Obstacles that are not on the map.
+
+        Raises:
+            PlanError: There is no way.
+        """
+        ...

@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which way round: a small graph of the places where shortest ways bend.
+
+A shortest way among obstacles is straight except where it bends around a convex corner. The
+corners are read off the distance transform: the cells nearest to a corner form a whole wedge,
+those nearest to a stretch of wall a strip one cell wide. A few landmarks on an arc around each
+corner, joined wherever a robot can go straight from one to the other, hold a nearly shortest way
+between any two places. They are found once per map and robot size. `ompl_planner` turns the way
+into a plan; what was tried besides is in docs/decisions/010-planner.md.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import ndimage
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from robot_description.grid_map import ClearanceField, Disc
+
+    Array = NDArray[np.float64]
+
+Point = tuple[float, float]
+
+ARC = math.radians(30)
+"""Angle between neighbouring landmarks around one corner [rad]; longer ways by 1 % at most."""
+
+GRAZE = math.sin(math.radians(30))
+"""A shortest way only touches the circle around a corner: sine of how far it may differ."""
+
+SMALLEST_CORNER = math.radians(20)
+"""Corners that turn by less are walls that the grid has drawn as steps [rad]."""
+
+PAIRS_AT_ONCE = 100_000
+"""Lines looked at in one go; bounds the memory needed for a large map."""
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Places where a shortest way may bend.
+
+    Attributes:
+        at: (n, 2) array, frame map [m].
+        outward: (n, 2) array, direction from the corner it bends around, length 1.
+    """
+
+    at: Array
+    outward: Array
+
+    def __add__(self, other: Landmarks) -> Landmarks:
+        """Return these and the others behind them."""
+        return Landmarks(np.vstack([self.at, other.at]), np.vstack([self.outward, other.outward]))
+
+    def touched_by(self, which: NDArray[np.intp], lines: Array) -> NDArray[np.bool_]:
+        """Return whether lines touch the circles of their landmarks instead of cutting them.
+
+        Args:
+            which: (n,) array of landmarks.
+            lines: (n, 2) array of vectors that end or start there [m].
+        """
+        along = np.abs(np.einsum("ij,ij->i", lines, self.outward[which]))
+        touching: NDArray[np.bool_] = along <= GRAZE * np.hypot(lines[:, 0], lines[:, 1])
+        return touching
+
+
+class Roadmap:
+    """Landmarks of one map for robots of one size, and the straight ways between them.
+
+    Attributes:
+        need: Clearance that the robot needs [m].
+        landmarks: The places.
+    """
+
+    def __init__(self, field: ClearanceField, need: float) -> None:
+        self.need = need
+        self.landmarks = _corner_landmarks(field, need)
+        pairs = np.triu_indices(len(self.landmarks.at), k=1)
+        self._pairs = _clear_pairs(field, self.landmarks, need, pairs)
+        self._neighbours = _joined(self.landmarks, self._pairs)
+
+    def way(self, start: Point, goal: Point, field: ClearanceField) -> list[Point] | None:
+        """Return a short way through the landmarks.
+
+        Args:
+            start: Frame map [m].
+            goal: Frame map [m].
+            field: The field of the roadmap's own map.
+
+        Returns:
+            The corners of the way from start to goal, or None if the landmarks hold none.
+        """
+        return _search(start, goal, field, self.need, self.landmarks, self._neighbours)
+
+    def way_around(
+        self, start: Point, goal: Point, field: ClearanceField, discs: Iterable[Disc]
+    ) -> list[Point] | None:
+        """Return a short way that also keeps clear of discs.
+
+        Args:
+            start: Frame map [m].
+            goal: Frame map [m].
+            field: The field with the discs in it.
+            discs: The obstacles that are not on the map.
+        """
+        known = len(self.landmarks.at)
+        landmarks = self.landmarks + _disc_landmarks(field, discs, self.need)
+        count = len(landmarks.at)
+        old, new = np.divmod(np.arange(count * (count - known)), max(1, count - known))
+        new += known
+        candidates = (
+            np.concatenate([self._pairs[0], old[old < new]]),
+            np.concatenate([self._pairs[1], new[old < new]]),
+        )
+        pairs = _clear_pairs(field, landmarks, self.need, candidates)
+        neighbours = _joined(landmarks, pairs)
+        return _search(start, goal, field, self.need, landmarks, neighbours)
+
+
+def _search(
+    start: Point,
+    goal: Point,
+    field: ClearanceField,
+    need: float,
+    landmarks: Landmarks,
+    neighbours: list[list[tuple[int, float]]],
+) -> list[Point] | None:
+    """Search the graph; start and goal are joined to every landmark they see."""
+    if field.line_is_clear(start, goal, need):
+        return [start, goal]
+    from_start = _seen(start, field, need, landmarks)
+    to_goal = _seen(goal, field, need, landmarks)
+    ahead = np.hypot(*(landmarks.at - np.array(goal)).T).tolist()
+    chain = _a_star(from_start, to_goal, ahead, neighbours)
+    if chain is None:
+        return None
+    return [start, *((float(x), float(y)) for x, y in landmarks.at[chain]), goal]
+
+
+def _seen(
+    point: Point, field: ClearanceField, need: float, landmarks: Landmarks
+) -> dict[int, float]:
+    """Return the landmarks that a robot can reach straight from a point, with distances [m]."""
+    lines = landmarks.at - np.array(point)
+    touched = np.flatnonzero(landmarks.touched_by(np.arange(len(lines)), lines))
+    starts = np.repeat([point], len(touched), axis=0)
+    seen = touched[field.lines_are_clear(starts, landmarks.at[touched], need)]
+    lengths = np.hypot(*lines[seen].T)
+    return dict(zip(seen.tolist(), lengths.tolist(), strict=True))
+
+
+def _a_star(
+    starts: dict[int, float],
+    goals: dict[int, float],
+    ahead: list[float],
+    neighbours: list[list[tuple[int, float]]],
+) -> list[int] | None:
+    """Return the landmarks of the shortest way, or None.
+
+    Args:
+        starts: Landmarks that the start sees, with their distance from it [m].
+        goals: Landmarks that the goal sees, with their distance to it [m].
+        ahead: Distance of every landmark to the goal as the crow flies [m].
+        neighbours: For every landmark, whom it sees and how far away they are [m].
+    """
+    best = dict(starts)
+    came: dict[int, int] = {}
+    queue = [(cost + ahead[node], node) for node, cost in starts.items()]
+    heapq.heapify(queue)
+    done: set[int] = set()
+    end, end_cost = -1, math.inf
+    while queue and queue[0][0] < end_cost:
+        _, node = heapq.heappop(queue)
+        if node in done:
+            continue
+        done.add(node)
+        cost = best[node]
+        if node in goals and cost + goals[node] < end_cost:
+            end, end_cost = node, cost + goals[node]
+        for other, length in neighbours[node]:
+            if cost + length < best.get(other, math.inf):
+                best[other] = cost + length
+                came[other] = node
+                heapq.heappush(queue, (cost + length + ahead[other], other))
+    if end < 0:
+        return None
+    chain = [end]
+    while chain[-1] in came:
+        chain.append(came[chain[-1]])
+    return chain[::-1]
+
+
+def _joined(
+    landmarks: Landmarks, pairs: tuple[NDArray[np.intp], NDArray[np.intp]]
+) -> list[list[tuple[int, float]]]:
+    """Return for every landmark whom it is joined to, with the distances [m]."""
+    neighbours: list[list[tuple[int, float]]] = [[] for _ in range(len(landmarks.at))]
+    lengths = np.hypot(*(landmarks.at[pairs[0]] - landmarks.at[pairs[1]]).T)
+    for a, b, length in zip(*(array.tolist() for array in (*pairs, lengths)), strict=True):
+        neighbours[a].append((b, length))
+        neighbours[b].append((a, length))
+    return neighbours
+
+
+def _clear_pairs(
+    field: ClearanceField,
+    landmarks: Landmarks,
+    need: float,
+    pairs: tuple[NDArray[np.intp], NDArray[np.intp]],
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return those pairs of landmarks between which a shortest way may run straight."""
+    kept = []
+    for low in range(0, len(pairs[0]), PAIRS_AT_ONCE):
+        first, second = (part[low : low + PAIRS_AT_ONCE] for part in pairs)
+        lines = landmarks.at[second] - landmarks.at[first]
+        touching = landmarks.touched_by(first, lines) & landmarks.touched_by(second, lines)
+        first, second = first[touching], second[touching]
+        clear = field.lines_are_clear(landmarks.at[first], landmarks.at[second], need)
+        kept.append((first[clear], second[clear]))
+    if not kept:
+        return pairs
+    return np.concatenate([a for a, _ in kept]), np.concatenate([b for _, b in kept])
+
+
+def _corner_landmarks(field: ClearanceField, need: float) -> Landmarks:
+    """Return places around the convex corners of the map, at the distance the robot needs."""
+    grid = field.grid
+    step = grid.resolution
+    # The chord between two landmarks must still keep `need` from the corner.
+    radius = need / math.cos(ARC / 2)
+    ring = (field.clearance >= radius) & (field.clearance < radius + 1.5 * step)
+    nearest = ndimage.distance_transform_edt(
+        ~grid.blocked, return_distances=False, return_indices=True
+    )
+    rows, columns = np.nonzero(ring)
+    at_row, at_column = nearest[0][ring], nearest[1][ring]
+    owner = at_row.astype(np.int64) * grid.blocked.shape[1] + at_column
+    _, index, sizes = np.unique(owner, return_inverse=True, return_counts=True)
+    cells_per_radian = radius / step * 1.5
+    corner = sizes >= SMALLEST_CORNER * cells_per_radian
+    chosen = corner[index]
+    angle = np.arctan2(rows - at_row, columns - at_column)[chosen]
+    sector = np.floor(angle / ARC).astype(np.int64)
+    off_middle = np.abs(angle / ARC - sector - 0.5)
+    # Of the cells of one corner in one sector, keep the one nearest to the sector's middle.
+    key = index[chosen] * 64 + sector + 32
+    order = np.lexsort((off_middle, key))
+    _, first = np.unique(key[order], return_index=True)
+    picked = order[first]
+    cells = np.column_stack([columns[chosen][picked], rows[chosen][picked]])
+    middle = angle[picked]
+    outward = np.column_stack([np.cos(middle), np.sin(middle)])
+    return Landmarks(np.asarray(grid.origin) + (cells + 0.5) * step, outward)
+
+
+def _disc_landmarks(field: ClearanceField, discs: Iterable[Disc], need: float) -> Landmarks:
+    """Return free places around discs, one in every `ARC`."""
+    angles = np.arange(0.0, 2 * math.pi, ARC)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    slack = 1.5 * field.grid.resolution
+    rings = [
+        np.array([disc.x, disc.y]) + circle * ((disc.radius + need) / math.cos(ARC / 2) + slack)
+        for disc in discs
+    ]
+    at = np.vstack([np.empty((0, 2)), *rings])
+    free = field.at_points(at) >= need
+    return Landmarks(at[free], np.tile(circle, (len(rings), 1))[free])

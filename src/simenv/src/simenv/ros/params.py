@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The nodes' private parameters, read once and checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import rospy
+
+from simenv.errors import ParameterError
+from simenv.geometry import Pose
+from simenv.noise import Noise
+
+
+@dataclass(frozen=True)
+class SimulatorParams:
+    """What `simulator.launch` sets.
+
+    Attributes:
+        world: Name or path of the world.
+        rtf: Simulated time per time on the wall.
+        seed: Of all noise.
+        noise: How wrong the robots' senses are.
+    """
+
+    world: str
+    rtf: float
+    seed: int
+    noise: Noise
+
+
+@dataclass(frozen=True)
+class SpawnParams:
+    """What `spawn.launch` sets.
+
+    Attributes:
+        name: The robot's name.
+        model: Name or path of its model.
+        pose: Where its base is to stand, frame map [m, m, rad].
+        timeout: How long to wait for the simulator, on the wall clock [s].
+    """
+
+    name: str
+    model: str
+    pose: Pose
+    timeout: float
+
+
+def simulator_params() -> SimulatorParams:
+    """Read the simulator's parameters.
+
+    Raises:
+        ParameterError: One is not what it must be.
+    """
+    share = number("noise", least=0.0, most=100.0, default=1.0)
+    usual = Noise()
+    return SimulatorParams(
+        world=text("world", default="lab"),
+        rtf=number("rtf", least=0.01, most=100.0, default=1.0),
+        seed=whole_number("seed", least=0, most=2**31, default=0),
+        noise=Noise(usual.laser * share, usual.distance * share, usual.heading * share),
+    )
+
+
+def spawn_params() -> SpawnParams:
+    """Read what to spawn.
+
+    Raises:
+        ParameterError: Something is missing, or not what it must be.
+    """
+    x, y = (number(axis, least=-1000.0, most=1000.0) for axis in ("x", "y"))
+    yaw = number("yaw", least=-1000.0, most=1000.0, default=0.0)
+    return SpawnParams(
+        name=text("name"),
+        model=text("model"),
+        pose=Pose(x, y, yaw),
+        timeout=number("timeout", least=0.1, most=3600.0, default=60.0),
+    )
+
+
+def text(name: str, default: str | None = None) -> str:
+    """Return a private parameter that is a text; without a default it must be there."""
+    value = str(rospy.get_param(f"~{name}", "" if default is None else default))
+    if not value:
+        raise ParameterError(f"parameter ~{name} is missing; give it as _{name}:=...")
+    return value
+
+
+def number(name: str, *, least: float, most: float, default: float | None = None) -> float:
+    """Return a private parameter that is a number; without a default it must be there."""
+    value = rospy.get_param(f"~{name}", default)
+    if value is None:
+        raise ParameterError(f"parameter ~{name} is missing; give it as _{name}:=...")
+    good = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if not (good and least <= value <= most):
+        raise ParameterError(
+            f"parameter ~{name}: {value}; allowed: a number from {least:g} to {most:g}"
+        )
+    return float(value)
+
+
+def whole_number(name: str, *, least: int, most: int, default: int) -> int:
+    """Return a private parameter that is a whole number."""
+    value = number(name, least=least, most=most, default=default)
+    if value != int(value):
+        raise ParameterError(f"parameter ~{name}: {value}; allowed: a whole number")
+    return int(value)

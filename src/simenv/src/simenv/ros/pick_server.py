@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A robot's arm as an action server."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import actionlib
+from blackboard.msg import PickAction, PickFeedback, PickResult
+
+from simenv.errors import CommandError
+from simenv.pick import Act, Order, Outcome
+
+if TYPE_CHECKING:
+    from simenv.ros.inbox import Inbox
+    from simenv.simulation import Simulation
+
+
+class PickServer:
+    """Gives the orders of action clients to a robot's arm; a new order takes the place of an old.
+
+    ROS Actions:
+        <robot>/pick (blackboard/PickAction): SUCCEEDED, ABORTED with the reason in the result, or
+            PREEMPTED when cancelled or replaced. Feedback says the progress at 5 Hz.
+    """
+
+    def __init__(self, name: str, simulation: Simulation, inbox: Inbox) -> None:
+        """Serve the arm of the robot `name`."""
+        self._name = name
+        self._simulation = simulation
+        self._arm = simulation.arm(name)
+        self._goal: actionlib.ServerGoalHandle | None = None
+        self._server = actionlib.ActionServer(
+            f"{name}/pick",
+            PickAction,
+            goal_cb=lambda goal: inbox.put(lambda: self._begin(goal)),
+            cancel_cb=lambda goal: inbox.put(lambda: self._cancel(goal)),
+            auto_start=False,
+        )
+        self._server.start()
+
+    def stop(self) -> None:
+        """Serve no longer."""
+        self._drop("the robot was removed from the simulation")
+        self._server.stop()
+
+    def _begin(self, goal: actionlib.ServerGoalHandle) -> None:
+        self._drop("a newer order came in")
+        order = goal.get_goal()
+        try:
+            wanted = Order(Act(order.act), order.task_id, order.payload)
+            self._arm.start(wanted, self._simulation.poses[self._name])
+        except (CommandError, ValueError) as error:
+            goal.set_rejected(text=f"{self._name}: {error}; see blackboard/Pick.action")
+            return
+        goal.set_accepted()
+        self._goal = goal
+        self.report()
+
+    def _cancel(self, goal: actionlib.ServerGoalHandle) -> None:
+        if self._goal is not None and goal == self._goal:
+            self._drop("cancelled")
+
+    def _drop(self, reason: str) -> None:
+        if self._goal is not None:
+            self._arm.cancel()
+            self._goal.set_canceled(text=f"{self._name}: {reason}")
+            self._goal = None
+
+    def report(self) -> None:
+        """Tell the client how the order ended, if it has."""
+        result = self._arm.result
+        if self._goal is None or result is None:
+            return
+        message = PickResult(outcome=int(result.outcome), message=result.message)
+        if result.outcome is Outcome.SUCCESS:
+            self._goal.set_succeeded(message, result.message)
+        else:
+            self._goal.set_aborted(message, result.message)
+        self._goal = None
+
+    def feed_back(self) -> None:
+        """Tell the client how far the order is."""
+        if self._goal is not None:
+            self._goal.publish_feedback(PickFeedback(progress=self._arm.progress))

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The simulator as a ROS node."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import rospy
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import UInt32
+from tf2_msgs.msg import TFMessage
+
+from robot_description.errors import RobotDescriptionError
+from robot_description.models import load_model
+from simenv.errors import SimenvError
+from simenv.pacing import Pacer
+from simenv.ros.conversions import pose_from, stamp_of
+from simenv.ros.inbox import Inbox
+from simenv.ros.params import simulator_params
+from simenv.ros.robot_topics import RobotTopics
+from simenv.simulation import STEP, Simulation
+from simenv.srv import (
+    Remove,
+    RemoveRequest,
+    RemoveResponse,
+    Spawn,
+    SpawnRequest,
+    SpawnResponse,
+)
+from simenv.world import load_world
+
+if TYPE_CHECKING:
+    from simenv.ros.params import SimulatorParams
+
+_BUSY = "the simulator is too busy to answer; try again"
+
+
+class SimulatorNode:
+    """Lets the simulated time pass and tells everyone.
+
+    ROS Publishers:
+        /clock (rosgraph_msgs/Clock): about 50 times a second on the wall.
+        /tf (tf2_msgs/TFMessage): <robot>/odom -> <robot>/base_footprint, 20 Hz.
+        simenv/collisions (std_msgs/UInt32): latched; contacts robot-wall and robot-robot so far.
+    ROS Services:
+        simenv/spawn (simenv/Spawn), simenv/remove (simenv/Remove)
+    ROS Parameters:
+        ~world (lab), ~rtf (1), ~seed (0), ~noise (1): see simulator.launch.
+
+    Every robot adds its own topics: see `RobotTopics`.
+    """
+
+    def __init__(self, simulation: Simulation, rtf: float) -> None:
+        """Show a simulation to ROS, `rtf` times as fast as the time on the wall."""
+        self._simulation = simulation
+        self._rtf = rtf
+        self._inbox = Inbox()
+        self._robots: dict[str, RobotTopics] = {}
+        self._collisions = -1
+        self._warned = False
+
+    def start(self) -> None:
+        """Open topics and services."""
+        self._clock = rospy.Publisher("/clock", Clock, queue_size=5, tcp_nodelay=True)
+        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=50, tcp_nodelay=True)
+        self._count = rospy.Publisher("simenv/collisions", UInt32, queue_size=5, latch=True)
+        self._services = (
+            rospy.Service("simenv/spawn", Spawn, self._spawn_called),
+            rospy.Service("simenv/remove", Remove, self._remove_called),
+        )
+
+    def run(self) -> None:
+        """Let time pass until the node is shut down."""
+        pacer = Pacer(self._rtf, STEP, time.monotonic())
+        while not rospy.is_shutdown():
+            try:
+                self._inbox.empty()
+                self._tick(pacer.steps)
+            except rospy.ROSException:
+                if rospy.is_shutdown():
+                    return  # the topics were closed in the middle of the tick
+                raise
+            pause = pacer.tick_done(time.monotonic())
+            if pacer.reached is not None and not self._warned:
+                self._warned = True
+                rospy.logwarn(
+                    f"this machine reaches a real-time factor of {pacer.reached:.2f}, not "
+                    f"{self._rtf:g}; nothing is skipped, simulated time goes slower"
+                )
+            time.sleep(pause)
+
+    def _tick(self, steps: int) -> None:
+        """Take some steps, tell the time, then tell what happened; no stamp is ever ahead."""
+        due: list[tuple[rospy.Publisher, object]] = []
+        for _ in range(steps):
+            self._simulation.step()
+            now = self._simulation.nanoseconds
+            found = [robot.transform(now) for robot in self._robots.values()]
+            transforms = [transform for transform in found if transform is not None]
+            if transforms:
+                due.append((self._tf, TFMessage(transforms)))
+            for robot in self._robots.values():
+                due.extend(robot.collect(now))
+        self._clock.publish(Clock(stamp_of(self._simulation.nanoseconds)))
+        for publisher, message in due:
+            publisher.publish(message)
+        for robot in self._robots.values():
+            robot.report(self._simulation.nanoseconds)
+        if self._simulation.collisions != self._collisions:
+            self._collisions = self._simulation.collisions
+            self._count.publish(UInt32(self._collisions))
+
+    def _spawn_called(self, request: SpawnRequest) -> SpawnResponse:
+        return self._inbox.ask(lambda: self._spawn(request), SpawnResponse(False, _BUSY))
+
+    def _remove_called(self, request: RemoveRequest) -> RemoveResponse:
+        return self._inbox.ask(lambda: self._remove(request), RemoveResponse(False, _BUSY))
+
+    def _spawn(self, request: SpawnRequest) -> SpawnResponse:
+        pose = pose_from(request.pose)
+        try:
+            self._simulation.add_robot(request.name, load_model(request.model), pose)
+        except (SimenvError, RobotDescriptionError) as error:
+            return SpawnResponse(False, str(error))
+        self._robots[request.name] = RobotTopics(
+            request.name, self._simulation, self._inbox, phase=len(self._robots)
+        )
+        return SpawnResponse(True, f"{request.name} ({request.model}) stands at {pose}")
+
+    def _remove(self, request: RemoveRequest) -> RemoveResponse:
+        try:
+            self._simulation.model(request.name)
+        except SimenvError as error:
+            return RemoveResponse(False, str(error))
+        self._robots.pop(request.name).close()
+        self._simulation.remove_robot(request.name)
+        return RemoveResponse(True, f"{request.name} is removed")
+
+
+def main() -> int:
+    """Run the node; return its exit code."""
+    rospy.init_node("simulator")
+    try:
+        params: SimulatorParams = simulator_params()
+        world = load_world(params.world)
+    except (SimenvError, RobotDescriptionError) as error:
+        rospy.logfatal(str(error))
+        return 1
+    node = SimulatorNode(Simulation(world, seed=params.seed, noise=params.noise), params.rtf)
+    node.start()
+    rospy.loginfo(f"simulating the world '{world.name}' at a real-time factor of {params.rtf:g}")
+    node.run()
+    return 0

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The simulator's topics, services and action are those of real robots; mistakes do not end it."""
+
+import itertools
+import math
+import queue
+import subprocess
+
+import actionlib
+import pytest
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from blackboard.msg import PickAction, PickGoal, PickResult
+from geometry_msgs.msg import Pose2D, Twist
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
+from nav_msgs.srv import GetMap
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
+from simenv.srv import Remove, Spawn
+from std_msgs.msg import UInt32
+from tf2_msgs.msg import TFMessage
+
+WAIT = 20.0  # on the wall clock [s]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def node():
+    rospy.init_node("simulator_cases")
+    while not rospy.get_rostime():
+        rospy.wait_for_message("/clock", Clock, timeout=WAIT)
+
+
+class Topic:
+    """Hands out the messages of a topic as they come in."""
+
+    def __init__(self, name, kind):
+        self._messages = queue.Queue()
+        self._subscriber = rospy.Subscriber(name, kind, self._messages.put)
+
+    def until(self, good):
+        """Return the first message that is `good`."""
+        while True:
+            message = self._messages.get(timeout=WAIT)
+            if good(message):
+                return message
+
+
+def spawn(name, model, x, y, yaw=0.0):
+    rospy.wait_for_service("simenv/spawn", WAIT)
+    return rospy.ServiceProxy("simenv/spawn", Spawn)(name, model, Pose2D(x, y, yaw))
+
+
+@pytest.fixture(scope="module")
+def robot1():
+    """The robot of the launch file, which may still be on its way into the simulator."""
+    rospy.wait_for_message("robot1/odom", Odometry, timeout=WAIT)
+    return "robot1"
+
+
+@pytest.fixture(scope="module")
+def fetch():
+    assert spawn("robot3", "fetch", 12.0, 3.0).success
+    client = actionlib.SimpleActionClient("robot3/pick", PickAction)
+    assert client.wait_for_server(rospy.Duration(100))
+    return client
+
+
+def pick(client, **fields):
+    client.send_goal(PickGoal(**fields))
+    assert client.wait_for_result(rospy.Duration(100))
+    return client.get_state(), client.get_result()
+
+
+def test_odometry_starts_at_zero_in_the_robots_own_frames(robot1):
+    odometry = rospy.wait_for_message(f"{robot1}/odom", Odometry, timeout=WAIT)
+
+    assert (odometry.header.frame_id, odometry.child_frame_id) == (
+        "robot1/odom",
+        "robot1/base_footprint",
+    )
+    assert odometry.pose.pose.position.x == 0.0
+    assert odometry.pose.pose.orientation.w == 1.0
+
+
+def test_a_scan_is_complete_and_in_the_lasers_frame(robot1):
+    scan = rospy.wait_for_message(f"{robot1}/scan", LaserScan, timeout=WAIT)
+
+    assert scan.header.frame_id == "robot1/laser"
+    assert len(scan.ranges) == 720
+    assert (scan.range_min, scan.range_max) == pytest.approx((0.1, 3.0))
+    assert scan.angle_max == pytest.approx(scan.angle_min + 719 * scan.angle_increment)
+    assert min(scan.ranges) == pytest.approx(1.8, abs=0.01)
+
+
+def test_a_scan_comes_every_tenth_of_a_second(robot1):
+    scans = Topic(f"{robot1}/scan", LaserScan)
+    stamps = [scans.until(lambda _: True).header.stamp.to_nsec() for _ in range(5)]
+
+    assert {late - early for early, late in itertools.pairwise(stamps)} == {100_000_000}
+
+
+def test_no_stamp_is_ahead_of_the_clock(robot1):
+    clock = Topic("/clock", Clock)
+    for _ in range(5):
+        stamp = rospy.wait_for_message(f"{robot1}/odom", Odometry, timeout=WAIT).header.stamp
+
+        assert clock.until(lambda message, stamp=stamp: message.clock >= stamp)
+        assert stamp <= rospy.get_rostime()
+
+
+def test_a_robot_drives_while_it_is_told_to_and_stops_by_itself(robot1):
+    truth = Topic(f"{robot1}/ground_truth", Odometry)
+    start = truth.until(lambda _: True)
+    commands = rospy.Publisher(f"{robot1}/cmd_vel", Twist, queue_size=1)
+    forward = Twist()
+    forward.linear.x = 0.5
+
+    def driving(message):
+        commands.publish(forward)
+        return message.pose.pose.position.x > start.pose.pose.position.x + 1.0
+
+    transforms = Topic("/tf", TFMessage)
+    truth.until(driving)
+    end = truth.until(lambda message: message.twist.twist.linear.x == 0.0)
+
+    assert start.header.frame_id == "map"
+    assert start.pose.pose.position.x == pytest.approx(2.6)
+    way = end.pose.pose.position.x - start.pose.pose.position.x
+    assert 1.0 < way < 1.8
+    transforms.until(
+        lambda message: any(
+            abs(transform.transform.translation.x - way) < 1e-6
+            and transform.header.frame_id == "robot1/odom"
+            and transform.child_frame_id == "robot1/base_footprint"
+            for transform in message.transforms
+        )
+    )
+
+
+@pytest.mark.usefixtures("robot1")
+def test_a_collision_is_told_to_everyone():
+    before = rospy.wait_for_message("simenv/collisions", UInt32, timeout=WAIT).data
+    assert spawn("bumper", "youbot", 1.0, 7.0, math.pi).success
+    commands = rospy.Publisher("bumper/cmd_vel", Twist, queue_size=1)
+    truth = Topic("bumper/ground_truth", Odometry)
+    count = Topic("simenv/collisions", UInt32)
+    forward = Twist()
+    forward.linear.x = 0.5
+
+    def stuck(message):
+        commands.publish(forward)
+        return message.pose.pose.position.x < 0.5
+
+    truth.until(stuck)
+
+    assert count.until(lambda message: message.data > before).data == before + 1
+    assert rospy.ServiceProxy("simenv/remove", Remove)("bumper").success
+
+
+def test_a_load_is_picked_and_put_down(fetch):
+    picked = pick(fetch, act=PickGoal.PICK, task_id="T1", payload=2.0)
+    put_down = pick(fetch, act=PickGoal.PLACE, task_id="T1", payload=2.0)
+
+    assert (picked[0], picked[1].outcome) == (GoalStatus.SUCCEEDED, PickResult.SUCCESS)
+    assert (put_down[0], put_down[1].outcome) == (GoalStatus.SUCCEEDED, PickResult.SUCCESS)
+
+
+def test_a_load_that_is_too_heavy_aborts_with_the_reason(fetch):
+    state, result = pick(fetch, act=PickGoal.PICK, task_id="T2", payload=50.0)
+
+    assert (state, result.outcome) == (GoalStatus.ABORTED, PickResult.TOO_HEAVY)
+    assert "50 kg is over the arm's 6 kg" in result.message
+
+
+@pytest.mark.parametrize(("act", "payload"), [(7, 1.0), (0, math.nan), (0, -1.0)])
+def test_an_order_that_makes_no_sense_is_rejected(fetch, act, payload):
+    fetch.send_goal(PickGoal(act=act, task_id="T3", payload=payload))
+    assert fetch.wait_for_result(rospy.Duration(100))
+
+    assert fetch.get_state() == GoalStatus.REJECTED
+    assert fetch.get_goal_status_text().startswith("robot3: ")
+
+
+def test_a_cancelled_pick_is_preempted(fetch):
+    begun = queue.Queue()
+    fetch.send_goal(PickGoal(act=0, task_id="T4", payload=1.0), feedback_cb=begun.put)
+    begun.get(timeout=WAIT)
+    fetch.cancel_goal()
+    assert fetch.wait_for_result(rospy.Duration(100))
+
+    assert fetch.get_state() == GoalStatus.PREEMPTED
+
+
+def test_a_robot_without_arm_has_no_pick_action(robot1):
+    assert f"/{robot1}/pick/status" not in dict(rospy.get_published_topics())
+
+
+@pytest.mark.usefixtures("robot1")
+@pytest.mark.parametrize(
+    ("name", "model", "x", "words"),
+    [
+        ("robot1", "mir100", 14.0, "the name is taken"),
+        ("robot9", "moon_rover", 14.0, "robot model 'moon_rover': not known"),
+        ("robot9", "mir100", 9.9, "'middle wall south' is there"),
+        ("robot9", "mir100", -5.0, "outside the world 'lab'"),
+        ("9robot", "mir100", 14.0, "letters, digits and _"),
+    ],
+)
+def test_a_robot_that_cannot_be_put_down_is_refused_with_the_reason(name, model, x, words):
+    answer = spawn(name, model, x, 2.2)
+
+    assert not answer.success
+    assert words in answer.message
+
+
+def test_a_robot_can_be_removed_and_put_down_again():
+    remove = rospy.ServiceProxy("simenv/remove", Remove)
+    for _ in range(2):
+        assert spawn("guest", "youbot", 14.0, 3.0).success
+        rospy.wait_for_message("guest/odom", Odometry, timeout=WAIT)
+        assert remove("guest").success
+
+    assert not remove("guest").success
+    assert not [name for name, _ in rospy.get_published_topics() if "guest/" in name]
+
+
+def test_the_map_is_there_for_latecomers_and_agrees_with_the_service():
+    grid = rospy.wait_for_message("map", OccupancyGrid, timeout=WAIT)
+    figures = rospy.wait_for_message("map_metadata", MapMetaData, timeout=WAIT)
+    served = rospy.ServiceProxy("static_map", GetMap)().map
+
+    assert grid.header.frame_id == "map"
+    assert (figures.width, figures.height) == (400, 240)
+    assert figures.resolution == pytest.approx(0.05)
+    assert grid.info == figures
+    assert grid.data == served.data
+    assert grid.data[0] == 100
+    assert grid.data[20 * 400 + 20] == 0
+
+
+@pytest.mark.usefixtures("robot1")
+@pytest.mark.parametrize(
+    ("node", "arguments", "words"),
+    [
+        ("simulator", ["_world:=moon"], "world 'moon': not known"),
+        ("simulator", ["_rtf:=0"], "parameter ~rtf: 0; allowed: a number from 0.01 to 100"),
+        ("map_server", ["_map:=/nowhere/map.yaml"], "/nowhere/map.yaml: cannot be read"),
+        ("spawn", ["_name:=robot9"], "parameter ~x is missing"),
+        ("spawn", ["_name:=robot1", "_model:=mir100", "_x:=5", "_y:=4"], "the name is taken"),
+    ],
+)
+def test_a_node_that_cannot_start_says_why_in_one_line_and_fails(node, arguments, words):
+    name = f"bad_{abs(hash((node, *arguments)))}"
+    done = subprocess.run(
+        ["rosrun", "simenv", node, *arguments, f"__name:={name}"],
+        capture_output=True,
+        text=True,
+        timeout=WAIT,
+        check=False,
+    )
+
+    assert done.returncode == 1
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
