@@ -71,7 +71,7 @@ class Blackboard:
 
     def start(self) -> None:
         """Begin to listen."""
-        self._orders.adopt(self._backup.records)
+        self._orders.resume(self._backup.records)
         self._talker.subscribe(NEW_TASK, self._take_in)
         self._talker.subscribe(TASK_CANCEL, self._cancel)
         self._talker.subscribe(TASK_STATE, self._hear_update)

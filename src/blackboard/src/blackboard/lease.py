@@ -60,6 +60,10 @@ class Lease:
         """Return for how long it still may [s]; 0 when it may not."""
         return max(0.0, self._end - now)
 
+    def is_echoed_within(self, patience: float, now: float) -> bool:
+        """Return whether a status of the last while [s] has been echoed."""
+        return now - (self._end - self._length) < patience
+
     def covers(self, heard: float, now: float) -> bool:
         """Return whether an order is recent: given while a lease from that echo would hold.
 

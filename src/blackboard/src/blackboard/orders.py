@@ -38,8 +38,8 @@ class Orders:
         self._given: dict[str, float] = {}
         self._heard: dict[str, float] = {}
 
-    def adopt(self, records: Iterable[TaskRecord]) -> None:
-        """Take over what robots were told before this blackboard became the active one."""
+    def resume(self, records: Iterable[TaskRecord]) -> None:
+        """Take over what another blackboard has ordered, as if it had been now."""
         now = self._talker.now()
         self._given = {record.task.id: now for record in records if record.is_held}
 
@@ -67,6 +67,10 @@ class Orders:
         records = (self._backup.get(task_id) for task_id in self._given)
         return [record for record in records if record is not None and record.is_held]
 
+    def given_to(self, robot_id: str) -> tuple[TaskRecord, ...]:
+        """Return the records of all that one robot has to have in its list."""
+        return tuple(record for record in self.held() if record.robot == robot_id)
+
     def compare(self, status: RobotStatus) -> bool:
         """Mend what differs between a robot's list and what it has to have in it.
 
@@ -78,9 +82,9 @@ class Orders:
         """
         self._heard[status.robot_id] = status.sent
         now = self._talker.now()
-        for record in self.held():
+        for record in self.given_to(status.robot_id):
             overdue = now - self._given[record.task.id] > self._timeout
-            if record.robot == status.robot_id and overdue and record.task.id not in status.tasks:
+            if overdue and record.task.id not in status.tasks:
                 self.give(record)
         strays = [task for task in status.tasks if not self._is_own(task, status.robot_id)]
         for task_id in strays:

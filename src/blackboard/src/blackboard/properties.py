@@ -27,7 +27,8 @@ class Properties:
     2. A task is done once: one run of one robot says DONE, however often it repeats that.
     3. What was said to be taken in stays on the list for ever.
     4. What has ended stays as it ended.
-    5. A task that is assigned or started has a robot, and one that waits has none.
+    5. A task that is assigned or started has a robot, unless it was split, and one that waits has
+       none.
     6. A task goes to a robot under a new number each time.
 
     Args:
@@ -95,7 +96,8 @@ class Properties:
 def _check_record(record: TaskRecord) -> None:
     name, state = record.task.id, record.state
     _hold(
-        bool(record.robot) or state not in _WITH_A_ROBOT, f"{name} is {state.name} without a robot"
+        bool(record.robot or record.parts) or state not in _WITH_A_ROBOT,
+        f"{name} is {state.name} without a robot",
     )
     _hold(
         not record.robot or state is not TaskState.WAITING,

@@ -48,6 +48,10 @@ if TYPE_CHECKING:
 __all__ = ["Robot", "RobotCharacteristics", "RobotState", "RobotStatus"]
 
 
+_PERIODS_UNHEARD = 1.5
+"""A status that was not echoed by then got lost, and is sent again at every heartbeat."""
+
+
 class Robot:
     """Bids on what is broadcast and works through what it is given.
 
@@ -227,6 +231,9 @@ class Robot:
         """Go on working while an active blackboard hears this robot, and halt in time if not."""
         now = self._talker.now()
         if not self._lease.renew(beat, now):
+            patience = _PERIODS_UNHEARD * self._settings.status_period
+            if not self._lease.is_echoed_within(patience, now):
+                self._say_status()
             return
         if self._lapse is not None:
             self._lapse.cancel()
