@@ -57,7 +57,7 @@ class Story:
             case "unplug" | "plug in":
                 talker.connected = what == "plug in"
             case "restart":
-                self.hive.add_robot(name, Pose(0.0, 0.0))
+                self.hive.add_robot(name, self.hive.robots[name].status.pose)
             case "fail":
                 self.hive.commands[name].results += [FAILURE] * 3
         self.hive.network.run(seconds)
@@ -149,3 +149,19 @@ def test_with_healthy_robots_all_tasks_are_done_whatever_the_network_delays_and_
     assert {task.id: story.hive.record(task.id).state for task in tasks} == {
         task.id: TaskState.DONE for task in tasks
     }
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_robots_that_keep_handing_tasks_back_never_meet_at_one(seed):
+    generator = random.Random(seed)
+    story = Story(3, loss=0.4, seed=seed)
+    for number in range(10):
+        task = replace(random_task(generator, number), type=TaskType.GAB)
+        story.happen("post", 0, 0.0, task)
+    for _ in range(150):
+        robot = generator.randrange(3)
+        what = generator.choice(["defect", "idle", "idle", "idle"])
+        story.happen(what, robot, generator.choice([0.1, 0.3, 1.0, 3.0]), None)
+
+    assert story.comes_to_rest()
+    assert story.unexplained() == {}

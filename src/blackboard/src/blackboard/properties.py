@@ -10,11 +10,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from blackboard.talker import SYNC, TASK_STATE
-from blackboard.task import TaskState
+from blackboard.task import StepKind, TaskState
 
 if TYPE_CHECKING:
     from blackboard.backup import TaskList
     from blackboard.record import TaskRecord, TaskUpdate
+    from blackboard.robot import Robot
     from blackboard.testing import Hive
 
 _WITH_A_ROBOT = {TaskState.ASSIGNED, TaskState.STARTED}
@@ -24,12 +25,15 @@ class Properties:
     """Watches a hive and raises AssertionError as soon as something does not hold.
 
     1. No task is under way with two robots at once.
-    2. A task is done once: one run of one robot says DONE, however often it repeats that.
+    2. A task is done once: when a robot has said DONE, nobody says DONE for another run or begins
+       a step of the task, unless that robot's process has ended since.
     3. What was said to be taken in stays on the list for ever.
     4. What has ended stays as it ended.
     5. A task that is assigned or started has a robot, unless it was split, and one that waits has
        none.
     6. A task goes to a robot under a new number each time.
+    7. A task that has not ended leaves a robot only when that robot has handed it back.
+    8. An arm works only where the robot stands at the goal.
 
     Args:
         hive: To be watched from now on.
@@ -42,16 +46,17 @@ class Properties:
         self._hive = hive
         self._read = 0
         self._known: dict[str, TaskRecord] = {}
-        self._done_by: dict[str, tuple[str, int]] = {}
+        self._done_by: dict[str, tuple[Robot, int]] = {}
+        self._handed_back: set[tuple[str, str, int]] = set()
         self.accepted: set[str] = set()
         hive.network.watch(self.check)
 
     def check(self) -> None:
         """Look at the robots, and at all that was said since the last time."""
         self._check_robots()
-        heard: list[tuple[str, Any]] = self._hive.network.heard[self._read :]
-        self._read += len(heard)
-        for topic, message in heard:
+        sent: list[tuple[str, Any]] = self._hive.network.sent[self._read :]
+        self._read += len(sent)
+        for topic, message in sent:
             if topic == TASK_STATE:
                 self._check_update(message)
             elif topic == SYNC:
@@ -68,19 +73,33 @@ class Properties:
     def _check_robots(self) -> None:
         at_work: dict[str, str] = {}
         for name, command in self._hive.commands.items():
-            if command.running is not None:
-                other = at_work.setdefault(command.running.task_id, name)
-                _hold(
-                    other == name, f"{other} and {name} are at work on {command.running.task_id}"
-                )
+            step = command.running
+            if step is None:
+                continue
+            other = at_work.setdefault(step.task_id, name)
+            _hold(other == name, f"{other} and {name} are at work on {step.task_id}")
+            _hold(
+                step.kind is StepKind.MOVE or self._hive.robots[name].status.pose == step.goal,
+                f"{name} does {step.kind.name} of {step.task_id} somewhere else",
+            )
 
     def _check_update(self, update: TaskUpdate) -> None:
         if update.state is TaskState.WAITING and not update.robot_id:
             self.accepted.add(update.task_id)
-        if update.state is TaskState.DONE:
-            run = (update.robot_id, update.assignment)
-            first = self._done_by.setdefault(update.task_id, run)
-            _hold(first == run, f"{update.task_id} is done by {first} and again by {run}")
+        elif update.state is TaskState.WAITING:
+            self._handed_back.add((update.task_id, update.robot_id, update.assignment))
+        robot = self._hive.robots.get(update.robot_id)
+        if robot is None or update.state not in {TaskState.STARTED, TaskState.DONE}:
+            return
+        run = (robot, update.assignment)
+        first = self._done_by.get(update.task_id)
+        forgotten = first is None or first[0] not in self._hive.robots.values()
+        if update.state is TaskState.DONE and forgotten:
+            self._done_by[update.task_id] = run
+        elif update.state is TaskState.DONE:
+            _hold(first == run, f"{update.task_id} is done again by {update.robot_id}")
+        else:
+            _hold(forgotten, f"{update.task_id} is done, and {update.robot_id} goes on with it")
 
     def _check_list(self, known: TaskList) -> None:
         now = {record.task.id: record for record in known.records}
@@ -90,7 +109,16 @@ class Properties:
             _check_record(record)
             if name in self._known:
                 _check_change(self._known[name], record)
+                self._check_holder(self._known[name], record)
         self._known = now
+
+    def _check_holder(self, before: TaskRecord, after: TaskRecord) -> None:
+        holder = before.robot, before.assignment
+        left = not after.state.is_terminal and (after.robot, after.assignment) != holder
+        _hold(
+            not (left and before.robot) or (before.task.id, *holder) in self._handed_back,
+            f"{before.task.id} was taken from {before.robot}, which had not handed it back",
+        )
 
 
 def _check_record(record: TaskRecord) -> None:

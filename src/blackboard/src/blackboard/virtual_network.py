@@ -47,7 +47,8 @@ class Network:
 
     Attributes:
         now: The time [s].
-        heard: Every message that was not lost with its topic, in the order they were sent.
+        sent: Every message with its topic, in the order they were sent.
+        heard: Those of them that were not lost.
     """
 
     def __init__(
@@ -56,6 +57,7 @@ class Network:
         lose: Callable[[str, Any], bool] = lambda _topic, _message: False,
     ) -> None:
         self.now = 0.0
+        self.sent: list[tuple[str, Any]] = []
         self.heard: list[tuple[str, Any]] = []
         self._delay = delay
         self._lose = lose
@@ -73,6 +75,7 @@ class Network:
 
     def send(self, topic: str, message: object) -> None:
         """Hand a message to everyone who listens, after the delay."""
+        self.sent.append((topic, message))
         if self._lose(topic, message):
             return
         self.heard.append((topic, message))

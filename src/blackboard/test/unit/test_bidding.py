@@ -145,7 +145,7 @@ def test_behind_a_task_without_a_way_nothing_is_promised():
     lost = Task("T0", TaskType.GA, (Pose(3.0, 0.0),), priority=9)
 
     offer = bid(
-        replace(GO, goals=(Pose(-3.0, 0.0),)), ways=halved(), here=Pose(-2.0, 0.0), before=[lost]
+        replace(GO, goals=(Pose(3.0, 2.0),)), ways=halved(), here=Pose(-2.0, 0.0), before=[lost]
     )
 
     assert offer.cost == MAX_COST

@@ -207,8 +207,10 @@ def test_an_order_that_comes_twice_is_carried_out_once():
     rig.order(GO)
     rig.wait(STEP / 2)
     rig.order(GO)
+    meanwhile = rig.status.tasks
     rig.wait(STEP)
 
+    assert meanwhile == ("T1",)
     assert len(rig.command.started) == 1
     assert rig.status.tasks == ()
 

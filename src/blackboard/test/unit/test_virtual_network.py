@@ -95,6 +95,7 @@ def test_a_lost_message_reaches_nobody():
 
     assert seen == ["kept"]
     assert network.heard == [("topic", "kept")]
+    assert network.sent == [("topic", "lost"), ("topic", "kept")]
 
 
 def test_set_state_belongs_to_one_member_and_all_else_to_the_hive():

@@ -72,8 +72,9 @@ def test_a_place_is_nowhere_from_itself():
     assert OPEN.length(Pose(3.0, 3.0), Pose(3.0, 3.0)) == 0.0
 
 
-def test_around_a_wall_the_way_bends_at_its_end():
-    grid = floor(10.0, 10.0)
+@pytest.mark.parametrize("side", [10.0, 16.0])  # on the map's own cells, and on coarse ones
+def test_around_a_wall_the_way_bends_at_its_end(side):
+    grid = floor(side, side)
     block(grid, 5.0, 0.0, 5.1, 7.0)
     start, goal = Pose(2.0, 2.0), Pose(8.1, 2.0)
 
@@ -110,6 +111,12 @@ def test_a_door_is_open_for_a_robot_that_fits_and_closed_for_one_that_does_not(s
 
     assert way == pytest.approx(size[0] / 2, rel=0.03)
     assert GridWays(narrow, radius).length(left, right) == math.inf
+
+
+def test_a_door_that_is_one_cell_too_narrow_is_closed_on_a_large_map_as_well():
+    grid = two_rooms(60.0, 40.0, door=0.35)
+
+    assert GridWays(grid, 0.2).length(Pose(15.0, 20.0), Pose(45.0, 20.0)) == math.inf
 
 
 def test_a_wall_across_the_cells_holds_as_well():

@@ -8,6 +8,7 @@ answers; the same task twice is harmless by the hive's contract.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.task import TaskState
@@ -101,7 +102,7 @@ class HiveClient:
         """Post a task until the blackboard has answered.
 
         Args:
-            task: The task; its id should be new.
+            task: The task; its id should be new. It is posted with the time it is now.
 
         Returns:
             The blackboard's first word on it, REJECTED included.
@@ -110,6 +111,7 @@ class HiveClient:
             NoHiveError: No blackboard answered.
             NotDoneError: The id is on the list already, for another task.
         """
+        task = replace(task, posted=self.link.hive_time())
         answered = lambda: self.view.state_of(task.id) is not None  # noqa: E731  (one expression)
         if not self._repeat(lambda: self.link.post(task), answered):
             raise self._no_answer(f"task {task.id} may not be on the list")

@@ -37,6 +37,16 @@ def test_a_task_is_posted_again_unchanged_until_the_blackboard_answers(link):
     assert link.posted == [TASK] * 4
 
 
+def test_a_task_says_when_it_was_posted_however_often_it_is_repeated(link):
+    client = HiveClient(link)
+    client.pump(lambda: False, 7.0)
+    FakeHive(link, deaf=2)
+
+    client.submit(TASK)
+
+    assert [task.posted for task in link.posted] == [7.0, 7.0, 7.0]
+
+
 def test_it_is_said_when_no_blackboard_answers(link):
     with pytest.raises(NoHiveError, match="none was heard") as caught:
         HiveClient(link).submit(TASK)

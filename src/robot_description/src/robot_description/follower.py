@@ -101,15 +101,17 @@ class Tuning:
         look_ahead_time: How much farther it looks per speed [s].
         turn_on_spot: Heading error above which it stops and turns [rad].
         braking: Share of the base's deceleration that it plans with [-]; the rest is reserve.
-        reaction: Time until a command takes effect [s].
+        delay: Time until a command takes effect, half a round of the control loop included [s].
+        reaction: The same at worst, when it must stop in time [s].
         position_tolerance: How near the goal counts as there [m].
         yaw_tolerance: How near the goal's yaw counts as turned [rad].
     """
 
     look_ahead: float = 0.20
-    look_ahead_time: float = 0.20
+    look_ahead_time: float = 0.15
     turn_on_spot: float = 0.7
     braking: float = 0.7
+    delay: float = 0.15
     reaction: float = 0.2
     position_tolerance: float = 0.05
     yaw_tolerance: float = 0.05
@@ -120,6 +122,9 @@ SLOWEST = 0.05
 
 AT_END = 0.01
 """Less than this is left of a way at its end [m]."""
+
+TURNING_SLOWS = 0.6
+"""Share of its speed that a holonomic base gives up while it turns as fast as it can [-]."""
 
 STRAIGHT = 0.1
 """Heading error at which a turn on the spot ends [rad]."""
@@ -181,7 +186,7 @@ class PursuitFollower:
 
     def command(self, pose: Pose, room: Room, dt: float) -> Velocity:
         """See `Follower.command`."""
-        wanted = STOP if self._arrived else self._wanted(pose, room)
+        wanted = STOP if self._arrived else self._wanted(self._soon(pose), room)
         self._last = self._reachable(wanted, dt)
         return self._last
 
@@ -189,6 +194,14 @@ class PursuitFollower:
         """See `Follower.halt`."""
         self._last = self._reachable(STOP, dt)
         return self._last
+
+    def _soon(self, pose: Pose) -> Pose:
+        """Return where the base will be when it begins to do what it is told now."""
+        delay, last = self._tuning.delay, self._last
+        yaw = pose.yaw + last.wz * delay / 2
+        x = pose.x + delay * (last.vx * math.cos(yaw) - last.vy * math.sin(yaw))
+        y = pose.y + delay * (last.vx * math.sin(yaw) + last.vy * math.cos(yaw))
+        return Pose(x, y, pose.yaw + last.wz * delay)
 
     def _wanted(self, pose: Pose, room: Room) -> Velocity:
         """Return the velocity that would be best if the base had no inertia."""
@@ -253,7 +266,9 @@ class PursuitFollower:
     ) -> Velocity:
         """Return how a holonomic base drives towards a bearing [rad], turning meanwhile."""
         direction = angle_between(pose.yaw, bearing)
-        speed = min(speed, self._top_speed(direction))
+        # While it turns, its velocity swings off the way until the next command.
+        turning = min(1.0, abs(self._last.wz) / self._base.max_yaw_rate)
+        speed = min(speed, self._top_speed(direction)) * (1.0 - TURNING_SLOWS * turning)
         facing = bearing if self._goal_yaw is None or left > 1.0 else self._goal_yaw
         wz = self._turn(angle_between(pose.yaw, facing), room).wz
         return Velocity(speed * math.cos(direction), speed * math.sin(direction), wz)
@@ -298,10 +313,15 @@ class PursuitFollower:
         """Return the velocity nearest to the wanted one that the base can have after `dt`."""
         base, last = self._base, self._last
         step = base.acceleration * dt
-        change = np.array(wanted[:2]) - np.array(last[:2])
+        # A base that turns takes its velocity along; to keep a direction it must turn it back.
+        cos, sin = math.cos(last.wz * dt), math.sin(last.wz * dt)
+        kept = (cos * last.vx + sin * last.vy, cos * last.vy - sin * last.vx)
+        if not base.holonomic:
+            kept = last[:2]
+        change = np.array(wanted[:2]) - np.array(kept)
         size = float(np.hypot(*change))
         if size > step:
             change *= step / size
         turn = base.yaw_acceleration * dt
         wz = last.wz + min(max(wanted.wz - last.wz, -turn), turn)
-        return Velocity(last.vx + float(change[0]), last.vy + float(change[1]), wz)
+        return Velocity(kept[0] + float(change[0]), kept[1] + float(change[1]), wz)

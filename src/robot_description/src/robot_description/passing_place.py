@@ -105,7 +105,8 @@ def _candidates(here: Array) -> Array:
     """Return places all around, (n, 2) array [m]."""
     angles = np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
-    return (here + DISTANCES[:, None, None] * circle).reshape(-1, 2)
+    places: Array = here + DISTANCES[:, None, None] * circle
+    return places.reshape(-1, 2)
 
 
 def _away(way: Array, places: Array) -> Array:

@@ -181,10 +181,12 @@ def test_a_station_runs_out_and_is_filled_by_what_is_put_down():
     empty = do(simulation, Act.PICK, "T2")
     do(simulation, Act.PLACE, "T1")
     refilled = do(simulation, Act.PICK, "T2")
+    empty_again = do(simulation, Act.PICK, "T3")
 
     assert empty.outcome is Outcome.NOTHING_THERE
     assert empty.message == "nothing is left at 'shelf'"
     assert refilled.outcome is Outcome.SUCCESS
+    assert empty_again.outcome is Outcome.NOTHING_THERE
 
 
 def test_a_robot_without_arm_cannot_pick():

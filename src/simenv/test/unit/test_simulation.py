@@ -154,6 +154,15 @@ def test_odometry_starts_at_zero_where_the_robot_was_put_down():
     assert odometry.y == pytest.approx(0.0, abs=1e-9)
 
 
+def test_wheels_that_are_stopped_by_a_wall_count_no_further():
+    simulation = quiet()
+    simulation.add_robot("robot1", MIR, Pose(8.0, 5.0, 0.0))
+
+    drive(simulation, 6.0, robot1=(1.0, 0.0, 0.0))
+
+    assert simulation.odometry("robot1").x == pytest.approx(simulation.poses["robot1"].x - 8.0)
+
+
 def test_odometry_drifts_with_the_square_root_of_the_way():
     noise = Noise(laser=0.0, distance=0.05, heading=0.0)
     errors = []
@@ -195,6 +204,16 @@ def test_one_robot_more_out_of_sight_changes_nothing_for_the_others():
     assert record(7) == record(7, with_third=True)
 
 
+def test_two_robots_do_not_make_the_same_errors():
+    simulation = Simulation(hall())
+    simulation.add_robot("robot1", MIR, Pose(2.0, 3.0, 0.0))
+    simulation.add_robot("robot2", MIR, Pose(2.0, 7.0, 0.0))
+
+    drive(simulation, 1.0, robot1=(0.5, 0.0, 0.0), robot2=(0.5, 0.0, 0.0))
+
+    assert simulation.odometry("robot1") != simulation.odometry("robot2")
+
+
 def test_a_removed_robot_is_out_of_the_way_and_its_name_is_free():
     simulation = quiet()
     simulation.add_robot("robot1", MIR, Pose(3.0, 5.0, 0.0))
@@ -212,12 +231,14 @@ def test_the_robots_that_stay_keep_their_state_when_one_is_removed():
     simulation = quiet()
     simulation.add_robot("robot1", MIR, Pose(3.0, 3.0, 0.0))
     simulation.add_robot("robot2", LD, Pose(3.0, 7.0, 0.0))
-    drive(simulation, 1.0, robot1=(0.2, 0.0, 0.0), robot2=(0.6, 0.0, 0.0))
+    drive(simulation, 1.0, robot2=(0.6, 0.0, 0.0))
     before = simulation.odometry("robot2"), simulation.velocity("robot2")
 
     simulation.remove_robot("robot1")
 
     assert (simulation.odometry("robot2"), simulation.velocity("robot2")) == before
+    simulation.step()
+    assert simulation.velocity("robot2") == before[1]
     drive(simulation, 1.0, robot2=(9.0, 0.0, 0.0))
     assert simulation.velocity("robot2")[0] == pytest.approx(0.6 + LD.base.acceleration * 1.0)
 

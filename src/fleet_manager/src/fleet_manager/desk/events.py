@@ -11,7 +11,7 @@ from blackboard.characteristics import RobotState
 from blackboard.task import TaskState, TaskType
 from fleet_manager.desk.authority import Standing
 from fleet_manager.desk.facts import LinkState
-from fleet_manager.desk.formats import duration
+from fleet_manager.desk.formats import duration, member
 from fleet_manager.desk.words import text
 
 if TYPE_CHECKING:
@@ -156,26 +156,28 @@ class Log:
 
     def heartbeat(self, before: Heartbeat | None, after: Heartbeat) -> Iterator[Event]:
         """Give the lines for a change of who carries the blackboard."""
-        active, epoch = after.active, after.epoch
+        active, epoch = member(after.active), after.epoch
         if before is None:
             yield Event(text("log.active", active=active, epoch=epoch))
-        elif before.active != active:
-            words = text("log.taken_over", active=active, before=before.active, epoch=epoch)
+        elif before.active != after.active:
+            dead = member(before.active)
+            words = text("log.taken_over", active=active, before=dead, epoch=epoch)
             yield Event(words, Weight.WARNING)
         elif before.epoch != epoch:
             yield Event(text("log.active", active=active, epoch=epoch))
         if before is None or before.backup != after.backup:
             key = "log.backup" if after.backup else "log.no_backup"
-            yield Event(text(key, backup=after.backup))
+            yield Event(text(key, backup=member(after.backup)))
 
     def standing(self, before: Standing, after: Standing, beat: Heartbeat) -> Event | None:
         """Return the line for a blackboard that fell silent, got stuck or is back."""
+        active = member(beat.active)
         if after is Standing.SILENT:
-            return Event(text("log.silent", active=beat.active), Weight.ALARM)
+            return Event(text("log.silent", active=active), Weight.ALARM)
         if after is Standing.STUCK:
-            return Event(text("log.stuck", active=beat.active), Weight.ALARM)
+            return Event(text("log.stuck", active=active), Weight.ALARM)
         if after is Standing.ACTIVE and before is not Standing.NOBODY:
-            return Event(text("log.heard_again", active=beat.active, epoch=beat.epoch))
+            return Event(text("log.heard_again", active=active, epoch=beat.epoch))
         return None
 
     def link(self, change: LinkChange) -> Event | None:

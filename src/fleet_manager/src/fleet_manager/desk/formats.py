@@ -60,3 +60,8 @@ def length(metres: float) -> str:
 def degrees(radians: float) -> str:
     """Return an angle [rad] in degrees, as people read headings."""
     return f"{math.degrees(radians):.0f}°"
+
+
+def member(name: str) -> str:
+    """Return the name of a member of the hive without the slash that ROS puts first."""
+    return name.lstrip("/")

@@ -10,7 +10,7 @@ from python_qt_binding.QtGui import QPalette
 
 from fleet_manager.desk.authority import Standing
 from fleet_manager.desk.facts import LinkState
-from fleet_manager.desk.formats import duration
+from fleet_manager.desk.formats import duration, member
 from fleet_manager.desk.words import text
 from fleet_manager.gui.look import Tone, color
 
@@ -28,12 +28,13 @@ def banner_text(desk: Desk) -> str:
     if beat is None:
         return f"⚠ {text('authority.NOBODY')}"
     silence = duration(desk.hive.authority.silence(desk.moment()))
-    words = text(f"authority.{standing.name}", active=beat.active, silence=silence)
+    active, backup = member(beat.active), member(beat.backup)
+    words = text(f"authority.{standing.name}", active=active, silence=silence)
     if standing is not Standing.ACTIVE:
         line = f"⚠ {words}"
     else:
-        backup = text(f"authority.{'backup' if beat.backup else 'no_backup'}", backup=beat.backup)
-        line = f"● {words}   {backup}   {text('authority.epoch', epoch=beat.epoch)}"
+        stands = text("authority.backup" if backup else "authority.no_backup", backup=backup)
+        line = f"● {words}   {stands}   {text('authority.epoch', epoch=beat.epoch)}"
     if link.state is LinkState.LOST:
         line += f"   ⚠ {text('authority.lost_master', master=link.master)}"
     return line

@@ -122,7 +122,9 @@ class Desk(QObject):
 
     def post(self, task: Task) -> None:
         """Send a task; it is kept until the hive has answered."""
-        self.outbox.post(replace(task, posted=self.now()))
+        task = replace(task, posted=self.now())
+        self.hive.apply(Told(task, task.posted), self.moment())
+        self.outbox.post(task)
         self._turn()
         self.letters_changed.emit()
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import signal
 import sys
 from typing import TYPE_CHECKING
@@ -19,6 +20,7 @@ from fleet_manager.ros.desk_link import RosDeskLink
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from types import TracebackType
 
 SWITCH = 0.0005  # [s]
 
@@ -40,6 +42,7 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     signal.signal(signal.SIGINT, lambda *_: application.quit())
     signal.signal(signal.SIGTERM, lambda *_: application.quit())
     keep_responsive()
+    sys.excepthook = report_fault
     desk = Desk(RosDeskLink(name, sys.argv))
     window = FleetWindow(desk, QSettings("robo_hive", "fleet_manager"), entry=entry, view=view)
     desk.start()
@@ -47,6 +50,17 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     code = application.exec_()
     desk.stop()
     sys.exit(code)
+
+
+def report_fault(
+    kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    """Write down a fault of the program and go on.
+
+    Without this Qt ends the process, and with it all that a person has typed and not yet sent.
+    """
+    logging.getLogger("rosout").error("a fault of the window", exc_info=(kind, error, trace))
+    sys.__excepthook__(kind, error, trace)
 
 
 def keep_responsive() -> None:

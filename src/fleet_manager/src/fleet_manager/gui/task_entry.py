@@ -20,6 +20,7 @@ from fleet_manager.gui.look import ANSWER_SIGNS, color
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from python_qt_binding.QtCore import QModelIndex
     from python_qt_binding.QtGui import QKeyEvent, QShowEvent
 
     from blackboard.task import Task
@@ -113,7 +114,9 @@ class TaskEntry(QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802  (Qt's name)
         """Enter sends, Esc clears."""
         if event.key() in {Qt.Key_Return, Qt.Key_Enter}:
-            self.send()
+            # The list takes Enter for itself, and Qt passes it on all the same.
+            if self.focusWidget() is not self.sent_list:
+                self.send()
         elif event.key() == Qt.Key_Escape:
             self.clear()
         else:
@@ -127,7 +130,8 @@ class TaskEntry(QWidget):
         self.type_box.currentIndexChanged.connect(self._show_use)
         self.send_button.clicked.connect(self.send)
         self.clear_button.clicked.connect(self.clear)
-        self.sent_list.itemActivated.connect(lambda item: self.show_task(item.data(Qt.UserRole)))
+        # Queued, so that the list still has the focus while its Enter is passed on to this form.
+        self.sent_list.activated.connect(self._mend, Qt.QueuedConnection)
         for field in _OWN_FIELDS:
             edit = self._field(field)
             edit.textChanged.connect(self._recheck)
@@ -136,6 +140,10 @@ class TaskEntry(QWidget):
             editor.edited.connect(self._recheck)
             editor.left.connect(self._leave)
             editor.pick_asked.connect(self._ask_pick)
+
+    def _mend(self, row: QModelIndex) -> None:
+        """Put a task that was sent back into the form."""
+        self.show_task(row.data(Qt.UserRole))
 
     def _offer_places(self) -> None:
         for editor in self.goal_editors.values():

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The one border between ROS messages and the values of navigation."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point32, PoseStamped, Quaternion, Twist
+from nav_msgs.msg import Path
+from std_msgs.msg import Header
+
+from robot_description.follower import Pose
+from robot_description.grid_map import GridMap
+from robot_description.msg import Traffic
+from robot_description.right_of_way import Announcement, Right
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from robot_description.follower import Velocity
+
+OCCUPIED_FROM = 50
+"""Cells of a map at least this occupied [%] count as blocked, and so do unknown ones."""
+
+
+def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)
+    """Return the heading [rad] that a quaternion stands for in the plane.
+
+    Raises:
+        ValueError: It is no rotation: all zero, or not made of finite numbers.
+    """
+    q = quaternion
+    length = math.hypot(q.x, q.y, q.z, q.w)
+    if not length > 0 or not math.isfinite(length):
+        raise ValueError(
+            f"orientation ({q.x:g}, {q.y:g}, {q.z:g}, {q.w:g}) is no rotation; "
+            "for a heading send (0, 0, sin(yaw/2), cos(yaw/2))"
+        )
+    return math.atan2(2 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
+
+
+def quaternion_of(yaw: float) -> Quaternion:
+    """Return the quaternion of a heading [rad]."""
+    return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+
+
+def pose_from_msg(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Pose)
+    """Read a geometry_msgs/Pose.
+
+    Raises:
+        ValueError: It is not made of finite numbers, or its orientation is no rotation.
+    """
+    x, y = msg.position.x, msg.position.y
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise ValueError(f"position ({x:g}, {y:g}) is not made of finite numbers; send [m]")
+    return Pose(x, y, yaw_of(msg.orientation))
+
+
+def pose_from_transform(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Transform)
+    """Read a geometry_msgs/Transform in the plane."""
+    return Pose(msg.translation.x, msg.translation.y, yaw_of(msg.rotation))
+
+
+def compose(frame: Pose, pose: Pose) -> Pose:
+    """Return where a pose, given in a frame, is in the frame's own parent."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    x = frame.x + cos * pose.x - sin * pose.y
+    y = frame.y + sin * pose.x + cos * pose.y
+    return Pose(x, y, math.remainder(frame.yaw + pose.yaw, math.tau))
+
+
+def inverse(frame: Pose) -> Pose:
+    """Return the parent's pose in a frame."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    return Pose(-cos * frame.x - sin * frame.y, sin * frame.x - cos * frame.y, -frame.yaw)
+
+
+def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with numpy data)
+    """Read a nav_msgs/OccupancyGrid whose origin is not turned, as map_server writes it."""
+    shape = (msg.info.height, msg.info.width)
+    occupied = np.asarray(msg.data, dtype=np.int8).reshape(shape)
+    blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)
+    corner = msg.info.origin.position
+    return GridMap(blocked, msg.info.resolution, (corner.x, corner.y))
+
+
+def pose_to_msg(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:
+    """Make a PoseStamped."""
+    msg = PoseStamped(header=Header(stamp=stamp, frame_id=frame))
+    msg.pose.position.x, msg.pose.position.y = pose.x, pose.y
+    msg.pose.orientation = quaternion_of(pose.yaw)
+    return msg
+
+
+def path_to_msg(points: Iterable[tuple[float, float]], frame: str, stamp: rospy.Time) -> Path:
+    """Make a Path whose poses look along it."""
+    corners = [(float(x), float(y)) for x, y in points]
+    yaw = 0.0
+    poses = []
+    for index, (x, y) in enumerate(corners):
+        if index + 1 < len(corners):
+            next_x, next_y = corners[index + 1]
+            yaw = math.atan2(next_y - y, next_x - x)
+        poses.append(pose_to_msg(Pose(x, y, yaw), frame, stamp))
+    return Path(header=Header(stamp=stamp, frame_id=frame), poses=poses)
+
+
+def twist_from(velocity: Velocity) -> Twist:
+    """Make a Twist."""
+    msg = Twist()
+    msg.linear.x, msg.linear.y, msg.angular.z = velocity
+    return msg
+
+
+def traffic_to_msg(said: Announcement, frame: str) -> Traffic:
+    """Make a Traffic message of what a robot announces."""
+    return Traffic(
+        header=Header(stamp=rospy.Time.from_sec(said.time), frame_id=frame),
+        name=said.name,
+        way=[Point32(x, y, 0.0) for x, y in said.way],
+        radius=said.radius,
+        claim=said.claim,
+        parked=said.parked,
+        since=said.right.since,
+        owner=said.right.owner,
+        rank=said.right.step,
+    )
+
+
+def traffic_from_msg(msg: Traffic) -> Announcement:
+    """Read a Traffic message.
+
+    Raises:
+        ValueError: It is not made of usable numbers.
+    """
+    numbers = [
+        msg.radius,
+        msg.claim,
+        *(value for point in msg.way for value in (point.x, point.y)),
+    ]
+    if not (msg.way and msg.radius > 0 and msg.claim >= 0 and all(map(math.isfinite, numbers))):
+        raise ValueError(f"traffic of {msg.name[:40]!r} has no way, or numbers that are none")
+    way = tuple((point.x, point.y) for point in msg.way)
+    return Announcement(
+        name=msg.name,
+        time=msg.header.stamp.to_sec(),
+        x=way[0][0],
+        y=way[0][1],
+        radius=msg.radius,
+        right=Right(msg.since, msg.owner, msg.rank, msg.name),
+        way=way,
+        claim=msg.claim,
+        parked=msg.parked,
+    )

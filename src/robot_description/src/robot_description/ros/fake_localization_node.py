@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Localization that is told where the robot is: for simulation, in the place of `amcl`."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import message_filters
+import rospy
+import tf2_ros
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import Odometry
+
+from robot_description.ros.conversions import compose, inverse, pose_from_msg, quaternion_of
+from robot_description.ros.params import ParameterError, hive_and_robot
+
+if TYPE_CHECKING:
+    from robot_description.follower import Pose
+
+_TRANSFORM_PERIOD = 0.1
+_POSE_PERIOD = 0.2
+
+
+def main() -> None:
+    """Run one robot's localization until the node is shut down; see `FakeLocalization`."""
+    rospy.init_node("fake_localization")
+    try:
+        _, name = hive_and_robot()
+    except ParameterError as error:
+        rospy.logfatal(str(error))
+        sys.exit(1)
+    FakeLocalization(name)
+    rospy.spin()
+
+
+class FakeLocalization:
+    """Compares the simulator's ground truth with the odometry.
+
+    What `initialpose` says is not listened to: the truth needs no first guess.
+
+    Args:
+        name: Of the robot, the prefix of its frames.
+
+    ROS Subscribers: `ground_truth`, `odom` (nav_msgs/Odometry).
+    ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped, 5 Hz), tf from map to
+        the robot's odom (10 Hz).
+    """
+
+    def __init__(self, name: str) -> None:
+        self._odom_frame = f"{name}/odom"
+        self._transform_due = self._pose_due = rospy.Time(0)
+        self._broadcaster = tf2_ros.TransformBroadcaster()
+        self._poses = rospy.Publisher(
+            "amcl_pose", PoseWithCovarianceStamped, queue_size=1, latch=True
+        )
+        both = [message_filters.Subscriber(topic, Odometry) for topic in ("ground_truth", "odom")]
+        self._pairs = message_filters.TimeSynchronizer(both, queue_size=10)
+        self._pairs.registerCallback(self._compare)
+
+    def _compare(self, truth: Odometry, odometry: Odometry) -> None:
+        now = truth.header.stamp
+        here = pose_from_msg(truth.pose.pose)
+        if now >= self._transform_due or now < self._transform_due - rospy.Duration(1):
+            self._transform_due = now + rospy.Duration.from_sec(_TRANSFORM_PERIOD)
+            self._send_transform(now, compose(here, inverse(pose_from_msg(odometry.pose.pose))))
+        if now >= self._pose_due or now < self._pose_due - rospy.Duration(1):
+            self._pose_due = now + rospy.Duration.from_sec(_POSE_PERIOD)
+            pose = PoseWithCovarianceStamped()
+            pose.header.stamp, pose.header.frame_id = now, "map"
+            pose.pose.pose = truth.pose.pose
+            self._poses.publish(pose)
+
+    def _send_transform(self, stamp: rospy.Time, odom: Pose) -> None:
+        message = TransformStamped()
+        message.header.stamp, message.header.frame_id = stamp, "map"
+        message.child_frame_id = self._odom_frame
+        message.transform.translation.x = odom.x
+        message.transform.translation.y = odom.y
+        message.transform.rotation = quaternion_of(odom.yaw)
+        self._broadcaster.sendTransform(message)

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The one queue through which everything from outside reaches a node's main thread.
+
+rospy calls back in a thread of its own for every topic and service; what they tell belongs to the
+main thread alone. Callbacks therefore only put into the inbox what is to be done.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import queue
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Answer = TypeVar("Answer")
+
+PATIENCE = 10.0
+"""How long a caller waits for the main thread [s, wall clock]."""
+
+
+class Inbox:
+    """What is to be done between two rounds of the main loop, in the order in which it came in."""
+
+    def __init__(self) -> None:
+        self._queue: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
+
+    def put(self, action: Callable[[], object]) -> None:
+        """Have something done by the main thread; any thread may call this."""
+        self._queue.put(action)
+
+    def ask(self, question: Callable[[], Answer], otherwise: Answer) -> Answer:
+        """Have the main thread answer a question.
+
+        Any thread but the main one may call this.
+
+        Args:
+            question: What the main thread calls.
+            otherwise: The answer if the main thread does not come to it in time.
+        """
+        future: concurrent.futures.Future[Answer] = concurrent.futures.Future()
+        self.put(lambda: future.set_result(question()))
+        try:
+            return future.result(PATIENCE)
+        except concurrent.futures.TimeoutError:
+            return otherwise
+
+    def empty(self) -> None:
+        """Do everything that has come in; only the main thread calls this."""
+        while not self._queue.empty():
+            self._queue.get()()

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Opens RViz with the whole map in view, whatever its size.
+
+ROS Subscribers:
+    map_metadata (nav_msgs/MapMetaData): how large the map is.
+ROS Parameters:
+    ~config: path of the RViz configuration; rviz.launch gives hive.rviz.
+    ~timeout (30): how long to wait for the map, on the wall clock [s].
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import rospkg
+import rospy
+from nav_msgs.msg import MapMetaData
+
+from simenv.errors import SimenvError
+from simenv.geometry import Pose
+from simenv.ros.params import number, text
+from simenv.rviz_view import fitted
+
+
+def main() -> int:
+    """Fit the view, then become RViz; return an exit code if that is impossible."""
+    rospy.init_node("rviz")
+    try:
+        path = _write_config()
+    except (SimenvError, rospy.ROSInterruptException) as error:
+        rospy.logfatal(str(error))
+        return 1
+    except OSError as error:
+        rospy.logfatal(f"{error.filename}: {error.strerror}; check the parameter ~config")
+        return 1
+    rospy.signal_shutdown("RViz takes over")
+    command = ["rviz", "-d", str(path), *sys.argv[1:]]
+    return os.execvp(command[0], command)  # noqa: S606  (no shell is wanted)
+
+
+def _write_config() -> Path:
+    """Write the fitted configuration to ROS's own folder and return its path."""
+    timeout = number("timeout", least=0.1, most=3600.0, default=30.0)
+    config = Path(text("config")).read_text(encoding="utf-8")
+    path = Path(rospkg.get_ros_home()) / "hive.rviz"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(_fit(config, timeout), encoding="utf-8")
+    return path
+
+
+def _fit(config: str, timeout: float) -> str:
+    """Return the configuration fitted to the map, or as it is if no map comes in time."""
+    try:
+        info = rospy.wait_for_message("map_metadata", MapMetaData, timeout=timeout)
+    except rospy.ROSInterruptException:
+        raise
+    except rospy.ROSException:
+        rospy.logwarn(f"no map on map_metadata within {timeout:g} s; the view stays as it is")
+        return config
+    origin = info.origin.position
+    size = (info.width * info.resolution, info.height * info.resolution)
+    return fitted(config, Pose(origin.x, origin.y, 0.0), size)

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the tests of the windows need: a screen, a running hive, and a person's hands.
+
+The screen is an X server of the tests' own, so that nothing opens on the developer's desktop. The
+hive is the real one: a ROS master, the simulator, the blackboard and the robots of the lab.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import time
+
+import pytest
+from python_qt_binding.QtCore import QEvent, QEventLoop, QSettings, Qt
+from python_qt_binding.QtTest import QTest
+from python_qt_binding.QtWidgets import QApplication
+
+from fleet_manager.demo.local_hive import local_hive
+from fleet_manager.gui.desk import Desk
+from fleet_manager.gui.fleet_window import FleetWindow
+from fleet_manager.ros.desk_link import RosDeskLink
+
+SCREEN = "1366x768x24"
+START = 180.0
+"""Time that the hive may take to come up on a busy machine [s]."""
+
+PATIENCE = 20.0
+"""Time that something may take to happen [s]; a robot on its way has more."""
+
+
+@pytest.fixture(scope="session")
+def screen():
+    """Run an X server, and return its display."""
+    read, write = os.pipe()
+    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", SCREEN, "-nolisten", "tcp"]
+    server = subprocess.Popen(command, pass_fds=[write], stderr=subprocess.DEVNULL)
+    os.close(write)
+    with os.fdopen(read) as number:
+        display = f":{number.readline().strip()}"
+    assert display != ":", "Xvfb did not come up; install the package xvfb"
+    os.environ["DISPLAY"] = display
+    yield display
+    server.terminate()
+    server.wait()
+
+
+@pytest.fixture(scope="session")
+def application(screen):  # noqa: ARG001  (it must be there first)
+    os.environ.pop("QT_QPA_PLATFORM", None)
+    return QApplication(["test_gui"])
+
+
+@pytest.fixture(scope="session")
+def hive(tmp_path_factory):
+    """Run the lab's fleet, without windows, at four times the real time."""
+    folder = tmp_path_factory.mktemp("hive")
+    with local_hive(folder) as hive:
+        hive.start_master()
+        hive.launch({"fleet": "lab", "world": "lab", "rviz": "false", "gui": "false", "rtf": "4"})
+        yield hive
+
+
+@pytest.fixture(scope="session")
+def hive_window(application, hive, tmp_path_factory):  # noqa: ARG001  (it must run first)
+    """Open the fleet window on the running hive, and wait until its robots are there."""
+    desk = Desk(RosDeskLink("test_gui", ["test_gui", "_world:=lab"]))
+    settings = QSettings(str(tmp_path_factory.mktemp("gui") / "settings"), QSettings.IniFormat)
+    window = FleetWindow(desk, settings)
+    desk.start()
+    window.show()
+    window.activateWindow()
+    person = Person(application)
+    person.wait_until(lambda: window.view.robot_rows.rowCount() == 4, START)
+    yield window
+    desk.stop()
+    window.deleteLater()
+
+
+@pytest.fixture
+def person(application):
+    return Person(application)
+
+
+class Person:
+    """Keys, mouse and eyes; nothing else touches the windows.
+
+    Args:
+        application: Whose windows are used.
+    """
+
+    def __init__(self, application):
+        self._application = application
+
+    def look(self):
+        """Let the windows do what is due."""
+        self._application.processEvents(QEventLoop.AllEvents, 20)
+        self._application.sendPostedEvents(None, QEvent.DeferredDelete)
+
+    def wait_until(self, seen, within=PATIENCE, telling=lambda: ""):
+        """Look until something is seen.
+
+        Args:
+            seen: Whether it is.
+            within: How long it may take [s].
+            telling: What a failure says besides.
+        """
+        end = time.monotonic() + within
+        while not seen():
+            assert time.monotonic() < end, f"not seen within {within} s {telling()}"
+            self.look()
+
+    def click(self, widget, position=None):
+        if position is None:
+            QTest.mouseClick(widget, Qt.LeftButton)
+        else:
+            QTest.mouseClick(widget, Qt.LeftButton, Qt.NoModifier, position)
+        self.look()
+
+    def press(self, key, widget=None):
+        QTest.keyClick(widget or self._application.focusWidget(), key)
+        self.look()
+
+    def reach(self, widget):
+        """Go to a field with the tab key alone."""
+        for _stop in range(60):
+            if self._application.focusWidget() is widget:
+                return
+            self.press(Qt.Key_Tab)
+        raise AssertionError(f"{widget.objectName()} is not reached with the tab key")
+
+    def write(self, edit, text):
+        """Put a text into a field, as a person does: go there, select all, type."""
+        self.reach(edit)
+        QTest.keyClick(edit, Qt.Key_A, Qt.ControlModifier)
+        QTest.keyClick(edit, Qt.Key_Delete)
+        if text.isascii():
+            QTest.keyClicks(edit, text)
+        else:  # no key of a keyboard; a person pastes it
+            self._application.clipboard().setText(text)
+            QTest.keyClick(edit, Qt.Key_V, Qt.ControlModifier)
+        self.look()
+
+    def choose(self, box, number):
+        """Choose an entry by the arrow keys."""
+        self.reach(box)
+        self.press(Qt.Key_Home)
+        for _step in range(number):
+            self.press(Qt.Key_Down)
+
+    def select_row(self, table, text):
+        """Click on the row of a table whose first cell has this text."""
+        model = table.model()
+        rows = range(model.rowCount())
+        row = next(row for row in rows if model.index(row, 0).data().strip() == text)
+        table.scrollTo(model.index(row, 0))
+        self.look()
+        self.click(table.viewport(), table.visualRect(model.index(row, 0)).center())
+
+    def give_task(self, entry, kind, *goals, payload="0", priority="0"):
+        """Fill the form in, send it with Enter, and return the task's id.
+
+        Args:
+            entry: The task entry.
+            kind: Of the task.
+            *goals: x and y of each goal, as typed.
+            payload: As typed [kg].
+            priority: As typed.
+        """
+        entry.id_edit.setFocus()
+        self.press(Qt.Key_Escape)
+        task_id = entry.id_edit.text()
+        self.choose(entry.type_box, int(kind))
+        self.write(entry.priority_edit, priority)
+        self.write(entry.payload_edit, payload)
+        for editor, (x, y) in zip(entry.goal_editors.values(), goals, strict=False):
+            self.write(editor.x_edit, x)
+            self.write(editor.y_edit, y)
+        self.press(Qt.Key_Return)
+        return task_id
+
+    def state_of(self, view, task_id):
+        """Return the state that the table shows for a task; None where it does not."""
+        model = view.shown_tasks
+        for row in range(model.rowCount()):
+            if model.index(row, 0).data().strip() == task_id:
+                return model.index(row, 1).data().split(" ", 1)[1]
+        return None

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every field, filled in wrongly by keys; nothing of that may be sent."""
+
+from __future__ import annotations
+
+import pytest
+from python_qt_binding.QtCore import QSettings, Qt
+
+from blackboard.backup import Heartbeat
+from blackboard.pose import Pose
+from blackboard.record import TaskUpdate
+from blackboard.task import TaskState, TaskType
+from fleet_manager.desk.facts import Clicked, PlacesKnown, PostTask, Told
+from fleet_manager.desk.places import Place
+from fleet_manager.gui.desk import Desk
+from fleet_manager.gui.fleet_window import FleetWindow
+
+WRONG = {
+    "empty": "",
+    "text": "fast",
+    "negative": "-99999",
+    "huge": "9" * 40,
+    "nan": "nan",
+    "200 characters": "x" * 200,
+    "emoji": "🤖",
+}
+ALLOWED = {("id_edit", WRONG[kind]) for kind in ("text", "negative", "huge", "nan")}
+ALLOWED |= {("heading_edit", "")}
+NUMBERS = ["priority_edit", "payload_edit", "x_edit", "y_edit", "heading_edit"]
+
+
+class FakeLink:
+    """A hive that says what the test has it say, and keeps what it is sent."""
+
+    def __init__(self):
+        self.said = []
+        self.sent = []
+        self.time = 0.0
+
+    def start(self):
+        self.say(Heartbeat(1, "blackboard", "robot1", ("blackboard",), 1))
+
+    def stop(self):
+        pass
+
+    def now(self):
+        return self.time
+
+    def drain(self, limit):
+        facts, self.said = self.said[:limit], self.said[limit:]
+        return facts
+
+    def send(self, command):
+        self.sent.append(command)
+
+    def say(self, report):
+        self.said.append(Told(report, self.time))
+
+
+@pytest.fixture
+def link():
+    return FakeLink()
+
+
+@pytest.fixture
+def window(person, link, tmp_path):
+    desk = Desk(link)
+    window = FleetWindow(desk, QSettings(str(tmp_path / "settings"), QSettings.IniFormat))
+    desk.start()
+    window.show()
+    window.activateWindow()
+    person.wait_until(lambda: "Blackboard: blackboard" in window.view.authority_label.text())
+    yield window
+    desk.stop()
+    window.hide()
+    window.deleteLater()
+    person.look()
+
+
+def field_of(entry, name):
+    return getattr(entry, name, None) or getattr(entry.goal_editors["A"], name)
+
+
+def fill_in(person, entry):
+    """Fill the form in rightly, and do not send it."""
+    goal = entry.goal_editors["A"]
+    for edit, text in ((goal.x_edit, "3"), (goal.y_edit, "4"), (goal.heading_edit, "90")):
+        person.write(edit, text)
+
+
+@pytest.mark.parametrize("typed", WRONG.values(), ids=WRONG)
+@pytest.mark.parametrize("name", ["id_edit", *NUMBERS])
+def test_what_a_field_does_not_allow_is_marked_there_and_not_sent(
+    person, window, link, name, typed
+):
+    if (name, typed) in ALLOWED:
+        pytest.skip("allowed there")
+    entry = window.entry
+    fill_in(person, entry)
+    field = field_of(entry, name)
+    person.write(field, typed)
+    person.press(Qt.Key_Return)
+
+    assert link.sent == []
+    assert field.property("wrong")
+    marked = [edit for edit in entry.findChildren(type(field)) if edit.property("wrong")]
+    assert marked == [field]
+    assert entry.message_label.isVisible()
+    assert window.focusWidget() is field
+
+
+def test_a_filled_form_is_sent_with_enter_and_emptied(person, window, link):
+    entry = window.entry
+    fill_in(person, entry)
+    person.press(Qt.Key_Return)
+
+    (command,) = link.sent
+    assert isinstance(command, PostTask)
+    assert (command.task.id, command.task.type) == ("T1", TaskType.GA)
+    assert entry.goal_editors["A"].x_edit.text() == ""
+    assert entry.id_edit.text() == "T2"
+
+
+def test_escape_empties_the_form(person, window):
+    entry = window.entry
+    fill_in(person, entry)
+    person.press(Qt.Key_Escape)
+
+    assert entry.goal_editors["A"].typed().is_empty
+
+
+@pytest.mark.parametrize("kind", TaskType)
+def test_only_the_goals_that_the_type_takes_can_be_filled_in(person, window, kind):
+    person.choose(window.entry.type_box, int(kind))
+
+    usable = {name for name, editor in window.entry.goal_editors.items() if editor.isEnabled()}
+    expected = {"GA": "A", "GAB": "ABC", "GPA": "A", "GPAB": "AB"}[kind.name]
+    assert usable == set(expected)
+
+
+def test_a_mistake_is_marked_as_soon_as_the_field_is_left(person, window):
+    goal = window.entry.goal_editors["A"]
+    person.write(goal.x_edit, "north")
+    assert not goal.mistake_label.isVisible()
+
+    person.press(Qt.Key_Tab)
+    assert "x “north” is not a number" in goal.mistake_label.text()
+
+    person.write(goal.x_edit, "3")
+    assert not goal.mistake_label.isVisible()
+
+
+def test_what_the_blackboard_refuses_shows_its_reason_and_can_be_mended(person, window, link):
+    fill_in(person, window.entry)
+    person.press(Qt.Key_Return)
+    link.say(TaskUpdate("T1", TaskState.REJECTED, reason="goal A is in a wall", epoch=1))
+    sent = window.entry.sent_list
+    person.wait_until(lambda: "refused" in sent.item(0).text())
+    assert "T1: refused: goal A is in a wall" in sent.item(0).text()
+
+    sent.setFocus()
+    sent.setCurrentRow(0)
+    person.press(Qt.Key_Return, sent)
+    assert window.entry.goal_editors["A"].x_edit.text() == "3"
+    assert window.entry.id_edit.text() == "T1"
+
+
+def test_a_place_fills_the_coordinates(person, window, link):
+    link.said.append(PlacesKnown((Place("dock", Pose(1.5, 2.5, 0.0)),)))
+    goal = window.entry.goal_editors["A"]
+    person.wait_until(lambda: goal.place_box.count() == 2)
+    person.choose(goal.place_box, 1)
+
+    assert (goal.x_edit.text(), goal.y_edit.text()) == ("1.5", "2.5")
+
+
+def test_clicks_on_the_map_fill_the_armed_goals_one_after_the_other(person, window, link):
+    entry = window.entry
+    person.choose(entry.type_box, int(TaskType.GAB))
+    person.click(entry.goal_editors["A"].pick_button)
+    link.said.append(Clicked(Pose(1.0, 2.0), "map", has_heading=False))
+    person.wait_until(entry.goal_editors["B"].pick_button.isChecked)
+    link.said.append(Clicked(Pose(3.0, 4.0, 1.0), "map", has_heading=True))
+    person.wait_until(entry.goal_editors["B"].heading_edit.text)
+
+    assert entry.goal_editors["A"].typed().x == "1"
+    assert entry.goal_editors["B"].heading_edit.text() == "57.296"
+
+
+def test_every_field_and_button_is_reached_with_the_tab_key(person, window):
+    person.choose(window.entry.type_box, int(TaskType.GAB))
+    goal = window.entry.goal_editors["C"]
+    stops = [goal.x_edit, goal.pick_button, window.entry.send_button, window.entry.clear_button]
+    stops += [window.view.filter_edit, window.view.task_table, window.view.robot_table]
+
+    for stop in stops:
+        person.reach(stop)
+
+
+def test_layout_and_choices_are_kept_between_starts(person, window, link, tmp_path):
+    window.view.show_box.setFocus()
+    person.choose(window.view.show_box, 1)
+    window.view.task_table.horizontalHeader().resizeSection(1, 321)
+    window.close()
+
+    settings = QSettings(str(tmp_path / "settings"), QSettings.IniFormat)
+    again = FleetWindow(Desk(link), settings)
+    assert again.view.show_box.currentIndex() == 1
+    assert again.view.task_table.columnWidth(1) == 321
+    again.deleteLater()

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The windows on the running hive of the lab, used by keys and mouse."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import xmlrpc.client
+
+import pytest
+from python_qt_binding.QtCore import Qt
+
+from blackboard.task import TaskType
+from fleet_manager.gui.task_details import TaskDetails
+
+pytestmark = [
+    # rospy leaves sockets to be closed by the garbage collector.
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+    pytest.mark.timeout(400),  # the first test waits for the whole hive to come up
+]
+
+HERE, FAR = ("4.5", "3"), ("14", "3")
+DRIVE = 120.0
+"""Time that a robot may take for a task [s, wall]."""
+
+
+@pytest.fixture
+def entry(hive_window):
+    return hive_window.entry
+
+
+@pytest.fixture
+def view(hive_window):
+    return hive_window.view
+
+
+def answer(entry):
+    """Return what became of the task that was sent last."""
+    return entry.sent_list.item(0).text()
+
+
+def cell(table, name, column):
+    """Return a cell of the row whose first cell has this text."""
+    model = table.model()
+    for row in range(model.rowCount()):
+        if model.index(row, 0).data().strip() == name:
+            return model.index(row, column).data()
+    return ""
+
+
+def started(person, view, task):
+    """Wait until a robot is on its way."""
+    person.wait_until(
+        lambda: person.state_of(view, task) == "started", telling=lambda: log_of(view)[:9]
+    )
+
+
+def log_of(view):
+    return [view.log.index(row).data() for row in range(view.log.rowCount())]
+
+
+def test_a_task_typed_by_a_person_is_taken_in_assigned_started_and_done(person, entry, view):
+    task = person.give_task(entry, TaskType.GA, HERE, priority="5")
+    person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
+    person.wait_until(lambda: person.state_of(view, task) == "done", DRIVE)
+
+    told = " ".join(reversed(log_of(view)))
+    for words in (f"{task} was given to robot", f"started {task}", f"{task} is done by robot"):
+        assert words in told
+    assert cell(view.task_table, task, 5) == "100 %"
+
+
+def test_a_goal_in_a_wall_is_refused_with_its_reason_beside_the_form(person, entry, view):
+    task = person.give_task(entry, TaskType.GA, ("0", "0"))
+    person.wait_until(lambda: "refused" in answer(entry))
+
+    assert "goal A" in answer(entry)
+    person.wait_until(lambda: person.state_of(view, task) == "rejected")
+
+
+def test_the_details_show_the_bids_that_decided_it(person, entry, view, hive_window):
+    task = person.give_task(entry, TaskType.GA, HERE)
+    person.wait_until(lambda: person.state_of(view, task) not in {None, "waiting"})
+    person.select_row(view.task_table, task)
+    person.click(view.details_button)
+    (details,) = hive_window.findChildren(TaskDetails)
+
+    robots = [details.bid_table.item(row, 0).text() for row in range(details.bid_table.rowCount())]
+    assert len(robots) == 4
+    assert any(robot.endswith("(has it)") for robot in robots)
+    details.close()
+
+
+def test_a_task_is_cancelled_with_the_delete_key(person, entry, view):
+    task = person.give_task(entry, TaskType.GAB, FAR, HERE)
+    started(person, view, task)
+    person.select_row(view.task_table, task)
+    person.press(Qt.Key_Delete, view.task_table)
+
+    person.wait_until(lambda: person.state_of(view, task) == "cancelled")
+
+
+def test_the_task_of_a_robot_that_is_set_defect_moves_on_to_another(person, entry, view):
+    task = person.give_task(entry, TaskType.GAB, FAR, HERE)
+    started(person, view, task)
+    robot = cell(view.task_table, task, 3)
+    person.select_row(view.robot_table, robot)
+    person.click(view.defect_button)
+    person.wait_until(lambda: "defect" in cell(view.robot_table, robot, 1))
+
+    person.wait_until(lambda: cell(view.task_table, task, 3) not in {robot, "–"}, DRIVE)
+    person.click(view.service_button)
+    person.wait_until(lambda: "defect" not in cell(view.robot_table, robot, 1))
+    person.wait_until(lambda: person.state_of(view, task) == "done", DRIVE)
+
+
+def test_the_same_is_sent_again_under_a_new_id(person, entry, view):
+    task = person.give_task(entry, TaskType.GA, HERE)
+    person.wait_until(lambda: person.state_of(view, task) is not None)
+    person.select_row(view.task_table, task)
+    before = view.task_rows.rowCount()
+    person.click(view.again_button)
+
+    person.wait_until(lambda: view.task_rows.rowCount() == before + 1)
+
+
+def test_the_sign_comes_and_goes_with_the_blackboard_and_a_kept_task_is_sent(
+    person, entry, view, hive
+):
+    with xmlrpc.client.ServerProxy(hive.uri) as master:
+        _code, _message, uri = master.lookupNode("/test_gui", "/blackboard")
+    with xmlrpc.client.ServerProxy(uri) as node:
+        _code, _message, pid = node.getPid("/test_gui")
+    os.kill(pid, signal.SIGKILL)
+    person.wait_until(lambda: "No blackboard" in view.authority_label.text())
+
+    task = person.give_task(entry, TaskType.GA, HERE)
+    assert "kept here" in answer(entry)
+
+    command = ["rosrun", "blackboard", "blackboard_node", "__name:=blackboard"]
+    again = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        person.wait_until(lambda: "Blackboard: blackboard" in view.authority_label.text())
+        person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
+    finally:
+        again.terminate()
+        again.wait()
