@@ -48,6 +48,8 @@ class Heartbeat:
         progress: Grows with every turn of the active blackboard's own queue.
         version: Of the task list, as far as it is committed.
         sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
+        heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
+        robot_lease: How long a robot may work from that time on [s], by its own clock.
     """
 
     epoch: int
@@ -57,6 +59,8 @@ class Heartbeat:
     progress: int = 0
     version: int = 0
     sent: float = 0.0
+    heard: tuple[tuple[str, float], ...] = ()
+    robot_lease: float = 0.0
 
 
 def become_active(member: Member, now: float) -> Step:

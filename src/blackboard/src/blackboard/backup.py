@@ -10,7 +10,7 @@ when to stop.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard import active, consensus
@@ -103,6 +103,8 @@ class Backup:
         self._serving = False
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()
         self._sync: Timer | None = None
+        self._heard: dict[str, float] = {}
+        self._robot_lease = 0.0
         fresh = f"{member}#{random.getrandbits(32):08x}"
         self._member = self._restore(journal.load() or Durable(fresh, 0, "", Log.of(Whole())))
 
@@ -189,6 +191,17 @@ class Backup:
         if self._sync is None:
             self._sync = self._talker.after(self._settings.sync_period, self._publish_sync)
 
+    def grant(self, robot_id: str, sent: float, robot_lease: float) -> None:
+        """Have a robot told with every heartbeat which of its statuses was heard last.
+
+        Args:
+            robot_id: Who is told.
+            sent: When it sent the status, by its own clock [s].
+            robot_lease: How long it may work from then on [s].
+        """
+        self._heard[robot_id] = sent
+        self._robot_lease = robot_lease
+
     def _hear_ack(self, ack: Ack) -> None:
         """Take in what another member has on disk; only the active one is concerned."""
         if self._member.role is Role.ACTIVE:
@@ -204,8 +217,14 @@ class Backup:
             return
         self._member = after
         for message in said:
-            self._talker.publish(_TOPICS[type(message)], message)
+            self._talker.publish(_TOPICS[type(message)], self._with_leases(message))
         self._notice(before, after)
+
+    def _with_leases(self, message: object) -> object:
+        """Return a message; a heartbeat also says which statuses of robots were heard."""
+        if not isinstance(message, Heartbeat):
+            return message
+        return replace(message, heard=tuple(self._heard.items()), robot_lease=self._robot_lease)
 
     def _write_down(self, before: Member, after: Member) -> bool:
         """Put on disk what must not be forgotten; a member that cannot do so says nothing."""
@@ -254,6 +273,7 @@ class Backup:
         )
         self._talker.warn(f"{self.name} no longer carries the blackboard: {reason}")
         self._waiting.clear()
+        self._heard.clear()
         if self._serving:
             self._serving = False
             if self._carrier is not None:

@@ -87,6 +87,11 @@ class RobotCharacteristics:
         if not (allowed and math.isfinite(getattr(self, name))):
             raise CharacteristicsError(f"{name} is {getattr(self, name)!r}; allowed: {what}")
 
+    def most_payload(self, kind: TaskType) -> float:
+        """Return the most it can carry of a type of task [kg]; -1 where it can carry nothing."""
+        most = min(self.payload, self.arm_payload) if kind.picks else self.payload
+        return most if kind in self.capabilities and most > 0 else -1.0
+
     def excludes(self, task: Task) -> str:
         """Say why the robot can never do a task; empty where it can."""
         kind = TaskType(task.type)
@@ -159,8 +164,9 @@ class RobotStatus:
         charge: From 0 to 1.
         payload: On board now [kg].
         task_id: What it is doing; empty when nothing.
-        reason: Why it is out of service; empty otherwise.
+        reason: Why it is out of service, or stands still with work to do; empty otherwise.
         tasks: Its whole list, in the order it will do them.
+        sent: When it was sent, by the robot's own clock [s].
     """
 
     robot_id: str
@@ -171,3 +177,4 @@ class RobotStatus:
     task_id: str = ""
     reason: str = ""
     tasks: tuple[str, ...] = ()
+    sent: float = 0.0

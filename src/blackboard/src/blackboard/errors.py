@@ -28,3 +28,7 @@ class BidRefusedError(BlackboardError):
 
 class JournalError(BlackboardError):
     """A member's disk cannot be read or written; the text names the file and the remedy."""
+
+
+class SplitRefusedError(BlackboardError):
+    """A task is too heavy for every robot and cannot be split; the text says why."""

@@ -7,6 +7,7 @@ least. What is being done now keeps its place.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -45,9 +46,14 @@ class Effort:
 
 
 def effort(
-    task: Task, first_step: int, start: Pose, robot: RobotCharacteristics, ways: Ways
+    task: Task,
+    first_step: int,
+    start: Pose,
+    robot: RobotCharacteristics,
+    ways: Ways,
+    steps: int | None = None,
 ) -> Effort:
-    """Predict what it takes a robot to do the rest of a task.
+    """Predict what it takes a robot to do the rest of a task, or the next steps of it.
 
     Args:
         task: A task that `analyze_task` has passed.
@@ -55,11 +61,13 @@ def effort(
         start: Where the robot begins.
         robot: What the robot is.
         ways: Knows how far it is.
+        steps: How many steps count; all that are left where none is given.
     """
+    last_step = math.inf if steps is None else first_step + steps
     way = energy = duration = 0.0
     here = start
     for index, step in enumerate(split_task(task)):
-        if index < first_step:
+        if not first_step <= index < last_step:
             continue
         if step.kind is StepKind.MOVE:
             leg = ways.length(here, step.goal)
@@ -78,10 +86,17 @@ def effort(
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A task in a robot's list, as it was ordered, and the next step to do."""
+    """A task in a robot's list.
+
+    Attributes:
+        order: As it was ordered.
+        step: The next step to do.
+        known: The step that the task list shows to be under way; -1 where it shows none yet.
+    """
 
     order: Order
     step: int = 0
+    known: int = -1
 
     @property
     def task(self) -> Task:
@@ -144,10 +159,15 @@ class Itinerary:
 
     def advance(self, task_id: str, step: int) -> None:
         """Note the next step of a task to do."""
-        self._entries = [
-            replace(entry, step=step) if entry.task.id == task_id else entry
-            for entry in self._entries
-        ]
+        self._change(task_id, step=step)
+
+    def note_known(self, task_id: str, step: int) -> None:
+        """Note which step of a task the task list shows to be under way."""
+        self._change(task_id, known=step)
+
+    def renew(self, order: Order) -> None:
+        """Note that a task on the list has been ordered anew; what was done of it stays done."""
+        self._change(order.task.id, order=order, known=-1)
 
     def best_place(self, task: Task, step: int, here: Pose, *, keep_first: bool) -> Placement:
         """Find where one more task lengthens the way least without passing a higher priority.
@@ -169,9 +189,24 @@ class Itinerary:
         ]
         return min(places, key=lambda place: (place.added_way, place.index))
 
+    def next_step(self, here: Pose) -> Effort:
+        """Return what the next step of the first task on the list takes; there has to be one."""
+        entry = self._entries[0]
+        return effort(entry.task, entry.step, here, self._robot, self._ways, steps=1)
+
+    def predict(self, task: Task, first_step: int, start: Pose) -> Effort:
+        """Return what the rest of any task takes this robot; see `effort`."""
+        return effort(task, first_step, start, self._robot, self._ways)
+
     def ahead(self, here: Pose) -> list[Effort]:
         """Return, for each task on the list, what the robot has done from here when it is done."""
         return self._run(self._entries, here)
+
+    def _change(self, task_id: str, **changes: object) -> None:
+        self._entries = [
+            replace(entry, **changes) if entry.task.id == task_id else entry  # type: ignore[arg-type]  # fields by name
+            for entry in self._entries
+        ]
 
     def _place(self, index: int, task: Task, step: int, here: Pose) -> Placement:
         done = self._run(self._entries[:index], here)

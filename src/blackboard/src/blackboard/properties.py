@@ -29,7 +29,8 @@ class Properties:
        a step of the task, unless that robot's process has ended since.
     3. What was said to be taken in stays on the list for ever.
     4. What has ended stays as it ended.
-    5. A task that is assigned or started has a robot, and one that waits has none.
+    5. A task that is assigned or started has a robot, unless it was split, and one that waits has
+       none.
     6. A task goes to a robot under a new number each time.
     7. A task that has not ended leaves a robot only when that robot has handed it back.
     8. An arm works only where the robot stands at the goal.
@@ -123,7 +124,8 @@ class Properties:
 def _check_record(record: TaskRecord) -> None:
     name, state = record.task.id, record.state
     _hold(
-        bool(record.robot) or state not in _WITH_A_ROBOT, f"{name} is {state.name} without a robot"
+        bool(record.robot or record.parts) or state not in _WITH_A_ROBOT,
+        f"{name} is {state.name} without a robot",
     )
     _hold(
         not record.robot or state is not TaskState.WAITING,

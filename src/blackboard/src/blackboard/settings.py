@@ -7,6 +7,8 @@ from dataclasses import dataclass, fields
 
 from blackboard.cost import COST_MODELS
 from blackboard.errors import SettingsError
+from blackboard.lease import longest_lease
+from blackboard.release import ON_ROBOT_LOST
 
 MOST_DRIFT = 0.01
 """How far the speed of a member's clock may be from the truth, as a share."""
@@ -27,7 +29,11 @@ class Settings:
     """
 
     def __post_init__(self) -> None:
-        names = {"cost_model": tuple(COST_MODELS), "distance": DISTANCES}
+        names = {
+            "cost_model": tuple(COST_MODELS),
+            "distance": DISTANCES,
+            "on_robot_lost": ON_ROBOT_LOST,
+        }
         for each in fields(self):
             value = getattr(self, each.name)
             if each.name in names:
@@ -92,18 +98,39 @@ class BlackboardSettings(Settings):
 
     Attributes:
         bid_timeout: Longest time that an auction stays open [s].
-        robot_timeout: A robot that is silent for longer counts as offline [s].
+        robot_lease: How long a robot works on without hearing that it was heard [s].
+        lease_margin: Time that a robot takes to come to a stop, and a little more [s].
+        reassign: A robot that is silent for longer is lost [s]. It has to have stopped by then, so
+            this is more than its lease and the margin; clocks may differ by 2 %.
+        on_robot_lost: A name of `release.ON_ROBOT_LOST`.
+        overdue_factor: A robot that takes so many times as long as it has promised ...
+        overdue_grace: ... and this much longer [s] has to hand the task back.
         order_timeout: An order that a robot's status does not show by then is given again [s].
         retry_period: What nobody could take is auctioned again after this time, even if nothing
             seems to have changed [s].
-        most_hand_backs: A task that robots have handed back this often is given up.
+        most_hand_backs: A task that robots have tried in vain this often is given up.
     """
 
     bid_timeout: float = 2.0
-    robot_timeout: float = 5.0
+    robot_lease: float = 3.5
+    lease_margin: float = 0.5
+    reassign: float = 5.0
+    on_robot_lost: str = "reassign"
+    overdue_factor: float = 2.0
+    overdue_grace: float = 60.0
     order_timeout: float = 2.0
     retry_period: float = 30.0
     most_hand_backs: int = 5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        stopped = longest_lease(self.robot_lease) + self.lease_margin
+        if not stopped < self.reassign:
+            raise SettingsError(
+                f"reassign is {self.reassign!r}; allowed: above robot_lease "
+                f"{self.robot_lease!r} x 1.02 + lease_margin {self.lease_margin!r} = {stopped:g}, "
+                "because a robot has to have stopped before its task is given to another"
+            )
 
 
 @dataclass(frozen=True)

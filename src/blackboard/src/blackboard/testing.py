@@ -10,15 +10,16 @@ from __future__ import annotations
 import itertools
 import random
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Backup, founded
+from blackboard.backup import Backup, Heartbeat, TaskList, founded
 from blackboard.battery import Battery, BatteryModel
 from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotCharacteristics
 from blackboard.controller import CommandResult, CommandState, Controller
 from blackboard.journal import MemoryJournal
+from blackboard.record import TaskRecord
 from blackboard.robot import Robot
 from blackboard.settings import (
     BackupSettings,
@@ -26,7 +27,16 @@ from blackboard.settings import (
     ControllerSettings,
     RobotSettings,
 )
-from blackboard.talker import NEW_TASK, SET_STATE, SYNC, TASK_CANCEL, TASK_STATE
+from blackboard.talker import (
+    BACKUP,
+    NEW_TASK,
+    ROBOT_STATUS,
+    SET_STATE,
+    SYNC,
+    TASK_ASSIGN,
+    TASK_CANCEL,
+    TASK_STATE,
+)
 from blackboard.task import StepKind, TaskState
 from blackboard.virtual_network import LATENCY, Call, Network, NetworkTalker
 from blackboard.ways import StraightWays
@@ -34,9 +44,9 @@ from blackboard.ways import StraightWays
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.backup import TaskList
+    from blackboard.characteristics import RobotStatus
     from blackboard.pose import Pose
-    from blackboard.record import TaskRecord, TaskUpdate
+    from blackboard.record import Order, TaskUpdate
     from blackboard.talker import Talker
     from blackboard.task import Task, TaskStep
     from blackboard.ways import Ways
@@ -45,6 +55,7 @@ __all__ = [
     "LATENCY",
     "SMALL_ROBOT",
     "Hive",
+    "Listener",
     "Network",
     "NetworkTalker",
     "TimedCommand",
@@ -116,6 +127,53 @@ class TimedCommand:
         self.running = None
         if self._call is not None:
             self._call.cancel()
+
+
+class Listener:
+    """Stands in for an active blackboard, as far as robots need one to go on with their work.
+
+    It hears every status at once and echoes it, and shows every start that is reported.
+
+    Args:
+        network: Where the robots are.
+        robot_lease: How long they may work after each status [s].
+
+    Attributes:
+        hears: Whether it does so now.
+        records: The task list that it shows, by task.
+    """
+
+    def __init__(self, network: Network, robot_lease: float = 3.5) -> None:
+        self.hears = True
+        self.records: dict[str, TaskRecord] = {}
+        self._network = network
+        self._robot_lease = robot_lease
+        network.listen(ROBOT_STATUS, self._echo)
+        network.listen(TASK_ASSIGN, self._note)
+        network.listen(TASK_STATE, self._show)
+
+    def _echo(self, status: RobotStatus) -> None:
+        if self.hears:
+            heard = ((status.robot_id, status.sent),)
+            beat = Heartbeat(1, "blackboard", heard=heard, robot_lease=self._robot_lease)
+            self._network.send(BACKUP, beat)
+
+    def _note(self, order: Order) -> None:
+        if not order.take_back:
+            self.records[order.task.id] = TaskRecord(
+                order.task,
+                TaskState.ASSIGNED,
+                order.robot_id,
+                order.step,
+                assignment=order.assignment,
+            )
+
+    def _show(self, update: TaskUpdate) -> None:
+        record = self.records.get(update.task_id)
+        if self.hears and record is not None and update.state is TaskState.STARTED:
+            record = replace(record, state=update.state, step=update.step)
+            self.records[update.task_id] = record
+            self._network.send(SYNC, TaskList(1, 0, tuple(self.records.values())))
 
 
 class Hive:

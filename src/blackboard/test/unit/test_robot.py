@@ -24,7 +24,7 @@ from blackboard.talker import (
     TASK_STATE,
 )
 from blackboard.task import StepKind, Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT, Network, NetworkTalker, TimedCommand
+from blackboard.testing import SMALL_ROBOT, Listener, Network, NetworkTalker, TimedCommand
 from blackboard.ways import StraightWays
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
@@ -46,6 +46,7 @@ class Rig:
 
     def __init__(self, charge=1.0):
         self.network = Network()
+        self.listener = Listener(self.network)
         self.talker = NetworkTalker(self.network, "robot1")
         self.battery = Battery(SMALL_ROBOT.battery, charge)
         self.command = TimedCommand(self.network, lambda _: STEP)
@@ -73,7 +74,8 @@ class Rig:
         self.network.run(duration)
 
     def order(self, task, assignment=1, **fields):
-        order = Order(task, "robot1", epoch=1, assignment=assignment)
+        heard = self.network.now
+        order = Order(task, "robot1", epoch=1, assignment=assignment, heard=heard)
         self.network.send(TASK_ASSIGN, replace(order, **fields))
         self.wait()
 

@@ -19,7 +19,7 @@ import blackboard.msg as bb_msgs
 from blackboard import talker as topics
 from blackboard.backup import TaskList
 from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import Bid, Bids
+from blackboard.cost import MAX_COST, Bid, Bids
 from blackboard.record import Broadcast, Order, TaskUpdate
 from blackboard.ros.hive_conversions import HIVE_WIRES
 from blackboard.ros.records import (
@@ -54,10 +54,13 @@ def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (a message type)
 def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
     msg = task_to_msg(order.task)
     msg.robot_id = order.robot_id
-    msg.order = msg.TAKE_BACK if order.take_back else msg.ASSIGN
+    msg.order = msg.ASSIGN
+    if order.take_back:
+        msg.order = msg.HAND_BACK if order.hand_back else msg.TAKE_BACK
     msg.step = order.step
     msg.epoch = order.epoch
     msg.assignment = order.assignment
+    msg.heard = order.heard
     return msg
 
 
@@ -65,10 +68,12 @@ def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
     return Order(
         task=task_from_msg(msg),
         robot_id=msg.robot_id,
-        take_back=msg.order == msg.TAKE_BACK,
+        take_back=msg.order != msg.ASSIGN,
         step=msg.step,
         epoch=msg.epoch,
         assignment=msg.assignment,
+        hand_back=msg.order == msg.HAND_BACK,
+        heard=msg.heard,
     )
 
 
@@ -98,6 +103,9 @@ def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
             bid.eta,
             bids.epoch,
             bid.reason,
+            bid.under_way,
+            bid.interrupt_cost,
+            bid.most_payload,
         )
         for bid in bids.bids
     ]
@@ -106,7 +114,17 @@ def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
 
 def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
     bids = tuple(
-        Bid(msg.robot_id, cost.task_id, cost.cost, cost.energy_cost, cost.eta, cost.reason)
+        Bid(
+            msg.robot_id,
+            cost.task_id,
+            cost.cost,
+            cost.energy_cost,
+            cost.eta,
+            cost.reason,
+            cost.under_way,
+            cost.interrupt_cost if cost.under_way else MAX_COST,
+            cost.most_payload,
+        )
         for cost in msg.costs
     )
     return Bids(msg.robot_id, msg.epoch, msg.auction, bids)
@@ -124,6 +142,8 @@ def _update_to_msg(update: TaskUpdate) -> bb_msgs.TaskState:
         epoch=update.epoch,
         reason=update.reason,
         assignment=update.assignment,
+        step_eta=update.step_eta,
+        put_off_for=update.put_off_for,
     )
 
 
@@ -138,6 +158,8 @@ def _update_from_msg(msg: bb_msgs.TaskState) -> TaskUpdate:
         epoch=msg.epoch,
         reason=msg.reason,
         assignment=msg.assignment,
+        step_eta=msg.step_eta,
+        put_off_for=msg.put_off_for,
     )
 
 
@@ -153,6 +175,7 @@ def _status_to_msg(status: RobotStatus) -> bb_msgs.RobotStatus:
         queued=len(status.tasks) - bool(status.task_id),
         reason=status.reason,
         tasks=list(status.tasks),
+        sent=status.sent,
     )
 
 
@@ -166,6 +189,7 @@ def _status_from_msg(msg: bb_msgs.RobotStatus) -> RobotStatus:
         task_id=msg.task_id,
         reason=msg.reason,
         tasks=tuple(msg.tasks),
+        sent=msg.sent,
     )
 
 

@@ -35,6 +35,9 @@ def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
         progress=beat.progress,
         version=beat.version,
         sent=beat.sent,
+        robots=[robot for robot, _ in beat.heard],
+        heard=[sent for _, sent in beat.heard],
+        robot_lease=beat.robot_lease,
     )
 
 
@@ -47,6 +50,8 @@ def _beat_from_msg(msg: bb_msgs.BbBackup) -> Heartbeat:
         progress=msg.progress,
         version=msg.version,
         sent=msg.sent,
+        heard=tuple(zip(msg.robots, msg.heard, strict=True)),
+        robot_lease=msg.robot_lease,
     )
 
 

@@ -61,6 +61,8 @@ def record_to_msg(record: TaskRecord) -> bb_msgs.TaskRecord:
         parent=record.parent,
         assignment=record.assignment,
         tried=list(record.tried),
+        step_eta=record.step_eta,
+        parts=record.parts,
     )
 
 
@@ -76,4 +78,6 @@ def record_from_msg(msg: bb_msgs.TaskRecord) -> TaskRecord:
         parent=msg.parent,
         assignment=msg.assignment,
         tried=tuple(msg.tried),
+        step_eta=msg.step_eta,
+        parts=msg.parts,
     )
