@@ -68,10 +68,10 @@ class Blackboard:
         self._backup = backup
         self._ways = ways
         self._settings = settings
-        self._orders = Orders(talker, backup, settings.order_timeout)
+        self._orders = Orders(talker.steady, backup, settings.order_timeout)
         self._watch = Watch(talker, backup, self._orders, settings)
         self._auctioneer = Auctioneer(
-            talker, backup, self._watch.in_service, settings.bid_timeout, self._decide
+            talker.steady, backup, self._watch.in_service, settings.bid_timeout, self._decide
         )
         self._done_twice: set[str] = set()
         self._timers: list[Timer] = []
@@ -97,7 +97,7 @@ class Blackboard:
         self._watch.take_over()
         look_period = self._settings.reassign / _LOOKS_IN_TIME
         self._timers = [
-            self._talker.every(look_period, self._look_after_robots),
+            self._talker.steady.every(look_period, self._look_after_robots),
             self._talker.every(self._settings.retry_period, self._auctioneer.try_again),
         ]
         self._look_after_robots()

@@ -90,7 +90,8 @@ class Robot:
         model = COST_MODELS[settings.cost_model]
         self._bidder = Bidder(robot_id, characteristics, battery, self._list, model)
         self._reports = Reports(talker, robot_id, journal)
-        self._lease = Lease(robot_id, talker.now())
+        self._steady = talker.steady
+        self._lease = Lease(robot_id, self._steady.now())
         self._lapse: Timer | None = None
         self._work = Worker(
             controller,
@@ -112,6 +113,7 @@ class Robot:
         self._talker.subscribe(BACKUP, self._hear_beat)
         self._talker.subscribe(SET_STATE, self.set_state)
         self._talker.every(self._settings.status_period, self._pass_time)
+        self._steady.every(self._settings.status_period, self._say_status)
         self._say_status()
 
     @property
@@ -119,7 +121,7 @@ class Robot:
         """How it is now."""
         current = self._work.current
         reason = self._reason
-        if not reason and self._work.stands_still and not self._lease.holds(self._talker.now()):
+        if not reason and self._work.stands_still and not self._lease.holds(self._steady.now()):
             reason = "stands still until an active blackboard says that it has heard it"
         return RobotStatus(
             robot_id=self._id,
@@ -130,7 +132,7 @@ class Robot:
             task_id=current.task.id if current else "",
             reason=reason,
             tasks=tuple(entry.task.id for entry in self._list),
-            sent=self._talker.now(),
+            sent=self._steady.now(),
         )
 
     @property
@@ -186,7 +188,7 @@ class Robot:
         entry = self._list.get(order.task.id)
         if order.take_back:
             self._let_go(order, entry)
-        elif not self._lease.covers(order.heard, self._talker.now()):
+        elif not self._lease.covers(order.heard, self._steady.now()):
             return
         elif entry is not None:
             if order.assignment > entry.order.assignment:
@@ -232,7 +234,7 @@ class Robot:
 
     def _hear_beat(self, beat: Heartbeat) -> None:
         """Go on working while an active blackboard hears this robot, and halt in time if not."""
-        now = self._talker.now()
+        now = self._steady.now()
         if not self._lease.renew(beat, now):
             patience = _PERIODS_UNHEARD * self._settings.status_period
             if not self._lease.is_echoed_within(patience, now):
@@ -240,7 +242,7 @@ class Robot:
             return
         if self._lapse is not None:
             self._lapse.cancel()
-        self._lapse = self._talker.after(self._lease.remaining(now), self._go_on)
+        self._lapse = self._steady.after(self._lease.remaining(now), self._go_on)
         self._go_on()
 
     def _may_go(self, entry: Entry) -> bool:
@@ -251,7 +253,7 @@ class Robot:
         """
         kind = split_task(entry.task)[entry.step].kind if entry.step < _steps(entry) else None
         listed = max(entry.known, entry.order.step) >= entry.step
-        return self._lease.holds(self._talker.now()) and (kind is not StepKind.PICK or listed)
+        return self._lease.holds(self._steady.now()) and (kind is not StepKind.PICK or listed)
 
     def _pass_time(self) -> None:
         period = self._settings.status_period
@@ -265,7 +267,6 @@ class Robot:
         current = self._work.current
         if current is not None and current.known < current.step < _steps(current):
             self._say_started(current)
-        self._say_status()
 
     def _go_on(self) -> None:
         """Go on with the list; a robot that is out of service hands them all back instead."""

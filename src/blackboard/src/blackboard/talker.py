@@ -39,6 +39,13 @@ class Timer(Protocol):
 class Talker(Protocol):
     """How one member of the hive hears, speaks and knows the time."""
 
+    @property
+    def steady(self) -> Talker:
+        """The same talker by the machine's own clock, which simulated time does not change.
+
+        A network does not get faster with simulated time, so who is missed, and when, goes by it.
+        """
+
     def now(self) -> float:
         """Return the time [s] by which all timers run; its zero means nothing."""
 

@@ -136,6 +136,11 @@ class NetworkTalker:
         self.connected = True
         self.running = True
 
+    @property
+    def steady(self) -> NetworkTalker:
+        """This talker: virtual time is the machine's own."""
+        return self
+
     def now(self) -> float:
         """Return the virtual time [s]."""
         return self._network.now

@@ -44,8 +44,9 @@ class Watch:
         self._backup = backup
         self._orders = orders
         self._settings = settings
+        self._steady = talker.steady
         self._presence = Presence(settings.reassign)
-        self._leases = Leases(settings.reassign, talker.now())
+        self._leases = Leases(settings.reassign, self._steady.now())
         self._promises = Promises(settings.overdue_factor, settings.overdue_grace)
         self._late: dict[tuple[str, int], str] = {}
         self._kept: set[str] = set()
@@ -56,7 +57,7 @@ class Watch:
 
     def take_over(self) -> None:
         """Count all leases from now on: until when the last active one granted them is unknown."""
-        self._leases = Leases(self._settings.reassign, self._talker.now())
+        self._leases = Leases(self._settings.reassign, self._steady.now())
         self._late.clear()
         self._kept.clear()
 
@@ -64,7 +65,7 @@ class Watch:
         """Take in a robot's status; return whether it may now bid better than before."""
         if status.state is RobotState.OFFLINE:
             return False
-        return self._presence.hear(status, self._talker.now())
+        return self._presence.hear(status, self._steady.now())
 
     def renew(self, status: RobotStatus) -> None:
         """Mend what differs in a robot's list, and renew its lease where nothing does."""
@@ -72,7 +73,7 @@ class Watch:
             return
         in_accord = self._orders.compare(status)
         if in_accord and not self._has_to_hand_back(status.robot_id):
-            self._leases.grant(status.robot_id, self._talker.now())
+            self._leases.grant(status.robot_id, self._steady.now())
             self._backup.grant(status.robot_id, status.sent, self._settings.robot_lease)
 
     def look(self) -> list[TaskRecord]:
@@ -81,11 +82,11 @@ class Watch:
         Everyone is told of robots that have fallen silent, and robots that are too late are told
         to hand back.
         """
-        now = self._talker.now()
+        now = self._steady.now()
         for status in self._presence.fall_silent(now):
             self._talker.publish(ROBOT_STATUS, status)
         held = self._orders.held()
-        self._recall(held, now)
+        self._recall(held)
         looked = ((record, self._after_look(record, now)) for record in held)
         return [after for record, after in looked if after != record]
 
@@ -93,10 +94,10 @@ class Watch:
         """Say why a robot had to hand a task back; empty where it was not late."""
         return self._late.get((record.task.id, record.assignment), "")
 
-    def _recall(self, held: list[TaskRecord], now: float) -> None:
+    def _recall(self, held: list[TaskRecord]) -> None:
         """Have what is overdue handed back; this is said again until it is answered."""
         self._late.clear()
-        for record, allowed in self._promises.overdue(held, now):
+        for record, allowed in self._promises.overdue(held, self._talker.now()):
             reason = f"{record.robot} had {allowed:.0f} s to get on with it and did not"
             self._late[record.task.id, record.assignment] = reason
             self._orders.recall(record)

@@ -160,6 +160,7 @@ class SteadyTalker:
 
     def __init__(self, talker: RosTalker) -> None:
         self._talker = talker
+        self.steady = self
         self.timers = Timers(time.monotonic)
         self.publish = talker.publish
         self.subscribe = talker.subscribe

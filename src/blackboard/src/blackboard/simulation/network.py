@@ -250,6 +250,11 @@ class HostTalker:
         self._host = host
         self._own = f"{namespace}/set_state"
 
+    @property
+    def steady(self) -> HostTalker:
+        """This talker: virtual time is the machine's own."""
+        return self
+
     def now(self) -> float:
         """Return the time by this host's own clock [s]."""
         return self._host.network.now * self._host.rate
