@@ -3,7 +3,7 @@
 
 import os
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from blackboard.bench_faults import simulate
@@ -94,6 +94,7 @@ FAULTS = st.one_of(
 )
 
 
+@settings(max_examples=40)
 @given(st.lists(FAULTS, max_size=6), st.integers(0, 99))
 def test_whatever_happens_no_property_is_broken(faults, seed):
     outcome = run(schedule(*faults, seed=seed))

@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import time
 from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
 from typing import TYPE_CHECKING
 
 from blackboard.simulation.run import run as run_schedule
@@ -56,8 +57,8 @@ def run(schedules: int = 1000, first: int = 0) -> dict[str, dict[str, float]]:
 def simulate(seeds: range) -> list[Outcome]:
     """Run the schedules of some seeds on all processors."""
     context = multiprocessing.get_context("forkserver")
-    with context.Pool(os.cpu_count()) as pool:
-        return pool.map(_simulate_one, seeds, chunksize=_AT_ONCE)
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:
+        return list(pool.map(_simulate_one, seeds, chunksize=_AT_ONCE))
 
 
 def _simulate_one(seed: int) -> Outcome:
