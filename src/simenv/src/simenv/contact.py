@@ -24,8 +24,8 @@ WALL = ""
 GAP = 0.01
 """The gap that ends a contact [m]."""
 
-HALVINGS = 6
-"""A step that is cut short ends within 1/64 of its length before the contact."""
+CLOSE = 1 / 64
+"""A step that is cut short ends within this share of its length before the contact."""
 
 
 class Contacts:
@@ -91,14 +91,14 @@ class Contacts:
         if not met:
             return pose, 1.0
         start = poses[name]
-        free, blocked = 0.0, 1.0
-        for _ in range(HALVINGS):
-            middle = (free + blocked) / 2
-            met_there = self.in_the_way(name, _between(start, pose, middle), poses)
+        free, blocked, probe = 0.0, 1.0, CLOSE  # a robot that pushes on gets no farther than this
+        while blocked - free > CLOSE:
+            met_there = self.in_the_way(name, _between(start, pose, probe), poses)
             if met_there:
-                blocked, met = middle, met_there
+                blocked, met = probe, met_there
             else:
-                free = middle
+                free = probe
+            probe = (free + blocked) / 2
         for other in met:
             self._begin(frozenset((name, other)))
         return _between(start, pose, free), free
