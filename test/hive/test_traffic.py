@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Robots that meet: real planner, follower and right of way in a simulated world, no ROS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("ompl")
+
+from robot_description.grid_map import GridMap
+from robot_description.map_reader import read_map
+from robot_description.models import load_model
+from robot_description.testing import Traffic
+from simenv.simulation import Simulation
+from simenv.world import load_world
+
+MAPS = Path(__file__).resolve().parents[2] / "maps"
+LAB = {
+    "robot1": ("mir100", (2.6, 2.0, 0.0)),
+    "robot2": ("ld60", (2.6, 4.0, 0.0)),
+    "robot3": ("fetch", (12.0, 3.0, 0.0)),
+    "robot4": ("youbot", (12.0, 9.0, 0.0)),
+}
+CORRIDOR = """
+name: corridor
+size: [24.0, 6.0]
+walls:
+  - {name: south wall, box: [0.0, 0.0, 24.0, 0.2]}
+  - {name: north wall, box: [0.0, 5.8, 24.0, 6.0]}
+  - {name: west wall, box: [0.0, 0.2, 0.2, 5.8]}
+  - {name: east wall, box: [23.8, 0.2, 24.0, 5.8]}
+  - {name: south block, box: [6.0, 0.2, 18.0, 2.3]}
+  - {name: north block, box: [6.0, 3.7, 18.0, 5.8]}
+"""
+
+
+def lab(robots):
+    """Return the simulation of the lab and robots that navigate in it."""
+    simulation = Simulation(load_world("lab"), seed=1)
+    traffic = Traffic(simulation, read_map(MAPS / "lab.yaml"))
+    for name, (model, pose) in robots.items():
+        traffic.add(name, load_model(model), pose)
+    return simulation, traffic
+
+
+def corridor(tmp_path, robots):
+    """Return the same for two rooms with a corridor between, too narrow to pass each other."""
+    (tmp_path / "corridor.yaml").write_text(CORRIDOR)
+    blocked = np.zeros((120, 480), dtype=bool)
+    blocked[:4] = blocked[-4:] = True
+    blocked[:, :4] = blocked[:, -4:] = True
+    blocked[:46, 120:360] = blocked[74:, 120:360] = True
+    simulation = Simulation(load_world(str(tmp_path / "corridor.yaml")), seed=1)
+    traffic = Traffic(simulation, GridMap(blocked, 0.05, (0.0, 0.0)))
+    for name, (model, pose) in robots.items():
+        traffic.add(name, load_model(model), pose)
+    return simulation, traffic
+
+
+def all_arrive(simulation, traffic, seconds):
+    """Return whether all get to their goals in time and touch nothing on the way."""
+    in_time = traffic.run(seconds)
+    return (
+        in_time
+        and all(outcome.reached for outcome in traffic.outcomes.values())
+        and simulation.collisions == 0
+    )
+
+
+@pytest.mark.parametrize(
+    "models", [("mir100", "ld60"), ("mir100", "mir100"), ("fetch", "youbot")], ids="-".join
+)
+def test_two_that_come_head_on_in_a_door_both_get_through(models):
+    one, other = models
+    simulation, traffic = lab({"a": (one, (7.5, 3.2, 0.0)), "b": (other, (12.5, 3.2, 3.14))})
+    traffic.send("a", (13.5, 3.2, 0.0))
+    traffic.send("b", (6.5, 3.2, 3.14))
+
+    assert all_arrive(simulation, traffic, 60)
+
+
+def test_two_that_stand_nose_to_nose_in_a_door_get_apart():
+    robots = {"a": ("mir100", (9.2, 3.2, 0.0)), "b": ("ld60", (10.9, 3.2, 3.14))}
+    simulation, traffic = lab(robots)
+    traffic.send("b", (6.5, 3.2, 3.14))
+    traffic.send("a", (13.5, 3.2, 0.0))
+
+    assert all_arrive(simulation, traffic, 60)
+
+
+def test_two_can_swap_places():
+    simulation, traffic = lab({"a": LAB["robot1"], "b": LAB["robot2"]})
+    traffic.send("a", (2.6, 4.0, 0.0))
+    traffic.send("b", (2.6, 2.0, 0.0))
+
+    assert all_arrive(simulation, traffic, 60)
+
+
+def test_an_idle_robot_in_a_doorway_moves_aside():
+    robots = {"a": ("mir100", (7.0, 3.2, 0.0)), "b": ("fetch", (10.0, 3.2, 1.57))}
+    simulation, traffic = lab(robots)
+    traffic.send("a", (13.5, 3.2, 0.0))
+
+    assert all_arrive(simulation, traffic, 30)
+
+
+def test_a_parked_robot_in_a_doorway_stays_and_the_other_takes_the_other_door():
+    robots = {"a": ("mir100", (7.0, 3.2, 0.0)), "b": ("fetch", (10.0, 3.2, 1.57))}
+    simulation, traffic = lab(robots)
+    traffic.navigators["b"].parked = True
+    traffic.send("a", (13.5, 3.2, 0.0))
+
+    assert all_arrive(simulation, traffic, 60)
+    assert simulation.poses["b"][:2] == pytest.approx((10.0, 3.2))
+
+
+def test_one_wants_into_a_cell_that_two_want_to_leave():
+    robots = {
+        "a": ("mir100", (17.0, 1.5, 0.0)),
+        "b": ("ld60", (18.9, 1.5, 0.0)),
+        "c": ("fetch", (17.8, 6.0, 0.0)),
+    }
+    simulation, traffic = lab(robots)
+    traffic.send("c", (17.8, 1.6, -1.57))
+    traffic.send("a", (13.0, 3.0, 0.0))
+    traffic.send("b", (14.0, 9.0, 0.0))
+
+    assert all_arrive(simulation, traffic, 90)
+
+
+@pytest.mark.parametrize("oldest", ["a", "c"])
+def test_three_in_a_corridor_where_nobody_can_pass_sort_themselves_out(tmp_path, oldest):
+    robots = {
+        "a": ("mir100", (8.0, 3.0, 0.0)),
+        "b": ("ld60", (10.0, 3.0, 0.0)),
+        "c": ("fetch", (16.0, 3.0, 3.14)),
+    }
+    simulation, traffic = corridor(tmp_path, robots)
+    goals = {"a": (21.0, 3.0, 0.0), "b": (21.0, 4.5, 0.0), "c": (3.0, 3.0, 0.0)}
+    for name in sorted(goals, key=lambda name: (name != oldest, name)):
+        traffic.send(name, goals[name])
+        traffic.step()
+
+    assert all_arrive(simulation, traffic, 150)
+
+
+def test_queues_that_meet_in_a_corridor_sort_themselves_out(tmp_path):
+    robots = {
+        "a": ("mir100", (8.0, 3.0, 0.0)),
+        "b": ("ld60", (9.8, 3.0, 0.0)),
+        "c": ("fetch", (13.0, 3.0, 3.14)),
+        "d": ("youbot", (15.0, 3.0, 3.14)),
+    }
+    simulation, traffic = corridor(tmp_path, robots)
+    goals = {"a": (21, 3, 0.0), "c": (3, 3, 0.0), "b": (21, 4.5, 0.0), "d": (3, 4.5, 0.0)}
+    for name, goal in goals.items():
+        traffic.send(name, goal)
+        traffic.step()
+
+    assert all_arrive(simulation, traffic, 200)
+
+
+def test_two_that_cannot_hear_each_other_stop_before_they_touch():
+    robots = {"a": ("mir100", (2.0, 5.0, 0.0)), "b": ("ld60", (9.3, 5.0, 3.14))}
+    simulation, traffic = lab(robots)
+    traffic.deaf |= {"a", "b"}
+    traffic.send("a", (9.0, 5.0, 0.0))
+    traffic.send("b", (2.0, 5.0, 3.14))
+    traffic.run(30)
+
+    assert simulation.collisions == 0
+
+
+def test_a_thing_in_the_only_door_ends_the_goal_with_where_it_stands():
+    simulation, traffic = lab({"a": ("mir100", (17.8, 1.6, 0.0))})
+    simulation.add_robot("thing", load_model("fetch"), (17.8, 4.3, 1.57))
+    traffic.send("a", (13.5, 3.2, 0.0))
+
+    assert traffic.run(90)
+    assert not traffic.outcomes["a"].reached
+    assert "something that is not on the map is in the way at (17." in traffic.outcomes["a"].text
+    assert simulation.collisions == 0
+
+
+def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
+    simulation, traffic = lab(LAB)
+    random = np.random.default_rng(5)
+    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
+    reached = 0
+    while simulation.time < 150.0:
+        for name, navigator in traffic.navigators.items():
+            if navigator.goal is None:
+                assert name not in traffic.outcomes or traffic.outcomes[name].reached
+                reached += name in traffic.outcomes
+                traffic.send(name, free_pose(random, field))
+        traffic.step()
+
+    assert simulation.collisions == 0
+    assert reached >= 20
+
+
+def free_pose(random, field):
+    """Return a random pose at which every model can stand."""
+    while True:
+        x, y, yaw = random.uniform((0.5, 0.5, -3.1), (19.5, 11.5, 3.1))
+        if field.at(x, y) >= 0.6:
+            return x, y, yaw
