@@ -12,7 +12,7 @@ from simenv.errors import CommandError
 from simenv.pick import Act, Order, Outcome
 
 if TYPE_CHECKING:
-    from simenv.ros.inbox import Inbox
+    from robot_description.ros.inbox import Inbox
     from simenv.simulation import Simulation
 
 

@@ -13,10 +13,10 @@ from tf2_msgs.msg import TFMessage
 
 from robot_description.errors import RobotDescriptionError
 from robot_description.models import load_model
+from robot_description.ros.inbox import Inbox
 from simenv.errors import SimenvError
 from simenv.pacing import Pacer
 from simenv.ros.conversions import pose_from, stamp_of
-from simenv.ros.inbox import Inbox
 from simenv.ros.params import simulator_params
 from simenv.ros.robot_topics import RobotTopics
 from simenv.simulation import STEP, Simulation
