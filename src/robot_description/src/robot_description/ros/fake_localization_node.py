@@ -49,7 +49,7 @@ class FakeLocalization:
 
     def __init__(self, name: str) -> None:
         self._odom_frame = f"{name}/odom"
-        self._transform_due = self._pose_due = rospy.Time(0)
+        self._transform_due = self._pose_due = 0.0
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._poses = rospy.Publisher(
             "amcl_pose", PoseWithCovarianceStamped, queue_size=1, latch=True
@@ -59,15 +59,16 @@ class FakeLocalization:
         self._pairs.registerCallback(self._compare)
 
     def _compare(self, truth: Odometry, odometry: Odometry) -> None:
-        now = truth.header.stamp
+        # In seconds: a rospy.Time below zero, as in the first second of a simulation, is an error.
+        stamp, now = truth.header.stamp, truth.header.stamp.to_sec()
         here = pose_from_msg(truth.pose.pose)
-        if now >= self._transform_due or now < self._transform_due - rospy.Duration(1):
-            self._transform_due = now + rospy.Duration.from_sec(_TRANSFORM_PERIOD)
-            self._send_transform(now, compose(here, inverse(pose_from_msg(odometry.pose.pose))))
-        if now >= self._pose_due or now < self._pose_due - rospy.Duration(1):
-            self._pose_due = now + rospy.Duration.from_sec(_POSE_PERIOD)
+        if not self._transform_due - 1.0 <= now < self._transform_due:
+            self._transform_due = now + _TRANSFORM_PERIOD
+            self._send_transform(stamp, compose(here, inverse(pose_from_msg(odometry.pose.pose))))
+        if not self._pose_due - 1.0 <= now < self._pose_due:
+            self._pose_due = now + _POSE_PERIOD
             pose = PoseWithCovarianceStamped()
-            pose.header.stamp, pose.header.frame_id = now, "map"
+            pose.header.stamp, pose.header.frame_id = stamp, "map"
             pose.pose.pose = truth.pose.pose
             self._poses.publish(pose)
 
