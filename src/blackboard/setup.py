@@ -3,5 +3,7 @@ from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
 setup(
-    **generate_distutils_setup(packages=["blackboard", "blackboard.ros"], package_dir={"": "src"})
+    **generate_distutils_setup(
+        packages=["blackboard", "blackboard.ros", "blackboard.simulation"], package_dir={"": "src"}
+    )
 )

@@ -52,7 +52,7 @@ def test_forty_tasks_of_all_kinds_are_done_once_each_by_four_robots():
     assert ended
     assert all(hive.states(name) == DONE_IN_ORDER for name in names)
     assert properties.unfinished() == {}
-    done = [update for name in names for update in hive.updates(name) if update.state == 3]
+    done = {update for name in names for update in hive.updates(name) if update.state == 3}
     assert max(Counter(update.task_id for update in done).values()) == 1
     assert {update.robot_id for update in done} == {"robot1", "robot2", "robot3", "robot4"}
 

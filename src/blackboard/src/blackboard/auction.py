@@ -8,14 +8,16 @@ when it was made; what is left goes into the next round.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from blackboard.cost import MAX_COST
 from blackboard.errors import BidRefusedError
+from blackboard.preemption import best_bid
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from blackboard.cost import Bid, Bids
     from blackboard.record import TaskRecord
@@ -28,10 +30,12 @@ class Result:
     Attributes:
         awards: The winning bids, no two of one robot.
         impossible: Tasks that nobody can take, each with the reason.
+        bids: What was bid on those, by their ids.
     """
 
     awards: tuple[Bid, ...]
     impossible: tuple[tuple[str, str], ...]
+    bids: Mapping[str, tuple[Bid, ...]] = field(default_factory=dict)
 
 
 class Auction:
@@ -100,26 +104,18 @@ class Auction:
         self._records.pop(task_id, None)
 
     def result(self) -> Result:
-        """Decide on what has been bid so far: the cheapest robot gets the most urgent task."""
+        """Decide on what has been bid so far: the best robot gets the most urgent task."""
         awards: dict[str, Bid] = {}
         impossible = []
         urgent_first = sorted(self._records.values(), key=lambda record: -record.task.priority)
         for record in urgent_first:
-            best = self._best(record)
+            best = best_bid(record, filter(attrgetter("is_able"), self._of(record.task.id)))
             if best is None:
                 impossible.append((record.task.id, self._refusals(record.task.id)))
             elif best.robot_id not in awards:
                 awards[best.robot_id] = best
-        return Result(tuple(awards.values()), tuple(impossible))
-
-    def _best(self, record: TaskRecord) -> Bid | None:
-        """Return the cheapest bid; robots that handed the task back come last."""
-        able = [bid for bid in self._of(record.task.id) if bid.is_able]
-        return min(
-            able,
-            key=lambda bid: (record.tried.count(bid.robot_id), bid.cost, bid.eta, bid.robot_id),
-            default=None,
-        )
+        bids = {task_id: tuple(self._of(task_id)) for task_id, _ in impossible}
+        return Result(tuple(awards.values()), tuple(impossible), bids)
 
     def _refusals(self, task_id: str) -> str:
         given = {bid.robot_id: bid.reason for bid in self._of(task_id)}

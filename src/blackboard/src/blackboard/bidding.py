@@ -6,13 +6,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.cost import MAX_COST, Bid, CostTerms
+from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
+from blackboard.preemption import interruption, may_put_off
+from blackboard.task import TaskType
 
 if TYPE_CHECKING:
     from blackboard.battery import Battery
     from blackboard.cost import CostModel
-    from blackboard.itinerary import Itinerary
+    from blackboard.itinerary import Entry, Itinerary
     from blackboard.pose import Pose
+    from blackboard.record import Broadcast
     from blackboard.robot import RobotCharacteristics
     from blackboard.task import Task
 
@@ -45,6 +48,21 @@ class Bidder:
         self._itinerary = itinerary
         self._model = model
 
+    def answer(self, broadcast: Broadcast, here: Pose, refusal: str, *, at_work: bool) -> Bids:
+        """Return the bids on all that was broadcast.
+
+        Args:
+            broadcast: What is offered.
+            here: Where the robot stands.
+            refusal: Why it takes nothing now; empty where it is in service.
+            at_work: Whether the first task on its list is being done.
+        """
+        bids = tuple(
+            self.refuse(task, refusal) if refusal else self.bid(task, step, here, at_work=at_work)
+            for task, step in broadcast.tasks
+        )
+        return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids)
+
     def bid(self, task: Task, step: int, here: Pose, *, at_work: bool) -> Bid:
         """Return the cost of a task at its best place in the robot's list.
 
@@ -72,8 +90,26 @@ class Bidder:
         cost = self._model.cost(terms)
         if cost >= MAX_COST:
             return self.refuse(task, f"its cost of {cost:.0f} is not under {MAX_COST:.0f}")
-        return Bid(self._robot_id, task.id, cost, charge, eta)
+        under_way = self._itinerary.first() if at_work else None
+        return Bid(
+            self._robot_id,
+            task.id,
+            cost,
+            charge,
+            eta,
+            under_way=under_way.task.id if under_way else "",
+            interrupt_cost=self._interrupt_cost(task, step, here, under_way),
+            most_payload=self._characteristics.most_payload(TaskType(task.type)),
+        )
 
     def refuse(self, task: Task, reason: str) -> Bid:
         """Return the bid of a robot that cannot or should not do a task."""
-        return Bid(self._robot_id, task.id, MAX_COST, reason=reason)
+        most = self._characteristics.most_payload(TaskType(task.type))
+        return Bid(self._robot_id, task.id, MAX_COST, reason=reason, most_payload=most)
+
+    def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:
+        if under_way is None or not may_put_off(under_way, task):
+            return MAX_COST
+        terms = interruption(task, step, under_way, here, self._itinerary.predict, self._battery)
+        share = (terms.charge_left - terms.energy_charge) / self._battery.capacity
+        return min(self._model.cost(terms), MAX_COST) if share >= CHARGE_TOLERANCE else MAX_COST

@@ -3,45 +3,40 @@
 
 This is the report's Blackboard. It decides by messages alone and keeps nothing that it could not
 learn again: the task list lives in `Backup`, robots say how they are, and an order that was lost
-is given again when a robot's status shows that it has not heard it.
+is given again when a robot's status shows that it has not heard it. So every member of the hive
+hosts one; it decides while its `Backup` is active, and only listens otherwise. What it decides it
+tells once `Backup` has committed it.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from blackboard.auction import Auction
-from blackboard.characteristics import RobotState
-from blackboard.errors import BidRefusedError, TaskRefusedError
+from blackboard.auctioneer import Auctioneer
+from blackboard.errors import SplitRefusedError, TaskRefusedError
 from blackboard.orders import Orders
-from blackboard.presence import Presence
-from blackboard.record import Broadcast, TaskRecord, TaskUpdate
-from blackboard.talker import (
-    NEW_TASK,
-    ROBOT_STATUS,
-    TASK_BROADCAST,
-    TASK_CANCEL,
-    TASK_COST,
-    TASK_STATE,
-)
-from blackboard.task import (
-    MAX_ID_LENGTH,
-    TaskEvent,
-    TaskState,
-    analyze_task,
-    step_to_resume,
-    unused_goals,
-)
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.release import put_back
+from blackboard.splitting import split, unfinished_parts, with_wholes
+from blackboard.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
+from blackboard.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
+from blackboard.watch import Watch
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from blackboard.auction import Result
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
-    from blackboard.cost import Bid, Bids
+    from blackboard.cost import Bid
     from blackboard.settings import BlackboardSettings
     from blackboard.talker import Talker, Timer
     from blackboard.task import Task
     from blackboard.ways import Ways
+
+_LOOKS_IN_TIME = 5
+"""How often lost and late robots are looked for within the time after which a robot is lost."""
 
 _EVENTS = {
     TaskState.WAITING: TaskEvent.RELEASE,
@@ -69,29 +64,51 @@ class Blackboard:
         self._backup = backup
         self._ways = ways
         self._settings = settings
-        self._presence = Presence(settings.robot_timeout)
         self._orders = Orders(talker, backup, settings.order_timeout)
-        self._auction: Auction | None = None
-        self._closing: Timer | None = None
-        self._auctions = 0
-        self._slow: set[str] = set()
-        self._parked: set[str] = set()
-        self._changed = False
+        self._watch = Watch(talker, backup, self._orders, settings)
+        self._auctioneer = Auctioneer(
+            talker, backup, self._watch.in_service, settings.bid_timeout, self._decide
+        )
+        self._done_twice: set[str] = set()
+        self._timers: list[Timer] = []
 
     def start(self) -> None:
         """Begin to listen."""
-        self._talker.subscribe(NEW_TASK, self._take_in)
-        self._talker.subscribe(TASK_CANCEL, self._cancel)
-        self._talker.subscribe(TASK_COST, self._take_bids)
-        self._talker.subscribe(TASK_STATE, self._hear_update)
+        self._backup.serve(self)
+        self._listen(NEW_TASK, self._take_in)
+        self._listen(TASK_CANCEL, self._cancel)
+        self._listen(TASK_COST, self._auctioneer.take_bids)
+        self._listen(TASK_STATE, self._hear_update)
         self._talker.subscribe(ROBOT_STATUS, self._hear_status)
-        self._talker.every(self._settings.robot_timeout / 5, self._look_for_silence)
-        self._talker.every(self._settings.retry_period, self._try_again)
+
+    def _listen(self, topic: str, handler: Callable[[Any], None]) -> None:
+        """Have the messages of a topic handled while this blackboard is the active one."""
+        self._talker.subscribe(
+            topic, lambda message: handler(message) if self._backup.may_act() else None
+        )
+
+    def became_active(self) -> None:
+        """Begin to decide, with the task list that the hive has committed."""
+        self._orders.resume(self._backup.records)
+        self._watch.begin()
+        self._timers = [
+            self._talker.every(self._settings.reassign / _LOOKS_IN_TIME, self._look_after_robots),
+            self._talker.every(self._settings.retry_period, self._auctioneer.try_again),
+        ]
+        self._look_after_robots()
+        self._auctioneer.try_again()
+
+    def stepped_down(self) -> None:
+        """Stop to decide; what was not committed yet is for the next active one to do again."""
+        for timer in self._timers:
+            timer.cancel()
+        self._timers = []
+        self._auctioneer.stop()
 
     def _take_in(self, task: Task) -> None:
         known = self._backup.get(task.id)
         if known is not None and known.task.asks_the_same_as(task):
-            self._tell(known)
+            self._backup.commit((), lambda: self._tell(known))
             return
         if known is not None:
             self._reject(task, "the id is taken by another task; post it with another id")
@@ -102,7 +119,7 @@ class Blackboard:
             self._reject(task, str(error))
             return
         self._commit(TaskRecord(task, reason=unused_goals(task)))
-        self._open_auction()
+        self._auctioneer.open()
 
     def _reject(self, task: Task, reason: str) -> None:
         """Tell why a task does not enter the list; only what could be its id is repeated."""
@@ -116,65 +133,41 @@ class Blackboard:
         if record is None:
             self._talker.warn(f"cannot cancel {task_id[:MAX_ID_LENGTH]!r}: no such task")
             return
-        cancelled = record.after(TaskEvent.CANCEL, eta=0.0, reason="cancelled by an operator")
-        if cancelled is None:
-            self._tell(record)
+        if record.state.is_terminal:
+            self._backup.commit((), lambda: self._tell(record))
             return
-        self._commit(cancelled)
-        self._orders.take_back(record)
+        self._end(record, *unfinished_parts(task_id, self._backup.records))
 
-    def _open_auction(self) -> None:
-        """Ask for bids on all that waits, unless an auction is under way."""
-        waiting = [
-            record
-            for record in self._backup.records
-            if record.state is TaskState.WAITING and record.task.id not in self._parked
-        ]
-        if self._auction is not None or not waiting:
-            return
-        robots = self._presence.in_service()
-        if not robots:
-            for record in waiting:
-                self._park(record, "no robot is in service")
-            return
-        self._auctions += 1
-        self._changed = False
-        epoch = self._backup.epoch
-        self._auction = Auction(epoch, self._auctions, waiting, robots - self._slow or robots)
-        offers = tuple((record.task, record.step) for record in waiting)
-        self._closing = self._talker.after(self._settings.bid_timeout, self._close_auction)
-        self._talker.publish(TASK_BROADCAST, Broadcast(epoch, self._auctions, offers))
+    def _end(self, *records: TaskRecord, reason: str = "cancelled by an operator") -> None:
+        """Cancel what has not ended yet, and stop the robots that are at it."""
+        ended = [record.after(TaskEvent.CANCEL, eta=0.0, reason=reason) for record in records]
+        changed = [record for record in ended if record is not None]
 
-    def _take_bids(self, bids: Bids) -> None:
-        self._slow.discard(bids.robot_id)
-        if self._auction is None:
-            return
-        try:
-            self._auction.take(bids)
-        except BidRefusedError as error:
-            self._talker.warn(f"bids refused: {error}")
-            return
-        if not self._auction.missing:
-            self._close_auction()
+        def stop() -> None:
+            for record in records:
+                self._orders.take_back(record)
 
-    def _close_auction(self) -> None:
-        auction = self._auction
-        if auction is None:
-            return
-        if self._closing is not None:
-            self._closing.cancel()
-        self._auction = None
-        self._slow |= auction.missing
-        result = auction.result()
+        self._commit(*changed, then=stop)
+
+    def _decide(self, result: Result) -> None:
+        """Give tasks to the robots that have won them, and split what is too heavy for all."""
         for bid in result.awards:
             self._assign(bid)
         for task_id, reason in result.impossible:
             record = self._backup.get(task_id)
-            if record is not None:
-                self._park(record, reason)
-        if self._changed:
-            self._parked.clear()
-        self._talker.after(0.0, self._open_auction)
+            if record is not None and record.state is TaskState.WAITING:
+                self._split(record, result.bids.get(task_id, ()), reason)
+
+    def _split(self, record: TaskRecord, bids: Iterable[Bid], reason: str) -> None:
+        taken = (known.task.id for known in self._backup.records)
+        try:
+            divided = split(record, bids, self._watch.in_service(), taken)
+        except SplitRefusedError as error:
+            divided, reason = (), f"{reason}; {error}"
+        if divided:
+            self._commit(*divided)
+        elif record.reason != reason:
+            self._commit(replace(record, reason=reason))
 
     def _assign(self, bid: Bid) -> None:
         record = self._backup.get(bid.task_id)
@@ -185,11 +178,11 @@ class Blackboard:
             robot=bid.robot_id,
             assignment=record.assignment + 1,
             eta=bid.eta,
+            step_eta=0.0,
             reason=unused_goals(record.task),
         )
         if assigned is not None:
-            self._commit(assigned)
-            self._orders.give(assigned)
+            self._commit(assigned, then=lambda: self._orders.give(assigned))
 
     def _hear_update(self, update: TaskUpdate) -> None:
         """Follow what a robot reports; what this blackboard says itself comes by here too."""
@@ -197,77 +190,90 @@ class Blackboard:
         event = _EVENTS.get(update.state)
         if record is None or event is None or not update.robot_id:
             return
-        if event is not TaskEvent.START:
-            # The robot repeats it until a copy of the list shows that it is known.
-            self._backup.tell()
+        # The robot repeats it until a copy of the list shows that it is known.
+        self._backup.tell()
         holds = (update.robot_id, update.assignment) == (record.robot, record.assignment)
-        if not holds and event is not TaskEvent.FINISH:
-            return
-        if event is TaskEvent.START and update.step < record.step:
-            return
-        update = replace(update, step=min(update.step, record.steps))
-        if event is TaskEvent.RELEASE:
+        if event is TaskEvent.FINISH and not holds:
+            self._believe(record, update)
+        elif holds and event is TaskEvent.RELEASE:
             self._put_back(record, update)
-            return
-        changed = record.after(
-            event, robot=update.robot_id, step=update.step, eta=update.eta, reason=update.reason
-        )
+        elif holds and (event is not TaskEvent.START or record.gets_on(update)):
+            changed = record.reported(event, update)
+            if changed is not None:
+                self._commit(changed, tell=False)
+
+    def _believe(self, record: TaskRecord, update: TaskUpdate) -> None:
+        """Take a task for done by a robot that it no longer belongs to, and count double work."""
+        known = record.task.id in self._done_twice
+        begun = record.state in {TaskState.STARTED, TaskState.DONE}
+        doubled = begun and record.robot != update.robot_id
+        changed = record.reported(TaskEvent.FINISH, update)
+        if doubled and not known:
+            self._done_twice.add(record.task.id)
+            other = record.robot or "its parts"
+            reason = (
+                f"done by {update.robot_id} as well as by {other}; "
+                f"tasks with doubled work so far: {len(self._done_twice)}"
+            )
+            changed = replace(changed or record, reason=reason)
         if changed is not None:
-            self._commit(changed, tell=False)
-            if not holds:
-                self._orders.take_back(record)
+            self._commit(changed, then=lambda: self._orders.take_back(record))
+        if not record.state.is_terminal:
+            parts = unfinished_parts(record.task.id, self._backup.records)
+            self._end(*parts, reason=f"{record.task.id} was done as a whole")
 
     def _put_back(self, record: TaskRecord, update: TaskUpdate) -> None:
         """Have a task that a robot handed back done by another, or give it up."""
-        tried = (*record.tried, update.robot_id)
-        changes = {"tried": tried, "eta": 0.0, "reason": update.reason}
-        if len(tried) >= self._settings.most_hand_backs:
-            changes["reason"] = f"given up after {len(tried)} tries, the last: {update.reason}"
-            put_back = record.after(TaskEvent.FAIL, **changes)
-        else:
-            step = step_to_resume(record.task, update.step)
-            put_back = record.after(TaskEvent.RELEASE, robot="", step=step, **changes)
-        if put_back is not None:
-            self._commit(put_back)
-            self._open_auction()
+        if late := self._watch.lateness(record):
+            update = replace(update, reason=f"{update.reason} ({late})")
+        released = put_back(record, update, self._settings.most_hand_backs)
+        if released is not None:
+            self._commit(released)
+            self._auctioneer.open()
 
     def _hear_status(self, status: RobotStatus) -> None:
-        if status.state is RobotState.OFFLINE:
+        can_bid_better = self._watch.hear(status)
+        if can_bid_better and self._backup.may_act():
+            self._auctioneer.try_again()
+
+    def _look_after_robots(self) -> None:
+        if not self._backup.may_act():
             return
-        if self._presence.hear(status, self._talker.now()):
-            self._try_again()
-        self._orders.compare(status)
+        released = self._watch.look()
+        if released:
+            self._commit(*released)
+            self._auctioneer.try_again()
 
-    def _look_for_silence(self) -> None:
-        for status in self._presence.fall_silent(self._talker.now()):
-            self._talker.publish(ROBOT_STATUS, status)
-            for record in self._orders.given_to(status.robot_id):
-                self._commit(replace(record, reason=f"{record.robot} is {status.reason}"))
+    def _commit(
+        self, *records: TaskRecord, then: Callable[[], None] | None = None, tell: bool = True
+    ) -> None:
+        """Have changes written down; then tell everyone, unless the robot has done so already.
 
-    def _try_again(self) -> None:
-        """Auction again what nobody could take: something has changed.
-
-        What the auction under way is going to find impossible may be out of date as well.
+        What follows from them for the tasks that they are parts of belongs to the same change.
         """
-        self._parked.clear()
-        self._changed = True
-        self._open_auction()
+        changed = with_wholes(records, self._backup.records)
+        for record in changed:
+            if record.state is not TaskState.WAITING or record.parts:
+                self._auctioneer.withdraw(record.task.id)
+        self._forget(changed)
 
-    def _park(self, record: TaskRecord, reason: str) -> None:
-        """Leave a task waiting, with the reason, until something changes."""
-        self._parked.add(record.task.id)
-        if record.state is TaskState.WAITING and record.reason != reason:
-            self._commit(replace(record, reason=reason))
+        def committed() -> None:
+            # An order that was waiting for its commit has been given in the meantime.
+            self._forget(changed)
+            for record in changed:
+                if tell or record not in records:
+                    self._tell(record)
+            if then is not None:
+                then()
 
-    def _commit(self, record: TaskRecord, *, tell: bool = True) -> None:
-        """Write a change down and tell everyone, unless the robot has done so already."""
-        if record.state not in {TaskState.ASSIGNED, TaskState.STARTED}:
-            self._orders.forget(record.task.id)
-        if self._auction is not None and record.state is not TaskState.WAITING:
-            self._auction.withdraw(record.task.id)
-        self._backup.commit(record)
-        if tell:
-            self._tell(record)
+        if changed:
+            self._backup.commit(changed, committed)
+
+    def _forget(self, changed: Iterable[TaskRecord]) -> None:
+        """Order nothing again that no robot has to have any more."""
+        for record in changed:
+            if not record.is_held:
+                self._orders.forget(record.task.id)
 
     def _tell(self, record: TaskRecord) -> None:
         update = TaskUpdate(
@@ -280,5 +286,6 @@ class Blackboard:
             epoch=self._backup.epoch,
             reason=record.reason,
             assignment=record.assignment,
+            step_eta=record.step_eta,
         )
         self._talker.publish(TASK_STATE, update)

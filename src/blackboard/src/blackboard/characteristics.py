@@ -12,7 +12,7 @@ import numpy as np
 
 from blackboard.battery import BatteryModel
 from blackboard.errors import CharacteristicsError
-from blackboard.task import TaskType
+from blackboard.task import StepKind, TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -87,6 +87,16 @@ class RobotCharacteristics:
         if not (allowed and math.isfinite(getattr(self, name))):
             raise CharacteristicsError(f"{name} is {getattr(self, name)!r}; allowed: {what}")
 
+    def arm_time(self, kind: StepKind) -> float:
+        """Return how long the arm works in a kind of step [s]; 0 in a drive."""
+        times = {StepKind.PICK: self.pick_duration, StepKind.PLACE: self.place_duration}
+        return times.get(kind, 0.0)
+
+    def most_payload(self, kind: TaskType) -> float:
+        """Return the most it can carry of a type of task [kg]; -1 where it can carry nothing."""
+        most = min(self.payload, self.arm_payload) if kind.picks else self.payload
+        return most if kind in self.capabilities and most > 0 else -1.0
+
     def excludes(self, task: Task) -> str:
         """Say why the robot can never do a task; empty where it can."""
         kind = TaskType(task.type)
@@ -159,8 +169,9 @@ class RobotStatus:
         charge: From 0 to 1.
         payload: On board now [kg].
         task_id: What it is doing; empty when nothing.
-        reason: Why it is out of service; empty otherwise.
+        reason: Why it is out of service, or stands still with work to do; empty otherwise.
         tasks: Its whole list, in the order it will do them.
+        sent: When it was sent, by the robot's own clock [s].
     """
 
     robot_id: str
@@ -171,3 +182,4 @@ class RobotStatus:
     task_id: str = ""
     reason: str = ""
     tasks: tuple[str, ...] = ()
+    sent: float = 0.0

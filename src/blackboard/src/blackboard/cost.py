@@ -99,6 +99,11 @@ class Bid:
         energy_cost: Predicted charge for the task [Ah].
         eta: Predicted time from now until it would be done [s].
         reason: Why the cost is `MAX_COST`; empty otherwise.
+        under_way: Id of the task that the robot is doing now; empty when it could begin at once.
+        interrupt_cost: Cost of doing the task at once and what is under way later, 0 to
+            `MAX_COST`, which says that what is under way cannot be put off for it.
+        most_payload: The most that the robot can carry of such a task [kg]; -1 where it can carry
+            nothing of it, 0 where it does not say.
     """
 
     robot_id: str
@@ -107,6 +112,9 @@ class Bid:
     energy_cost: float = 0.0
     eta: float = 0.0
     reason: str = ""
+    under_way: str = ""
+    interrupt_cost: float = MAX_COST
+    most_payload: float = 0.0
 
     @property
     def is_able(self) -> bool:

@@ -24,3 +24,11 @@ class SettingsError(BlackboardError):
 
 class BidRefusedError(BlackboardError):
     """A bid does not answer the auction that is open, or is no number from 0 to MAX_COST."""
+
+
+class SplitRefusedError(BlackboardError):
+    """A task is too heavy for every robot and cannot be split; the text says why."""
+
+
+class JournalError(BlackboardError):
+    """A member's disk cannot be read or written; the text names the file and the remedy."""

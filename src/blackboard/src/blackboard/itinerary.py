@@ -7,17 +7,26 @@ least. What is being done now keeps its place.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from blackboard.cost import friction_force
-from blackboard.task import StepKind, load_during, split_task
+from blackboard.record import TaskUpdate
+from blackboard.task import (
+    StepKind,
+    TaskState,
+    is_picked,
+    load_during,
+    split_task,
+    step_to_go_on,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from blackboard.pose import Pose
-    from blackboard.record import Order
+    from blackboard.record import Order, TaskRecord
     from blackboard.robot import RobotCharacteristics
     from blackboard.task import Task
     from blackboard.ways import Ways
@@ -45,9 +54,14 @@ class Effort:
 
 
 def effort(
-    task: Task, first_step: int, start: Pose, robot: RobotCharacteristics, ways: Ways
+    task: Task,
+    first_step: int,
+    start: Pose,
+    robot: RobotCharacteristics,
+    ways: Ways,
+    steps: int | None = None,
 ) -> Effort:
-    """Predict what it takes a robot to do the rest of a task.
+    """Predict what it takes a robot to do the rest of a task, or the next steps of it.
 
     Args:
         task: A task that `analyze_task` has passed.
@@ -55,11 +69,13 @@ def effort(
         start: Where the robot begins.
         robot: What the robot is.
         ways: Knows how far it is.
+        steps: How many steps count; all that are left where none is given.
     """
+    last_step = math.inf if steps is None else first_step + steps
     way = energy = duration = 0.0
     here = start
     for index, step in enumerate(split_task(task)):
-        if index < first_step:
+        if not first_step <= index < last_step:
             continue
         if step.kind is StepKind.MOVE:
             leg = ways.length(here, step.goal)
@@ -69,24 +85,58 @@ def effort(
             duration += leg / (MEAN_SPEED_SHARE * robot.max_speed)
             here = step.goal
         else:
-            picks = step.kind is StepKind.PICK
-            arm_time = robot.pick_duration if picks else robot.place_duration
-            energy += robot.arm_power * arm_time
-            duration += arm_time
+            energy += robot.arm_power * robot.arm_time(step.kind)
+            duration += robot.arm_time(step.kind)
     return Effort(way, energy + robot.idle_power * duration, duration, here)
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A task in a robot's list, as it was ordered, and the next step to do."""
+    """A task in a robot's list.
+
+    Attributes:
+        order: As it was ordered.
+        step: The next step to do.
+        known: The step that the task list shows to be under way; -1 where it shows none yet.
+    """
 
     order: Order
     step: int = 0
+    known: int = -1
 
     @property
     def task(self) -> Task:
         """The task."""
         return self.order.task
+
+    @property
+    def steps(self) -> int:
+        """The number of steps of the task."""
+        return len(split_task(self.task))
+
+    @property
+    def is_announced(self) -> bool:
+        """Whether the next step may be begun as far as the hive's task list goes.
+
+        Before a load is taken on board, the list has to show that it is going to be: it says where
+        to look for the load if the robot is lost.
+        """
+        if self.step >= self.steps or split_task(self.task)[self.step].kind is not StepKind.PICK:
+            return True
+        return max(self.known, self.order.step) >= self.step
+
+    def update(self, state: TaskState, **fields: object) -> TaskUpdate:
+        """Return what the robot reports of it; further fields by name."""
+        report = TaskUpdate(
+            task_id=self.task.id,
+            state=state,
+            robot_id=self.order.robot_id,
+            step=self.step,
+            steps=self.steps,
+            epoch=self.order.epoch,
+            assignment=self.order.assignment,
+        )
+        return replace(report, **fields)  # type: ignore[arg-type]  # fields by name
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,9 +184,12 @@ class Itinerary:
         return self._entries[0] if self._entries else None
 
     def insert(self, order: Order, here: Pose, *, keep_first: bool) -> None:
-        """Add an ordered task at its best place; see `best_place`."""
-        place = self.best_place(order.task, order.step, here, keep_first=keep_first)
-        self._entries.insert(place.index, Entry(order, order.step))
+        """Add an ordered task at its best place, or first of all where its load is on board."""
+        step = step_to_go_on(order.task, order.step)
+        index = 0
+        if not is_picked(order.task, step):
+            index = self.best_place(order.task, step, here, keep_first=keep_first).index
+        self._entries.insert(index, Entry(order, step))
 
     def remove(self, task_id: str) -> None:
         """Take a task off; harmless where it is not on the list."""
@@ -144,10 +197,19 @@ class Itinerary:
 
     def advance(self, task_id: str, step: int) -> None:
         """Note the next step of a task to do."""
-        self._entries = [
-            replace(entry, step=step) if entry.task.id == task_id else entry
-            for entry in self._entries
-        ]
+        self._change(task_id, step=step)
+
+    def note_known(self, record: TaskRecord) -> None:
+        """Note which step of a task on the list the hive's task list shows to be under way."""
+        entry = self.get(record.task.id)
+        if entry is None or record.assignment != entry.order.assignment:
+            return
+        if record.state is TaskState.STARTED:
+            self._change(record.task.id, known=record.step)
+
+    def renew(self, order: Order) -> None:
+        """Note that a task on the list has been ordered anew; what was done of it stays done."""
+        self._change(order.task.id, order=order, known=-1)
 
     def best_place(self, task: Task, step: int, here: Pose, *, keep_first: bool) -> Placement:
         """Find where one more task lengthens the way least without passing a higher priority.
@@ -169,9 +231,24 @@ class Itinerary:
         ]
         return min(places, key=lambda place: (place.added_way, place.index))
 
+    def next_step(self, here: Pose) -> Effort:
+        """Return what the next step of the first task on the list takes; there has to be one."""
+        entry = self._entries[0]
+        return effort(entry.task, entry.step, here, self._robot, self._ways, steps=1)
+
+    def predict(self, task: Task, first_step: int, start: Pose) -> Effort:
+        """Return what the rest of any task takes this robot; see `effort`."""
+        return effort(task, first_step, start, self._robot, self._ways)
+
     def ahead(self, here: Pose) -> list[Effort]:
         """Return, for each task on the list, what the robot has done from here when it is done."""
         return self._run(self._entries, here)
+
+    def _change(self, task_id: str, **changes: object) -> None:
+        self._entries = [
+            replace(entry, **changes) if entry.task.id == task_id else entry  # type: ignore[arg-type]  # fields by name
+            for entry in self._entries
+        ]
 
     def _place(self, index: int, task: Task, step: int, here: Pose) -> Placement:
         done = self._run(self._entries[:index], here)

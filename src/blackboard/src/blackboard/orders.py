@@ -8,12 +8,18 @@ from typing import TYPE_CHECKING
 
 from blackboard.record import Order
 from blackboard.talker import TASK_ASSIGN
+from blackboard.task import Task
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
     from blackboard.record import TaskRecord
     from blackboard.talker import Talker
+
+# Above the number of any assignment that a robot may have of a task that nobody knows.
+_ANY_ASSIGNMENT = 2**32 - 1
 
 
 class Orders:
@@ -30,6 +36,12 @@ class Orders:
         self._backup = backup
         self._timeout = timeout
         self._given: dict[str, float] = {}
+        self._heard: dict[str, float] = {}
+
+    def resume(self, records: Iterable[TaskRecord]) -> None:
+        """Take over what another blackboard has ordered, as if it had done so now."""
+        now = self._talker.now()
+        self._given = {record.task.id: now for record in records if record.is_held}
 
     def give(self, record: TaskRecord) -> None:
         """Tell the robot of a record to take its task into its list."""
@@ -41,22 +53,56 @@ class Orders:
         if record.robot:
             self._talker.publish(TASK_ASSIGN, replace(self._order(record), take_back=True))
 
+    def recall(self, record: TaskRecord) -> None:
+        """Have the robot that holds a task drop it and report how far it has come."""
+        order = replace(self._order(record), take_back=True, hand_back=True)
+        self._talker.publish(TASK_ASSIGN, order)
+
     def forget(self, task_id: str) -> None:
         """Note that no robot has to have a task any more."""
         self._given.pop(task_id, None)
 
-    def given_to(self, robot_id: str) -> tuple[TaskRecord, ...]:
-        """Return the records of all that a robot has to have in its list."""
-        records = [self._backup.get(task_id) for task_id in self._given]
-        return tuple(record for record in records if record and record.robot == robot_id)
+    def held(self) -> list[TaskRecord]:
+        """Return the records of all that robots have to have in their lists."""
+        records = (self._backup.get(task_id) for task_id in self._given)
+        return [record for record in records if record is not None and record.is_held]
 
-    def compare(self, status: RobotStatus) -> None:
-        """Give again what a robot has had the time to hear and does not have in its list."""
+    def given_to(self, robot_id: str) -> tuple[TaskRecord, ...]:
+        """Return the records of all that one robot has to have in its list."""
+        return tuple(record for record in self.held() if record.robot == robot_id)
+
+    def compare(self, status: RobotStatus) -> bool:
+        """Mend what differs between a robot's list and what it has to have in it.
+
+        It is given again what it has had the time to hear and does not have, and told to drop what
+        is not its own.
+
+        Returns:
+            Whether everything in its list is its own.
+        """
+        self._heard[status.robot_id] = status.sent
         now = self._talker.now()
         for record in self.given_to(status.robot_id):
             overdue = now - self._given[record.task.id] > self._timeout
             if overdue and record.task.id not in status.tasks:
                 self.give(record)
+        strays = [task for task in status.tasks if not self._is_own(task, status.robot_id)]
+        for task_id in strays:
+            self._send_away(task_id, status.robot_id)
+        return not strays
+
+    def _is_own(self, task_id: str, robot_id: str) -> bool:
+        record = self._backup.get(task_id)
+        return record is not None and record.is_held and record.robot == robot_id
+
+    def _send_away(self, task_id: str, robot_id: str) -> None:
+        record = self._backup.get(task_id)
+        task = Task(task_id, 0, ()) if record is None else record.task
+        assignment = _ANY_ASSIGNMENT if record is None else record.assignment
+        order = Order(
+            task, robot_id, take_back=True, epoch=self._backup.epoch, assignment=assignment
+        )
+        self._talker.publish(TASK_ASSIGN, order)
 
     def _order(self, record: TaskRecord) -> Order:
         return Order(
@@ -65,4 +111,5 @@ class Orders:
             step=record.step,
             epoch=self._backup.epoch,
             assignment=record.assignment,
+            heard=self._heard.get(record.robot, 0.0),
         )

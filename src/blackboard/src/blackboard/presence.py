@@ -46,9 +46,18 @@ class Presence:
         relieved = not set(before.status.tasks) <= set(status.tasks)
         return returned or relieved or charged
 
+    def known(self) -> frozenset[str]:
+        """Return the names of all robots that have ever been heard."""
+        return frozenset(self._seen)
+
     def in_service(self) -> frozenset[str]:
         """Return the names of the robots that take tasks."""
         return frozenset(name for name, seen in self._seen.items() if seen.status.state.in_service)
+
+    def last(self, robot_id: str) -> RobotStatus | None:
+        """Return the last status of a robot, or None where it was never heard."""
+        seen = self._seen.get(robot_id)
+        return None if seen is None else seen.status
 
     def fall_silent(self, now: float) -> tuple[RobotStatus, ...]:
         """Mark robots as offline that have been silent for too long; return those just marked."""

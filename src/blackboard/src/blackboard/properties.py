@@ -26,12 +26,15 @@ class Properties:
 
     1. No task is under way with two robots at once.
     2. A task is done once: when a robot has said DONE, nobody says DONE for another run or begins
-       a step of the task, unless that robot's process has ended since.
+       a step of the task, unless that robot's process has ended since or it had been given up for
+       lost.
     3. What was said to be taken in stays on the list for ever.
     4. What has ended stays as it ended.
-    5. A task that is assigned or started has a robot, and one that waits has none.
+    5. A task that is assigned or started has a robot, unless it was split, and one that waits has
+       none.
     6. A task goes to a robot under a new number each time.
-    7. A task that has not ended leaves a robot only when that robot has handed it back.
+    7. A task that has not ended leaves a robot only when that robot has handed it back, or is lost
+       and has stopped.
     8. An arm works only where the robot stands at the goal.
 
     Args:
@@ -47,6 +50,7 @@ class Properties:
         self._known: dict[str, TaskRecord] = {}
         self._done_by: dict[str, tuple[Robot, int]] = {}
         self._handed_back: set[tuple[str, str, int]] = set()
+        self._lost: set[str] = set()
         self.accepted: set[str] = set()
         hive.network.watch(self.check)
 
@@ -93,6 +97,7 @@ class Properties:
         run = (robot, update.assignment)
         first = self._done_by.get(update.task_id)
         forgotten = first is None or first[0] not in self._hive.robots.values()
+        forgotten |= update.task_id in self._lost
         if update.state is TaskState.DONE and forgotten:
             self._done_by[update.task_id] = run
         elif update.state is TaskState.DONE:
@@ -113,17 +118,23 @@ class Properties:
 
     def _check_holder(self, before: TaskRecord, after: TaskRecord) -> None:
         holder = before.robot, before.assignment
+        name = before.task.id
         left = not after.state.is_terminal and (after.robot, after.assignment) != holder
+        if not (left and before.robot) or (name, *holder) in self._handed_back:
+            return
+        self._lost.add(name)
+        step = self._hive.commands[before.robot].running
         _hold(
-            not (left and before.robot) or (before.task.id, *holder) in self._handed_back,
-            f"{before.task.id} was taken from {before.robot}, which had not handed it back",
+            step is None or step.task_id != name,
+            f"{name} was taken from {before.robot}, which is still at it",
         )
 
 
 def _check_record(record: TaskRecord) -> None:
     name, state = record.task.id, record.state
     _hold(
-        bool(record.robot) or state not in _WITH_A_ROBOT, f"{name} is {state.name} without a robot"
+        bool(record.robot or record.parts) or state not in _WITH_A_ROBOT,
+        f"{name} is {state.name} without a robot",
     )
     _hold(
         not record.robot or state is not TaskState.WAITING,
@@ -137,7 +148,7 @@ def _check_change(before: TaskRecord, after: TaskRecord) -> None:
         not before.state.is_terminal or after.state is before.state,
         f"{name} had ended as {before.state.name} and is now {after.state.name}",
     )
-    moved = after.state in _WITH_A_ROBOT and after.robot != before.robot
+    moved = after.state in _WITH_A_ROBOT and after.robot not in {before.robot, ""}
     _hold(
         not moved or after.assignment > before.assignment,
         f"{name} went from {before.robot!r} to {after.robot} under one number",

@@ -25,7 +25,10 @@ class TaskRecord:
         reason: In words, for a person; may be empty.
         parent: Id of the task it is a part of; empty when it is whole.
         assignment: How often it has been assigned: which of several robots a report comes from.
-        tried: The robots that have handed it back, one entry for each time.
+        tried: The robots that have tried it in vain, one entry for each time.
+        step_eta: Predicted time from the last report until the present step is done [s]; 0 where
+            unknown.
+        parts: Into how many parts it was split, each with a record of its own; 0 when it is whole.
     """
 
     task: Task
@@ -37,11 +40,19 @@ class TaskRecord:
     parent: str = ""
     assignment: int = 0
     tried: tuple[str, ...] = ()
+    step_eta: float = 0.0
+    parts: int = 0
 
     @property
     def steps(self) -> int:
-        """The number of steps of the task."""
-        return len(split_task(self.task))
+        """The number of steps of the task; of one that was split, of its parts."""
+        return self.parts or len(split_task(self.task))
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a robot has it."""
+        held = self.state in {TaskState.ASSIGNED, TaskState.STARTED}
+        return held and not self.parts
 
     def has_ended(self, robot_id: str, assignment: int) -> bool:
         """Return whether a robot that was given the task by an assignment has it no more.
@@ -50,6 +61,24 @@ class TaskRecord:
         """
         elsewhere = self.state.is_terminal or self.robot != robot_id
         return self.assignment > assignment or (self.assignment == assignment and elsewhere)
+
+    def gets_on(self, update: TaskUpdate) -> bool:
+        """Return whether a robot's report of a start tells more than this knows.
+
+        It may be late, or a repetition.
+        """
+        return self.state is TaskState.ASSIGNED or update.step > self.step
+
+    def reported(self, event: TaskEvent, update: TaskUpdate) -> TaskRecord | None:
+        """Return the record after what a robot has reported, or None where nothing changes."""
+        return self.after(
+            event,
+            robot=update.robot_id,
+            step=min(update.step, self.steps),
+            eta=update.eta,
+            step_eta=update.step_eta,
+            reason=update.reason,
+        )
 
     def after(self, event: TaskEvent, **changes: object) -> TaskRecord | None:
         """Return the record after an event, or None where the event changes nothing.
@@ -77,6 +106,8 @@ class TaskUpdate:
         epoch: Of the blackboard that decided, or that the robot obeys.
         reason: In words, for a person; may be empty.
         assignment: The assignment that is reported on.
+        step_eta: Predicted time until the present step is done [s]; 0 where unknown.
+        put_off_for: Id of the more urgent task that a robot hands this one back for; else empty.
     """
 
     task_id: str
@@ -88,6 +119,8 @@ class TaskUpdate:
     epoch: int = 0
     reason: str = ""
     assignment: int = 0
+    step_eta: float = 0.0
+    put_off_for: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +149,8 @@ class Order:
         step: The first step that is still to be done.
         epoch: Of the blackboard that decided.
         assignment: Number of this assignment of the task.
+        hand_back: Whether a robot that is to drop it also has to report how far it has come.
+        heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
     """
 
     task: Task
@@ -124,3 +159,5 @@ class Order:
     step: int = 0
     epoch: int = 0
     assignment: int = 0
+    hand_back: bool = False
+    heard: float = 0.0

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from blackboard.errors import JournalError
 from blackboard.talker import TASK_STATE
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
     from blackboard.backup import TaskList
+    from blackboard.journal import Journal
     from blackboard.record import Order, TaskRecord, TaskUpdate
     from blackboard.talker import Talker
 
@@ -20,17 +22,20 @@ class Reports:
     Args:
         talker: How it speaks.
         robot_id: Whose reports they are.
+        journal: Keeps the open ones, so that a robot which starts again still tells them.
     """
 
-    def __init__(self, talker: Talker, robot_id: str) -> None:
+    def __init__(self, talker: Talker, robot_id: str, journal: Journal) -> None:
         self._talker = talker
         self._robot_id = robot_id
-        self._open: dict[str, TaskUpdate] = {}
+        self._journal = journal
+        self._open = {report.task_id: report for report in journal.load_reports()}
         self._known: dict[str, TaskRecord] = {}
 
     def add(self, report: TaskUpdate) -> None:
         """Tell of a task that has left the list."""
         self._open[report.task_id] = report
+        self._write_down()
         self._talker.publish(TASK_STATE, report)
 
     def repeat(self) -> None:
@@ -41,11 +46,14 @@ class Reports:
     def answer(self, order: Order) -> bool:
         """Return whether an order comes too late, because its task was reported on before.
 
+        What it has done a robot does not do again, under whatever number.
         The report is told again unless the blackboard is known to have heard it: then the order
         was only slower on its way than the task list.
         """
         report = self._open.get(order.task.id)
-        if report is not None and report.assignment >= order.assignment:
+        if report is not None and (
+            report.state is TaskState.DONE or report.assignment >= order.assignment
+        ):
             self._talker.publish(TASK_STATE, report)
             return True
         record = self._known.get(order.task.id)
@@ -54,10 +62,21 @@ class Reports:
     def acknowledge(self, known: TaskList) -> None:
         """Forget what a copy of the task list shows to be known."""
         self._known = {record.task.id: record for record in known.records}
-        for report in tuple(self._open.values()):
-            record = self._known.get(report.task_id)
-            if record is not None and self._is_known(report, record):
-                del self._open[report.task_id]
+        heard = [report for report in self._open.values() if self._has_been_heard(report)]
+        for report in heard:
+            del self._open[report.task_id]
+        if heard:
+            self._write_down()
+
+    def _write_down(self) -> None:
+        try:
+            self._journal.save_reports(self._open.values())
+        except JournalError as error:
+            self._talker.warn(f"{self._robot_id} may forget what it reports: {error}")
+
+    def _has_been_heard(self, report: TaskUpdate) -> bool:
+        record = self._known.get(report.task_id)
+        return record is not None and self._is_known(report, record)
 
     def _is_known(self, report: TaskUpdate, record: TaskRecord) -> bool:
         if report.state is TaskState.DONE:

@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING
 from blackboard.bidding import Bidder
 from blackboard.characteristics import RobotCharacteristics, RobotState, RobotStatus
 from blackboard.controller import CommandState
-from blackboard.cost import COST_MODELS, Bids, friction_force
-from blackboard.itinerary import Itinerary
-from blackboard.record import TaskUpdate
+from blackboard.cost import COST_MODELS, friction_force
+from blackboard.itinerary import Entry, Itinerary
+from blackboard.leave import Leave
+from blackboard.preemption import may_put_off
 from blackboard.reports import Reports
+from blackboard.service import WORDS, Service
 from blackboard.talker import (
     ROBOT_STATUS,
     SET_STATE,
@@ -27,20 +29,25 @@ from blackboard.talker import (
     TASK_COST,
     TASK_STATE,
 )
-from blackboard.task import StepKind, TaskState, TaskType, load_during, split_task
+from blackboard.task import TaskState, is_picked, load_during, split_task
+from blackboard.worker import Worker
 
 if TYPE_CHECKING:
     from blackboard.backup import TaskList
     from blackboard.battery import Battery
     from blackboard.controller import CommandResult, Controller
-    from blackboard.itinerary import Entry
+    from blackboard.journal import Journal
     from blackboard.pose import Pose
     from blackboard.record import Broadcast, Order
     from blackboard.settings import RobotSettings
     from blackboard.talker import Talker
+    from blackboard.task import Task
     from blackboard.ways import Ways
 
 __all__ = ["Robot", "RobotCharacteristics", "RobotState", "RobotStatus"]
+
+_PERIODS_UNHEARD = 1.5
+"""A status that was not echoed by then got lost, and is sent again at every heartbeat."""
 
 
 class Robot:
@@ -55,6 +62,7 @@ class Robot:
         controller: Executes its tasks.
         pose: Where it stands.
         settings: How it bids and speaks.
+        journal: Its disk, for the reports that nobody has acknowledged yet.
     """
 
     def __init__(
@@ -67,28 +75,36 @@ class Robot:
         controller: Controller,
         pose: Pose,
         settings: RobotSettings,
+        journal: Journal,
     ) -> None:
         self._talker = talker
         self._id = robot_id
         self._characteristics = characteristics
         self._battery = battery
-        self._controller = controller
         self._pose = pose
         self._settings = settings
         self._list = Itinerary(characteristics, ways)
         model = COST_MODELS[settings.cost_model]
         self._bidder = Bidder(robot_id, characteristics, battery, self._list, model)
-        self._reports = Reports(talker, robot_id)
-        self._at_work = False
-        self._out_of_service: RobotState | None = None
-        self._reason = ""
-        self._left_on_board = 0.0
+        self._reports = Reports(talker, robot_id, journal)
+        patience = _PERIODS_UNHEARD * settings.status_period
+        self._leave = Leave(talker, robot_id, patience, self._go_on, self._say_status)
+        self._work = Worker(
+            controller,
+            self._list,
+            self._may_go,
+            self._say_started,
+            self._step_done,
+            self._task_ended,
+        )
+        self._service = Service()
 
     def start(self) -> None:
         """Begin to listen and to say how it is."""
         self._talker.subscribe(TASK_BROADCAST, self._bid)
         self._talker.subscribe(TASK_ASSIGN, self._obey)
         self._talker.subscribe(SYNC, self._compare)
+        self._leave.start()
         self._talker.subscribe(SET_STATE, self.set_state)
         self._talker.every(self._settings.status_period, self._pass_time)
         self._say_status()
@@ -96,7 +112,10 @@ class Robot:
     @property
     def status(self) -> RobotStatus:
         """How it is now."""
-        current = self._current()
+        current = self._work.current
+        reason = self._service.reason
+        if not reason and self._work.stands_still and not self._leave.holds():
+            reason = "stands still until an active blackboard says that it has heard it"
         return RobotStatus(
             robot_id=self._id,
             state=self.state,
@@ -104,16 +123,17 @@ class Robot:
             charge=self._battery.level,
             payload=self._payload(),
             task_id=current.task.id if current else "",
-            reason=self._reason,
+            reason=reason,
             tasks=tuple(entry.task.id for entry in self._list),
+            sent=self._talker.now(),
         )
 
     @property
     def state(self) -> RobotState:
         """Whether it can be counted on."""
-        if self._out_of_service is not None:
-            return self._out_of_service
-        return RobotState.BUSY if self._at_work else RobotState.IDLE
+        if self._service.state is not None:
+            return self._service.state
+        return RobotState.IDLE if self._work.current is None else RobotState.BUSY
 
     def set_pose(self, pose: Pose) -> None:
         """Note where it stands [map frame]."""
@@ -126,98 +146,115 @@ class Robot:
         self._battery.update_level(force * distance)
 
     def set_state(self, word: str) -> None:
-        """Obey an operator: `defect`, `charging`, or `idle` to put it back in service.
-
-        Putting it back in service also says that nothing is on board any more.
-        """
-        if word == "idle":
-            self._out_of_service, self._reason, self._left_on_board = None, "", 0.0
-        elif word in {"defect", "charging"}:
-            self._out_of_service = RobotState[word.upper()]
-            if not self._left_on_board:
-                self._reason = f"{word}, set by an operator"
-        else:
-            self._talker.warn(
-                f"set_state {word[:40]!r} is unknown; allowed: idle, defect, charging"
-            )
+        """Obey an operator who says `idle`, `defect` or `charging`; see `Service.set`."""
+        if word not in WORDS:
+            allowed = ", ".join(WORDS)
+            self._talker.warn(f"set_state {word[:40]!r} is unknown; allowed: {allowed}")
             return
+        self._service.set(word)
         self._go_on()
         self._say_status()
 
     def _bid(self, broadcast: Broadcast) -> None:
-        bids = []
-        for task, step in broadcast.tasks:
-            if self._out_of_service is not None:
-                bids.append(self._bidder.refuse(task, self._reason))
-            else:
-                bids.append(self._bidder.bid(task, step, self._pose, at_work=self._at_work))
-        answer = Bids(self._id, broadcast.epoch, broadcast.auction, tuple(bids))
+        at_work = self._work.current is not None
+        answer = self._bidder.answer(broadcast, self._pose, self._service.reason, at_work=at_work)
         self._talker.publish(TASK_COST, answer)
 
     def _obey(self, order: Order) -> None:
-        if order.robot_id != self._id:
+        if order.robot_id != self._id or not (order.take_back or self._leave.covers(order.heard)):
             return
         entry = self._list.get(order.task.id)
         if order.take_back:
-            if entry is not None and entry.order.assignment <= order.assignment:
-                self._drop(entry)
-        elif entry is None and not self._reports.answer(order):
-            self._list.insert(order, self._pose, keep_first=self._at_work)
+            self._let_go(order, entry)
+        elif entry is not None:
+            if order.assignment > entry.order.assignment:
+                self._list.renew(order)
+        elif not self._reports.answer(order):
+            self._put_off_for(order.task)
+            if is_picked(order.task, order.step):
+                # In an earlier life of this process it was on its way with this load.
+                self._work.stop()
+            keep_first = self._work.current is not None
+            self._list.insert(order, self._pose, keep_first=keep_first)
             self._go_on()
             self._say_status()
+
+    def _let_go(self, order: Order, entry: Entry | None) -> None:
+        """Drop a task that is to be taken back; say how far it has come where that is asked."""
+        if entry is not None and entry.order.assignment > order.assignment:
+            return
+        if order.hand_back:
+            if entry is not None or not self._reports.answer(order):
+                held = entry or Entry(order, order.step)
+                self._hand_back(held, f"{self._id} was told to hand it back")
+            self._go_on()
+            self._say_status()
+        elif entry is not None:
+            self._drop(entry)
+
+    def _put_off_for(self, urgent: Task) -> None:
+        """Hand back what is under way if a task that has just been given is to go before it."""
+        current = self._work.current
+        if current is not None and may_put_off(current, urgent):
+            self._hand_back(current, f"{self._id} put it off for {urgent.id}", urgent.id)
 
     def _compare(self, known: TaskList) -> None:
         """Drop what is no longer its own, and stop repeating what the blackboard knows."""
         self._reports.acknowledge(known)
         for record in known.records:
             entry = self._list.get(record.task.id)
-            if entry is not None and record.has_ended(self._id, entry.order.assignment):
+            if entry is None:
+                continue
+            if record.has_ended(self._id, entry.order.assignment):
                 self._drop(entry)
+            else:
+                self._list.note_known(record)
+        self._go_on()
+
+    def _may_go(self, entry: Entry) -> bool:
+        """Return whether the next step of a task may be done now."""
+        return self._leave.holds() and entry.is_announced
 
     def _pass_time(self) -> None:
         period = self._settings.status_period
         self._battery.update_level(self._characteristics.idle_power * period)
-        if self._out_of_service is RobotState.CHARGING:
+        if self._service.state is RobotState.CHARGING:
             self._battery.charge(period)
             if self._battery.level >= 1.0:
-                # Only a person can say that a load which was left on board is gone.
-                self.set_state("defect" if self._left_on_board else "idle")
+                self._service.be_charged()
+                self._go_on()
         self._reports.repeat()
+        current = self._work.current
+        if current is not None and current.known < current.step < current.steps:
+            self._say_started(current)
         self._say_status()
 
     def _go_on(self) -> None:
-        """Start the next task; a robot that is out of service hands them all back instead."""
-        entry = self._list.first()
-        if self._out_of_service is not None:
-            reason = f"{self._id} is out of service: {self._reason}"
+        """Go on with the list; a robot that is out of service hands them all back instead."""
+        if self._service.state is not None:
+            reason = f"{self._id} is out of service: {self._service.reason}"
             for held in tuple(self._list):
                 self._hand_back(held, reason)
-        elif entry is not None and not self._at_work:
-            self._at_work = True
-            self._say_started(entry)
-            self._controller.run(entry.task, entry.step, self._step_done, self._task_ended)
+        else:
+            self._work.go_on()
 
     def _step_done(self, step: int) -> None:
-        entry = self._current()
+        entry = self._work.current
         assert entry is not None  # noqa: S101  (the controller runs only what is on the list)
-        kind = split_task(entry.task)[step - 1].kind
-        if kind is not StepKind.MOVE:
-            robot = self._characteristics
-            picks = kind is StepKind.PICK
-            arm_time = robot.pick_duration if picks else robot.place_duration
-            self._battery.update_level(robot.arm_power * arm_time)
+        arm_time = self._characteristics.arm_time(split_task(entry.task)[step - 1].kind)
+        self._battery.update_level(self._characteristics.arm_power * arm_time)
         self._list.advance(entry.task.id, step)
-        entry = self._current()
-        if entry is not None and step < len(split_task(entry.task)):
+        entry = self._work.current
+        if entry is not None and step < entry.steps:
             self._say_started(entry)
 
     def _task_ended(self, result: CommandResult) -> None:
-        entry = self._current()
+        entry = self._work.current
         assert entry is not None  # noqa: S101  (the controller runs only what is on the list)
         if result.state is CommandState.SUCCEEDED:
-            self._at_work = False
+            self._work.stop()
             self._list.remove(entry.task.id)
-            self._reports.add(self._update(entry, TaskState.DONE))
+            self._reports.add(entry.update(TaskState.DONE))
         else:
             self._hand_back(entry, f"{self._id}: {result.state.value}: {result.text}")
         self._go_on()
@@ -230,63 +267,34 @@ class Robot:
         self._go_on()
         self._say_status()
 
-    def _hand_back(self, entry: Entry, reason: str) -> None:
+    def _hand_back(self, entry: Entry, reason: str, put_off_for: str = "") -> None:
         """Give a task back to the blackboard; one whose load is on board needs a person."""
         loaded = self._strand(entry)
         self._list.remove(entry.task.id)
         if loaded:
-            text = f"{reason}; its load of {loaded:g} kg is on board at {self._pose}: take it off"
-            self._reports.add(self._update(entry, TaskState.FAILED, reason=text))
-        else:
-            self._reports.add(self._update(entry, TaskState.WAITING, reason=reason))
+            weight = f"{entry.task.payload:g} kg"
+            reason += f"; its load of {weight} is on board at {self._pose}: take it off"
+        state = TaskState.FAILED if loaded else TaskState.WAITING
+        self._reports.add(entry.update(state, reason=reason, put_off_for=put_off_for))
 
-    def _strand(self, entry: Entry) -> float:
-        """Stop a task if it is under way; return what its arm has taken on board [kg].
-
-        A robot with a load that belongs nowhere any more leaves service until a person has seen
-        to it.
-        """
-        if entry is not self._current():
-            return 0.0
-        self._controller.stop()
-        self._at_work = False
-        picks = TaskType(entry.task.type).picks
-        loaded = load_during(entry.task, entry.step) if picks else 0.0
+    def _strand(self, entry: Entry) -> bool:
+        """Stop a task if it is under way; return whether its arm has taken its load on board."""
+        if entry is self._work.current:
+            self._work.stop()
+        loaded = is_picked(entry.task, entry.step)
         if loaded:
-            self._left_on_board = loaded
-            self._out_of_service = self._out_of_service or RobotState.DEFECT
-            self._reason = (
-                f"the load of {entry.task.id} ({loaded:g} kg) is on board: "
-                "take it off, then set the robot idle"
-            )
+            self._service.leave_on_board(entry.task.id, entry.task.payload)
         return loaded
 
-    def _current(self) -> Entry | None:
-        return self._list.first() if self._at_work else None
-
     def _payload(self) -> float:
-        entry = self._current()
-        return load_during(entry.task, entry.step) if entry else self._left_on_board
+        entry = self._work.current
+        return load_during(entry.task, entry.step) if entry else self._service.left_on_board or 0.0
 
     def _say_started(self, entry: Entry) -> None:
         eta = self._list.ahead(self._pose)[0].duration
-        update = self._update(entry, TaskState.STARTED, eta=eta if math.isfinite(eta) else 0.0)
-        self._talker.publish(TASK_STATE, update)
-
-    def _update(
-        self, entry: Entry, state: TaskState, eta: float = 0.0, reason: str = ""
-    ) -> TaskUpdate:
-        return TaskUpdate(
-            task_id=entry.task.id,
-            state=state,
-            robot_id=self._id,
-            step=entry.step,
-            steps=len(split_task(entry.task)),
-            eta=eta,
-            epoch=entry.order.epoch,
-            reason=reason,
-            assignment=entry.order.assignment,
-        )
+        times = {"eta": eta, "step_eta": self._list.next_step(self._pose).duration}
+        known = times if math.isfinite(eta) else {}
+        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **known))
 
     def _say_status(self) -> None:
         self._talker.publish(ROBOT_STATUS, self.status)

@@ -7,6 +7,14 @@ from dataclasses import dataclass, fields
 
 from blackboard.cost import COST_MODELS
 from blackboard.errors import SettingsError
+from blackboard.lease import longest_lease
+from blackboard.release import ON_ROBOT_LOST
+
+MOST_DRIFT = 0.01
+"""How far the speed of a member's clock may be from the truth, as a share."""
+
+_SHORTEST_SILENCE = 2.0
+"""Under 30 % packet loss a heartbeat at 10 Hz paused for up to 1.8 s (docs/benchmarks.md) [s]."""
 
 DISTANCES = ("path", "euclidean")
 """How the length of a way is measured: on the map, or as the crow flies."""
@@ -21,7 +29,11 @@ class Settings:
     """
 
     def __post_init__(self) -> None:
-        names = {"cost_model": tuple(COST_MODELS), "distance": DISTANCES}
+        names = {
+            "cost_model": tuple(COST_MODELS),
+            "distance": DISTANCES,
+            "on_robot_lost": ON_ROBOT_LOST,
+        }
         for each in fields(self):
             value = getattr(self, each.name)
             if each.name in names:
@@ -34,16 +46,50 @@ class Settings:
 
 @dataclass(frozen=True)
 class BackupSettings(Settings):
-    """How often the active blackboard speaks.
+    """How often the active blackboard speaks, and how long the hive waits for it.
 
     Attributes:
         heartbeat: Time between two heartbeats [s].
+        self_demotion: An active blackboard that no majority has followed for longer steps down
+            [s]; at least five heartbeats.
+        election: The active blackboard has to be silent for this long before another is elected
+            [s]; longer than `self_demotion`, and at least 2 s, which lost messages alone do not
+            reach.
+        stagger: By how much members stand after each other [s].
+        member_timeout: A member that is silent for longer is taken off the list [s].
+        most_members: More members than this hold the list but have no vote.
+        kept_changes: Changes that are kept for members that missed some; who missed more gets
+            the whole list.
         sync_period: Least time between two copies of the task list [s]; changes within it are
             sent together.
     """
 
     heartbeat: float = 0.2
+    self_demotion: float = 1.8
+    election: float = 2.2
+    stagger: float = 0.25
+    member_timeout: float = 10.0
+    most_members: int = 7
+    kept_changes: int = 128
     sync_period: float = 0.2
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.self_demotion < 5 * self.heartbeat:
+            raise SettingsError(
+                f"self_demotion is {self.self_demotion:g} s; allowed: at least 5 heartbeats, "
+                f"which are {5 * self.heartbeat:g} s"
+            )
+        if self.election < _SHORTEST_SILENCE:
+            raise SettingsError(
+                f"election is {self.election:g} s; allowed: at least {_SHORTEST_SILENCE:g} s"
+            )
+        slow_demotion = self.self_demotion * (1 + MOST_DRIFT) / (1 - MOST_DRIFT)
+        if self.election <= slow_demotion:
+            raise SettingsError(
+                f"election is {self.election:g} s; allowed: above {slow_demotion:.3g} s, which a "
+                f"self_demotion of {self.self_demotion:g} s may last on a slow clock"
+            )
 
 
 @dataclass(frozen=True)
@@ -52,18 +98,39 @@ class BlackboardSettings(Settings):
 
     Attributes:
         bid_timeout: Longest time that an auction stays open [s].
-        robot_timeout: A robot that is silent for longer counts as offline [s].
+        robot_lease: How long a robot works on without hearing that it was heard [s].
+        lease_margin: Time that a robot takes to come to a stop, and a little more [s].
+        reassign: A robot that is silent for longer is lost [s]. It has to have stopped by then, so
+            this is more than its lease and the margin; clocks may differ by 2 %.
+        on_robot_lost: A name of `release.ON_ROBOT_LOST`.
+        overdue_factor: A robot that takes so many times as long as it has promised ...
+        overdue_grace: ... and this much longer [s] has to hand the task back.
         order_timeout: An order that a robot's status does not show by then is given again [s].
         retry_period: What nobody could take is auctioned again after this time, even if nothing
             seems to have changed [s].
-        most_hand_backs: A task that robots have handed back this often is given up.
+        most_hand_backs: A task that robots have tried in vain this often is given up.
     """
 
     bid_timeout: float = 2.0
-    robot_timeout: float = 5.0
+    robot_lease: float = 3.5
+    lease_margin: float = 0.5
+    reassign: float = 5.0
+    on_robot_lost: str = "reassign"
+    overdue_factor: float = 2.0
+    overdue_grace: float = 60.0
     order_timeout: float = 2.0
     retry_period: float = 30.0
     most_hand_backs: int = 5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        stopped = longest_lease(self.robot_lease) + self.lease_margin
+        if not stopped < self.reassign:
+            raise SettingsError(
+                f"reassign is {self.reassign!r}; allowed: above robot_lease "
+                f"{self.robot_lease!r} x 1.02 + lease_margin {self.lease_margin!r} = {stopped:g}, "
+                "because a robot has to have stopped before its task is given to another"
+            )
 
 
 @dataclass(frozen=True)

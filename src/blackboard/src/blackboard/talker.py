@@ -21,6 +21,9 @@ TASK_STATE = "task_state"
 TASK_CANCEL = "task_cancel"
 BACKUP = "bb_backup"
 SYNC = "bb_sync"
+BB_ENTRIES = "bb_entries"
+BB_ACK = "bb_ack"
+BB_VOTE = "bb_vote"
 ROBOT_STATUS = "robot_status"
 SET_STATE = "set_state"
 """In the robot's own namespace; all other topics belong to the hive."""
@@ -53,6 +56,13 @@ class Talker(Protocol):
 
     def ping(self, member: str) -> bool:
         """Return whether a member's process answers; False is no proof that it is dead."""
+
+    def watch(self, member: str, died: Callable[[], None]) -> None:
+        """Call once when a member's process is proved dead, if that can be proved.
+
+        Proof is that its connections are gone and its address refuses new ones; silence is none.
+        Watching another member ends the watch on the one before.
+        """
 
     def warn(self, text: str) -> None:
         """Tell the person who runs this member."""

@@ -197,6 +197,14 @@ def step_to_resume(task: Task, step: int) -> int:
     return 0 if TaskType(task.type).picks else step
 
 
+def step_to_go_on(task: Task, step: int) -> int:
+    """Return where the robot that has done `step` steps goes on when it was somewhere since.
+
+    Whoever has not picked yet drives there again.
+    """
+    return step if is_picked(task, step) else step_to_resume(task, step)
+
+
 def split_task(task: Task) -> tuple[TaskStep, ...]:
     """Return the steps of a task that `analyze_task` has passed, in the order of execution."""
     kind = TaskType(task.type)
@@ -211,6 +219,11 @@ def split_task(task: Task) -> tuple[TaskStep, ...]:
     return tuple(steps)
 
 
+def is_picked(task: Task, step: int) -> bool:
+    """Return whether the robot's arm has taken the load on board before a step."""
+    return any(earlier.kind is StepKind.PICK for earlier in split_task(task)[:step])
+
+
 def load_during(task: Task, step: int) -> float:
     """Return what is on board while a step is executed [kg].
 
@@ -223,8 +236,7 @@ def load_during(task: Task, step: int) -> float:
     """
     if not TaskType(task.type).picks:
         return task.payload
-    picked = any(earlier.kind is StepKind.PICK for earlier in split_task(task)[:step])
-    return task.payload if picked else 0.0
+    return task.payload if is_picked(task, step) else 0.0
 
 
 def analyze_task(task: Task, ways: Ways) -> None:

@@ -8,15 +8,18 @@ ROS, `TimedCommand` for an action server. The hives themselves are made of the r
 from __future__ import annotations
 
 import itertools
+import random
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Backup
+from blackboard.backup import Backup, Heartbeat, TaskList, founded
 from blackboard.battery import Battery, BatteryModel
 from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotCharacteristics
 from blackboard.controller import CommandResult, CommandState, Controller
+from blackboard.journal import MemoryJournal
+from blackboard.record import TaskRecord
 from blackboard.robot import Robot
 from blackboard.settings import (
     BackupSettings,
@@ -24,7 +27,16 @@ from blackboard.settings import (
     ControllerSettings,
     RobotSettings,
 )
-from blackboard.talker import NEW_TASK, SET_STATE, SYNC, TASK_CANCEL, TASK_STATE
+from blackboard.talker import (
+    BACKUP,
+    NEW_TASK,
+    ROBOT_STATUS,
+    SET_STATE,
+    SYNC,
+    TASK_ASSIGN,
+    TASK_CANCEL,
+    TASK_STATE,
+)
 from blackboard.task import StepKind, TaskState
 from blackboard.virtual_network import LATENCY, Call, Network, NetworkTalker
 from blackboard.ways import StraightWays
@@ -32,13 +44,23 @@ from blackboard.ways import StraightWays
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.backup import TaskList
+    from blackboard.characteristics import RobotStatus
     from blackboard.pose import Pose
-    from blackboard.record import TaskRecord, TaskUpdate
+    from blackboard.record import Order, TaskUpdate
+    from blackboard.talker import Talker
     from blackboard.task import Task, TaskStep
     from blackboard.ways import Ways
 
-__all__ = ["LATENCY", "SMALL_ROBOT", "Hive", "Network", "NetworkTalker", "TimedCommand"]
+__all__ = [
+    "LATENCY",
+    "SMALL_ROBOT",
+    "Hive",
+    "Listener",
+    "Network",
+    "NetworkTalker",
+    "TimedCommand",
+    "lone_backup",
+]
 
 SMALL_ROBOT = RobotCharacteristics(
     mass=50.0,
@@ -56,6 +78,12 @@ SMALL_ROBOT = RobotCharacteristics(
     idle_power=20.0,
 )
 """A mobile manipulator; vary it with `dataclasses.replace`."""
+
+
+def lone_backup(talker: Talker) -> Backup:
+    """Return the backup of a blackboard that is the only member of its hive."""
+    disk = MemoryJournal(founded("blackboard"))
+    return Backup(talker, "blackboard", BackupSettings(), disk, random.Random(0))
 
 
 @dataclass
@@ -101,6 +129,47 @@ class TimedCommand:
             self._call.cancel()
 
 
+class Listener:
+    """Stands in for an active blackboard, as far as robots need one to go on with their work.
+
+    It hears every status at once and echoes it, and shows every start that is reported.
+
+    Args:
+        network: Where the robots are.
+        robot_lease: How long they may work after each status [s].
+    """
+
+    def __init__(self, network: Network, robot_lease: float = 3.5) -> None:
+        self._network = network
+        self._robot_lease = robot_lease
+        self._records: dict[str, TaskRecord] = {}
+        network.listen(ROBOT_STATUS, self._echo)
+        network.listen(TASK_ASSIGN, self._note)
+        network.listen(TASK_STATE, self._show)
+
+    def _echo(self, status: RobotStatus) -> None:
+        heard = ((status.robot_id, status.sent),)
+        beat = Heartbeat(1, "blackboard", heard=heard, robot_lease=self._robot_lease)
+        self._network.send(BACKUP, beat)
+
+    def _note(self, order: Order) -> None:
+        if not order.take_back:
+            self._records[order.task.id] = TaskRecord(
+                order.task,
+                TaskState.ASSIGNED,
+                order.robot_id,
+                order.step,
+                assignment=order.assignment,
+            )
+
+    def _show(self, update: TaskUpdate) -> None:
+        record = self._records.get(update.task_id)
+        if record is not None and update.state is TaskState.STARTED:
+            record = replace(record, state=update.state, step=update.step)
+            self._records[update.task_id] = record
+            self._network.send(SYNC, TaskList(1, 0, tuple(self._records.values())))
+
+
 class Hive:
     """A blackboard and some robots on one network.
 
@@ -126,7 +195,7 @@ class Hive:
         self._updates: dict[str, list[TaskUpdate]] = defaultdict(list)
         self._list: TaskList | None = None
         talker = self._talker("blackboard")
-        backup = Backup(talker, "blackboard", BackupSettings())
+        backup = lone_backup(talker)
         settings = settings or BlackboardSettings()
         Blackboard(talker, backup, StraightWays(), settings).start()
         backup.start()
@@ -162,6 +231,7 @@ class Hive:
             controller,
             pose,
             settings,
+            MemoryJournal(),
         )
         command.arrive = robot.set_pose
         self.robots[name] = robot

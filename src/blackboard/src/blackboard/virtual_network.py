@@ -178,6 +178,9 @@ class NetworkTalker:
         """Return whether there is a member of that name: always, on this network."""
         return bool(member)
 
+    def watch(self, member: str, died: Callable[[], None]) -> None:
+        """Watch a member; whoever dies on this network leaves no proof of it."""
+
     def warn(self, text: str) -> None:
         """Note what a person should know."""
         self.warnings.append(text)

@@ -3,13 +3,12 @@
 
 from dataclasses import replace
 
-from blackboard.backup import Backup, Heartbeat, TaskList
+from blackboard.backup import TaskList
 from blackboard.pose import Pose
 from blackboard.record import TaskRecord
-from blackboard.settings import BackupSettings
 from blackboard.talker import BACKUP, SYNC
 from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Network, NetworkTalker
+from blackboard.testing import Network, NetworkTalker, lone_backup
 
 ONE = TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 1.0),)))
 TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(2.0, 1.0),)))
@@ -18,7 +17,7 @@ TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(2.0, 1.0),)))
 def started():
     """Return a network and a backup that has begun to speak on it."""
     network = Network()
-    backup = Backup(NetworkTalker(network, "blackboard"), "blackboard", BackupSettings())
+    backup = lone_backup(NetworkTalker(network, "blackboard"))
     backup.start()
     return network, backup
 
@@ -35,53 +34,55 @@ def test_the_heartbeat_comes_at_its_rate_and_shows_progress():
 
     beats = said(network, BACKUP)
     assert [beat.progress for beat in beats] == [1, 2, 3, 4, 5, 6]
-    assert beats[0] == Heartbeat(1, "blackboard", "", ("blackboard",), 1)
+    first = beats[0]
+    assert (first.epoch, first.active, first.backup) == (1, "blackboard", "")
+    assert first.members == ("blackboard",)
 
 
 def test_an_empty_list_is_told_at_the_start():
     network, _ = started()
 
-    assert said(network, SYNC) == [TaskList(1, 0, ())]
+    assert said(network, SYNC) == [TaskList(1, 2, ())]
 
 
 def test_changes_within_the_sync_period_are_told_together():
     network, backup = started()
-    backup.commit(ONE)
-    backup.commit(TWO)
+    backup.commit((ONE,), lambda: None)
+    backup.commit((TWO,), lambda: None)
 
     network.run(5.0)
 
-    assert said(network, SYNC)[1:] == [TaskList(1, 2, (ONE, TWO))]
+    assert said(network, SYNC)[1:] == [TaskList(1, 4, (ONE, TWO))]
 
 
 def test_a_later_change_is_told_with_a_higher_version_in_the_order_of_posting():
     network, backup = started()
-    backup.commit(ONE)
-    backup.commit(TWO)
+    backup.commit((ONE,), lambda: None)
+    backup.commit((TWO,), lambda: None)
     network.run(1.0)
     done = replace(ONE, state=TaskState.DONE)
 
-    backup.commit(done)
+    backup.commit((done,), lambda: None)
     network.run(1.0)
 
-    assert said(network, SYNC)[-1] == TaskList(1, 3, (done, TWO))
+    assert said(network, SYNC)[-1] == TaskList(1, 5, (done, TWO))
 
 
 def test_the_list_is_told_again_on_request_without_a_new_version():
     network, backup = started()
-    backup.commit(ONE)
+    backup.commit((ONE,), lambda: None)
     network.run(1.0)
 
     backup.tell()
     backup.tell()
     network.run(1.0)
 
-    assert said(network, SYNC)[2:] == [TaskList(1, 1, (ONE,))]
+    assert said(network, SYNC)[2:] == [TaskList(1, 3, (ONE,))]
 
 
 def test_a_task_is_found_by_its_name():
     _, backup = started()
-    backup.commit(ONE)
+    backup.commit((ONE,), lambda: None)
 
     assert backup.get("T1") == ONE
     assert backup.get("T9") is None

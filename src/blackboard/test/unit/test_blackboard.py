@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blackboard.backup import Backup
 from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.cost import MAX_COST, Bid, Bids
 from blackboard.pose import Pose
 from blackboard.record import TaskUpdate
-from blackboard.settings import BackupSettings, BlackboardSettings
+from blackboard.settings import BlackboardSettings
 from blackboard.talker import (
     NEW_TASK,
     ROBOT_STATUS,
@@ -25,7 +24,7 @@ from blackboard.talker import (
     TASK_STATE,
 )
 from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Network, NetworkTalker
+from blackboard.testing import Network, NetworkTalker, lone_backup
 from blackboard.ways import Grid, GridWays
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
@@ -44,7 +43,7 @@ class Rig:
         self.talker = NetworkTalker(self.network, "blackboard")
         blocked = np.zeros((40, 40), dtype=bool)
         blocked[:, 20] = True
-        backup = Backup(self.talker, "blackboard", BackupSettings())
+        backup = lone_backup(self.talker)
         ways = GridWays(Grid(blocked, 0.1))
         Blackboard(self.talker, backup, ways, BlackboardSettings(**settings)).start()
         backup.start()
@@ -661,28 +660,27 @@ def test_what_does_not_exist_cannot_be_cancelled():
 # Robots that fall silent.
 
 
-def test_a_robot_that_falls_silent_is_said_to_be_offline_and_so_do_its_tasks():
-    rig = Rig(robot_timeout=5.0)
+def test_a_robot_that_falls_silent_is_said_to_be_offline_and_its_tasks_wait_for_another():
+    rig = Rig(reassign=5.0)
     rig.assign(GO)
     rig.wait(6.1)
 
     status = rig.said(ROBOT_STATUS)[-1]
     assert (status.robot_id, status.state) == ("robot1", RobotState.OFFLINE)
-    assert rig.record(GO).state is ASSIGNED
-    assert rig.record(GO).reason.startswith("robot1 is not heard of for")
+    assert (rig.record(GO).state, rig.record(GO).robot) == (WAITING, "")
 
 
 def test_a_robot_that_is_back_without_its_task_is_given_it_again():
-    rig = Rig(robot_timeout=5.0, order_timeout=2.0)
+    rig = Rig(reassign=5.0, order_timeout=2.0)
     rig.assign(GO)
-    rig.wait(10.0)
+    rig.wait(4.0)
     rig.status("robot1")
 
     assert rig.orders() == [("T1", "robot1"), ("T1", "robot1")]
 
 
 def test_a_robot_that_is_offline_is_not_waited_for():
-    rig = Rig(robot_timeout=5.0)
+    rig = Rig(reassign=5.0)
     rig.join("robot1", "gone")
     for _ in range(7):
         rig.wait(1.0)

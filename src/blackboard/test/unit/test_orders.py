@@ -3,15 +3,13 @@
 
 from dataclasses import replace
 
-from blackboard.backup import Backup
 from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.orders import Orders
 from blackboard.pose import Pose
 from blackboard.record import Order, TaskRecord
-from blackboard.settings import BackupSettings
 from blackboard.talker import TASK_ASSIGN
 from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Network, NetworkTalker
+from blackboard.testing import Network, NetworkTalker, lone_backup
 
 TASK = Task("T1", TaskType.GAB, (Pose(1.0, 1.0), Pose(2.0, 2.0)))
 HELD = TaskRecord(TASK, TaskState.ASSIGNED, robot="robot1", step=1, assignment=3)
@@ -24,8 +22,9 @@ class Desk:
     def __init__(self, record=HELD):
         self.network = Network()
         talker = NetworkTalker(self.network, "blackboard")
-        self.backup = Backup(talker, "blackboard", BackupSettings())
-        self.backup.commit(record)
+        self.backup = lone_backup(talker)
+        self.backup.start()
+        self.backup.commit((record,), lambda: None)
         self.orders = Orders(talker, self.backup, timeout=2.0)
 
     def said(self):
@@ -83,7 +82,7 @@ def test_another_robot_s_status_says_nothing_about_an_order():
 def test_an_order_is_given_again_as_the_task_stands_now():
     desk = Desk()
     desk.orders.give(HELD)
-    desk.backup.commit(replace(HELD, step=2))
+    desk.backup.commit((replace(HELD, step=2),), lambda: None)
     desk.network.run(2.1)
 
     desk.orders.compare(STATUS)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from blackboard.backup import TaskList
+from blackboard.journal import MemoryJournal
 from blackboard.pose import Pose
 from blackboard.record import Order, TaskRecord, TaskUpdate
 from blackboard.reports import Reports
@@ -31,7 +32,7 @@ class Desk:
 
     def __init__(self):
         self.network = Network()
-        self.reports = Reports(NetworkTalker(self.network, "robot1"), "robot1")
+        self.reports = Reports(NetworkTalker(self.network, "robot1"), "robot1", MemoryJournal())
 
     def know(self, record):
         self.reports.acknowledge(TaskList(1, 1, (record,)))

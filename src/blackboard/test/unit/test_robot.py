@@ -10,6 +10,7 @@ from blackboard.battery import Battery
 from blackboard.characteristics import RobotState
 from blackboard.controller import CommandResult, CommandState, Controller
 from blackboard.cost import MAX_COST
+from blackboard.journal import MemoryJournal
 from blackboard.pose import Pose
 from blackboard.record import Broadcast, Order, TaskRecord
 from blackboard.robot import Robot
@@ -23,7 +24,7 @@ from blackboard.talker import (
     TASK_STATE,
 )
 from blackboard.task import StepKind, Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT, Network, NetworkTalker, TimedCommand
+from blackboard.testing import SMALL_ROBOT, Listener, Network, NetworkTalker, TimedCommand
 from blackboard.ways import StraightWays
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
@@ -45,6 +46,7 @@ class Rig:
 
     def __init__(self, charge=1.0):
         self.network = Network()
+        self.listener = Listener(self.network)
         self.talker = NetworkTalker(self.network, "robot1")
         self.battery = Battery(SMALL_ROBOT.battery, charge)
         self.command = TimedCommand(self.network, lambda _: STEP)
@@ -62,6 +64,7 @@ class Rig:
             controller,
             Pose(0.0, 0.0),
             RobotSettings(),
+            MemoryJournal(),
         )
         self.command.arrive = self.robot.set_pose
         self.robot.start()
@@ -71,7 +74,8 @@ class Rig:
         self.network.run(duration)
 
     def order(self, task, assignment=1, **fields):
-        order = Order(task, "robot1", epoch=1, assignment=assignment)
+        heard = self.network.now
+        order = Order(task, "robot1", epoch=1, assignment=assignment, heard=heard)
         self.network.send(TASK_ASSIGN, replace(order, **fields))
         self.wait()
 

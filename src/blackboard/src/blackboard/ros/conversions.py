@@ -8,61 +8,41 @@ message and into one. Stamps are written here, so the core knows no ROS time.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header, String
 
 import blackboard.msg as bb_msgs
 from blackboard import talker as topics
-from blackboard.backup import Heartbeat, TaskList
+from blackboard.backup import TaskList
 from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import Bid, Bids
-from blackboard.pose import Pose
-from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
-from blackboard.task import Task, TaskState
+from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.record import Broadcast, Order, TaskUpdate
+from blackboard.ros.hive_conversions import HIVE_WIRES
+from blackboard.ros.records import (
+    pose_from_msg,
+    pose_to_msg,
+    record_from_msg,
+    record_to_msg,
+    task_from_msg,
+    task_to_msg,
+)
+from blackboard.ros.wire import Wire
+from blackboard.task import TaskState
 from blackboard.ways import Grid
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
 OCCUPIED_FROM = 50
 """Cells of a map at least this occupied [%] count as blocked, and so do unknown ones."""
 
 
-@dataclass(frozen=True)
-class Wire:
-    """How one topic's messages are made and read.
-
-    Attributes:
-        message: The message class.
-        to_msg: Makes a message of a core value.
-        from_msg: Makes a core value of a message; raises ValueError where none can be made.
-        latched: Whether newcomers get the last message.
-    """
-
-    message: type
-    to_msg: Callable[[Any], Any]
-    from_msg: Callable[[Any], Any]
-    latched: bool = field(default=False)
-
-
 def _header(frame: str = "") -> Header:
     return Header(stamp=rospy.Time.now(), frame_id=frame)
-
-
-def pose_to_msg(pose: Pose) -> Pose2D:
-    """Make a Pose2D [m, m, rad]."""
-    return Pose2D(x=pose.x, y=pose.y, theta=pose.yaw)
-
-
-def pose_from_msg(msg: Pose2D) -> Pose:
-    """Read a Pose2D [m, m, rad]."""
-    return Pose(msg.x, msg.y, msg.theta)
 
 
 def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (a message type)
@@ -71,39 +51,16 @@ def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (a message type)
     return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
 
 
-def task_to_msg(task: Task) -> bb_msgs.TaskMsg:
-    """Make a TaskMsg, as it was posted."""
-    header = Header(stamp=rospy.Time.from_sec(task.posted), frame_id=task.frame)
-    return bb_msgs.TaskMsg(
-        header=header,
-        id=task.id,
-        type=task.type,
-        priority=task.priority,
-        payload=task.payload,
-        goals=[pose_to_msg(goal) for goal in task.goals],
-    )
-
-
-def task_from_msg(msg: bb_msgs.TaskMsg) -> Task:
-    """Read a TaskMsg, whatever it holds: the blackboard checks it."""
-    return Task(
-        id=msg.id,
-        type=msg.type,
-        goals=tuple(map(pose_from_msg, msg.goals)),
-        priority=msg.priority,
-        payload=msg.payload,
-        frame=msg.header.frame_id,
-        posted=msg.header.stamp.to_sec(),
-    )
-
-
 def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
     msg = task_to_msg(order.task)
     msg.robot_id = order.robot_id
-    msg.order = msg.TAKE_BACK if order.take_back else msg.ASSIGN
+    msg.order = msg.ASSIGN
+    if order.take_back:
+        msg.order = msg.HAND_BACK if order.hand_back else msg.TAKE_BACK
     msg.step = order.step
     msg.epoch = order.epoch
     msg.assignment = order.assignment
+    msg.heard = order.heard
     return msg
 
 
@@ -111,10 +68,12 @@ def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
     return Order(
         task=task_from_msg(msg),
         robot_id=msg.robot_id,
-        take_back=msg.order == msg.TAKE_BACK,
+        take_back=msg.order != msg.ASSIGN,
         step=msg.step,
         epoch=msg.epoch,
         assignment=msg.assignment,
+        hand_back=msg.order == msg.HAND_BACK,
+        heard=msg.heard,
     )
 
 
@@ -144,6 +103,9 @@ def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
             bid.eta,
             bids.epoch,
             bid.reason,
+            bid.under_way,
+            bid.interrupt_cost,
+            bid.most_payload,
         )
         for bid in bids.bids
     ]
@@ -152,7 +114,17 @@ def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
 
 def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
     bids = tuple(
-        Bid(msg.robot_id, cost.task_id, cost.cost, cost.energy_cost, cost.eta, cost.reason)
+        Bid(
+            msg.robot_id,
+            cost.task_id,
+            cost.cost,
+            cost.energy_cost,
+            cost.eta,
+            cost.reason,
+            cost.under_way,
+            cost.interrupt_cost if cost.under_way else MAX_COST,
+            cost.most_payload,
+        )
         for cost in msg.costs
     )
     return Bids(msg.robot_id, msg.epoch, msg.auction, bids)
@@ -170,6 +142,8 @@ def _update_to_msg(update: TaskUpdate) -> bb_msgs.TaskState:
         epoch=update.epoch,
         reason=update.reason,
         assignment=update.assignment,
+        step_eta=update.step_eta,
+        put_off_for=update.put_off_for,
     )
 
 
@@ -184,6 +158,8 @@ def _update_from_msg(msg: bb_msgs.TaskState) -> TaskUpdate:
         epoch=msg.epoch,
         reason=msg.reason,
         assignment=msg.assignment,
+        step_eta=msg.step_eta,
+        put_off_for=msg.put_off_for,
     )
 
 
@@ -199,6 +175,7 @@ def _status_to_msg(status: RobotStatus) -> bb_msgs.RobotStatus:
         queued=len(status.tasks) - bool(status.task_id),
         reason=status.reason,
         tasks=list(status.tasks),
+        sent=status.sent,
     )
 
 
@@ -212,54 +189,17 @@ def _status_from_msg(msg: bb_msgs.RobotStatus) -> RobotStatus:
         task_id=msg.task_id,
         reason=msg.reason,
         tasks=tuple(msg.tasks),
-    )
-
-
-def _record_to_msg(record: TaskRecord) -> bb_msgs.TaskRecord:
-    return bb_msgs.TaskRecord(
-        task=task_to_msg(record.task),
-        state=record.state,
-        robot=record.robot,
-        step=record.step,
-        eta=record.eta,
-        reason=record.reason,
-        parent=record.parent,
-        assignment=record.assignment,
-        tried=list(record.tried),
-    )
-
-
-def _record_from_msg(msg: bb_msgs.TaskRecord) -> TaskRecord:
-    return TaskRecord(
-        task=task_from_msg(msg.task),
-        state=TaskState(msg.state),
-        robot=msg.robot,
-        step=msg.step,
-        eta=msg.eta,
-        reason=msg.reason,
-        parent=msg.parent,
-        assignment=msg.assignment,
-        tried=tuple(msg.tried),
+        sent=msg.sent,
     )
 
 
 def _list_to_msg(known: TaskList) -> bb_msgs.BbSynch:
-    records = [_record_to_msg(record) for record in known.records]
+    records = [record_to_msg(record) for record in known.records]
     return bb_msgs.BbSynch(_header("map"), known.epoch, known.version, records)
 
 
 def _list_from_msg(msg: bb_msgs.BbSynch) -> TaskList:
-    return TaskList(msg.epoch, msg.version, tuple(map(_record_from_msg, msg.tasks)))
-
-
-def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
-    return bb_msgs.BbBackup(
-        _header(), beat.epoch, beat.active, beat.backup, list(beat.members), beat.progress
-    )
-
-
-def _beat_from_msg(msg: bb_msgs.BbBackup) -> Heartbeat:
-    return Heartbeat(msg.epoch, msg.active, msg.backup, tuple(msg.members), msg.progress)
+    return TaskList(msg.epoch, msg.version, tuple(map(record_from_msg, msg.tasks)))
 
 
 def _text(msg: String) -> str:
@@ -275,9 +215,9 @@ WIRES: Mapping[str, Wire] = MappingProxyType(
         topics.TASK_STATE: Wire(bb_msgs.TaskState, _update_to_msg, _update_from_msg),
         topics.TASK_CANCEL: Wire(String, String, _text),
         topics.ROBOT_STATUS: Wire(bb_msgs.RobotStatus, _status_to_msg, _status_from_msg),
-        topics.BACKUP: Wire(bb_msgs.BbBackup, _beat_to_msg, _beat_from_msg),
         topics.SYNC: Wire(bb_msgs.BbSynch, _list_to_msg, _list_from_msg, latched=True),
         topics.SET_STATE: Wire(String, String, _text),
+        **HIVE_WIRES,
     }
 )
 """How the messages of every topic of the hive are made and read."""

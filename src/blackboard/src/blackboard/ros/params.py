@@ -18,15 +18,19 @@ if TYPE_CHECKING:
 S = TypeVar("S", bound="Settings")
 
 
-def read(kind: type[S]) -> S:
+def read(kind: type[S], node: str = "~") -> S:
     """Read the private parameters that a kind of settings has, with its defaults.
+
+    Args:
+        kind: Of settings.
+        node: Whose parameters; by default this node's.
 
     Raises:
         SettingsError: A value has the wrong type or is not allowed; the text names it.
     """
     values = {}
     for each in fields(kind):
-        name = rospy.resolve_name(f"~{each.name}")
+        name = rospy.resolve_name(f"~{each.name}" if node == "~" else f"{node}/{each.name}")
         value = rospy.get_param(name, each.default)
         wanted = type(each.default)
         if wanted is float and isinstance(value, int) and not isinstance(value, bool):

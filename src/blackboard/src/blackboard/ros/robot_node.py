@@ -19,7 +19,7 @@ from blackboard.controller import Controller
 from blackboard.errors import BlackboardError
 from blackboard.pose import Pose
 from blackboard.robot import Robot
-from blackboard.ros import params
+from blackboard.ros import membership, params
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
 from blackboard.ros.talker import RosTalker
@@ -30,7 +30,7 @@ from blackboard.task import StepKind
 if TYPE_CHECKING:
     from blackboard.characteristics import RobotCharacteristics
 
-_SPEAKS = (topics.TASK_COST, topics.TASK_STATE, topics.ROBOT_STATUS)
+_SPEAKS = (topics.TASK_COST, *membership.SPEAKS)
 
 _LONGEST_STEP = 1.0
 """Two odometry messages further apart than this are no drive but a reset [m]."""
@@ -42,11 +42,12 @@ _PATIENCE = 5.0
 def main() -> None:
     """Run one robot's part of the hive until the node is shut down.
 
-    The node lives in the robot's namespace; the hive is the namespace above it.
+    The node lives in the robot's namespace; the hive is the namespace above it. It stands by to
+    carry the blackboard too, so it listens and may speak on all topics that the blackboard does.
 
-    ROS Subscribers: `task_bc`, `task_assign`, `bb_sync`, `map` of the hive; `set_state`,
-        `amcl_pose`, `odom` of the robot.
-    ROS Publishers: `task_cost`, `task_state`, `robot_status` of the hive; `battery_state` of the
+    ROS Subscribers: `task_bc`, `task_assign`, `bb_sync`, `map` of the hive, and those of the
+        blackboard; `set_state`, `amcl_pose`, `odom` of the robot.
+    ROS Publishers: `task_cost` of the hive, and those of the blackboard; `battery_state` of the
         robot.
     ROS Actions: client of the robot's `move_base` and, where it has an arm, `pick`.
     ROS Parameters: `characteristics` of the robot; otherwise see config/robot.yaml.
@@ -70,19 +71,31 @@ def _run() -> None:
             "start it with roslaunch blackboard robot.launch name:=robot1"
         )
     hive = namespace[: -len(robot_id) - 1]
-    params.refuse_unknown((RobotSettings, ControllerSettings, WaysSettings), ["charge"])
+    params.refuse_unknown((RobotSettings, ControllerSettings, WaysSettings), ["charge", "journal"])
     settings = params.read(RobotSettings)
     patience = params.read(ControllerSettings)
     characteristics = characteristics_from(rospy.get_param("characteristics", {}))
     battery = Battery(characteristics.battery, rospy.get_param("~charge", 1.0))
+    journal = membership.open_journal()
     talker = RosTalker(hive, _SPEAKS)
     ways = make_ways(talker, hive, characteristics.radius, params.read(WaysSettings))
     controller = Controller(_commands(talker, characteristics, patience), talker, patience)
     robot = Robot(
-        talker, robot_id, characteristics, battery, ways, controller, _first_pose(), settings
+        talker,
+        robot_id,
+        characteristics,
+        battery,
+        ways,
+        controller,
+        _first_pose(),
+        settings,
+        journal,
     )
+    goals = make_ways(talker, hive, 0.0, params.read(WaysSettings))
+    backup = membership.join(talker, hive, goals, journal, founds=False)
     _Senses(talker, robot, battery, settings.status_period).start()
     robot.start()
+    backup.start()
     talker.spin()
 
 

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import queue
 import socket
 import time
@@ -15,10 +13,14 @@ import rosgraph
 import rospy
 
 from blackboard.ros.conversions import WIRES
-from blackboard.talker import SET_STATE
+from blackboard.ros.death import PERIOD, DeathWatch
+from blackboard.ros.timers import Timers
+from blackboard.talker import BACKUP, SET_STATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
+
+    from blackboard.talker import Timer
 
 _QUEUE_SIZE = 1000
 """Messages that wait for a slow subscriber; more are dropped, the oldest first."""
@@ -26,25 +28,8 @@ _QUEUE_SIZE = 1000
 _CLOCK_POLL = 0.02
 """Wall time between two looks at a simulated clock [s]; 50 Hz costs well under 1 % of a core."""
 
-_CLOCK_RESET = 1.0
-"""A clock that goes back by more than this has been reset [s]."""
-
 _PING_TIMEOUT = 1.0
 """Wall time that a node may take to answer a ping [s]."""
-
-
-class _Timer:
-    """A call that is going to happen; see `blackboard.talker.Timer`."""
-
-    def __init__(self, due: float, period: float | None, action: Callable[[], None]) -> None:
-        self.due = due
-        self.period = period
-        self.action = action
-        self.cancelled = False
-
-    def cancel(self) -> None:
-        """Make it not happen."""
-        self.cancelled = True
 
 
 class RosTalker:
@@ -63,10 +48,10 @@ class RosTalker:
     def __init__(self, hive: str, speaks: Iterable[str]) -> None:
         self._hive = hive
         self._queue: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        self._timers: list[tuple[float, int, _Timer]] = []
-        self._order = itertools.count()
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
-        self._latest = self.now()
+        self._timers = Timers(self.now)
+        self._death: DeathWatch | None = None
+        self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
         # A get() that a signal interrupts waits for ever where the handler outlasts its timeout
         # (CPython 3.11), and rospy shuts down inside the handler: so something has to come.
@@ -92,19 +77,24 @@ class RosTalker:
                 return
             self.call(lambda: handler(value))
 
-        rospy.Subscriber(self._name(topic), wire.message, receive, queue_size=_QUEUE_SIZE)
+        subscriber = rospy.Subscriber(
+            self._name(topic), wire.message, receive, queue_size=_QUEUE_SIZE
+        )
+        if topic == BACKUP and self._death is None:
+            self._death = DeathWatch(subscriber)
+            self.steady.every(PERIOD, self._death.look)
 
     def call(self, action: Callable[[], None]) -> None:
         """Have something done by the talker's own thread; may be called from any thread."""
         self._queue.put(action)
 
-    def every(self, period: float, action: Callable[[], None]) -> _Timer:
+    def every(self, period: float, action: Callable[[], None]) -> Timer:
         """Call again and again, the first time after one period [s]."""
-        return self._schedule(_Timer(self.now() + period, period, action))
+        return self._timers.start(period, period, action)
 
-    def after(self, delay: float, action: Callable[[], None]) -> _Timer:
+    def after(self, delay: float, action: Callable[[], None]) -> Timer:
         """Call once, after a delay [s]."""
-        return self._schedule(_Timer(self.now() + delay, None, action))
+        return self._timers.start(delay, None, action)
 
     def ping(self, member: str) -> bool:
         """Return whether the node of that name answers within a second."""
@@ -120,6 +110,11 @@ class RosTalker:
             socket.setdefaulttimeout(socket_timeout)
         return True
 
+    def watch(self, member: str, died: Callable[[], None]) -> None:
+        """Call once when the node of that name is proved dead; see `death`."""
+        if self._death is not None:
+            self._death.watch(member, died)
+
     def warn(self, text: str) -> None:
         """Tell the person who runs this node; the same text at most every ten seconds."""
         rospy.logwarn_throttle_identical(10, text)
@@ -127,8 +122,8 @@ class RosTalker:
     def spin(self) -> None:
         """Work through the queue and the timers until the node is shut down."""
         while not rospy.is_shutdown():
-            self._follow_clock()
-            self._call_due()
+            self._timers.call_due()
+            self.steady.timers.call_due()
             try:
                 self._queue.get(timeout=self._patience())()
             except queue.Empty:
@@ -143,38 +138,43 @@ class RosTalker:
     def _name(self, topic: str) -> str:
         return topic if topic == SET_STATE else self._hive + topic
 
-    def _schedule(self, timer: _Timer) -> _Timer:
-        heapq.heappush(self._timers, (timer.due, next(self._order), timer))
-        return timer
-
-    def _follow_clock(self) -> None:
-        """Move all timers along when a simulated clock has been reset."""
-        now = self.now()
-        shift = now - self._latest
-        self._latest = now
-        if shift < -_CLOCK_RESET:
-            timers = [timer for _, _, timer in self._timers]
-            self._timers = []
-            for timer in timers:
-                timer.due += shift
-                self._schedule(timer)
-
-    def _call_due(self) -> None:
-        now = self.now()
-        while self._timers and self._timers[0][0] <= now:
-            _, _, timer = heapq.heappop(self._timers)
-            if timer.cancelled:
-                continue
-            if timer.period is not None:
-                # A clock that ran ahead must not bring a burst of calls.
-                timer.due = max(timer.due + timer.period, now)
-                self._schedule(timer)
-            timer.action()
-
     def _patience(self) -> float:
         """Return how long to wait for the queue before the next timer is due [s of wall time]."""
-        if self._simulated:
-            return _CLOCK_POLL
-        if not self._timers:
-            return 1.0
-        return max(0.0, min(1.0, self._timers[0][0] - self.now()))
+        waits = [1.0, self.steady.timers.next_due()]
+        waits.append(_CLOCK_POLL if self._simulated else self._timers.next_due())
+        return min(wait for wait in waits if wait is not None)
+
+
+class SteadyTalker:
+    """The same talker by the machine's own clock, which no simulation slows down or speeds up.
+
+    A network does not get faster with simulated time, so who is missed, and when, is a matter of
+    this clock.
+
+    Args:
+        talker: Who speaks and listens.
+
+    Attributes:
+        timers: What is going to happen.
+    """
+
+    def __init__(self, talker: RosTalker) -> None:
+        self._talker = talker
+        self.timers = Timers(time.monotonic)
+        self.publish = talker.publish
+        self.subscribe = talker.subscribe
+        self.ping = talker.ping
+        self.watch = talker.watch
+        self.warn = talker.warn
+
+    def now(self) -> float:
+        """Return the time [s] by the monotonic clock."""
+        return time.monotonic()
+
+    def every(self, period: float, action: Callable[[], None]) -> Timer:
+        """Call again and again, the first time after one period [s]."""
+        return self.timers.start(period, period, action)
+
+    def after(self, delay: float, action: Callable[[], None]) -> Timer:
+        """Call once, after a delay [s]."""
+        return self.timers.start(delay, None, action)

@@ -11,6 +11,7 @@ import contextlib
 import os
 import re
 import socket
+import tempfile
 import time
 import xmlrpc.client
 from typing import TYPE_CHECKING, Any
@@ -71,6 +72,8 @@ class LocalHive:
         """
         with xmlrpc.client.ServerProxy(self.uri) as master:
             master.setParam(_CALLER, "/use_sim_time", True)
+            # A hive that was interrupted goes on when it is started again; this is another one.
+            master.setParam(_CALLER, "/journal", tempfile.mkdtemp(prefix="robo-hive-journal-"))
         words = [f"{name}:={value}" for name, value in arguments.items()]
         self.processes.start(
             "fleet_manager", ["roslaunch", "fleet_manager", "fleet_manager.launch", *words]

@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the active blackboard does for the hive: replicate, count, and keep the list of members.
+
+It commits a change once a majority of the members has it on disk, and steps down by itself when no
+majority has followed it of late: by then the others may elect another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from blackboard.member import (
+    Peer,
+    Role,
+    follow,
+    followed_since,
+    has_lease,
+    majority_of,
+    name_of,
+)
+from blackboard.replication import Entries, Entry, Log, Position, committed_version
+
+if TYPE_CHECKING:
+    from blackboard.election import Step
+    from blackboard.member import Member
+    from blackboard.record import TaskRecord
+    from blackboard.replication import Ack
+
+FEWEST_MEMBERS = 3
+"""With fewer, no majority is left when one is gone, so failover is off."""
+
+MOST_ENTRIES = 200
+"""Changes in one message; the rest follows when these are acknowledged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """Who carries the blackboard (message BbBackup).
+
+    Attributes:
+        epoch: Grows with every new active blackboard.
+        active: Name of the member that carries it.
+        backup: Name of the member that stands first when the active one dies; empty when failover
+            is off.
+        members: Names of all whose votes count, the active one included.
+        progress: Grows with every turn of the active blackboard's own queue.
+        version: Of the task list, as far as it is committed.
+        sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
+        heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
+        robot_lease: How long a robot may work from that time on [s], by its own clock.
+    """
+
+    epoch: int
+    active: str
+    backup: str = ""
+    members: tuple[str, ...] = ()
+    progress: int = 0
+    version: int = 0
+    sent: float = 0.0
+    heard: tuple[tuple[str, float], ...] = ()
+    robot_lease: float = 0.0
+
+
+def become_active(member: Member, now: float) -> Step:
+    """Take over: say so, and write an empty change, which commits all before it."""
+    known = Peer(heard=now)
+    peers = {each: known for each in member.members if each != member.id}
+    peers |= {each: Peer(echo=member.asked, heard=now) for each in member.votes - {member.id}}
+    member = member.but(
+        role=Role.ACTIVE,
+        active=name_of(member.id),
+        backup="",
+        died=None,
+        votes=frozenset(),
+        peers=MappingProxyType(peers),
+        sent=member.log.position.version,
+    )
+    member, said = beat(member, now)
+    member, more = write(member, now)
+    return member, said + more
+
+
+def write(
+    member: Member,
+    now: float,
+    records: tuple[TaskRecord, ...] = (),
+    members: tuple[str, ...] | None = None,
+) -> Step:
+    """Add a change to the list and have the others write it down too."""
+    before = member.log.position
+    entry = Entry(member.epoch, before.version + 1, records, members)
+    member = member.but(log=member.log.append(entry))
+    return advance(member), [_entries(member, before, (entry,), now)]
+
+
+def advance(member: Member) -> Member:
+    """Commit what a majority holds."""
+    nobody = Peer()
+    held = [
+        member.log.position.version
+        if each == member.id
+        else member.peers.get(each, nobody).version
+        for each in member.members
+    ]
+    version = committed_version(member.log, member.epoch, held, majority_of(member.members))
+    if version == member.log.committed:
+        return member
+    return member.but(log=member.log.commit(version, member.settings.kept_changes))
+
+
+def hear_ack(member: Member, ack: Ack, now: float) -> Step:
+    """Note what another member has on disk, and that it follows."""
+    if ack.epoch != member.epoch or ack.member == member.id:
+        return member, []
+    known = member.peers.get(ack.member, Peer())
+    version = max(known.version, min(ack.version, member.log.position.version))
+    echo = max(known.echo, min(ack.echo, now))
+    peers = {**member.peers, ack.member: Peer(version, echo, now)}
+    member = member.but(peers=MappingProxyType(peers))
+    return (advance(member) if version > known.version else member), []
+
+
+def keep_going(member: Member, now: float) -> Step:
+    """Do what is due at every heartbeat."""
+    change = next_members(member, now)
+    if not has_lease(member, now) and change is None:
+        return step_down(member, now), []
+    said: list[object] = []
+    if change is not None:
+        member, said = write(member, now, members=change)
+    member, beaten = beat(member, now)
+    missing = _what_is_missing(member, now)
+    return member.but(sent=member.log.position.version), said + beaten + missing
+
+
+def step_down(member: Member, now: float) -> Member:
+    """Become a follower that knows of no active one."""
+    silent_since = min(now, followed_since(member, now))
+    return follow(member).but(active="", backup="", heard=silent_since, died=None)
+
+
+def beat(member: Member, now: float) -> Step:
+    """Say that it is there."""
+    member = member.but(backup=name_backup(member, now), progress=member.progress + 1)
+    names = tuple(map(name_of, member.members))
+    beat_ = Heartbeat(
+        member.epoch,
+        name_of(member.id),
+        member.backup,
+        names,
+        member.progress,
+        member.log.committed,
+        now,
+    )
+    return member, [beat_]
+
+
+def name_backup(member: Member, now: float) -> str:
+    """Choose who stands first: the same as before while it follows, else the next that does."""
+    if len(member.members) < FEWEST_MEMBERS:
+        return ""
+    able = [name_of(each) for each in member.members if _follows(member, each, now)]
+    return member.backup if member.backup in able else next(iter(able), "")
+
+
+def _follows(member: Member, other: str, now: float) -> bool:
+    """Return whether another member has been heard of late and holds all that is committed."""
+    peer = member.peers.get(other)
+    if peer is None:
+        return False
+    heard = now - peer.heard <= member.settings.self_demotion
+    return heard and peer.version >= member.log.committed
+
+
+def may_change_members(log: Log, epoch: int) -> bool:
+    """Return whether the list of members may be changed now.
+
+    One change has to be committed before the next begins, and one of the active one's own epoch
+    before the first, so that any majority of the old list meets any of the new one. Lists of one
+    or two are the exception: the active one is in each of their majorities.
+    """
+    position = log.at(log.committed)
+    if position is None or position.epoch != epoch:
+        return False
+    small = FEWEST_MEMBERS - 1
+    both_small = len(log.latest.members) <= small and len(log.stable.members) <= small
+    return log.members_are_settled or both_small
+
+
+def next_members(member: Member, now: float) -> tuple[str, ...] | None:
+    """Return the list of members after the next change that is due, or None where none is."""
+    if not may_change_members(member.log, member.epoch):
+        return None
+    members = member.members
+    for each in members:
+        if each != member.id and _is_gone(member, each, now):
+            return tuple(other for other in members if other != each)
+    names = set(map(name_of, members))
+    if len(members) < member.settings.most_members:
+        for each in sorted(member.peers):
+            if name_of(each) not in names and _follows(member, each, now):
+                return (*members, each)
+    return None
+
+
+def _is_gone(member: Member, other: str, now: float) -> bool:
+    peer = member.peers.get(other, Peer())
+    settings = member.settings
+    # Of two, both would be needed. The other cannot be elected without this one, so this one need
+    # not wait before it goes on alone, and must not wait until it would have to step down itself.
+    few = len(member.members) < FEWEST_MEMBERS
+    patience = settings.self_demotion / 2 if few else settings.member_timeout
+    if now - peer.heard > patience:
+        return True
+    name = name_of(other)
+    return any(
+        name_of(each) == name and each != other and seen.heard > peer.heard
+        for each, seen in member.peers.items()
+    )
+
+
+def _what_is_missing(member: Member, now: float) -> list[object]:
+    """Return what brings on those that lack changes which were sent before the last heartbeat."""
+    recently = now - member.settings.self_demotion
+    behind = [
+        peer.version
+        for peer in member.peers.values()
+        if peer.heard >= recently and peer.version < member.sent
+    ]
+    if not behind:
+        return []
+    log = member.log
+    first = min(behind)
+    entries = log.since(first)
+    before = log.at(first)
+    if entries is None or before is None:
+        base = log.base
+        return [
+            Entries(member.epoch, member.id, base.position, log.entries, log.committed, now, base)
+        ]
+    return [_entries(member, before, entries[:MOST_ENTRIES], now)]
+
+
+def _entries(member: Member, before: Position, entries: tuple[Entry, ...], now: float) -> Entries:
+    return Entries(member.epoch, member.id, before, entries, member.log.committed, now)

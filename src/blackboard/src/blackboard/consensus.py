@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The one function by which a member of the hive moves on: from state, event and time.
+
+It sorts events to `election` and `active`, and does what a follower does. Nothing here knows of
+time, messages under way or disks, so a simulation can try every order of events.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from blackboard import active, election
+from blackboard.active import Heartbeat
+from blackboard.election import Ballot, BallotKind
+from blackboard.member import Role, adopt, follow, has_lease, name_of
+from blackboard.replication import Ack, Entries, extend
+
+if TYPE_CHECKING:
+    from blackboard.election import Step
+    from blackboard.member import Member
+    from blackboard.record import TaskRecord
+
+FARTHEST_EPOCH = 100_000
+"""An epoch further ahead than this is no epoch of this hive but a fault of who sent it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """A heartbeat's time has passed; `chance` is drawn from 0 to 1."""
+
+    chance: float
+
+
+@dataclass(frozen=True, slots=True)
+class Died:
+    """The process of a member, active in an epoch, is proved dead."""
+
+    member: str
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """The blackboard wants a change committed."""
+
+    records: tuple[TaskRecord, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseCheck:
+    """The blackboard is about to act."""
+
+
+Event = Tick | Died | Write | LeaseCheck | Heartbeat | Entries | Ack | Ballot
+
+
+def step(member: Member, event: Event, now: float) -> Step:
+    """Move a member on.
+
+    Args:
+        member: Its state.
+        event: What happened.
+        now: The time by the member's own clock [s].
+
+    Returns:
+        Its state afterwards, and the messages that it sends once the state is on disk.
+    """
+    if isinstance(event, Tick):
+        said = _pass_time(member, event, now)
+    elif isinstance(event, Write):
+        said = active.write(member, now, event.records)
+    elif isinstance(event, LeaseCheck):
+        lost = member.role is Role.ACTIVE and not has_lease(member, now)
+        said = (active.step_down(member, now) if lost else member), []
+    elif isinstance(event, Died):
+        said = _learn_of_death(member, event, now)
+    elif member.epoch and event.epoch > member.epoch + FARTHEST_EPOCH:
+        said = member, []
+    elif isinstance(event, Heartbeat):
+        said = _hear_beat(member, event, now)
+    elif isinstance(event, Entries):
+        said = _hear_entries(member, event, now)
+    elif isinstance(event, Ack):
+        said = _hear_ack(member, event, now)
+    else:
+        said = _hear_ballot(member, event, now)
+    return said
+
+
+def _pass_time(member: Member, tick: Tick, now: float) -> Step:
+    if member.role is Role.ACTIVE:
+        return active.keep_going(member, now)
+    return _stand(member, now, tick.chance)
+
+
+def _stand(member: Member, now: float, chance: float) -> Step:
+    member, said = election.stand_if_due(member, now, chance)
+    return _take_over_if_won(member, said, now)
+
+
+def _take_over_if_won(member: Member, said: list[object], now: float) -> Step:
+    if not election.has_won(member):
+        return member, said
+    member, more = active.become_active(member, now)
+    return member, said + more
+
+
+def _learn_of_death(member: Member, death: Died, now: float) -> Step:
+    if (death.member, death.epoch) != (member.active, member.epoch) or member.role is Role.ACTIVE:
+        return member, []
+    return _stand(member.but(died=now), now, member.jitter)
+
+
+def _hear_beat(member: Member, beat: Heartbeat, now: float) -> Step:
+    heard = _heed(member, beat.epoch, beat.active, now)
+    if heard is None:
+        return member, _contradict(member, beat.epoch)
+    log = heard.log.commit(min(beat.version, heard.version), heard.settings.kept_changes)
+    heard = heard.but(backup=beat.backup, log=log)
+    return heard, [Ack(heard.id, heard.epoch, heard.version, beat.sent)]
+
+
+def _hear_entries(member: Member, message: Entries, now: float) -> Step:
+    heard = _heed(member, message.epoch, name_of(message.active), now)
+    if heard is None:
+        return member, _contradict(member, message.epoch)
+    log = extend(heard.log, message)
+    if log is not None:
+        version = max(heard.version, message.reaches)
+        log = log.commit(min(message.committed, version), heard.settings.kept_changes)
+        heard = heard.but(log=log, version=version)
+    return heard, [Ack(heard.id, heard.epoch, heard.version, message.sent)]
+
+
+def _heed(member: Member, epoch: int, speaker: str, now: float) -> Member | None:
+    """Follow the active one of an epoch; None where it is of a lower one, or this very member."""
+    if speaker == name_of(member.id) or epoch < member.epoch:
+        return None
+    if epoch > member.epoch:
+        member = adopt(member, epoch)
+    elif member.role is not Role.FOLLOWER:
+        member = follow(member)
+    return member.but(active=speaker, heard=now, died=None)
+
+
+def _contradict(member: Member, epoch: int) -> list[object]:
+    """Let an active one of a lower epoch know that its time is over."""
+    return [Ack(member.id, member.epoch, 0, 0.0)] if epoch < member.epoch else []
+
+
+def _hear_ack(member: Member, ack: Ack, now: float) -> Step:
+    if member.role is not Role.ACTIVE:
+        return member, []
+    if ack.epoch > member.epoch:
+        return adopt(active.step_down(member, now), ack.epoch), []
+    return active.hear_ack(member, ack, now)
+
+
+def _hear_ballot(member: Member, ballot: Ballot, now: float) -> Step:
+    if ballot.kind in {BallotKind.PRE_ANSWER, BallotKind.ANSWER}:
+        member, said = election.hear_answer(member, ballot, now)
+        return _take_over_if_won(member, said, now)
+    if member.role is Role.ACTIVE and has_lease(member, now):
+        return member, []
+    return election.hear_question(member, ballot, now)

@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a member must not forget: its epoch, its vote, its list, and a robot's open reports.
+
+A member writes here before it says anything that others rely on. `SqliteJournal` survives a power
+cut; `MemoryJournal` is a disk for simulations, which survives its member's crash.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sqlite3
+import time
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Protocol
+
+from blackboard.errors import JournalError
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.replication import Entry, Log, Position, Whole
+from blackboard.task import Task, TaskState
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class Durable:
+    """What a member writes down of itself.
+
+    Attributes:
+        member: Its id: its name and the life of its disk.
+        epoch: The highest it has seen.
+        vote: Id of the candidate that has its vote in this epoch; empty where nobody has.
+        log: Its list.
+    """
+
+    member: str
+    epoch: int
+    vote: str
+    log: Log
+
+
+class Journal(Protocol):
+    """A disk of one member."""
+
+    def load(self) -> Durable | None:
+        """Return what was written last, or None where nothing was.
+
+        Raises:
+            JournalError: It cannot be read.
+        """
+
+    def save(self, durable: Durable) -> None:
+        """Write down; when this returns, a power cut no longer loses it.
+
+        Raises:
+            JournalError: It cannot be written; the text says why and where.
+        """
+
+    def load_reports(self) -> tuple[TaskUpdate, ...]:
+        """Return the reports that nobody has acknowledged yet."""
+
+    def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
+        """Write down which reports nobody has acknowledged yet.
+
+        Raises:
+            JournalError: They cannot be written; the text says why and where.
+        """
+
+
+@dataclass
+class MemoryJournal:
+    """A disk that only simulations and tests trust."""
+
+    durable: Durable | None = None
+    reports: tuple[TaskUpdate, ...] = field(default=())
+
+    def load(self) -> Durable | None:
+        """Return what was written last."""
+        return self.durable
+
+    def save(self, durable: Durable) -> None:
+        """Write down."""
+        self.durable = durable
+
+    def load_reports(self) -> tuple[TaskUpdate, ...]:
+        """Return the open reports."""
+        return self.reports
+
+    def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
+        """Write down the open reports."""
+        self.reports = tuple(reports)
+
+
+_FORMAT = 1
+_APPLICATION = 0x48495645
+_TABLES = """
+CREATE TABLE IF NOT EXISTS self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS records
+    (task TEXT PRIMARY KEY, place INTEGER NOT NULL, record TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS entries (version INTEGER PRIMARY KEY, entry TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS reports (task TEXT PRIMARY KEY, report TEXT NOT NULL);
+"""
+
+
+class SqliteJournal:
+    """A file that survives a power cut (SQLite, write-ahead log, every commit on disk).
+
+    A file that is damaged or none of ours is never overwritten: it is set aside under a name with
+    the time in it.
+
+    Args:
+        path: The file; its folder is made where it does not exist.
+
+    Attributes:
+        set_aside: Where a file was moved that could not be read; None where there was none.
+
+    Raises:
+        JournalError: The file can be neither read, nor made, nor set aside.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._saved: Durable | None = None
+        self.set_aside: Path | None = None
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                self._database = self._open()
+                self._saved = self._read()
+            except (sqlite3.DatabaseError, _ForeignError, ValueError, KeyError, TypeError):
+                self._move_away()
+                self._database = self._open()
+        except (OSError, sqlite3.Error) as error:
+            raise self._failed(error) from None
+
+    def load(self) -> Durable | None:
+        """Return what was written last."""
+        return self._saved
+
+    def save(self, durable: Durable) -> None:
+        """Write down what has changed, in one transaction."""
+        before = self._saved
+        try:
+            with self._transaction():
+                self._write_self(durable)
+                if before is None or not _continues(before.log, durable.log):
+                    self._write_all(durable.log)
+                elif before.log is not durable.log:
+                    self._write_changes(before.log, durable.log)
+        except (OSError, sqlite3.Error) as error:
+            raise self._failed(error) from None
+        self._saved = durable
+
+    def load_reports(self) -> tuple[TaskUpdate, ...]:
+        """Return the open reports."""
+        rows = self._database.execute("SELECT report FROM reports ORDER BY rowid")
+        return tuple(_report_from(json.loads(text)) for (text,) in rows)
+
+    def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
+        """Write down the open reports."""
+        rows = [(report.task_id, json.dumps(asdict(report))) for report in reports]
+        try:
+            with self._transaction():
+                self._database.execute("DELETE FROM reports")
+                self._database.executemany("INSERT INTO reports VALUES (?, ?)", rows)
+        except (OSError, sqlite3.Error) as error:
+            raise self._failed(error) from None
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._database.close()
+
+    def _open(self) -> sqlite3.Connection:
+        database = sqlite3.connect(self._path, isolation_level=None, check_same_thread=False)
+        try:
+            tables = database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+            (application,) = database.execute("PRAGMA application_id").fetchone()
+            (format_,) = database.execute("PRAGMA user_version").fetchone()
+            _check_origin(tables, application, format_)
+            database.execute("PRAGMA journal_mode = WAL")
+            database.execute("PRAGMA synchronous = FULL")
+            database.executescript(_TABLES)
+            database.execute(f"PRAGMA application_id = {_APPLICATION}")
+            database.execute(f"PRAGMA user_version = {_FORMAT}")
+        except BaseException:
+            database.close()
+            raise
+        return database
+
+    def _move_away(self) -> None:
+        if (database := getattr(self, "_database", None)) is not None:
+            database.close()
+        stamp = time.strftime("%Y%m%d-%H%M%S")
+        self.set_aside = self._path.with_name(f"{self._path.name}.{stamp}.unreadable")
+        self._path.rename(self.set_aside)
+        for ending in ("-wal", "-shm"):
+            beside = self._path.with_name(self._path.name + ending)
+            with contextlib.suppress(FileNotFoundError):
+                beside.rename(self.set_aside.with_name(self.set_aside.name + ending))
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Any:  # noqa: ANN401  (a context manager)
+        self._database.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            self._database.execute("COMMIT")
+        except BaseException:
+            with contextlib.suppress(sqlite3.Error):
+                self._database.execute("ROLLBACK")
+            raise
+
+    def _failed(self, error: Exception) -> JournalError:
+        return JournalError(
+            f"the journal {self._path} cannot be used: {error}; "
+            "free the disk or name another folder with the parameter journal"
+        )
+
+    def _write_self(self, durable: Durable) -> None:
+        log = durable.log
+        values = {
+            "member": durable.member,
+            "epoch": durable.epoch,
+            "vote": durable.vote,
+            "base": list(log.base.position),
+            "members": list(log.base.members),
+            "committed": log.committed,
+        }
+        rows = [(key, json.dumps(value)) for key, value in values.items()]
+        self._database.executemany("INSERT OR REPLACE INTO self VALUES (?, ?)", rows)
+
+    def _write_all(self, log: Log) -> None:
+        self._database.execute("DELETE FROM records")
+        self._database.execute("DELETE FROM entries")
+        self._write_records(log.base.records.values())
+        self._write_entries(log.entries)
+
+    def _write_changes(self, before: Log, log: Log) -> None:
+        base, old = log.base.position.version, before.base.position.version
+        if base > old:
+            folded = before.entries[: base - old]
+            self._write_records(record for entry in folded for record in entry.records)
+            self._database.execute("DELETE FROM entries WHERE version <= ?", (base,))
+        known = before.entries[base - old :]
+        same = 0
+        while same < min(len(known), len(log.entries)) and known[same] is log.entries[same]:
+            same += 1
+        if same < len(known):
+            self._database.execute("DELETE FROM entries WHERE version > ?", (base + same,))
+        self._write_entries(log.entries[same:])
+
+    def _write_records(self, records: Iterable[TaskRecord]) -> None:
+        self._database.executemany(
+            "INSERT INTO records VALUES (:task, (SELECT count(*) FROM records), :record)"
+            " ON CONFLICT (task) DO UPDATE SET record = :record",
+            [{"task": each.task.id, "record": json.dumps(asdict(each))} for each in records],
+        )
+
+    def _write_entries(self, entries: Iterable[Entry]) -> None:
+        rows = [(entry.version, json.dumps(asdict(entry))) for entry in entries]
+        self._database.executemany("INSERT INTO entries VALUES (?, ?)", rows)
+
+    def _read(self) -> Durable | None:
+        rows = self._database.execute("SELECT key, value FROM self")
+        values = {key: json.loads(value) for key, value in rows}
+        if not values:
+            return None
+        texts = self._database.execute("SELECT record FROM records ORDER BY place")
+        records = [_record_from(json.loads(text)) for (text,) in texts]
+        texts = self._database.execute("SELECT entry FROM entries ORDER BY version")
+        entries = tuple(_entry_from(json.loads(text)) for (text,) in texts)
+        known = {record.task.id: record for record in records}
+        base = Whole(Position(*values["base"]), known, tuple(values["members"]))
+        log = Log.of(base, entries, values["committed"])
+        return Durable(values["member"], values["epoch"], values["vote"], log)
+
+
+class _ForeignError(Exception):
+    """A database that something else has written."""
+
+
+def _check_origin(tables: int, application: int, format_: int) -> None:
+    if tables and (application, format_) != (_APPLICATION, _FORMAT):
+        raise _ForeignError
+
+
+def _continues(before: Log, log: Log) -> bool:
+    """Return whether a log came from another by changes at its end and by folding."""
+    return before.base is log.base or log.base.position == before.at(log.base.position.version)
+
+
+def _entry_from(values: dict[str, Any]) -> Entry:
+    records = tuple(map(_record_from, values["records"]))
+    members = None if values["members"] is None else tuple(values["members"])
+    return Entry(values["epoch"], values["version"], records, members)
+
+
+def _record_from(values: dict[str, Any]) -> TaskRecord:
+    task = values.pop("task")
+    goals = tuple(Pose(**goal) for goal in task.pop("goals"))
+    state = TaskState(values.pop("state"))
+    others: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
+    }
+    return TaskRecord(Task(goals=goals, **task), state, **others)
+
+
+def _report_from(values: dict[str, Any]) -> TaskUpdate:
+    return TaskUpdate(state=TaskState(values.pop("state")), **values)

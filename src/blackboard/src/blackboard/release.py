@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What becomes of a task whose robot no longer does it: handed back, or lost with its robot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from blackboard.task import TaskEvent, TaskState, TaskType, step_to_resume
+
+if TYPE_CHECKING:
+    from blackboard.record import TaskRecord, TaskUpdate
+
+ON_ROBOT_LOST = ("reassign", "wait", "operator")
+"""What is done with the task of a robot that is lost: given to another, kept until the robot comes
+back, or given up for a person to look."""
+
+
+def put_back(record: TaskRecord, update: TaskUpdate, most_tries: int) -> TaskRecord | None:
+    """Return a task that its robot has handed back, or None where that changes nothing.
+
+    A robot that has put it off for a more urgent one has not tried in vain.
+
+    Args:
+        record: Where it stood.
+        update: What the robot has said.
+        most_tries: After that many vain tries it is given up.
+    """
+    tried = record.tried if update.put_off_for else (*record.tried, update.robot_id)
+    step = min(update.step, record.steps)
+    return _waiting(record, step, tried, update.reason, most_tries)
+
+
+def after_loss(
+    record: TaskRecord, policy: str, last_seen: str, most_tries: int
+) -> TaskRecord | None:
+    """Return a task whose robot is lost and has stopped, or None where that changes nothing.
+
+    Args:
+        record: Where it stands, with the robot that is lost.
+        policy: One of `ON_ROBOT_LOST`; a task whose load may be on board goes to a person anyway.
+        last_seen: Where and when the robot was last heard of, in words.
+        most_tries: After that many vain tries it is given up.
+    """
+    lost = f"{record.robot} is lost, {last_seen}"
+    started = record.state is TaskState.STARTED
+    if may_be_on_board(record):
+        reason = (
+            f"{lost}; the load of {record.task.payload:g} kg may be on board: fetch it there, "
+            "and post what is left to do as a new task"
+        )
+        return record.after(TaskEvent.FAIL, eta=0.0, reason=reason)
+    if policy == "operator":
+        reason = f"{lost}; look how far it has come, and post what is left to do as a new task"
+        return record.after(TaskEvent.FAIL, eta=0.0, reason=reason)
+    if policy == "wait":
+        return replace(record, reason=f"waits for {record.robot} to come back: {lost}")
+    if record.task.payload and started:
+        lost += f"; bring what was loaded on it ({record.task.payload:g} kg) to the next robot"
+    tried = (*record.tried, record.robot) if started else record.tried
+    return _waiting(record, record.step, tried, lost, most_tries)
+
+
+def may_be_on_board(record: TaskRecord) -> bool:
+    """Return whether the robot of a task may have taken its load on board with its own arm.
+
+    A robot does not begin to pick before the task list shows that it has arrived, so the list
+    knows: from the pick on the load may be on board.
+    """
+    picks = TaskType(record.task.type).picks
+    return picks and record.state is TaskState.STARTED and record.step > 0
+
+
+def _waiting(
+    record: TaskRecord, step: int, tried: tuple[str, ...], reason: str, most_tries: int
+) -> TaskRecord | None:
+    if len(tried) > len(record.tried) and len(tried) >= most_tries:
+        text = f"given up after {len(tried)} tries, the last: {reason}"
+        return record.after(TaskEvent.FAIL, tried=tried, eta=0.0, reason=text)
+    return record.after(
+        TaskEvent.RELEASE,
+        robot="",
+        step=step_to_resume(record.task, step),
+        tried=tried,
+        eta=0.0,
+        step_eta=0.0,
+        reason=reason,
+    )

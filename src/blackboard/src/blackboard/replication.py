@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The list that every member of the hive holds: whole up to some point, and the changes after it.
+
+This is the log of Raft (Ongaro and Ousterhout, 2014), kept short: what is committed is folded into
+the whole list sooner or later, so nobody keeps the hive's history. All of it are values and
+functions of values; `member` says when they are used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from blackboard.record import TaskRecord
+
+
+class Position(NamedTuple):
+    """How far a list goes; the greater of two is the newer, as Raft compares them.
+
+    Attributes:
+        epoch: Of the active blackboard that wrote the last change.
+        version: Number of the last change; grows by one with every change.
+    """
+
+    epoch: int = 0
+    version: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One change of the list.
+
+    Attributes:
+        epoch: Of the active blackboard that wrote it.
+        version: Its number.
+        records: The records that are new or changed.
+        members: The members from here on, in the order in which they joined; None where they stay
+            as they are.
+    """
+
+    epoch: int
+    version: int
+    records: tuple[TaskRecord, ...] = ()
+    members: tuple[str, ...] | None = None
+
+    @property
+    def position(self) -> Position:
+        """How far a list goes that ends with this change."""
+        return Position(self.epoch, self.version)
+
+
+@dataclass(frozen=True, slots=True)
+class Whole:
+    """All that the hive knows at one position.
+
+    Attributes:
+        position: How far it goes.
+        records: Every task by id, in the order they were posted.
+        members: Ids of the members whose votes count, in the order in which they joined.
+    """
+
+    position: Position = field(default_factory=Position)
+    records: Mapping[str, TaskRecord] = field(default_factory=lambda: MappingProxyType({}))
+    members: tuple[str, ...] = ()
+
+    def after(self, entries: Iterable[Entry]) -> Whole:
+        """Return what it becomes with some changes, which have to follow it without a gap."""
+        position, members = self.position, self.members
+        changed: dict[str, TaskRecord] = {}
+        for entry in entries:
+            position = entry.position
+            members = members if entry.members is None else entry.members
+            for record in entry.records:
+                changed[record.task.id] = record
+        records = {**self.records, **changed} if changed else self.records
+        return Whole(position, records, members)
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """What one member holds.
+
+    Attributes:
+        base: The list up to some committed position.
+        entries: The changes after it, without a gap.
+        committed: Version of the last change of which this member knows that it stays for ever.
+        latest: The list with all changes, committed or not.
+    """
+
+    base: Whole
+    entries: tuple[Entry, ...]
+    committed: int
+    latest: Whole
+
+    @classmethod
+    def of(cls, base: Whole, entries: tuple[Entry, ...] = (), committed: int | None = None) -> Log:
+        """Make one of its parts; without a version, only the base is committed."""
+        known = base.position.version if committed is None else committed
+        return cls(base, entries, known, base.after(entries))
+
+    @property
+    def position(self) -> Position:
+        """How far it goes."""
+        return self.latest.position
+
+    @property
+    def stable(self) -> Whole:
+        """The list as far as it is committed."""
+        if self.committed == self.latest.position.version:
+            return self.latest
+        return self.base.after(self.entries[: self.committed - self.base.position.version])
+
+    @property
+    def members_are_settled(self) -> bool:
+        """Whether no change of the members waits to be committed."""
+        waiting = self.entries[self.committed - self.base.position.version :]
+        return all(entry.members is None for entry in waiting)
+
+    def at(self, version: int) -> Position | None:
+        """Return the position at a version, or None where this log does not reach there."""
+        index = version - self.base.position.version
+        if index == 0:
+            return self.base.position
+        return self.entries[index - 1].position if 0 < index <= len(self.entries) else None
+
+    def since(self, version: int) -> tuple[Entry, ...] | None:
+        """Return the changes after a version, or None where they have been folded already."""
+        index = version - self.base.position.version
+        return self.entries[index:] if index >= 0 else None
+
+    def append(self, entry: Entry) -> Log:
+        """Add one more change, which may not be committed yet."""
+        return replace(self, entries=(*self.entries, entry), latest=self.latest.after([entry]))
+
+    def commit(self, version: int, kept: int) -> Log:
+        """Note that all up to a version stays; what has been committed before stays in any case.
+
+        Args:
+            version: Up to which.
+            kept: How many committed changes are kept for members that missed some.
+        """
+        if version <= self.committed:
+            return self
+        log = replace(self, committed=version)
+        return log.fold() if version - self.base.position.version > kept else log
+
+    def fold(self) -> Log:
+        """Forget the older half of the committed changes as such; the whole list has them."""
+        half = (self.committed - self.base.position.version + 1) // 2
+        base = self.base.after(self.entries[:half])
+        return Log(base, self.entries[half:], self.committed, self.latest)
+
+
+@dataclass(frozen=True, slots=True)
+class Entries:
+    """What the active blackboard has the others write down (message BbEntries).
+
+    Attributes:
+        epoch: Of the active blackboard.
+        active: Id of the member that carries it.
+        before: What the changes follow.
+        entries: The changes, without a gap.
+        committed: Version up to which everything stays for ever.
+        sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
+        whole: The list at `before`, for those who have no other way to get there.
+    """
+
+    epoch: int
+    active: str
+    before: Position
+    entries: tuple[Entry, ...]
+    committed: int
+    sent: float
+    whole: Whole | None = None
+
+    @property
+    def reaches(self) -> int:
+        """Version of the last change in it."""
+        return self.before.version + len(self.entries)
+
+
+@dataclass(frozen=True, slots=True)
+class Ack:
+    """What a member has on disk of what the active one wrote (message BbAck).
+
+    Attributes:
+        member: Id of the member.
+        epoch: The highest it has seen.
+        version: Up to which its list is that of the active blackboard of this epoch.
+        echo: `sent` of what it answers [s].
+    """
+
+    member: str
+    epoch: int
+    version: int
+    echo: float
+
+
+def extend(log: Log, message: Entries) -> Log | None:
+    """Write down what the active blackboard sent.
+
+    Changes that an earlier active blackboard never got committed give way to those of this one.
+
+    Args:
+        log: What this member holds.
+        message: From the active blackboard of the highest epoch this member has seen.
+
+    Returns:
+        The longer log, or None where something between the two is missing.
+    """
+    before = message.before
+    known = before.version <= log.committed or log.at(before.version) == before
+    if not known and message.whole is None:
+        return None
+    if not known and message.whole is not None:
+        return Log.of(message.whole, message.entries)
+    new = [
+        entry
+        for entry in message.entries
+        if entry.version > log.committed and log.at(entry.version) != entry.position
+    ]
+    if not new:
+        return log
+    kept = log.entries[: new[0].version - log.base.position.version - 1]
+    if len(kept) < len(log.entries):
+        return Log.of(log.base, (*kept, *new), log.committed)
+    return replace(log, entries=(*kept, *new), latest=log.latest.after(new))
+
+
+def committed_version(log: Log, epoch: int, held: Iterable[int], majority: int) -> int:
+    """Return up to which version a log is committed.
+
+    A change of an earlier epoch counts only once one of the present epoch follows it, however many
+    hold it (section 5.4.2 of the Raft paper): until then another could still overwrite it.
+
+    Args:
+        log: Of the active blackboard.
+        epoch: Of the active blackboard.
+        held: For every member, its own included, the version it has on disk.
+        majority: How many members are needed.
+    """
+    version = sorted(held, reverse=True)[majority - 1]
+    position = log.at(version) if version > log.committed else None
+    if position is None or position.epoch != epoch:
+        return log.committed
+    return version

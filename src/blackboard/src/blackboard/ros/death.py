@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Proof that a node's process has ended: its connection is gone and its port refuses a new one."""
+
+from __future__ import annotations
+
+import socket
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import rospy
+
+PERIOD = 0.03
+"""Time between two looks at the connection [s]; rospy closes it about 25 ms after a `kill -9`."""
+
+_PATIENCE = 0.2
+"""Time that a port may take to refuse [s]; a host that is cut off says nothing at all."""
+
+
+class DeathWatch:
+    """Watches the connection that one subscriber has to one node.
+
+    The port to ask is learnt from the connection while it stands, so no ROS master is needed.
+
+    Args:
+        subscriber: Of a topic that every member publishes on.
+    """
+
+    def __init__(self, subscriber: rospy.Subscriber) -> None:
+        self._subscriber = subscriber
+        self._member = ""
+        self._died: Callable[[], None] | None = None
+        self._uri = ""
+
+    def watch(self, member: str, died: Callable[[], None]) -> None:
+        """Watch a node, by its name, instead of the one before."""
+        self._member, self._died, self._uri = member, died, ""
+
+    def look(self) -> None:
+        """Call `died` once the node is proved dead."""
+        if self._died is None:
+            return
+        uri = self._connected_to()
+        if uri:
+            self._uri = uri
+        elif self._uri and _refuses(self._uri):
+            died, self._died = self._died, None
+            died()
+
+    def _connected_to(self) -> str:
+        """Return the address of the node while there is a connection to it; else empty."""
+        connections: tuple[Any, ...] = tuple(self._subscriber.impl.connections)
+        for each in connections:
+            if each.callerid_pub == self._member and each.socket is not None and not each.done:
+                return str(each.endpoint_id)
+        return ""
+
+
+def _refuses(uri: str) -> bool:
+    """Return whether a port refuses connections, which only a machine that lives can do."""
+    address = urlsplit(uri)
+    place = (address.hostname or "", address.port or 0)
+    try:
+        with socket.create_connection(place, timeout=_PATIENCE):
+            return False
+    except ConnectionRefusedError:
+        return True
+    except OSError:
+        return False

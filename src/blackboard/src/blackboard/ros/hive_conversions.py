@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The border between ROS messages and what the members of a hive tell each other."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import rospy
+from std_msgs.msg import Header
+
+import blackboard.msg as bb_msgs
+from blackboard import talker as topics
+from blackboard.backup import Heartbeat
+from blackboard.election import Ballot, BallotKind
+from blackboard.replication import Ack, Entries, Entry, Position, Whole
+from blackboard.ros.records import record_from_msg, record_to_msg
+from blackboard.ros.wire import Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+def _header() -> Header:
+    return Header(stamp=rospy.Time.now())
+
+
+def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
+    return bb_msgs.BbBackup(
+        header=_header(),
+        epoch=beat.epoch,
+        active=beat.active,
+        backup=beat.backup,
+        members=list(beat.members),
+        progress=beat.progress,
+        version=beat.version,
+        sent=beat.sent,
+        robots=[robot for robot, _ in beat.heard],
+        heard=[sent for _, sent in beat.heard],
+        robot_lease=beat.robot_lease,
+    )
+
+
+def _beat_from_msg(msg: bb_msgs.BbBackup) -> Heartbeat:
+    return Heartbeat(
+        epoch=msg.epoch,
+        active=msg.active,
+        backup=msg.backup,
+        members=tuple(msg.members),
+        progress=msg.progress,
+        version=msg.version,
+        sent=msg.sent,
+        heard=tuple(zip(msg.robots, msg.heard, strict=True)),
+        robot_lease=msg.robot_lease,
+    )
+
+
+def _entry_to_msg(entry: Entry) -> bb_msgs.BbEntry:
+    return bb_msgs.BbEntry(
+        epoch=entry.epoch,
+        version=entry.version,
+        tasks=list(map(record_to_msg, entry.records)),
+        changes_members=entry.members is not None,
+        members=list(entry.members or ()),
+    )
+
+
+def _entry_from_msg(msg: bb_msgs.BbEntry) -> Entry:
+    members = tuple(msg.members) if msg.changes_members else None
+    return Entry(msg.epoch, msg.version, tuple(map(record_from_msg, msg.tasks)), members)
+
+
+def _entries_to_msg(entries: Entries) -> bb_msgs.BbEntries:
+    whole = entries.whole
+    return bb_msgs.BbEntries(
+        header=_header(),
+        epoch=entries.epoch,
+        active=entries.active,
+        before_epoch=entries.before.epoch,
+        before_version=entries.before.version,
+        entries=list(map(_entry_to_msg, entries.entries)),
+        committed=entries.committed,
+        sent=entries.sent,
+        whole=whole is not None,
+        tasks=[record_to_msg(record) for record in whole.records.values()] if whole else [],
+        members=list(whole.members) if whole else [],
+    )
+
+
+def _entries_from_msg(msg: bb_msgs.BbEntries) -> Entries:
+    before = Position(msg.before_epoch, msg.before_version)
+    entries = tuple(map(_entry_from_msg, msg.entries))
+    versions = [entry.version for entry in entries]
+    if versions != list(range(before.version + 1, before.version + 1 + len(entries))):
+        raise ValueError(f"changes {versions} do not follow version {before.version}")
+    whole = None
+    if msg.whole:
+        records = {record.task.id: record for record in map(record_from_msg, msg.tasks)}
+        whole = Whole(before, records, tuple(msg.members))
+    return Entries(msg.epoch, msg.active, before, entries, msg.committed, msg.sent, whole)
+
+
+def _ack_to_msg(ack: Ack) -> bb_msgs.BbAck:
+    return bb_msgs.BbAck(_header(), ack.member, ack.epoch, ack.version, ack.echo)
+
+
+def _ack_from_msg(msg: bb_msgs.BbAck) -> Ack:
+    return Ack(msg.member, msg.epoch, msg.version, msg.echo)
+
+
+def _ballot_to_msg(ballot: Ballot) -> bb_msgs.BbVote:
+    return bb_msgs.BbVote(
+        header=_header(),
+        kind=ballot.kind,
+        epoch=ballot.epoch,
+        candidate=ballot.candidate,
+        member=ballot.member,
+        list_epoch=ballot.position.epoch,
+        list_version=ballot.position.version,
+        granted=ballot.granted,
+        seen=ballot.seen,
+    )
+
+
+def _ballot_from_msg(msg: bb_msgs.BbVote) -> Ballot:
+    return Ballot(
+        kind=BallotKind(msg.kind),
+        epoch=msg.epoch,
+        candidate=msg.candidate,
+        member=msg.member,
+        position=Position(msg.list_epoch, msg.list_version),
+        granted=msg.granted,
+        seen=msg.seen,
+    )
+
+
+HIVE_WIRES: Mapping[str, Wire] = MappingProxyType(
+    {
+        topics.BACKUP: Wire(bb_msgs.BbBackup, _beat_to_msg, _beat_from_msg),
+        topics.BB_ENTRIES: Wire(bb_msgs.BbEntries, _entries_to_msg, _entries_from_msg),
+        topics.BB_ACK: Wire(bb_msgs.BbAck, _ack_to_msg, _ack_from_msg),
+        topics.BB_VOTE: Wire(bb_msgs.BbVote, _ballot_to_msg, _ballot_from_msg),
+    }
+)
+"""How the messages between members are made and read."""

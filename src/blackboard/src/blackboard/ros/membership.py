@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What makes a node a member of the hive: a disk, a `Backup`, and a blackboard that stands by."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+import rosgraph
+import rospkg
+import rospy
+
+from blackboard import talker as topics
+from blackboard.backup import Backup
+from blackboard.blackboard import Blackboard
+from blackboard.errors import SettingsError
+from blackboard.journal import SqliteJournal
+from blackboard.ros import params
+from blackboard.settings import BackupSettings, BlackboardSettings
+
+if TYPE_CHECKING:
+    from blackboard.ros.talker import RosTalker
+    from blackboard.ways import Ways
+
+SPEAKS = (
+    topics.TASK_BROADCAST,
+    topics.TASK_ASSIGN,
+    topics.TASK_STATE,
+    topics.ROBOT_STATUS,
+    topics.BACKUP,
+    topics.SYNC,
+    topics.BB_ENTRIES,
+    topics.BB_ACK,
+    topics.BB_VOTE,
+)
+"""What a member may have to publish; all of it is advertised before it has to."""
+
+
+def open_journal() -> SqliteJournal:
+    """Open this node's journal in the folder that the parameters name.
+
+    Raises:
+        SettingsError: The parameter is no text.
+        JournalError: The file cannot be used.
+
+    ROS Parameters: `~journal`, else `journal` of the hive: the folder. Default: a folder of this
+        ROS master below ROS_HOME.
+    """
+    folder = rospy.get_param("~journal", "") or rospy.get_param("/journal", "")
+    if not isinstance(folder, str):
+        raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
+    path = Path(folder) if folder else _default_folder()
+    name = rospy.get_name().strip("/").replace("/", "-")
+    journal = SqliteJournal(path / f"{name}.sqlite3")
+    if journal.set_aside is not None:
+        rospy.logwarn(
+            f"{rospy.get_name()} could not read its journal and has moved it to "
+            f"{journal.set_aside}; it joins the hive as a new member"
+        )
+    return journal
+
+
+def _default_folder() -> Path:
+    master = urlsplit(rosgraph.get_master_uri())
+    return Path(rospkg.get_ros_home()) / "robo-hive" / f"{master.hostname}-{master.port}"
+
+
+def join(
+    talker: RosTalker, hive: str, ways: Ways, journal: SqliteJournal, *, founds: bool
+) -> Backup:
+    """Make this node a member; call `start` of what is returned when all else is wired up.
+
+    The timers of the hive are those of the node `blackboard`, so that all members keep the same.
+
+    Args:
+        talker: How it hears and speaks.
+        hive: Namespace of the hive, ending in a slash.
+        ways: Knows where a robot can stand.
+        journal: Its disk.
+        founds: Whether it founds a hive where there is none.
+
+    Raises:
+        SettingsError: A parameter is not allowed; the text names it.
+    """
+    node = f"{hive}blackboard"
+    settings = params.read(BackupSettings, node)
+    backup = Backup(
+        talker.steady, rospy.get_name(), settings, journal, random.SystemRandom(), founds=founds
+    )
+    Blackboard(talker, backup, ways, params.read(BlackboardSettings, node)).start()
+    return backup

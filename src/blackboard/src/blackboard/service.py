@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether a robot is in service, and which load was left on board of it."""
+
+from __future__ import annotations
+
+from blackboard.characteristics import RobotState
+
+WORDS = ("idle", "defect", "charging")
+"""What an operator can set a robot to."""
+
+
+class Service:
+    """Out of service or not, with the reason in words.
+
+    A robot with a load that belongs nowhere any more leaves service until a person has seen to it.
+
+    Attributes:
+        state: DEFECT or CHARGING while out of service, otherwise None.
+        reason: Why it is out of service; empty otherwise.
+        left_on_board: The load that was left on board [kg]; None where none was.
+    """
+
+    def __init__(self) -> None:
+        self.state: RobotState | None = None
+        self.reason = ""
+        self.left_on_board: float | None = None
+
+    def set(self, word: str) -> None:
+        """Obey one of `WORDS`; `idle` also says that nothing is on board any more."""
+        if word == "idle":
+            self.state, self.reason, self.left_on_board = None, "", None
+            return
+        self.state = RobotState[word.upper()]
+        if self.left_on_board is None:
+            self.reason = f"{word}, set by an operator"
+
+    def leave_on_board(self, task_id: str, payload: float) -> None:
+        """Leave service because of a load [kg] that is on board and no longer wanted."""
+        self.left_on_board = payload
+        self.state = self.state or RobotState.DEFECT
+        self.reason = (
+            f"the load of {task_id} ({payload:g} kg) is on board: "
+            "take it off, then set the robot idle"
+        )
+
+    def be_charged(self) -> None:
+        """End charging: only a person can say that a load which was left on board is gone."""
+        self.set("idle" if self.left_on_board is None else "defect")

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A hive of the real classes on the simulated network, and what a schedule does to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from blackboard.backup import Backup
+from blackboard.battery import Battery
+from blackboard.blackboard import Blackboard
+from blackboard.controller import CommandResult, CommandState, Controller
+from blackboard.journal import MemoryJournal
+from blackboard.robot import Robot
+from blackboard.settings import (
+    BackupSettings,
+    BlackboardSettings,
+    ControllerSettings,
+    RobotSettings,
+)
+from blackboard.simulation.network import HostTalker, SimulatedCrashError
+from blackboard.simulation.schedule import BLACKBOARD
+from blackboard.task import StepKind
+from blackboard.testing import SMALL_ROBOT
+from blackboard.ways import StraightWays
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from random import Random
+
+    from blackboard.journal import Durable
+    from blackboard.pose import Pose
+    from blackboard.simulation.network import Host
+    from blackboard.task import TaskStep
+
+BACKUP_SETTINGS = BackupSettings(kept_changes=4)
+BLACKBOARD_SETTINGS = BlackboardSettings(retry_period=10.0)
+CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
+
+_FAILURES = 0.05
+"""Share of the steps that a simulated drive does not manage."""
+
+
+@dataclass
+class Disk(MemoryJournal):
+    """A disk that survives its host's crash, and at whose next write the host may crash."""
+
+    crashes: bool = False
+
+    def save(self, durable: Durable) -> None:
+        """Write down, or end before anything is written.
+
+        Raises:
+            SimulatedCrashError: The host crashes now.
+        """
+        if self.crashes:
+            self.crashes = False
+            raise SimulatedCrashError
+        self.durable = durable
+
+
+class Drive:
+    """Does the steps of one robot, each in a few seconds; see `blackboard.controller.Command`.
+
+    Attributes:
+        at_work: Told when the robot begins and stops to work on a task.
+        step_done: Told of every step that has been done.
+    """
+
+    def __init__(self, host: Host, random: Random, arrive: Callable[[Pose], None]) -> None:
+        self._host = host
+        self._random = random
+        self._arrive = arrive
+        self._run = 0
+        self._task = ""
+        self.at_work: Callable[[str, bool], None] = lambda *_: None
+        self.step_done: Callable[[TaskStep], None] = lambda _: None
+
+    def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
+        """Begin a step."""
+        self._run += 1
+        self._task = step.task_id
+        self.at_work(self._task, True)
+        duration = self._random.uniform(0.5, 4.0)
+        works = self._random.random() >= _FAILURES
+        self._host.network.schedule(
+            duration, self._host, self._end, (self._run, step, works, done)
+        )
+
+    def cancel(self) -> None:
+        """Stop."""
+        self._run += 1
+        self.at_work(self._task, False)
+
+    def _end(self, what: tuple[int, TaskStep, bool, Callable[[CommandResult], None]]) -> None:
+        run, step, works, done = what
+        if run != self._run:
+            return
+        self.at_work(self._task, False)
+        if works:
+            self._arrive(step.goal)
+            self.step_done(step)
+        state = CommandState.SUCCEEDED if works else CommandState.ABORTED
+        done(CommandResult(state, "" if works else "somebody stood in the way"))
+
+
+@dataclass
+class SimulatedMember:
+    """One member of the hive: its host, its disk, and what runs there now.
+
+    Attributes:
+        host: The machine.
+        disk: Survives crashes, unless it is lost.
+        backup: Of the process that runs now; None while none does.
+        pose: Where the robot stands; it stays where it is when its process ends.
+        gone: Whether it never comes back.
+    """
+
+    host: Host
+    disk: Disk
+    pose: Pose
+    random: Random
+    backup: Backup | None = None
+    gone: bool = False
+    at_work: Callable[[str, str, bool], None] = field(default=lambda *_: None)
+    step_done: Callable[[str, TaskStep], None] = field(default=lambda *_: None)
+    lives: int = 0
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.host.name
+
+    def boot(self) -> None:
+        """Start the process."""
+        host = self.host
+        self.lives += 1
+        host.boot()
+        talker = HostTalker(host, self.name)
+        founds = self.name == BLACKBOARD and self.lives == 1
+        self.backup = Backup(
+            talker, self.name, BACKUP_SETTINGS, self.disk, self.random, founds=founds
+        )
+        Blackboard(talker, self.backup, StraightWays(), BLACKBOARD_SETTINGS).start()
+        try:
+            if self.name != BLACKBOARD:
+                self._robot(talker).start()
+            self.backup.start()
+        except SimulatedCrashError:
+            host.crash()
+
+    def _robot(self, talker: HostTalker) -> Robot:
+        drive = Drive(self.host, self.random, self._arrive)
+        drive.at_work = lambda task, works: self.at_work(self.name, task, works)
+        drive.step_done = lambda step: self.step_done(self.name, step)
+        controller = Controller(dict.fromkeys(StepKind, drive), talker, CONTROLLER_SETTINGS)
+        battery = Battery(SMALL_ROBOT.battery, 1.0)
+        return Robot(
+            talker,
+            self.name,
+            SMALL_ROBOT,
+            battery,
+            StraightWays(),
+            controller,
+            self.pose,
+            RobotSettings(),
+            self.disk,
+        )
+
+    def _arrive(self, pose: Pose) -> None:
+        self.pose = pose

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Splits a task that is too heavy for every robot into parts that can be carried.
+
+A part is a task like any other, with the goals and the priority of the whole and a share of its
+payload. The whole is not auctioned any more and shows how far its parts have come.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from blackboard.errors import SplitRefusedError
+from blackboard.record import TaskRecord
+from blackboard.task import MAX_ID_LENGTH, TaskState
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from blackboard.cost import Bid
+
+MAX_PARTS = 100
+"""More than that is rather a slip of the pen than a load for robots."""
+
+_GRAM = 0.001
+_SETTLED = {TaskState.FAILED, TaskState.CANCELLED}
+
+
+def shares(payload: float, capacities: Sequence[float]) -> tuple[float, ...]:
+    """Return the fewest parts of a payload [kg] that some robots can carry, the heaviest first.
+
+    As many as the strongest robot would need on its own. Among as many, every robot is meant to
+    carry one, so that they can work side by side, and each in proportion to what it can carry.
+
+    Args:
+        payload: What is to be carried [kg], above 0.
+        capacities: The most that each robot carries [kg], each at least a gram.
+    """
+    limits = sorted((math.floor(most / _GRAM + 1e-6) for most in capacities), reverse=True)
+    rest = math.ceil(payload / _GRAM - 1e-6)
+    number = math.ceil(rest / limits[0])
+    crew = (limits + [limits[0]] * number)[:number]
+    weakest = number - 1
+    while sum(crew) < rest:
+        crew[weakest] = limits[0]
+        weakest -= 1
+    grams = [rest * most // sum(crew) for most in crew]
+    for index, most in enumerate(crew):
+        grams[index] += min(most - grams[index], rest - sum(grams))
+    return tuple(sorted((part * _GRAM for part in grams), reverse=True))
+
+
+def split(
+    record: TaskRecord, bids: Iterable[Bid], in_service: frozenset[str], taken: Iterable[str]
+) -> tuple[TaskRecord, ...]:
+    """Return the record of a task that was split and those of its parts; none if it is not heavy.
+
+    Args:
+        record: A task that nobody has bid on.
+        bids: What robots have answered.
+        in_service: The robots that count; others may carry more, but not now.
+        taken: The ids that there are.
+
+    Raises:
+        SplitRefusedError: It is too heavy and cannot be split; the text says why.
+    """
+    payload = record.task.payload
+    most = {bid.robot_id: bid.most_payload for bid in bids}
+    unknown = sorted(robot for robot in in_service if not most.get(robot))
+    able = [most[robot] for robot in in_service if most.get(robot, 0.0) >= _GRAM]
+    if payload <= max(able, default=math.inf):
+        return ()
+    if unknown:
+        raise SplitRefusedError(
+            f"too heavy for {max(able):g} kg at most, but {', '.join(unknown)} "
+            "has not said what it can carry"
+        )
+    if payload > MAX_PARTS * max(able):
+        raise SplitRefusedError(
+            f"{payload:g} kg would take more than {MAX_PARTS} parts of {max(able):g} kg at most"
+        )
+    return _divide(record, shares(payload, able), frozenset(taken))
+
+
+def _divide(
+    record: TaskRecord, weights: Sequence[float], taken: frozenset[str]
+) -> tuple[TaskRecord, ...]:
+    whole = record.task
+    parts = []
+    for number, weight in enumerate(weights, start=1):
+        part_id = f"{whole.id}.{number}"
+        if part_id in taken or len(part_id) > MAX_ID_LENGTH:
+            raise SplitRefusedError(
+                f"cannot be split, because the id {part_id} of a part is taken or longer than "
+                f"{MAX_ID_LENGTH} characters; post it again with another id"
+            )
+        task = replace(whole, id=part_id, payload=round(weight, 3))
+        parts.append(TaskRecord(task, parent=whole.id))
+    split_up = replace(record, parts=len(parts), step=0, eta=0.0)
+    return progress(split_up, parts), *parts
+
+
+def progress(whole: TaskRecord, parts: Sequence[TaskRecord]) -> TaskRecord:
+    """Return the record of a task that was split, as its parts stand.
+
+    Args:
+        whole: Its record so far.
+        parts: The records of all its parts.
+    """
+    if whole.state.is_terminal:
+        return whole
+    done = sum(part.state is TaskState.DONE for part in parts)
+    changes = {"step": done, "eta": 0.0, "step_eta": 0.0}
+    ended = next((part for part in parts if part.state in _SETTLED), None)
+    if ended is not None:
+        word = "was cancelled" if ended.state is TaskState.CANCELLED else "failed"
+        reason = f"its part {ended.task.id} {word}: {ended.reason}"
+        if done + 1 < len(parts):
+            reason += "; parts that have not ended go on"
+        return replace(whole, state=TaskState.FAILED, reason=reason, **changes)  # type: ignore[arg-type]  # fields by name
+    if done < len(parts):
+        changes["eta"] = _eta(parts)
+    reason = f"{done} of {len(parts)} parts done"
+    state = _state(done, parts)
+    return replace(whole, state=state, reason=reason, **changes)  # type: ignore[arg-type]  # fields by name
+
+
+def _state(done: int, parts: Sequence[TaskRecord]) -> TaskState:
+    if done == len(parts):
+        return TaskState.DONE
+    furthest = max(part.state for part in parts)
+    return min(furthest, TaskState.STARTED)
+
+
+def _eta(parts: Sequence[TaskRecord]) -> float:
+    """Return when the last part is going to be done, as far as all have robots that know [s]."""
+    etas = [part.eta for part in parts if part.state is not TaskState.DONE]
+    return max(etas) if all(etas) else 0.0
+
+
+def with_wholes(
+    changed: Sequence[TaskRecord], known: Iterable[TaskRecord]
+) -> tuple[TaskRecord, ...]:
+    """Return changed records, and after them those of the tasks that they are parts of.
+
+    They change together, so that no copy of the list holds one without the other.
+
+    Args:
+        changed: Records as they are to become.
+        known: All records of the list as it is.
+    """
+    if not any(record.parent for record in changed):
+        return tuple(changed)
+    before = {record.task.id: record for record in known}
+    after = before | {record.task.id: record for record in changed}
+    result = {record.task.id: record for record in changed}
+    for record in changed:
+        part = record
+        while part.parent in after:
+            parts = [other for other in after.values() if other.parent == part.parent]
+            part = progress(after[part.parent], parts)
+            after[part.task.id] = part
+            if part != before.get(part.task.id):
+                result[part.task.id] = part
+    return tuple(result.values())
+
+
+def unfinished_parts(whole_id: str, known: Iterable[TaskRecord]) -> tuple[TaskRecord, ...]:
+    """Return the parts of a task, and theirs, that have not ended."""
+    records = tuple(known)
+    found: list[TaskRecord] = []
+    wholes = {whole_id}
+    while wholes:
+        parts = [record for record in records if record.parent in wholes]
+        found += [part for part in parts if not part.state.is_terminal]
+        wholes = {part.task.id for part in parts if part.parts}
+    return tuple(found)

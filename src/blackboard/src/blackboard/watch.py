@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Watches over the robots that hold tasks: who may go on, who is lost, who is too late.
+
+A status renews its robot's lease, unless the robot has something in its list that is not its own
+or has not handed back what it was told to. So what the blackboard no longer wants done comes to a
+standstill in the end, even on a robot that does not hear it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from blackboard.characteristics import RobotState
+from blackboard.lease import Leases
+from blackboard.presence import Presence
+from blackboard.promise import Promises
+from blackboard.release import after_loss
+from blackboard.talker import ROBOT_STATUS
+
+if TYPE_CHECKING:
+    from blackboard.backup import Backup
+    from blackboard.characteristics import RobotStatus
+    from blackboard.orders import Orders
+    from blackboard.record import TaskRecord
+    from blackboard.settings import BlackboardSettings
+    from blackboard.talker import Talker
+
+
+class Watch:
+    """Grants leases and finds the tasks that have to be taken from their robots.
+
+    Args:
+        talker: How it speaks and knows the time.
+        backup: Tells robots that they were heard.
+        orders: Knows what each robot has to have in its list.
+        settings: How patient it is.
+    """
+
+    def __init__(
+        self, talker: Talker, backup: Backup, orders: Orders, settings: BlackboardSettings
+    ) -> None:
+        self._talker = talker
+        self._backup = backup
+        self._orders = orders
+        self._settings = settings
+        self._presence = Presence(settings.reassign)
+        self.begin()
+
+    def begin(self) -> None:
+        """Count from now on: what was granted and promised before is another's business."""
+        settings = self._settings
+        self._leases = Leases(settings.reassign, self._talker.now())
+        self._promises = Promises(settings.overdue_factor, settings.overdue_grace)
+        self._late: dict[tuple[str, int], str] = {}
+        self._kept: set[str] = set()
+
+    def in_service(self) -> frozenset[str]:
+        """Return the names of the robots that take tasks."""
+        return self._presence.in_service()
+
+    def hear(self, status: RobotStatus) -> bool:
+        """Take in a robot's status; return whether it may now bid better than before."""
+        if status.state is RobotState.OFFLINE:
+            return False
+        now = self._talker.now()
+        if not self._backup.may_act():
+            return self._presence.hear(status, now)
+        in_accord = self._orders.compare(status)
+        if in_accord and not self._has_to_hand_back(status.robot_id):
+            self._leases.grant(status.robot_id, now)
+            self._backup.grant(status.robot_id, status.sent, self._settings.robot_lease)
+        return self._presence.hear(status, now)
+
+    def look(self) -> list[TaskRecord]:
+        """Return the records that change because a robot is lost or has come back.
+
+        Everyone is told of robots that have fallen silent, and robots that are too late are told
+        to hand back.
+        """
+        now = self._talker.now()
+        for status in self._presence.fall_silent(now):
+            self._talker.publish(ROBOT_STATUS, status)
+        held = self._orders.held()
+        self._recall(held, now)
+        looked = ((record, self._after_look(record, now)) for record in held)
+        return [after for record, after in looked if after != record]
+
+    def lateness(self, record: TaskRecord) -> str:
+        """Say why a robot had to hand a task back; empty where it was not late."""
+        return self._late.get((record.task.id, record.assignment), "")
+
+    def _recall(self, held: list[TaskRecord], now: float) -> None:
+        """Have what is overdue handed back; this is said again until it is answered."""
+        self._late.clear()
+        for record, allowed in self._promises.overdue(held, now):
+            reason = f"{record.robot} had {allowed:.0f} s to get on with it and did not"
+            self._late[record.task.id, record.assignment] = reason
+            self._orders.recall(record)
+
+    def _has_to_hand_back(self, robot_id: str) -> bool:
+        late = (self._backup.get(task_id) for task_id, _ in self._late)
+        return any(
+            record.is_held and record.robot == robot_id and self.lateness(record)
+            for record in late
+            if record is not None
+        )
+
+    def _after_look(self, record: TaskRecord, now: float) -> TaskRecord:
+        if not self._leases.is_lost(record.robot, now):
+            back = record.task.id in self._kept
+            self._kept.discard(record.task.id)
+            return replace(record, reason=f"{record.robot} is back") if back else record
+        last = self._presence.last(record.robot)
+        seen = self.lateness(record) or "not heard of any more"
+        if last is not None:
+            seen += f", last seen at {last.pose}"
+        policy, most_tries = self._settings.on_robot_lost, self._settings.most_hand_backs
+        after = after_loss(record, policy, seen, most_tries) or record
+        if after.is_held:
+            self._kept.add(record.task.id)
+        return after

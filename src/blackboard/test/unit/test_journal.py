@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a member has written down, it knows again; what it cannot read, it does not destroy."""
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard.errors import JournalError
+from blackboard.journal import Durable, SqliteJournal
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.replication import Entry, Log, Position, Whole
+from blackboard.task import Task, TaskState, TaskType
+
+ONE = TaskRecord(Task("T1", TaskType.GAB, (Pose(1.0, 2.0), Pose(3.0, 4.0, 0.5)), payload=1.5))
+TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(5.0, 6.0),)), tried=("robot1", "robot2"))
+EMPTY = Durable("robot1#1", 3, "robot2#5", Log.of(Whole(Position(1, 1), {}, ("robot1#1",))))
+DONE = TaskUpdate("T1", TaskState.DONE, "robot1", 2, 2, assignment=4)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "deep" / "robot1.sqlite3"
+
+
+def again(journal, path):
+    """Return the journal as the next process finds it."""
+    journal.close()
+    return SqliteJournal(path)
+
+
+def test_a_new_journal_knows_nothing(path):
+    assert SqliteJournal(path).load() is None
+
+
+def test_what_was_written_is_known_to_the_next_process(path):
+    journal = SqliteJournal(path)
+    journal.save(EMPTY)
+
+    assert again(journal, path).load() == EMPTY
+
+
+def test_changes_are_known_to_the_next_process_folded_or_not(path):
+    journal = SqliteJournal(path)
+    log = EMPTY.log
+    for version in range(2, 40):
+        entry = Entry(3, version, (replace(ONE, step=version), TWO))
+        log = log.append(entry).commit(version - 1, kept=5)
+        journal.save(replace(EMPTY, log=log))
+
+    known = again(journal, path).load()
+    assert known == replace(EMPTY, log=log)
+    assert list(known.log.latest.records) == ["T1", "T2"]
+
+
+def test_changes_that_gave_way_to_others_are_gone(path):
+    journal = SqliteJournal(path)
+    first = EMPTY.log.append(Entry(3, 2, (ONE,))).append(Entry(3, 3, (TWO,)))
+    journal.save(replace(EMPTY, log=first))
+    second = EMPTY.log.append(Entry(4, 2, (TWO,), ("robot1#1", "robot2#5")))
+    journal.save(replace(EMPTY, log=second))
+
+    assert again(journal, path).load() == replace(EMPTY, log=second)
+
+
+def test_open_reports_are_known_to_the_next_process(path):
+    journal = SqliteJournal(path)
+    journal.save_reports([DONE])
+
+    assert again(journal, path).load_reports() == (DONE,)
+
+
+def test_acknowledged_reports_are_gone(path):
+    journal = SqliteJournal(path)
+    journal.save_reports([DONE])
+    journal.save_reports([])
+
+    assert again(journal, path).load_reports() == ()
+
+
+def test_a_damaged_file_is_set_aside_as_it_is(path):
+    path.parent.mkdir()
+    path.write_bytes(b"no database at all, but somebody's work" * 100)
+
+    journal = SqliteJournal(path)
+
+    assert journal.load() is None
+    assert journal.set_aside.read_bytes().startswith(b"no database at all")
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+
+    with pytest.raises(JournalError, match=r"file/robot1\.sqlite3 cannot be used"):
+        SqliteJournal(tmp_path / "file" / "robot1.sqlite3")

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Hives whose members crash, freeze and are cut off, and what must hold of them all the time."""
+
+import os
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from blackboard.bench_faults import simulate
+from blackboard.pose import Pose
+from blackboard.simulation.network import Quality
+from blackboard.simulation.run import run
+from blackboard.simulation.schedule import (
+    BLACKBOARD,
+    BadLinks,
+    Crash,
+    Cut,
+    Freeze,
+    Post,
+    PowerCut,
+    Schedule,
+)
+from blackboard.task import Task, TaskType
+
+SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "1000"))
+"""How many random schedules are run; more on demand."""
+
+POSTS = tuple(
+    Post(8.0 + 3.0 * number, Task(f"T{number}", TaskType.GAB, (Pose(1.0, 2.0), Pose(number, 4.0))))
+    for number in range(4)
+)
+
+
+def schedule(*happenings, robots=3, seed=1):
+    """Return a schedule with a few tasks."""
+    return Schedule(seed, robots, (*POSTS, *happenings))
+
+
+def test_random_schedules_break_no_property():
+    broken = [outcome for outcome in simulate(range(SCHEDULES)) if outcome.violation]
+
+    assert not broken, f"{broken[0].schedule}\n{broken[0].violation}"
+
+
+def test_without_faults_the_first_active_one_stays_and_all_is_done():
+    outcome = run(schedule())
+
+    assert (outcome.violation, outcome.takeovers, outcome.ended) == ("", 1, {"DONE": 4})
+
+
+def test_a_crash_of_the_active_one_costs_one_takeover():
+    outcome = run(schedule(Crash(12.0, BLACKBOARD, back_after=10.0)))
+
+    assert (outcome.violation, outcome.takeovers, outcome.ended) == ("", 2, {"DONE": 4})
+
+
+def test_a_freeze_of_five_seconds_costs_one_takeover():
+    outcome = run(schedule(Freeze(12.0, BLACKBOARD, lasts=5.0)))
+
+    assert (outcome.violation, outcome.takeovers, outcome.ended) == ("", 2, {"DONE": 4})
+
+
+def test_a_short_freeze_costs_none():
+    outcome = run(schedule(Freeze(12.0, BLACKBOARD, lasts=0.8)))
+
+    assert (outcome.violation, outcome.takeovers) == ("", 1)
+
+
+def test_a_follower_that_is_cut_off_and_comes_back_disturbs_nobody():
+    outcome = run(schedule(Cut(12.0, ("robot2",), lasts=9.0)))
+
+    assert (outcome.violation, outcome.takeovers) == ("", 1)
+
+
+def test_lost_messages_alone_cost_no_takeover():
+    outcome = run(schedule(BadLinks(6.0, 36.0, Quality(loss=0.2))))
+
+    assert (outcome.violation, outcome.takeovers) == ("", 1)
+
+
+def test_after_a_power_cut_of_all_the_same_list_goes_on():
+    outcome = run(schedule(PowerCut(13.0, lasts=2.0)))
+
+    assert (outcome.violation, outcome.ended) == ("", {"DONE": 4})
+
+
+TIMES = st.floats(6.0, 40.0).map(lambda at: round(at, 2))
+MEMBERS = st.sampled_from([BLACKBOARD, "robot1", "robot2", "robot3"])
+FAULTS = st.one_of(
+    st.builds(Crash, TIMES, MEMBERS, st.sampled_from([0.1, 1.0, 4.0])),
+    st.builds(Freeze, TIMES, MEMBERS, st.sampled_from([0.8, 3.0, 12.0])),
+    st.builds(Cut, TIMES, MEMBERS.map(lambda name: (name,)), st.just(6.0), st.booleans()),
+    st.builds(PowerCut, TIMES, st.just(1.0)),
+)
+
+
+@settings(max_examples=40)
+@given(st.lists(FAULTS, max_size=6), st.integers(0, 99))
+def test_whatever_happens_no_property_is_broken(faults, seed):
+    outcome = run(schedule(*faults, seed=seed))
+
+    assert not outcome.violation, f"{outcome.schedule}\n{outcome.violation}"
