@@ -81,7 +81,7 @@ def _measure(grid: GridMap, pairs: int, seed: int) -> dict[str, float]:
     began = time.perf_counter()
     planner = OmplPlanner(grid, load_model(MODEL).base.circumscribed_radius, seed=seed)
     prepared = time.perf_counter() - began
-    shortest = ShortestWays(planner.field, planner.need)
+    shortest = ShortestWays(planner.field, planner.need, planner.goal_need)
     times, ratios = [], []
     for start, goal, length in random_pairs(shortest, pairs, seed):
         began = time.perf_counter()
@@ -128,17 +128,16 @@ def way_length(corners: list[Point]) -> float:
 class ShortestWays:
     """The reference: shortest ways on the free cells of a map."""
 
-    def __init__(self, field: ClearanceField, need: float) -> None:
+    def __init__(self, field: ClearanceField, need: float, goal_need: float) -> None:
         self.field = field
         self.need = need
+        self._places = np.flatnonzero(field.clearance >= goal_need)
         self._free = field.clearance >= need
         self._graph = _grid_graph(self._free, field.grid.resolution)
 
     def random_place(self, random: np.random.Generator) -> Point:
-        """Return the middle of a random free cell, frame map [m]."""
-        rows, columns = np.nonzero(self._free)
-        which = random.integers(len(rows))
-        return self._place(int(rows[which] * self._free.shape[1] + columns[which]))
+        """Return the middle of a random cell where the robot may stand, frame map [m]."""
+        return self._place(int(random.choice(self._places)))
 
     def from_place(self, start: Point) -> _Lengths:
         """Return the lengths of the shortest ways from a place to all others."""

@@ -123,8 +123,11 @@ SLOWEST = 0.05
 AT_END = 0.01
 """Less than this is left of a way at its end [m]."""
 
-TURNING_SLOWS = 0.6
-"""Share of its speed that a holonomic base gives up while it turns as fast as it can [-]."""
+SWING = 0.3
+"""Share of its acceleration that a holonomic base spends on turning while it drives [-]."""
+
+SIDEWAYS = 0.3
+"""A base that can move sideways comes this much nearer to its goal than another [-]."""
 
 STRAIGHT = 0.1
 """Heading error at which a turn on the spot ends [rad]."""
@@ -210,7 +213,8 @@ class PursuitFollower:
         self._progress = way.nearest(here, self._progress - 0.2, self._progress + 1.0)
         left = way.length - self._progress
         away = math.dist(here, way.end)
-        if left < 0.5 * tuning.position_tolerance and away < 2 * tuning.position_tolerance:
+        near = tuning.position_tolerance * (SIDEWAYS if self._base.holonomic else 1.0)
+        if left < 0.5 * near and away < 2 * near:
             self._at_end = True
         if self._at_end:
             return self._turn_to_goal(pose, room)
@@ -266,11 +270,13 @@ class PursuitFollower:
     ) -> Velocity:
         """Return how a holonomic base drives towards a bearing [rad], turning meanwhile."""
         direction = angle_between(pose.yaw, bearing)
-        # While it turns, its velocity swings off the way until the next command.
-        turning = min(1.0, abs(self._last.wz) / self._base.max_yaw_rate)
-        speed = min(speed, self._top_speed(direction)) * (1.0 - TURNING_SLOWS * turning)
+        speed = min(speed, self._top_speed(direction))
         facing = bearing if self._goal_yaw is None or left > 1.0 else self._goal_yaw
         wz = self._turn(angle_between(pose.yaw, facing), room).wz
+        # In the base's own frame a velocity that keeps its direction on the map turns with -wz;
+        # that takes acceleration, of which some must be left for staying on the way.
+        most = SWING * self._base.acceleration / max(math.hypot(*self._last[:2]), SLOWEST)
+        wz = min(max(wz, -most), most)
         return Velocity(speed * math.cos(direction), speed * math.sin(direction), wz)
 
     def _top_speed(self, direction: float) -> float:
@@ -313,15 +319,10 @@ class PursuitFollower:
         """Return the velocity nearest to the wanted one that the base can have after `dt`."""
         base, last = self._base, self._last
         step = base.acceleration * dt
-        # A base that turns takes its velocity along; to keep a direction it must turn it back.
-        cos, sin = math.cos(last.wz * dt), math.sin(last.wz * dt)
-        kept = (cos * last.vx + sin * last.vy, cos * last.vy - sin * last.vx)
-        if not base.holonomic:
-            kept = last[:2]
-        change = np.array(wanted[:2]) - np.array(kept)
+        change = np.array(wanted[:2]) - np.array(last[:2])
         size = float(np.hypot(*change))
         if size > step:
             change *= step / size
         turn = base.yaw_acceleration * dt
         wz = last.wz + min(max(wanted.wz - last.wz, -turn), turn)
-        return Velocity(kept[0] + float(change[0]), kept[1] + float(change[1]), wz)
+        return Velocity(last.vx + float(change[0]), last.vy + float(change[1]), wz)

@@ -35,6 +35,10 @@ STEP = 0.1
 BESIDE = 0.05
 """Room on all sides of the footprint that must be free of what the map does not show [m]."""
 
+MAPPED = 0.03
+"""So far inside the footprint may what the map shows appear to be [m]: the planner has left room
+for it, and the laser's noise must not stop the robot in a narrow door."""
+
 GAP = 0.15
 """How far before an obstacle a robot stands [m]."""
 
@@ -129,7 +133,7 @@ class Lookout:
         marks = np.append(np.arange(progress + STEP, far, STEP), far)
         places, headings = way.at_all(marks), way.headings_at(marks)
         hits = []
-        for points, beside in ((sight.known, 0.0), (sight.unknown, BESIDE)):
+        for points, beside in ((sight.known, -MAPPED), (sight.unknown, BESIDE)):
             ahead = self._not_touched(pose, points, beside)
             touched = self._inside(places, headings, ahead, beside).any(axis=1)
             first = int(np.argmax(touched))

@@ -33,6 +33,9 @@ MARGINS = (0.08, 0.02)
 """Room beside the robot when it turns on the spot [m]: first what is comfortable, and where there
 is no such way what just does; with more the MiR100 could not pass a door of 1.2 m."""
 
+STANDING = 0.05
+"""Room beside the robot at a goal [m]: it does not stop to the centimetre, and then turns."""
+
 BESIDE = 0.6
 """How far a robot that stands too close to something may go to the next free place [m]."""
 
@@ -49,6 +52,7 @@ class OmplPlanner:
     Attributes:
         grid: The map.
         need: Least clearance that the robot needs to drive and turn [m].
+        goal_need: Least clearance that it needs at a goal [m].
         field: The clearances of the map.
     """
 
@@ -62,6 +66,7 @@ class OmplPlanner:
         """
         self.grid = grid
         self.need = radius + MARGINS[-1]
+        self.goal_need = radius + STANDING
         self.field = ClearanceField.of(grid)
         self._roadmaps = [Roadmap(self.field, radius + margin) for margin in MARGINS]
         self._seed = seed
@@ -107,11 +112,11 @@ class OmplPlanner:
                 lasting=True,
             )
         room = self.field.at(x, y)
-        if room < self.need:
+        if room < self.goal_need:
             what = "is in a wall or an obstacle" if room == 0 else "is too close to an obstacle"
             raise PlanError(
                 f"goal ({x:.2f}, {y:.2f}) {what}: the clearance is {room:.2f} m, this robot needs "
-                f"{self.need:.2f} m; choose a goal farther from the obstacles of the map",
+                f"{self.goal_need:.2f} m; choose a goal farther from the obstacles of the map",
                 lasting=True,
             )
 
