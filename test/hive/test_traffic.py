@@ -1,167 +1,210 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robots that meet: the real planner, follower and right of way in the simulator's core.
+"""Robots that meet: real planner, follower and right of way in a simulated world, no ROS."""
 
-No ROS and no clock on the wall: every robot ticks ten times per simulated second, and hears the
-others 0.15 s late. A test fails when two robots touch, or when one is still on its way in the end.
-"""
+from __future__ import annotations
 
-import collections
-import random
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from robot_description.follower import Pose, PursuitFollower
+pytest.importorskip("ompl")
+
+from robot_description.grid_map import GridMap
 from robot_description.map_reader import read_map
 from robot_description.models import load_model
-from robot_description.navigator import Navigator
-from robot_description.ompl_planner import OmplPlanner
-from simenv.simulation import STEP, Simulation
+from robot_description.testing import Traffic
+from simenv.simulation import Simulation
 from simenv.world import load_world
 
-pytestmark = pytest.mark.timeout(400)  # seconds on a quiet machine, minutes on a busy one
-
-LAB = read_map(Path(__file__).resolve().parents[2] / "maps" / "lab.yaml")
-ROUND = 4
-"""Steps of the simulation between two ticks of a robot."""
-LATE = 6
-"""Steps until the others have heard what a robot announces."""
-SOUTH_DOOR = (10.0, 3.2)
-WEST, EAST = 3.14, 0.0
-
-
-class Fleet:
-    """Robots in the lab, each with a navigator of its own."""
-
-    def __init__(self, **robots):
-        self.simulation = Simulation(load_world("lab"), seed=1)
-        self.navigators = {}
-        self.outcomes = {}
-        self._heard = {}
-        self._said = collections.deque()
-        self._steps = 0
-        planners = {}
-        for name, (model, pose) in robots.items():
-            robot = load_model(model)
-            self.simulation.add_robot(name, robot, pose)
-            if model not in planners:
-                planners[model] = OmplPlanner(LAB, robot.base.circumscribed_radius)
-            planner = planners[model]
-            follower = PursuitFollower(robot.base)
-            self.navigators[name] = Navigator(name, robot, planner, follower, planner.field)
-
-    def send(self, name, goal):
-        self.outcomes[name] = None
-        self.navigators[name].set_goal(Pose(*goal), self.simulation.time)
-
-    def run(self, limit):
-        """Let time pass until every goal has ended, or for so many seconds; return if all have."""
-        while self.simulation.time < limit:
-            self._step()
-            if None not in self.outcomes.values():
-                return True
-        return False
-
-    def _step(self):
-        for turn, (name, navigator) in enumerate(self.navigators.items()):
-            if self._steps % ROUND == turn % ROUND:
-                self._tick(name, navigator)
-        while self._said and self._said[0][0] <= self._steps:
-            said = self._said.popleft()[1]
-            self._heard[said.name] = said
-        self.simulation.step(STEP)
-        self._steps += 1
-
-    def _tick(self, name, navigator):
-        simulation = self.simulation
-        pose = Pose(*simulation.poses[name])
-        heard = tuple(self._heard.values())
-        tick = navigator.tick(simulation.time, pose, simulation.scan(name), heard)
-        simulation.set_command(name, *tick.velocity)
-        self._said.append((self._steps + LATE, tick.announcement))
-        if tick.outcome is not None:
-            self.outcomes[name] = tick.outcome
+MAPS = Path(__file__).resolve().parents[2] / "maps"
+LAB = {
+    "robot1": ("mir100", (2.6, 2.0, 0.0)),
+    "robot2": ("ld60", (2.6, 4.0, 0.0)),
+    "robot3": ("fetch", (12.0, 3.0, 0.0)),
+    "robot4": ("youbot", (12.0, 9.0, 0.0)),
+}
+CORRIDOR = """
+name: corridor
+size: [24.0, 6.0]
+walls:
+  - {name: south wall, box: [0.0, 0.0, 24.0, 0.2]}
+  - {name: north wall, box: [0.0, 5.8, 24.0, 6.0]}
+  - {name: west wall, box: [0.0, 0.2, 0.2, 5.8]}
+  - {name: east wall, box: [23.8, 0.2, 24.0, 5.8]}
+  - {name: south block, box: [6.0, 0.2, 18.0, 2.3]}
+  - {name: north block, box: [6.0, 3.7, 18.0, 5.8]}
+"""
 
 
-def check_all_reached(fleet, limit):
-    ended = fleet.run(limit)
-    assert ended, f"still on the way after {limit} s: {fleet.outcomes} at {fleet.simulation.poses}"
-    assert all(outcome.reached for outcome in fleet.outcomes.values()), fleet.outcomes
-    assert fleet.simulation.collisions == 0
+def lab(robots):
+    """Return the simulation of the lab and robots that navigate in it."""
+    simulation = Simulation(load_world("lab"), seed=1)
+    traffic = Traffic(simulation, read_map(MAPS / "lab.yaml"))
+    for name, (model, pose) in robots.items():
+        traffic.add(name, load_model(model), pose)
+    return simulation, traffic
 
 
-@pytest.mark.parametrize("models", [("mir100", "ld60"), ("fetch", "youbot")])
-def test_two_robots_that_meet_in_a_door_both_get_through(models):
-    fleet = Fleet(robot1=(models[0], (7.5, 3.2, EAST)), robot2=(models[1], (12.5, 3.2, WEST)))
-    fleet.send("robot1", (13.5, 3.2, EAST))
-    fleet.send("robot2", (6.5, 3.2, WEST))
-
-    check_all_reached(fleet, 120)
-
-
-def test_robots_that_stand_nose_to_nose_in_a_door_come_free():
-    fleet = Fleet(robot1=("mir100", (9.2, 3.2, EAST)), robot2=("ld60", (10.9, 3.2, WEST)))
-    fleet.send("robot2", (6.5, 3.2, WEST))
-    fleet.send("robot1", (13.5, 3.2, EAST))
-
-    check_all_reached(fleet, 120)
+def corridor(tmp_path, robots):
+    """Return the same for two rooms with a corridor between, too narrow to pass each other."""
+    (tmp_path / "corridor.yaml").write_text(CORRIDOR)
+    blocked = np.zeros((120, 480), dtype=bool)
+    blocked[:4] = blocked[-4:] = True
+    blocked[:, :4] = blocked[:, -4:] = True
+    blocked[:46, 120:360] = blocked[74:, 120:360] = True
+    simulation = Simulation(load_world(str(tmp_path / "corridor.yaml")), seed=1)
+    traffic = Traffic(simulation, GridMap(blocked, 0.05, (0.0, 0.0)))
+    for name, (model, pose) in robots.items():
+        traffic.add(name, load_model(model), pose)
+    return simulation, traffic
 
 
-def test_two_robots_can_swap_their_places():
-    fleet = Fleet(robot1=("mir100", (2.6, 2.0, EAST)), robot2=("ld60", (2.6, 4.0, EAST)))
-    fleet.send("robot1", (2.6, 4.0, EAST))
-    fleet.send("robot2", (2.6, 2.0, EAST))
-
-    check_all_reached(fleet, 120)
-
-
-def test_an_idle_robot_in_a_door_steps_aside():
-    fleet = Fleet(robot1=("mir100", (7.0, 3.2, EAST)), robot2=("fetch", (*SOUTH_DOOR, 1.57)))
-    fleet.send("robot1", (13.5, 3.2, EAST))
-
-    check_all_reached(fleet, 120)
-
-
-def test_a_robot_at_work_in_a_door_stays_and_the_other_takes_the_other_door():
-    fleet = Fleet(robot1=("mir100", (7.0, 3.2, EAST)), robot2=("fetch", (*SOUTH_DOOR, 1.57)))
-    fleet.navigators["robot2"].parked = True
-    fleet.send("robot1", (13.5, 3.2, EAST))
-
-    check_all_reached(fleet, 160)
-    x, y, _ = fleet.simulation.poses["robot2"]
-    assert (x, y) == pytest.approx(SOUTH_DOOR, abs=0.01)
-
-
-def test_something_that_does_not_speak_in_a_door_is_driven_around():
-    fleet = Fleet(robot1=("mir100", (7.0, 3.2, EAST)), robot2=("fetch", (*SOUTH_DOOR, 1.57)))
-    del fleet.navigators["robot2"]
-    fleet.send("robot1", (13.5, 3.2, EAST))
-
-    check_all_reached(fleet, 160)
-
-
-def test_a_goal_in_a_wall_is_given_up_at_once_with_the_reason():
-    fleet = Fleet(robot1=("mir100", (7.0, 3.2, EAST)))
-    fleet.send("robot1", (10.0, 11.0, EAST))
-
-    assert fleet.run(1.0)
-    assert not fleet.outcomes["robot1"].reached
-    assert "wall" in fleet.outcomes["robot1"].text
-
-
-def test_four_robots_with_random_goals_all_arrive_and_never_touch():
-    chance = random.Random(7)
-    places = [(2.2, 9.0), (5.5, 4.0), (8.8, 5.0), (12.0, 5.6), (14.0, 5.4), (16.9, 9.0)]
-    places += [(18.8, 5.6), (3.6, 5.2), (7.4, 8.6), (13.6, 8.8)]
-    fleet = Fleet(
-        robot1=("mir100", (2.6, 2.0, EAST)),
-        robot2=("ld60", (2.6, 4.0, EAST)),
-        robot3=("youbot", (12.0, 3.0, EAST)),
-        robot4=("fetch", (12.0, 9.0, EAST)),
+def all_arrive(simulation, traffic, seconds):
+    """Return whether all get to their goals in time and touch nothing on the way."""
+    in_time = traffic.run(seconds)
+    return (
+        in_time
+        and all(outcome.reached for outcome in traffic.outcomes.values())
+        and simulation.collisions == 0
     )
-    for _ in range(2):
-        goals = chance.sample(places, 4)
-        for name, goal in zip(fleet.navigators, goals, strict=True):
-            fleet.send(name, (*goal, chance.uniform(-3.1, 3.1)))
 
-        check_all_reached(fleet, fleet.simulation.time + 150)
+
+@pytest.mark.parametrize(
+    "models", [("mir100", "ld60"), ("mir100", "mir100"), ("fetch", "youbot")], ids="-".join
+)
+def test_two_that_come_head_on_in_a_door_both_get_through(models):
+    one, other = models
+    simulation, traffic = lab({"a": (one, (7.5, 3.2, 0.0)), "b": (other, (12.5, 3.2, 3.14))})
+    traffic.send("a", (13.5, 3.2, 0.0))
+    traffic.send("b", (6.5, 3.2, 3.14))
+
+    assert all_arrive(simulation, traffic, 60)
+
+
+def test_two_that_stand_nose_to_nose_in_a_door_get_apart():
+    robots = {"a": ("mir100", (9.2, 3.2, 0.0)), "b": ("ld60", (10.9, 3.2, 3.14))}
+    simulation, traffic = lab(robots)
+    traffic.send("b", (6.5, 3.2, 3.14))
+    traffic.send("a", (13.5, 3.2, 0.0))
+
+    assert all_arrive(simulation, traffic, 60)
+
+
+def test_two_can_swap_places():
+    simulation, traffic = lab({"a": LAB["robot1"], "b": LAB["robot2"]})
+    traffic.send("a", (2.6, 4.0, 0.0))
+    traffic.send("b", (2.6, 2.0, 0.0))
+
+    assert all_arrive(simulation, traffic, 60)
+
+
+def test_an_idle_robot_in_a_doorway_moves_aside():
+    robots = {"a": ("mir100", (7.0, 3.2, 0.0)), "b": ("fetch", (10.0, 3.2, 1.57))}
+    simulation, traffic = lab(robots)
+    traffic.send("a", (13.5, 3.2, 0.0))
+
+    assert all_arrive(simulation, traffic, 30)
+
+
+def test_a_parked_robot_in_a_doorway_stays_and_the_other_takes_the_other_door():
+    robots = {"a": ("mir100", (7.0, 3.2, 0.0)), "b": ("fetch", (10.0, 3.2, 1.57))}
+    simulation, traffic = lab(robots)
+    traffic.navigators["b"].parked = True
+    traffic.send("a", (13.5, 3.2, 0.0))
+
+    assert all_arrive(simulation, traffic, 60)
+    assert simulation.poses["b"][:2] == pytest.approx((10.0, 3.2))
+
+
+def test_one_wants_into_a_cell_that_two_want_to_leave():
+    robots = {
+        "a": ("mir100", (17.0, 1.5, 0.0)),
+        "b": ("ld60", (18.9, 1.5, 0.0)),
+        "c": ("fetch", (17.8, 6.0, 0.0)),
+    }
+    simulation, traffic = lab(robots)
+    traffic.send("c", (17.8, 1.6, -1.57))
+    traffic.send("a", (13.0, 3.0, 0.0))
+    traffic.send("b", (14.0, 9.0, 0.0))
+
+    assert all_arrive(simulation, traffic, 90)
+
+
+@pytest.mark.parametrize("oldest", ["a", "c"])
+def test_three_in_a_corridor_where_nobody_can_pass_sort_themselves_out(tmp_path, oldest):
+    robots = {
+        "a": ("mir100", (8.0, 3.0, 0.0)),
+        "b": ("ld60", (10.0, 3.0, 0.0)),
+        "c": ("fetch", (16.0, 3.0, 3.14)),
+    }
+    simulation, traffic = corridor(tmp_path, robots)
+    goals = {"a": (21.0, 3.0, 0.0), "b": (21.0, 4.5, 0.0), "c": (3.0, 3.0, 0.0)}
+    for name in sorted(goals, key=lambda name: (name != oldest, name)):
+        traffic.send(name, goals[name])
+        traffic.step()
+
+    assert all_arrive(simulation, traffic, 150)
+
+
+def test_queues_that_meet_in_a_corridor_sort_themselves_out(tmp_path):
+    robots = {
+        "a": ("mir100", (8.0, 3.0, 0.0)),
+        "b": ("ld60", (9.8, 3.0, 0.0)),
+        "c": ("fetch", (13.0, 3.0, 3.14)),
+        "d": ("youbot", (15.0, 3.0, 3.14)),
+    }
+    simulation, traffic = corridor(tmp_path, robots)
+    goals = {"a": (21, 3, 0.0), "c": (3, 3, 0.0), "b": (21, 4.5, 0.0), "d": (3, 4.5, 0.0)}
+    for name, goal in goals.items():
+        traffic.send(name, goal)
+        traffic.step()
+
+    assert all_arrive(simulation, traffic, 200)
+
+
+def test_two_that_cannot_hear_each_other_stop_before_they_touch():
+    robots = {"a": ("mir100", (2.0, 5.0, 0.0)), "b": ("ld60", (9.3, 5.0, 3.14))}
+    simulation, traffic = lab(robots)
+    traffic.deaf |= {"a", "b"}
+    traffic.send("a", (9.0, 5.0, 0.0))
+    traffic.send("b", (2.0, 5.0, 3.14))
+    traffic.run(30)
+
+    assert simulation.collisions == 0
+
+
+def test_a_thing_in_the_only_door_ends_the_goal_with_where_it_stands():
+    simulation, traffic = lab({"a": ("mir100", (17.8, 1.6, 0.0))})
+    simulation.add_robot("thing", load_model("fetch"), (17.8, 4.3, 1.57))
+    traffic.send("a", (13.5, 3.2, 0.0))
+
+    assert traffic.run(90)
+    assert not traffic.outcomes["a"].reached
+    assert "something that is not on the map is in the way at (17." in traffic.outcomes["a"].text
+    assert simulation.collisions == 0
+
+
+def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
+    simulation, traffic = lab(LAB)
+    random = np.random.default_rng(5)
+    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
+    reached = 0
+    while simulation.time < 150.0:
+        for name, navigator in traffic.navigators.items():
+            if navigator.goal is None:
+                assert name not in traffic.outcomes or traffic.outcomes[name].reached
+                reached += name in traffic.outcomes
+                traffic.send(name, free_pose(random, field))
+        traffic.step()
+
+    assert simulation.collisions == 0
+    assert reached >= 20
+
+
+def free_pose(random, field):
+    """Return a random pose at which every model can stand."""
+    while True:
+        x, y, yaw = random.uniform((0.5, 0.5, -3.1), (19.5, 11.5, 3.1))
+        if field.at(x, y) >= 0.6:
+            return x, y, yaw

@@ -16,21 +16,24 @@ What happens when the robot cannot go on:
 
 from __future__ import annotations
 
-import enum
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
-
-import numpy as np
 
 from robot_description.follower import Follower, Pose, Room, Velocity
 from robot_description.giving_way import GivingWay
 from robot_description.grid_map import Disc
 from robot_description.lookout import Lookout, Memory, Sight, points_seen, sort_points
 from robot_description.passing_place import other_robots
-from robot_description.planner import PlanError
-from robot_description.pursuit import Outcome, Pursuit
-from robot_description.right_of_way import Announcement, Meeting, meetings
+from robot_description.planner import PlanError, plan_around
+from robot_description.pursuit import Errand, Outcome, Pursuit
+from robot_description.right_of_way import (
+    CLAIM,
+    Announcement,
+    Meeting,
+    claimed_stretch,
+    meetings,
+)
 from robot_description.settings import Settings
 from robot_description.stillness import Stillness
 from robot_description.way import Way
@@ -38,6 +41,7 @@ from robot_description.way import Way
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from robot_description.grid_map import ClearanceField
@@ -54,25 +58,8 @@ SLACK = 0.02
 HEARD_LATE = 0.2
 """How far a robot may have driven since it told where it is [m]."""
 
-CLAIM = 0.3
-"""How much of its way a robot claims beyond what it needs to brake [m]."""
-
-CLAIM_TIME = 0.5
-"""For how long a robot's claim lasts at its speed [s]: until the others have heard the next."""
-
 LONGEST_ROUND = 0.5
 """A round of the control loop that took longer is driven as if it had taken this long [s]."""
-
-
-class Errand(enum.Enum):
-    """Why a robot drives."""
-
-    NONE = 0
-    """It does not."""
-    GOAL = 1
-    """To its goal."""
-    ASIDE = 2
-    """To a passing place."""
 
 
 class Tick(NamedTuple):
@@ -210,24 +197,15 @@ class Navigator:
             return None
         parked = other_robots([other for other in others if other.parked])
         try:
-            points = self._plan(now, pose, pursuit.goal, parked)
+            points = plan_around(
+                self._planner, pose[:2], pursuit.goal[:2], self._memory.discs(now), parked
+            )
         except PlanError as error:
             if error.lasting:
                 return Outcome(reached=False, text=str(error))
             return pursuit.failed(now, str(error))
         self._start(now, points, pursuit.goal.yaw, Errand.GOAL)
         return None
-
-    def _plan(self, now: float, pose: Pose, goal: Pose, robots: list[Disc]) -> list[Point]:
-        """Plan to the goal around what is remembered and, if that is possible, around robots."""
-        seen = self._memory.discs(now)
-        if robots:
-            try:
-                return self._planner.plan(pose[:2], goal[:2], seen + robots)
-            except PlanError as error:
-                if error.lasting:
-                    raise
-        return self._planner.plan(pose[:2], goal[:2], seen)
 
     def _start(self, now: float, points: list[Point], yaw: float | None, errand: Errand) -> None:
         self.way = Way(points)
@@ -265,8 +243,7 @@ class Navigator:
         if self.way is None:
             return me
         speed = math.hypot(velocity.vx, velocity.vy)
-        brake = speed * speed / (2 * self._base.acceleration)
-        claim = min(brake + speed * CLAIM_TIME + CLAIM, max(room, brake))
+        claim = claimed_stretch(speed, self._base.acceleration, room)
         return replace(me, claim=claim, right=self._manners.right)
 
     def _room(
@@ -304,7 +281,9 @@ class Navigator:
             return None
         blocking = self._lookout.blocking(way, self._follower.progress, sight)
         if len(blocking):
-            return self._go_round(now, pose, pursuit, blocking)
+            self._memory.add(now, blocking)
+            self._stand()
+            return pursuit.blocked(now, pose, blocking)
         pursuit.retry_at = now + patience
         standing = [meeting.other for meeting in met if meeting.other.claim < CLAIM]
         discs = self._memory.discs(now) + other_robots(standing)
@@ -314,18 +293,3 @@ class Navigator:
             return None  # The right of way will free the way, or the goal is given up.
         self._start(now, points, pursuit.goal.yaw, Errand.GOAL)
         return None
-
-    def _go_round(
-        self, now: float, pose: Pose, pursuit: Pursuit, blocking: Array
-    ) -> Outcome | None:
-        """Have the next plan lead around things that the laser sees in the way."""
-        x, y = blocking[np.argmin(np.hypot(*(blocking - np.array(pose[:2])).T))]
-        self._memory.add(now, blocking)
-        self._stand()
-        outcome = pursuit.failed(
-            now,
-            f"something that is not on the map is in the way at ({x:.2f}, {y:.2f}); "
-            "clear it away, or choose another goal",
-        )
-        pursuit.retry_at = now
-        return outcome

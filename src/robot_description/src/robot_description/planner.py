@@ -47,3 +47,31 @@ class Planner(Protocol):
             PlanError: There is no way.
         """
         ...
+
+
+def plan_around(
+    planner: Planner,
+    start: Point,
+    goal: Point,
+    firm: Sequence[Disc],
+    rather: Sequence[Disc],
+) -> list[Point]:
+    """Plan around obstacles, and around others where that is possible.
+
+    Args:
+        planner: The robot's planner.
+        start: Frame map [m].
+        goal: Frame map [m].
+        firm: Obstacles that the way must keep clear of.
+        rather: Obstacles that it need not keep clear of where there is no other way.
+
+    Raises:
+        PlanError: There is no way even without `rather`.
+    """
+    if rather:
+        try:
+            return planner.plan(start, goal, [*firm, *rather])
+        except PlanError as error:
+            if error.lasting:
+                raise
+    return planner.plan(start, goal, firm)

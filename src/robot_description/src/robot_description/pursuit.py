@@ -3,13 +3,18 @@
 
 from __future__ import annotations
 
+import enum
 import math
 from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from robot_description.way import angle_between
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from robot_description.follower import Pose
     from robot_description.right_of_way import Meeting
@@ -17,6 +22,17 @@ if TYPE_CHECKING:
 
 NEARER = 0.1
 """A goal counts as nearer when this much less of the way is left [m]."""
+
+
+class Errand(enum.Enum):
+    """Why a robot drives."""
+
+    NONE = 0
+    """It does not."""
+    GOAL = 1
+    """To its goal."""
+    ASIDE = 2
+    """To a passing place."""
 
 
 class Outcome(NamedTuple):
@@ -60,6 +76,23 @@ class Pursuit:
             return None
         text = f"{why} (given up after {self._settings.attempts} attempts)"
         return Outcome(reached=False, text=text)
+
+    def blocked(self, now: float, pose: Pose, points: NDArray[np.float64]) -> Outcome | None:
+        """Count an attempt that something seen has stopped; the next one may come at once.
+
+        Args:
+            now: The time [s].
+            pose: Where the robot is, frame map.
+            points: What blocks the way, (n, 2) array, frame map [m].
+        """
+        x, y = points[np.argmin(np.hypot(*(points - np.array(pose[:2])).T))]
+        outcome = self.failed(
+            now,
+            f"something that is not on the map is in the way at ({x:.2f}, {y:.2f}); "
+            "clear it away, or choose another goal",
+        )
+        self.retry_at = now
+        return outcome
 
     def arrived(self, now: float, pose: Pose) -> Outcome | None:
         """Compare where the robot has come to a stand with the goal."""

@@ -60,6 +60,12 @@ BEHIND = 0.1
 GLANCE = 0.6
 """How far ahead a robot looks whether it is leaving another's way [m]."""
 
+CLAIM = 0.3
+"""How much of its way a robot claims beyond what it needs to brake [m]."""
+
+CLAIM_TIME = 0.5
+"""For how long a robot's claim lasts at its speed [s]: until the others have heard the next."""
+
 
 class Right(NamedTuple):
     """Who goes first; the lesser of two rights does.
@@ -143,6 +149,18 @@ class Meeting:
 def keep_apart(one: float, other: float) -> float:
     """Return the distance that robots of two radii keep between their middles [m]."""
     return one + other + GAP
+
+
+def claimed_stretch(speed: float, deceleration: float, room: float) -> float:
+    """Return how much of its way a robot is about to use [m].
+
+    Args:
+        speed: [m/s]
+        deceleration: [m/s^2]
+        room: How far it may go [m]; it claims no more, unless it cannot brake within that.
+    """
+    brake = speed * speed / (2 * deceleration)
+    return min(brake + speed * CLAIM_TIME + CLAIM, max(room, brake))
 
 
 def meetings(me: Announcement, others: Iterable[Announcement]) -> list[Meeting]:

@@ -1,71 +1,136 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who goes first, and how far the other may go."""
+"""The right of way as a rule: who goes first, where the others wait, who must move aside."""
+
+from __future__ import annotations
 
 import math
+from itertools import permutations
 
 import pytest
 
-from robot_description.right_of_way import Announcement, Right, meetings, no_right
+from robot_description.right_of_way import (
+    GAP,
+    HOLD,
+    LEAST_GAP,
+    Announcement,
+    Meeting,
+    Right,
+    meetings,
+    no_right,
+)
 
-RADIUS = 0.4
+Point = tuple[float, float]
 
 
-def says(name, way, *, since=math.inf, claim=0.0, parked=False):
+def robot(
+    name: str, *way: Point, since: float = math.inf, claim: float = 0.0, radius: float = 0.4
+) -> Announcement:
     right = no_right(name) if math.isinf(since) else Right(since, name, 0, name)
     x, y = way[0]
-    return Announcement(name, 0.0, x, y, RADIUS, right, tuple(way), claim, parked)
+    return Announcement(name, 0.0, x, y, radius, right, way, claim, parked=False)
 
 
-def test_the_older_goal_goes_first_and_names_break_ties():
-    older, younger = Right(1.0, "robot2", 0, "robot2"), Right(2.0, "robot1", 0, "robot1")
-
-    assert older < younger < no_right("robot1")
-    assert Right(1.0, "robot1", 0, "robot1") < older
+def meet(me: Announcement, other: Announcement) -> Meeting:
+    return meetings(me, [me, other])[0]
 
 
-def test_who_moves_aside_for_a_robot_comes_right_behind_it():
-    first = Right(1.0, "robot1", 0, "robot1")
+def test_the_older_goal_goes_first_then_the_name_and_no_goal_goes_last() -> None:
+    older, younger = Right(1.0, "b", 0, "b"), Right(2.0, "a", 0, "a")
 
-    assert first.before("robot3") < first < first.behind("robot2")
-    assert first.behind("robot2") < Right(1.1, "robot4", 0, "robot4")
-
-
-def test_a_robot_stops_before_what_another_claims_whoever_goes_first():
-    me = says("robot1", [(0.0, 0.0), (6.0, 0.0)], since=1.0)
-    other = says("robot2", [(3.0, 0.0)])
-    (met,) = meetings(me, [other])
-
-    assert met.room == pytest.approx(3.0 - 2 * RADIUS - 0.1, abs=0.25)
-    assert met.room < 3.0 - 2 * RADIUS
+    assert older < younger < no_right("a")
+    assert Right(1.0, "a", 0, "a") < older
 
 
-def test_a_younger_robot_waits_before_the_way_of_an_older_one():
-    me = says("robot1", [(0.0, 0.0), (6.0, 0.0)], since=2.0)
-    crossing = says("robot2", [(4.0, -3.0), (4.0, 3.0)], since=1.0)
-    (met,) = meetings(me, [crossing])
+def test_who_moves_aside_comes_right_behind_and_who_is_let_out_right_before() -> None:
+    first, second = Right(1.0, "a", 0, "a"), Right(2.0, "b", 0, "b")
 
-    assert met.room < 4.0 - 2 * RADIUS
+    assert first < first.behind("c") < second
+    assert second.before("c") < second
+    assert first < second.before("c")
 
 
-def test_an_older_robot_does_not_wait_for_the_way_of_a_younger_one():
-    me = says("robot1", [(0.0, 0.0), (6.0, 0.0)], since=1.0)
-    crossing = says("robot2", [(4.0, -3.0), (4.0, 3.0)], since=2.0)
-    (met,) = meetings(me, [crossing])
+def test_rights_of_different_robots_are_never_equal() -> None:
+    first = Right(1.0, "a", 0, "a")
+    rights = [first, first.behind("b"), first.behind("c"), first.before("d"), no_right("e")]
 
+    assert all((one < other) != (other < one) for one, other in permutations(rights, 2))
+
+
+def test_a_robot_waits_before_the_way_of_one_that_goes_first() -> None:
+    me = robot("me", (0, 0), (8, 0), since=2.0)
+    first = robot("first", (5, -6), (5, 6), since=1.0)
+
+    assert meet(me, first).room == pytest.approx(5 - 0.8 - GAP - HOLD, abs=0.15)
+    assert not meet(me, first).on_its_way
+
+
+def test_the_one_that_goes_first_waits_for_claims_only() -> None:
+    first = robot("first", (0, 0), (8, 0), since=1.0)
+    crossing = robot("me", (5, -6), (5, 6), since=2.0, claim=0.5)
+    standing = robot("me", (5, 0), since=2.0)
+
+    assert math.isinf(meet(first, crossing).room)
+    assert meet(first, standing).room == pytest.approx(5 - 0.8 - GAP, abs=0.2)
+
+
+def test_a_claim_is_respected_whoever_goes_first() -> None:
+    first = robot("first", (0, 0), (8, 0), since=1.0)
+    crossing = robot("me", (5, -2), (5, 6), since=2.0, claim=2.0)
+
+    assert meet(first, crossing).room == pytest.approx(5 - 0.8 - GAP, abs=0.2)
+
+
+def test_head_on_the_one_with_the_younger_goal_must_move_aside() -> None:
+    me = robot("me", (4, 0), (0, 0), since=2.0)
+    first = robot("first", (0, 0), (8, 0), since=1.0)
+    met = meet(me, first)
+
+    assert met.on_its_way
+    assert met.towards
+    assert met.room == 0
+
+
+def test_who_drives_ahead_of_one_that_goes_first_goes_on() -> None:
+    me = robot("me", (3, 0), (8, 0), since=2.0)
+    first = robot("first", (0, 0), (8, 0), since=1.0)
+    met = meet(me, first)
+
+    assert met.on_its_way
+    assert not met.towards
     assert math.isinf(met.room)
 
 
-def test_who_stands_on_the_way_of_one_that_goes_first_is_told_so():
-    me = says("robot1", [(3.0, 0.0)])
-    comes = says("robot2", [(0.0, 0.0), (6.0, 0.0)], since=1.0)
-    (met,) = meetings(me, [comes])
+def test_who_crosses_the_way_already_goes_on_and_leaves_it() -> None:
+    me = robot("me", (5, 0), (5, 6), since=2.0)
+    first = robot("first", (0, 0), (8, 0), since=1.0)
+
+    assert not meet(me, first).towards
+    assert math.isinf(meet(me, first).room)
+
+
+def test_who_leaves_a_way_backwards_by_the_short_side_is_not_driving_towards() -> None:
+    me = robot("me", (3.0, 3.0), (2.65, 2.8), since=2.0, radius=0.3)
+    first = robot("first", (2.8, 3.93), (5.8, 3.1), since=1.0, radius=0.53)
+    met = meet(me, first)
 
     assert met.on_its_way
+    assert not met.towards
 
 
-def test_who_stands_beside_the_way_is_on_nobody_s_way():
-    me = says("robot1", [(3.0, 2.0)])
-    comes = says("robot2", [(0.0, 0.0), (6.0, 0.0)], since=1.0)
-    (met,) = meetings(me, [comes])
+def test_a_robot_without_a_goal_on_the_way_must_move_aside() -> None:
+    met = meet(robot("idle", (4, 0.3)), robot("first", (0, 0), (8, 0), since=1.0))
 
-    assert not met.on_its_way
+    assert met.on_its_way
+    assert met.towards
+
+
+def test_who_stands_behind_one_that_drives_away_is_not_on_its_way() -> None:
+    assert not meet(robot("idle", (-0.5, 0)), robot("first", (0, 0), (8, 0), since=1.0)).on_its_way
+
+
+def test_two_that_are_too_close_already_may_part_but_come_no_nearer() -> None:
+    apart = 0.8 + LEAST_GAP / 2
+    other = robot("other", (0, 0))
+
+    assert math.isinf(meet(robot("me", (apart, 0), (5, 0), since=1.0), other).room)
+    assert meet(robot("me", (apart, 0), (-5, 0), since=1.0), other).room < 0.1

@@ -19,10 +19,11 @@ from move_base_msgs.msg import (
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan, GetPlanResponse
 
-from robot_description.follower import STOP, PursuitFollower
+from robot_description.follower import STOP
 from robot_description.msg import Traffic
 from robot_description.navigator import Navigator
 from robot_description.planner import PlanError
+from robot_description.pursuit_follower import PursuitFollower
 from robot_description.ros.conversions import (
     compose,
     path_to_msg,

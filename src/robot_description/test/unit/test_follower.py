@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The follower: it stays on the way, within its limits, and ends where it should."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from robot_description.follower import STOP, Pose, Room, Velocity
+from robot_description.models import load_model, model_names
+from robot_description.pursuit_follower import PursuitFollower, speed_to_stop_within
+from robot_description.way import Way, angle_between
+
+DT = 0.1
+CORNER = Way([(0.0, 0.0), (3.0, 0.0), (4.0, 0.6), (4.0, 3.0)])
+
+
+def moved(pose: Pose, velocity: Velocity) -> Pose:
+    """Return where an ideal base is after one round, in small steps."""
+    x, y, yaw = pose
+    for _ in range(10):
+        x += 0.1 * DT * (velocity.vx * math.cos(yaw) - velocity.vy * math.sin(yaw))
+        y += 0.1 * DT * (velocity.vx * math.sin(yaw) + velocity.vy * math.cos(yaw))
+        yaw += 0.1 * DT * velocity.wz
+    return Pose(x, y, yaw)
+
+
+def driven(model: str, way: Way, yaw: float, room: Room) -> list[tuple[Pose, Velocity]]:
+    """Drive along a way for up to 60 s; return poses and commands."""
+    follower = PursuitFollower(load_model(model).base)
+    follower.start(way, yaw)
+    pose, track = Pose(0.0, 0.0, 0.0), [(Pose(0.0, 0.0, 0.0), STOP)]
+    while not follower.arrived and len(track) < 600:
+        velocity = follower.command(pose, room, DT)
+        pose = moved(pose, velocity)
+        track.append((pose, velocity))
+    return track
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_it_ends_at_the_goal_turned_as_wished_and_standing(model: str) -> None:
+    pose, velocity = driven(model, CORNER, -2.0, Room())[-1]
+
+    assert math.dist(pose[:2], CORNER.end) < 0.1
+    assert abs(angle_between(pose.yaw, -2.0)) < 0.1
+    assert max(map(abs, velocity)) < 0.06
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_it_stays_near_the_way(model: str) -> None:
+    for pose, _ in driven(model, CORNER, 0.0, Room()):
+        here = pose[:2]
+
+        assert math.dist(CORNER.at(CORNER.nearest(here, 0.0, 99.0)), here) < 0.1
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_it_keeps_to_the_limits_of_its_base(model: str) -> None:
+    base = load_model(model).base
+    track = driven(model, CORNER, 3.0, Room())
+
+    for (_, before), (_, after) in pairwise(track):
+        assert math.hypot(after.vx, after.vy) <= base.max_speed + 1e-6
+        assert abs(after.wz) <= base.max_yaw_rate + 1e-6
+        assert math.dist(before[:2], after[:2]) <= base.acceleration * DT + 1e-6
+        assert abs(after.wz - before.wz) <= base.yaw_acceleration * DT + 1e-6
+
+
+def test_only_a_holonomic_base_is_told_to_go_sideways() -> None:
+    way = Way([(0.0, 0.0), (0.0, 2.0)])
+
+    assert all(velocity.vy == 0 for _, velocity in driven("mir100", way, 0.0, Room()))
+    assert any(abs(velocity.vy) > 0.2 for _, velocity in driven("youbot", way, 0.0, Room()))
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_it_stops_within_the_room_it_has(model: str) -> None:
+    way = Way([(0.0, 0.0), (9.0, 0.0)])
+    follower = PursuitFollower(load_model(model).base)
+    follower.start(way, 0.0)
+    pose = Pose(0.0, 0.0, 0.0)
+    for _ in range(200):
+        pose = moved(pose, follower.command(pose, Room(max(0.0, 3.0 - pose.x)), DT))
+
+    assert 2.7 < pose.x <= 3.0
+
+
+def test_it_does_not_turn_where_there_is_no_room_to_turn() -> None:
+    follower = PursuitFollower(load_model("mir100").base)
+    follower.start(Way([(0.0, 0.0), (-2.0, 0.0)]), 0.0)
+
+    assert follower.command(Pose(0.0, 0.0, 0.0), Room(turn=False), DT) == STOP
+
+
+def test_the_speed_to_stop_within_a_distance_uses_that_distance_up() -> None:
+    speed = speed_to_stop_within(2.0, 0.8, 0.2)
+
+    assert speed * 0.2 + speed**2 / (2 * 0.8) == pytest.approx(2.0)
+    assert speed_to_stop_within(-1.0, 0.8, 0.2) == 0.0
