@@ -12,8 +12,12 @@ import pytest
 tomllib = pytest.importorskip("tomllib")
 
 ROOT = Path(__file__).resolve().parents[2]
-WITH_OMPL = {"robot_description.ompl_planner", "robot_description.bench_plan"}
-"""The adapter, and the benchmark that measures what is behind it."""
+WITH_OMPL = {
+    "robot_description.ompl_planner",
+    "robot_description.bench_plan",
+    "robot_description.testing",
+}
+"""The adapter, and the benchmark and the simulated traffic that use what is behind it."""
 WHEELS = ["ompl", "xacro"]
 """What ./hive setup installs. Modules that need one of these are left out where it is missing."""
 
