@@ -69,11 +69,10 @@ def test_an_active_blackboard_whose_disk_is_full_steps_down_and_says_so(
         pytest.skip("a file system can be mounted by root only")
     assert operator.last.active == hive.blackboard
     filler = small_disk / "filler"
-    with filler.open("wb") as file, contextlib.suppress(OSError):
-        while True:
-            file.write(bytes(4096))
-            file.flush()
     try:
+        with filler.open("wb", buffering=0) as file, contextlib.suppress(OSError):
+            while file.write(bytes(4096)):
+                pass
         answer = operator.post(make_task("full", (1.0, 1.0)))
         log = hive.log_of(hive.blackboard)
     finally:

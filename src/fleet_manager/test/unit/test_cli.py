@@ -96,6 +96,7 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
         (["demo", "--rtf", "0"], "0.1<=x<=20"),
         (["demo", "--scenario", "nothing"], "there are: demo, smoke, warehouse"),
         (["bench", "speed"], "'plan', 'system'"),
+        (["bench", "plan", "--runs", "3"], "plan takes no --runs"),
         (["bench", "--json", "x.json"], "NAME"),
         (["fly"], "No such command 'fly'"),
     ],
@@ -176,7 +177,12 @@ def test_bench_without_a_name_lists_the_benchmarks(terminal):
     code, out, _ = terminal("bench")
 
     assert code == 0
-    assert [line.split()[0] for line in out.splitlines()] == ["gui", "plan", "system"]
+    assert [line.split()[0] for line in out.splitlines()] == [
+        "failover",
+        "gui",
+        "plan",
+        "system",
+    ]
 
 
 def test_help_shows_examples_and_exit_codes(terminal):

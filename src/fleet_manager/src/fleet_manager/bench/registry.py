@@ -3,9 +3,13 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from fleet_manager.demo.local_hive import local_hive
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -38,10 +42,23 @@ class Bench:
     Attributes:
         line: What it measures, in a line, with units.
         run: Measures.
+        run_times: Measures with a number of runs that the user chooses; None where there is no
+            such choice.
     """
 
     line: str
     run: Callable[[Outside], BenchResult]
+    run_times: Callable[[int], BenchResult] | None = None
+
+
+def _failover(*runs: int) -> BenchResult:
+    with (
+        tempfile.TemporaryDirectory(prefix="robo-hive-bench-") as folder,
+        local_hive(Path(folder)),
+    ):
+        module = import_module("blackboard.ros.bench_failover")
+        found: dict[str, dict[str, float]] = module.run(*runs)
+    return BenchResult(found["figures"], found["aims"])
 
 
 def _system(outside: Outside) -> BenchResult:
@@ -60,6 +77,11 @@ def _gui(_outside: Outside) -> BenchResult:
 
 
 BENCHES: Mapping[str, Bench] = {
+    "failover": Bench(
+        "time [s] without an active blackboard after a crash and after a freeze, on real ROS",
+        lambda _outside: _failover(),
+        _failover,
+    ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
         _gui,

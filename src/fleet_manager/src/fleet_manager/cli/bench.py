@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.bench.registry import BENCHES, BenchResult, as_json
+from fleet_manager.bench.registry import BENCHES, Bench, BenchResult, as_json
 from fleet_manager.cli.outside import pass_outside
 from fleet_manager.machine import machine
 
@@ -27,14 +27,16 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Write the figures to a file as well.",
 )
+@click.option("--runs", type=click.IntRange(min=1), help="How often, for failover.")
 @pass_outside
-def bench(outside: Outside, name: str | None, file: Path | None) -> None:
+def bench(outside: Outside, name: str | None, file: Path | None, runs: int | None) -> None:
     """Measure; without a NAME, list what can be measured.
 
     \b
     Examples:
       hive bench
       hive bench system --json system.json
+      hive bench failover --runs 20
 
     Ends with 0 when the measurement ran, whatever it found.
     """  # noqa: D301  (to click, \b means: keep the lines)
@@ -44,13 +46,21 @@ def bench(outside: Outside, name: str | None, file: Path | None) -> None:
         for known, entry in sorted(BENCHES.items()):
             click.echo(f"{known:<8} {entry.line}")
         return
-    result = BENCHES[name].run(outside)
+    result = _measure(BENCHES[name], name, outside, runs)
     here = machine()
     words = f"{here['processor']}, {here['cores']} cores, {here['memory']} GB, {here['system']}"
     date = datetime.now().astimezone().isoformat(timespec="seconds")
     click.echo("\n".join(_table(result)))
     if file is not None:
         _write(file, json.dumps(as_json(name, result, words, date), indent=2) + "\n")
+
+
+def _measure(entry: Bench, name: str, outside: Outside, runs: int | None) -> BenchResult:
+    if runs is None:
+        return entry.run(outside)
+    if entry.run_times is None:
+        raise click.UsageError(f"{name} takes no --runs")
+    return entry.run_times(runs)
 
 
 def _table(result: BenchResult) -> list[str]:
