@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robot_description.follower import Pose
 from simenv.errors import CommandError
-from simenv.geometry import Pose
 from simenv.motion import accelerated, limits_of, moved, within_limits
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ class Bodies:
         self.poses: dict[str, Pose] = {}
         self._models: list[RobotModel] = []
         self._random: list[np.random.Generator] = []
+        self._wheels: list[Array] = []
         self._limits = limits_of([])
         self._true = self._velocities = self._odometry = self._commands = NOTHING
         self._commanded_at = np.zeros(0)
@@ -55,6 +56,8 @@ class Bodies:
         self.poses[name] = pose
         self._models.append(model)
         self._random.append(random)
+        along, turning = random.normal(1.0, self._noise.wheels, 2)
+        self._wheels.append(np.array([along, along, turning]))
         self._limits = limits_of(self._models)
         self._true = np.vstack([self._true, pose])
         still = np.zeros(3)
@@ -67,6 +70,7 @@ class Bodies:
         """Take a base away."""
         row = self.names.index(name)
         del self.names[row], self.poses[name], self._models[row], self._random[row]
+        del self._wheels[row]
         self._limits = limits_of(self._models)
         self._true = np.delete(self._true, row, axis=0)
         self._velocities = np.delete(self._velocities, row, axis=0)
@@ -115,19 +119,20 @@ class Bodies:
                 driven[row] *= share
             self.poses[name] = pose
             self._true[row] = pose
-            driven[row] += self._slip(driven[row], self._random[row])
+            driven[row] = self._felt(driven[row], row)
         self._contacts.let_go(self.poses)
         self._odometry = moved(self._odometry, driven)
 
-    def _slip(self, driven: Array, random: np.random.Generator) -> Array:
-        """Return by how much the wheels are wrong about a shift (3,)."""
+    def _felt(self, driven: Array, row: int) -> Array:
+        """Return what the wheels make of a shift (3,)."""
         way, turn = math.hypot(driven[0], driven[1]), abs(driven[2])
-        along, heading = random.normal(size=2)
-        error = np.zeros(3)
+        along, heading, veer = self._random[row].normal(size=3)
+        felt: Array = driven * self._wheels[row]
         if way:
-            error[:2] = driven[:2] / way * (self._noise.distance * math.sqrt(way) * along)
-        error[2] = self._noise.heading * math.sqrt(turn) * heading
-        return error
+            felt[:2] += driven[:2] / way * (self._noise.distance * math.sqrt(way) * along)
+        felt[2] += self._noise.heading * math.sqrt(turn) * heading
+        felt[2] += self._noise.veer * math.sqrt(way) * veer
+        return felt
 
     def velocity(self, name: str) -> tuple[float, float, float]:
         """Return a base's speed in its own frame (vx, vy, wz) [m/s, m/s, rad/s]."""

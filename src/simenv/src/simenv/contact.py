@@ -12,7 +12,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from simenv.geometry import Footprint, Pose, outline, wrap
+from robot_description.follower import Pose
+from simenv.geometry import Footprint, outline, wrap
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -15,8 +15,9 @@ import numpy as np
 import shapely.geometry
 from scipy import ndimage
 
+from robot_description.follower import Pose
 from simenv.errors import MapError
-from simenv.geometry import Pose, outline
+from simenv.geometry import outline
 from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap
 from simenv.world import rings
 

@@ -14,9 +14,9 @@ import numpy as np
 import PIL.Image
 
 from robot_description.checked_yaml import read_checked
+from robot_description.follower import Pose
 from simenv.errors import MapError
 from simenv.folders import file_names, named_file
-from simenv.geometry import Pose
 
 if TYPE_CHECKING:
     from pathlib import Path

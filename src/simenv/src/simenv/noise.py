@@ -17,17 +17,25 @@ class Noise:
     """How wrong the robots' senses are; every figure at least 0.
 
     The errors of the odometry grow with the square root of the way, as in the motion model of
-    Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4.
+    Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4. Besides, wheels are never
+    quite as large as they are taken to be, so every robot errs by a share of its own, always the
+    same (Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile
+    robots", 1996).
 
     Attributes:
         laser: Standard deviation of a measured distance [m].
         distance: Standard deviation of the odometry's distance after 1 m [m].
         heading: Standard deviation of the odometry's heading after 1 rad of turning [rad].
+        veer: Standard deviation of the odometry's heading after 1 m [rad].
+        wheels: Standard deviation, over all robots, of the share by which a robot's odometry is
+            always wrong about distances, and about turns [-].
     """
 
     laser: float = 0.01
     distance: float = 0.01
     heading: float = 0.01
+    veer: float = 0.01
+    wheels: float = 0.005
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation."""
@@ -36,8 +44,12 @@ class Noise:
             if not (math.isfinite(value) and value >= 0):
                 raise CommandError(f"noise {field.name}: {value}; allowed: a number, at least 0")
 
+    def times(self, share: float) -> Noise:
+        """Return senses that are so many times as wrong, at least 0."""
+        return Noise(*(getattr(self, field.name) * share for field in fields(self)))
 
-NO_NOISE = Noise(0.0, 0.0, 0.0)
+
+NO_NOISE = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
 """Perfect senses."""
 
 

@@ -20,8 +20,8 @@ from simenv.errors import CommandError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from robot_description.follower import Pose
     from robot_description.models import RobotModel
-    from simenv.geometry import Pose
     from simenv.world import Station
 
 STILL = 0.02

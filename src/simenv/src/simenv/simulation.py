@@ -22,10 +22,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely.geometry
 
+from robot_description.follower import Pose
 from simenv.bodies import Bodies
 from simenv.contact import Contacts
 from simenv.errors import SpawnError, UnknownRobotError
-from simenv.geometry import Footprint, Nearby, Pose, outline
+from simenv.geometry import Footprint, Nearby, outline
 from simenv.laser import Scanner
 from simenv.noise import Noise, generators
 from simenv.pick import Arm, Stock

@@ -16,9 +16,10 @@ import shapely.geometry
 import shapely.ops
 
 from robot_description.checked_yaml import read_checked
+from robot_description.follower import Pose
 from simenv.errors import WorldError
 from simenv.folders import file_names, named_file
-from simenv.geometry import NO_SEGMENTS, Array, Pose, outline
+from simenv.geometry import NO_SEGMENTS, Array, outline
 from simenv.world_schema import SCHEMA, SOLID_KINDS
 
 if TYPE_CHECKING:

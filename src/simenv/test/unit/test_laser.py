@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from shapely.geometry import Point, box
 
+from robot_description.follower import Pose
 from robot_description.models import load_model
-from simenv.geometry import Pose
 from simenv.noise import NO_NOISE, Noise
 from simenv.simulation import Simulation
 from simenv.testing import hall

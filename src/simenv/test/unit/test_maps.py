@@ -7,9 +7,9 @@ import pytest
 from shapely.geometry import Point, box
 
 from robot_description.errors import FileError
+from robot_description.follower import Pose
 from simenv.draw_map import draw_map
 from simenv.errors import MapError
-from simenv.geometry import Pose
 from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, load_map, save_map
 from simenv.testing import hall
 from simenv.world import Place, Shape, World, load_world

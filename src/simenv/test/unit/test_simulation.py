@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from shapely.geometry import Polygon, box
 
+from robot_description.follower import Pose
 from robot_description.models import load_model
 from simenv.errors import CommandError, SpawnError, UnknownRobotError
-from simenv.geometry import Footprint, Pose
+from simenv.geometry import Footprint
 from simenv.noise import NO_NOISE, Noise
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall

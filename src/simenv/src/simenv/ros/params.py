@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import rospy
 
+from robot_description.follower import Pose
 from simenv.errors import ParameterError
-from simenv.geometry import Pose
 from simenv.noise import Noise
 
 
@@ -54,12 +54,11 @@ def simulator_params() -> SimulatorParams:
         ParameterError: One is not what it must be.
     """
     share = number("noise", least=0.0, most=100.0, default=1.0)
-    usual = Noise()
     return SimulatorParams(
         world=text("world", default="lab"),
         rtf=number("rtf", least=0.01, most=100.0, default=1.0),
         seed=whole_number("seed", least=0, most=2**31, default=0),
-        noise=Noise(usual.laser * share, usual.distance * share, usual.heading * share),
+        noise=Noise().times(share),
     )
 
 
