@@ -23,7 +23,7 @@ from robot_description.models import load_model
 from robot_description.particle_filter import ParticleFilter
 from simenv.map_file import FREE, load_map
 from simenv.recording import record_drive
-from simenv.world import load_world
+from simenv.world_file import load_world
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

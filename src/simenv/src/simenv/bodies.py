@@ -49,6 +49,7 @@ class Bodies:
         self._limits = limits_of([])
         self._true = self._velocities = self._odometry = self._commands = NOTHING
         self._commanded_at = np.zeros(0)
+        self._grip = np.zeros(0)
 
     def add(self, name: str, model: RobotModel, pose: Pose, random: np.random.Generator) -> None:
         """Put a base down, standing still; `random` makes the noise of its wheels."""
@@ -65,6 +66,7 @@ class Bodies:
         self._odometry = np.vstack([self._odometry, still])
         self._commands = np.vstack([self._commands, still])
         self._commanded_at = np.append(self._commanded_at, -math.inf)
+        self._grip = np.append(self._grip, 1.0)
 
     def remove(self, name: str) -> None:
         """Take a base away."""
@@ -77,6 +79,19 @@ class Bodies:
         self._odometry = np.delete(self._odometry, row, axis=0)
         self._commands = np.delete(self._commands, row, axis=0)
         self._commanded_at = np.delete(self._commanded_at, row)
+        self._grip = np.delete(self._grip, row)
+
+    def put_back(self, name: str, pose: Pose) -> None:
+        """Let a base stand still at a pose, its odometry at zero as after switching on."""
+        row = self.names.index(name)
+        self.poses[name] = pose
+        self._true[row] = pose
+        self._velocities[row] = self._odometry[row] = self._commands[row] = 0.0
+        self._commanded_at[row] = -math.inf
+
+    def slip(self, name: str, share: float) -> None:
+        """Let wheels turn without moving the base as far: by `share` (0..1) of every shift."""
+        self._grip[self.names.index(name)] = 1.0 - share
 
     def command(self, name: str, speed: tuple[float, float, float], time: float) -> None:
         """Tell a base how to move.
@@ -110,7 +125,7 @@ class Bodies:
         targets = within_limits(commands, self._limits)
         self._velocities = accelerated(self._velocities, targets, self._limits, loads, dt)
         driven = self._velocities * dt
-        ahead = moved(self._true, driven)
+        ahead = moved(self._true, driven * self._grip[:, None])
         for row in np.flatnonzero(driven.any(axis=1)):
             name = self.names[row]
             pose, share = self._contacts.advance(name, Pose(*ahead[row].tolist()), self.poses)

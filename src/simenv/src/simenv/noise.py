@@ -53,11 +53,26 @@ NO_NOISE = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
 """Perfect senses."""
 
 
-def generators(seed: int, name: str) -> tuple[np.random.Generator, np.random.Generator]:
-    """Return a robot's own sources of noise, for its wheels and for its laser.
+@dataclass(frozen=True)
+class Dice:
+    """One robot's own sources of chance, so that none depends on how often another is used.
+
+    Attributes:
+        wheels: For its odometry.
+        laser: For its laser.
+        arm: For its grips.
+    """
+
+    wheels: np.random.Generator
+    laser: np.random.Generator
+    arm: np.random.Generator
+
+
+def dice_of(seed: int, name: str) -> Dice:
+    """Return a robot's sources of chance.
 
     They hang on the seed and on the name alone, so one robot more, or a scan more, does not change
     what the others measure.
     """
-    wheels, laser = np.random.SeedSequence([seed, zlib.crc32(name.encode())]).spawn(2)
-    return np.random.default_rng(wheels), np.random.default_rng(laser)
+    sources = np.random.SeedSequence([seed, zlib.crc32(name.encode())]).spawn(3)
+    return Dice(*map(np.random.default_rng, sources))

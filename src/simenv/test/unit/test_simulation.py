@@ -10,9 +10,9 @@ from robot_description.models import load_model
 from simenv.errors import CommandError, SpawnError, UnknownRobotError
 from simenv.geometry import Footprint
 from simenv.noise import NO_NOISE, Noise
+from simenv.shapes import Shape
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall
-from simenv.world import Shape
 
 MIR = load_model("mir100")
 LD = load_model("ld60")
