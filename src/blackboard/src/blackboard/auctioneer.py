@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from blackboard.auction import Auction, Result
 from blackboard.errors import BidRefusedError
 from blackboard.record import Broadcast
-from blackboard.talker import TASK_BROADCAST
+from blackboard.talker import TASK_BROADCAST, TASK_COST
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class Auctioneer:
         try:
             self._auction.take(bids)
         except BidRefusedError as error:
-            self._talker.warn(f"bids refused: {error}")
+            self._talker.refuse(TASK_COST, str(error))
             return
         if not self._auction.missing:
             self._close()

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from blackboard import active, election
 from blackboard.active import Heartbeat
 from blackboard.election import Ballot, BallotKind
+from blackboard.lease import FARTHEST_EPOCH
 from blackboard.member import Role, adopt, follow, has_lease, name_of
 from blackboard.replication import Ack, Entries, extend
 
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from blackboard.election import Step
     from blackboard.member import Member
     from blackboard.record import TaskRecord
-
-FARTHEST_EPOCH = 100_000
-"""An epoch further ahead than this is no epoch of this hive but a fault of who sent it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -149,7 +149,7 @@ class Robot:
         """Obey an operator who says `idle`, `defect` or `charging`; see `Service.set`."""
         if word not in WORDS:
             allowed = ", ".join(WORDS)
-            self._talker.warn(f"set_state {word[:40]!r} is unknown; allowed: {allowed}")
+            self._talker.refuse(SET_STATE, f"{word[:40]!r} is unknown; allowed: {allowed}")
             return
         self._service.set(word)
         self._go_on()

@@ -285,6 +285,9 @@ class HostTalker:
         """Be told if a host ends while it is watched."""
         self._host.watched = (member, died)
 
+    def refuse(self, topic: str, reason: str) -> None:
+        """Note that a message was refused, which nobody reads in a simulation."""
+
     def warn(self, text: str) -> None:
         """Note what a person should know."""
         self._host.warnings.append(f"{self._host.network.now:.2f} {self._host.name}: {text}")
