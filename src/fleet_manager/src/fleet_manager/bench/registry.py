@@ -71,6 +71,11 @@ def _plan(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+def _localization(_outside: Outside) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("simenv.bench_localization").run()
+    return BenchResult(found["figures"], found["aims"])
+
+
 def _gui(_outside: Outside) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("fleet_manager.gui.bench").run()
     return BenchResult(found["figures"], found["aims"])
@@ -85,6 +90,10 @@ BENCHES: Mapping[str, Bench] = {
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
         _gui,
+    ),
+    "localization": Bench(
+        "the particle filter's errors [m, degrees], lost robots not found [0..1], CPU [s per s]",
+        _localization,
     ),
     "plan": Bench(
         "planning time [s] and length of the way over the shortest one, 200 pairs on each map",

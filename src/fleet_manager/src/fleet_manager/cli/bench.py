@@ -44,7 +44,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, runs: int | Non
         if file is not None:
             raise click.UsageError("--json needs the NAME of a benchmark")
         for known, entry in sorted(BENCHES.items()):
-            click.echo(f"{known:<8} {entry.line}")
+            click.echo(f"{known:<12} {entry.line}")
         return
     result = _measure(BENCHES[name], name, outside, runs)
     here = machine()
