@@ -34,8 +34,8 @@ THROUGH = 0.05
 
 TEMPER = 0.08
 """What a beam counts for, from 0 to 1: neighbouring beams err together, which a product of their
-likelihoods takes for certainty (Thrun, Burgard and Fox, section 6.3.4). With 0.3 a robot that knew
-nothing settled for a wrong place in about half of all tries; see decision 060."""
+likelihoods takes for certainty (Thrun, Burgard and Fox, section 6.3.4). Chosen by trying;
+see decision 060."""
 
 
 @dataclass(frozen=True)
