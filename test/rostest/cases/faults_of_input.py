@@ -5,7 +5,10 @@ import io
 import math
 import random
 import socket
+import subprocess
+import sys
 import xmlrpc.client
+from pathlib import Path
 
 import blackboard.msg as bb_msgs
 import pytest
@@ -37,7 +40,10 @@ TOPICS = {
     "robot1/set_state": String,
 }
 FLOATS = (math.nan, math.inf, -math.inf, -1.0, 0.0, 1e308)
-TEXTS = (b"", b"nobody", b"\xff\xfe\x80", b"\x00", b"a b", b"../..")
+NOT_UTF_8 = b"\xff\xfe\x80"
+PLACEHOLDER = "\x01\x01\x01"
+"""Stands for NOT_UTF_8, which genpy refuses to send, until it is on the wire."""
+TEXTS = ("", "nobody", PLACEHOLDER, "\x00", "a b", "../..")
 EPOCHS = (0, 2**32 - 1)
 LIMITS = {"uint8": 255, "uint16": 65_535, "uint32": 2**32 - 1}
 
@@ -85,16 +91,23 @@ class Nonsense:
         return getattr(module, name)()
 
 
-def truncated(kind, share):
-    """Return a class of the same type whose messages lack their end on the wire."""
+def on_the_wire(kind, change):
+    """Return a class of the same type whose messages are changed where they are bytes."""
 
-    class Truncated(kind):
+    class Changed(kind):
         def serialize(self, buff):
             whole = io.BytesIO()
             super().serialize(whole)
-            buff.write(whole.getvalue()[: int(share * whole.tell())])
+            buff.write(change(whole.getvalue()))
 
-    return Truncated
+    return Changed
+
+
+def no_text(data):
+    return data.replace(PLACEHOLDER.encode(), NOT_UTF_8)
+
+
+ODD = {topic: on_the_wire(kind, no_text) for topic, kind in TOPICS.items()}
 
 
 @pytest.fixture(scope="module")
@@ -134,13 +147,25 @@ def still_works(hive, task_id):
     assert sum(drive.arrivals.count(goal) for drive in hive.drives) == 1
 
 
+def test_a_second_robot_of_the_same_name_is_refused(hive):
+    status = hive.operator.robots["robot1"]
+    for _ in range(5):
+        hive.speak["robot_status"].publish(status)
+    active = hive.operator.last.active
+    hive.operator.demand(
+        lambda: "speaks as robot1, which /input/robot1/robot does already" in hive.log_of(active),
+        "the second robot1 is named",
+    )
+    still_works(hive, "after-double")
+
+
 def test_thousands_of_odd_messages_change_nothing_and_are_counted(hive):
     nonsense = Nonsense(seed=1)
     epoch, active = hive.operator.last.epoch, hive.operator.last.active
     rate = rospy.Rate(PER_SECOND)
     for _ in range(MESSAGES):
         topic = nonsense.draw.choice(sorted(TOPICS))
-        hive.speak[topic].publish(nonsense.fill(TOPICS[topic]()))
+        hive.speak[topic].publish(nonsense.fill(ODD[topic]()))
         rate.sleep()
     still_works(hive, "after-nonsense")
 
@@ -154,7 +179,7 @@ def test_thousands_of_odd_messages_change_nothing_and_are_counted(hive):
 def test_a_burst_of_a_thousand_odd_messages_is_worked_through(hive):
     nonsense = Nonsense(seed=2)
     for _ in range(1000):
-        hive.speak["task_state"].publish(nonsense.fill(bb_msgs.TaskState()))
+        hive.speak["task_state"].publish(nonsense.fill(ODD["task_state"]()))
     still_works(hive, "after-burst")
 
 
@@ -168,24 +193,23 @@ def test_texts_of_ten_megabytes_are_refused(hive):
     still_works(hive, "after-huge")
 
 
-def test_messages_that_end_too_early_are_dropped(hive):
+def say_too_little(hive):
+    """Publish messages that lack their end on every topic."""
+    rospy.init_node("truncating", anonymous=True)
     for topic, kind in TOPICS.items():
+        speak = rospy.Publisher(f"{hive}{topic}", kind, queue_size=10)
+        while speak.get_num_connections() == 0 and not rospy.is_shutdown():
+            rospy.sleep(0.05)
         for share in (0.0, 0.3, 0.9):
-            message = Nonsense(seed=3).fill(truncated(kind, share)())
-            hive.speak[topic].publish(message)
+            cut = on_the_wire(kind, lambda data, share=share: data[: int(share * len(data))])
+            speak.publish(Nonsense(seed=3).fill(cut()))
+
+
+def test_messages_that_end_too_early_cost_only_their_sender_its_connection(hive):
+    code = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); "
+    code += "import faults_of_input; faults_of_input.say_too_little('/input/')"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=30)
     still_works(hive, "after-truncated")
-
-
-def test_a_second_robot_of_the_same_name_is_refused(hive):
-    status = hive.operator.robots["robot1"]
-    for _ in range(5):
-        hive.speak["robot_status"].publish(status)
-    active = hive.operator.last.active
-    hive.operator.demand(
-        lambda: "speaks as robot1, which /input/robot1/robot does already" in hive.log_of(active),
-        "the second robot1 is named",
-    )
-    still_works(hive, "after-double")
 
 
 def test_random_bytes_and_a_wrong_md5_on_the_port_of_a_topic_end_nothing(hive):

@@ -52,6 +52,7 @@ def hive(master, tmp_path_factory):
         yield hive
     finally:
         hive.end()
+        rospy.signal_shutdown("what follows ends the master")
 
 
 def publishers(topic):
