@@ -39,7 +39,7 @@ def schedule(*happenings, robots=3, seed=1):
 def test_random_schedules_break_no_property():
     broken = [outcome for outcome in simulate(range(SCHEDULES)) if outcome.violation]
 
-    assert not broken, f"{broken[0].schedule}\n{broken[0].violation}"
+    assert not broken, broken[0].in_full()
 
 
 def test_without_faults_the_first_active_one_stays_and_all_is_done():
@@ -99,4 +99,4 @@ FAULTS = st.one_of(
 def test_whatever_happens_no_property_is_broken(faults, seed):
     outcome = run(schedule(*faults, seed=seed))
 
-    assert not outcome.violation, f"{outcome.schedule}\n{outcome.violation}"
+    assert not outcome.violation, outcome.in_full()

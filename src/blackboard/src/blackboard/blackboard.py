@@ -232,6 +232,8 @@ class Blackboard:
             self._auctioneer.open()
 
     def _hear_status(self, status: RobotStatus) -> None:
+        if status.hive not in {"", self._backup.hive}:
+            return
         can_bid_better = self._watch.hear(status)
         if can_bid_better and self._backup.may_act():
             self._auctioneer.try_again()

@@ -47,6 +47,7 @@ class Ballot:
         position: How far the sender's list goes.
         granted: In an answer, whether it is a yes.
         seen: The highest epoch that the sender has seen.
+        hive: Id of the hive.
     """
 
     kind: BallotKind
@@ -56,6 +57,7 @@ class Ballot:
     position: Position
     granted: bool = False
     seen: int = 0
+    hive: str = ""
 
 
 def stands_at(member: Member) -> float:
@@ -112,7 +114,8 @@ def _become_candidate(member: Member, now: float) -> Step:
 
 
 def _ask(member: Member, kind: BallotKind, epoch: int) -> Ballot:
-    return Ballot(kind, epoch, member.id, member.id, member.log.position, seen=member.epoch)
+    position = member.log.position
+    return Ballot(kind, epoch, member.id, member.id, position, seen=member.epoch, hive=member.hive)
 
 
 def misses_active(member: Member, candidate: str, now: float) -> bool:

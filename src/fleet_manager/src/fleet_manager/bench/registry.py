@@ -4,8 +4,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+import click
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -20,10 +23,12 @@ class BenchResult:
     Attributes:
         figures: Every figure by name; the unit is in the benchmark's description.
         aims: What some of the figures should be at most, by the same names.
+        broken: Whether it has found that the system breaks a promise.
     """
 
     figures: Mapping[str, float]
     aims: Mapping[str, float]
+    broken: bool = False
 
     @property
     def met(self) -> dict[str, bool]:
@@ -38,10 +43,12 @@ class Bench:
     Attributes:
         line: What it measures, in a line, with units.
         run: Measures.
+        run_schedules: Measures with so many schedules; None where there are no schedules.
     """
 
     line: str
     run: Callable[[Outside], BenchResult]
+    run_schedules: Callable[[int], BenchResult] | None = None
 
 
 def _system(outside: Outside) -> BenchResult:
@@ -59,7 +66,22 @@ def _gui(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+_SCHEDULES = 1000
+
+
+def _faults(schedules: int = _SCHEDULES) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("blackboard.bench_faults").run(
+        schedules, say=partial(click.echo, err=True)
+    )
+    return BenchResult(found["figures"], found["aims"], found["figures"]["violations"] > 0)
+
+
 BENCHES: Mapping[str, Bench] = {
+    "faults": Bench(
+        "simulated schedules of faults [1/s], and the properties they break; --schedules N",
+        lambda _outside: _faults(),
+        _faults,
+    ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
         _gui,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from fleet_manager.cli.outside import pass_outside
 from fleet_manager.machine import machine
 
 if TYPE_CHECKING:
+    from fleet_manager.bench.registry import Bench
     from fleet_manager.cli.outside import Outside
 
 
@@ -27,16 +29,24 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Write the figures to a file as well.",
 )
+@click.option(
+    "--schedules",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="For faults: how many schedules are simulated, instead of 1000.",
+)
 @pass_outside
-def bench(outside: Outside, name: str | None, file: Path | None) -> None:
+def bench(outside: Outside, name: str | None, file: Path | None, schedules: int | None) -> None:
     """Measure; without a NAME, list what can be measured.
 
     \b
     Examples:
       hive bench
       hive bench system --json system.json
+      hive bench faults --schedules 10000
 
-    Ends with 0 when the measurement ran, whatever it found.
+    Ends with 0 when the measurement ran, whatever it found; faults ends with 1 when a property
+    was broken.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:
@@ -44,13 +54,23 @@ def bench(outside: Outside, name: str | None, file: Path | None) -> None:
         for known, entry in sorted(BENCHES.items()):
             click.echo(f"{known:<8} {entry.line}")
         return
-    result = BENCHES[name].run(outside)
+    result = _measure(BENCHES[name], outside, schedules)
     here = machine()
     words = f"{here['processor']}, {here['cores']} cores, {here['memory']} GB, {here['system']}"
     date = datetime.now().astimezone().isoformat(timespec="seconds")
     click.echo("\n".join(_table(result)))
     if file is not None:
         _write(file, json.dumps(as_json(name, result, words, date), indent=2) + "\n")
+    if result.broken:
+        sys.exit(1)
+
+
+def _measure(entry: Bench, outside: Outside, schedules: int | None) -> BenchResult:
+    if schedules is None:
+        return entry.run(outside)
+    if entry.run_schedules is None:
+        raise click.UsageError("--schedules is for benchmarks that simulate schedules: faults")
+    return entry.run_schedules(schedules)
 
 
 def _table(result: BenchResult) -> list[str]:
