@@ -243,7 +243,8 @@ def _what_is_missing(member: Member, now: float) -> list[object]:
     before = log.at(first)
     if entries is None or before is None:
         base = log.base
-        return [replace(_entries(member, base.position, log.entries, now), whole=base)]
+        first_entries = log.entries[:MOST_ENTRIES]
+        return [replace(_entries(member, base.position, first_entries, now), whole=base)]
     return [_entries(member, before, entries[:MOST_ENTRIES], now)]
 
 

@@ -181,7 +181,11 @@ def _answer(member: Member, ballot: Ballot, kind: BallotKind, granted: bool) -> 
 
 
 def hear_answer(member: Member, ballot: Ballot, now: float) -> Step:
-    """Count a vote; `Role.CANDIDATE` with a majority is the caller's sign that it has won."""
+    """Count a vote; `Role.CANDIDATE` with a majority is the caller's sign that it has won.
+
+    A vote that took too long counts no more: who gave it may elect another soon, because its
+    promise began long ago.
+    """
     if ballot.candidate != member.id:
         return member, []
     if ballot.seen > member.epoch:
@@ -197,6 +201,7 @@ def hear_answer(member: Member, ballot: Ballot, now: float) -> Step:
         member.role is Role.CANDIDATE
         and ballot.kind is BallotKind.ANSWER
         and ballot.epoch == member.epoch
+        and now - member.asked <= member.settings.self_demotion
     ):
         member = member.but(votes=member.votes | {ballot.member})
     return member, []

@@ -178,7 +178,8 @@ class Strike:
         at: From when on it waits [s].
         moment: What it waits for.
         fault: What happens then; the names in it are filled in.
-        point: When exactly; a freeze or a cut comes after it in any case.
+        point: When exactly. A freeze comes after it in any case, and so does a cut, unless it
+            comes before the member says so.
     """
 
     at: float

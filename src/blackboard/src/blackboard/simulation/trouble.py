@@ -116,9 +116,11 @@ class Trouble:
             if before is not None and strike.moment in moments(before, after):
                 self._strikes.remove(strike)
                 self.faults["struck"] += 1
+                if isinstance(strike.fault, Cut) and strike.point is Point.BEFORE_SAYING:
+                    self._strike((strike.fault, member.name))
+                    return Point.AFTER
                 self._network.schedule(0.0, None, self._strike, (strike.fault, member.name))
-                ends = isinstance(strike.fault, Crash)
-                return strike.point if ends else Point.AFTER
+                return strike.point if isinstance(strike.fault, Crash) else Point.AFTER
         return Point.AFTER
 
     def _strike(self, what: tuple[Crash | Freeze | Cut, str]) -> None:
