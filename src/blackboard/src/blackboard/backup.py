@@ -22,7 +22,7 @@ from blackboard.fence import Border
 from blackboard.founding import Founding, awake, durable_of, founder, new_id, newcomer
 from blackboard.member import Role, name_of
 from blackboard.replication import Ack, Entries
-from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, TASK_STATE
+from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC, TASK_STATE
 from blackboard.task_list import Sync, TaskList
 
 if TYPE_CHECKING:
@@ -98,7 +98,8 @@ class Backup:
         """Begin to listen and to speak."""
         for topic in (BACKUP, BB_ENTRIES, BB_VOTE, BB_ACK):
             self._talker.subscribe(topic, self._hear)
-        self._talker.subscribe(TASK_STATE, self._border.hear_answer)
+        self._talker.subscribe(TASK_STATE, self._border.hear_update)
+        self._talker.subscribe(SYNC, self._border.hear_list)
         heartbeat = self._settings.heartbeat
         self._talker.every(heartbeat, self._tick)
         if self._founds and not self._member.hive:

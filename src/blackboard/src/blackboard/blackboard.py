@@ -108,6 +108,7 @@ class Blackboard:
     def _take_in(self, task: Task) -> None:
         known = self._backup.get(task.id)
         if known is not None and known.task.asks_the_same_as(task):
+            self._backup.tell()
             self._backup.commit((), lambda: self._tell(known))
             return
         if known is not None:

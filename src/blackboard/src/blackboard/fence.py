@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from blackboard.member import Member
     from blackboard.record import TaskUpdate
     from blackboard.talker import Talker
+    from blackboard.task_list import TaskList
 
 Said = Heartbeat | Entries | Ack | Ballot
 """What members say to each other."""
@@ -70,6 +71,7 @@ class Border:
         self._name = name
         self._patience = patience
         self._greater: tuple[str, float] | None = None
+        self._own_size = 0
         self._handover: Handover | None = None
         self._told: set[str] = set()
         self.founding: Founding | None = None
@@ -87,6 +89,8 @@ class Border:
                 self.founding.hear(message.hive)
             return False
         if message.hive == own.hive:
+            if isinstance(message, Heartbeat):
+                self._own_size = len(message.members)
             return not isinstance(message, Ack) or own.role is Role.ACTIVE
         if message.hive:
             self.refused[message.hive] += 1
@@ -102,33 +106,43 @@ class Border:
         return hive if self._talker.now() - heard < self._patience else ""
 
     def gives_way(self, own: Member) -> bool:
-        """Return whether the hive has to give way; a lone founder gets ready to join the other."""
-        if not self.makes_way_for():
+        """Return whether the hive has to give way; who may leave it gets ready to join the other.
+
+        A lone founder may, and so may a member without a vote, on which nobody counts.
+        """
+        to = self.makes_way_for()
+        if not to:
             self._handover = None
             return False
-        if self._handover is None and own.members == (own.id,):
-            records = own.log.latest.records.values()
-            self._handover = Handover(self._talker, self._name, records)
+        if self._handover is None and _may_leave(own):
+            records = own.log.latest.records.values() if own.members == (own.id,) else ()
+            self._handover = Handover(self._talker, self._name, to, records)
         return True
 
-    def hear_answer(self, update: TaskUpdate) -> None:
-        """Note that a task which a lone founder hands over has been taken in."""
+    def hear_list(self, known: TaskList) -> None:
+        """Note which tasks that a lone founder hands over are on a list."""
         if self._handover is not None:
-            self._handover.hear(update)
+            self._handover.hear_list(known)
+
+    def hear_update(self, update: TaskUpdate) -> None:
+        """Note which tasks that a lone founder hands over are refused."""
+        if self._handover is not None:
+            self._handover.hear_update(update)
 
     def join(self, random: Random) -> Durable | None:
         """Go on with handing over, called at every heartbeat while a hive gives way.
 
         Returns:
-            What a lone founder begins anew with once the other hive has all its tasks; else None.
+            What it begins anew with once the other hive has all a lone founder's tasks; else None.
         """
         if self._handover is None:
             return None
         self._handover.beat()
         if not self._handover.is_done:
             return None
-        self._handover = None
-        return newcomer(self._name, random, self.makes_way_for())
+        hive = self.makes_way_for()
+        self._handover = self._greater = None
+        return newcomer(self._name, random, hive)
 
     def refuses(self, hive: str, epoch: int, own: Member) -> bool:
         """Return whether a blackboard is of another hive or of an epoch that is over."""
@@ -146,7 +160,8 @@ class Border:
 
     def _meet(self, beat: Heartbeat, own: Member) -> None:
         """Find out which of two hives gives way, and say so once."""
-        gives_way = (len(beat.members), beat.hive) > (len(own.members), own.hive)
+        size = len(own.members) if own.id in own.members else self._own_size
+        gives_way = (len(beat.members), beat.hive) > (size, own.hive)
         if gives_way:
             self._greater = beat.hive, self._talker.now()
         if beat.hive in self._told:
@@ -155,7 +170,7 @@ class Border:
         mine = ", ".join(map(name_of, own.members)) or "nobody yet"
         if not gives_way:
             then = "the other one gives way"
-        elif own.members == (own.id,):
+        elif _may_leave(own):
             then = "its own hive is smaller, so it gives way and joins the other"
         else:
             then = (
@@ -166,3 +181,8 @@ class Border:
             f"{name_of(own.id)} belongs to hive {own.hive} ({mine}) and hears hive {beat.hive} "
             f"({', '.join(beat.members)}), which {beat.active} carries; {then}"
         )
+
+
+def _may_leave(own: Member) -> bool:
+    """Return whether a member may join another hive: nobody else has to count on its disk."""
+    return own.members == (own.id,) or own.id not in own.members

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from blackboard.record import TaskRecord, TaskUpdate
     from blackboard.settings import BackupSettings
     from blackboard.talker import Talker
+    from blackboard.task_list import TaskList
 
 _FEWEST_BEATS, _MOST_BEATS = 5, 10
 """For so many heartbeats nobody may be heard before a hive is founded."""
@@ -143,12 +144,14 @@ class Handover:
     Args:
         talker: How it speaks.
         name: Of the founder.
+        to: Id of the other hive.
         records: What it has on its list.
     """
 
-    def __init__(self, talker: Talker, name: str, records: Iterable[TaskRecord]) -> None:
+    def __init__(self, talker: Talker, name: str, to: str, records: Iterable[TaskRecord]) -> None:
         self._talker = talker
         self._name = name
+        self._to = to
         self._open = {
             record.task.id: record.task
             for record in records
@@ -168,10 +171,18 @@ class Handover:
                 self._talker.publish(NEW_TASK, task)
         self._beats += 1
 
-    def hear(self, update: TaskUpdate) -> None:
-        """Take the answer of the other hive's blackboard; robots' reports show the same."""
+    def hear_list(self, known: TaskList) -> None:
+        """Note what is on the other hive's list; what this one's own blackboard says is late."""
+        if known.hive == self._to:
+            for record in known.records:
+                self._open.pop(record.task.id, None)
+
+    def hear_update(self, update: TaskUpdate) -> None:
+        """Note what the other hive's blackboard does not take in, and tell a person."""
+        if update.state is not TaskState.REJECTED:
+            return
         task = self._open.pop(update.task_id, None)
-        if task is not None and update.state is TaskState.REJECTED:
+        if task is not None:
             self._talker.warn(
                 f"{self._name} had taken in {task.id} and cannot hand it over: {update.reason}"
             )

@@ -146,6 +146,10 @@ class Properties:
             if finisher == robot and not self._is_known_as_done(task):
                 self.done[task] = 0
 
+    def disk_given_up(self, durable: Durable) -> None:
+        """Note what was on the disk of a member that begins anew to join another hive."""
+        self._lost_disks.append(durable)
+
     def _is_known_as_done(self, task: str) -> bool:
         records = (hive.truth.get(task) for hive in self._hives.values())
         return any(record is not None and record.state.is_terminal for record in records)
@@ -154,9 +158,10 @@ class Properties:
         """Check, when all has been calm for long, that there is one hive and all has ended."""
         if not self.is_one_hive():
             self._broken("one hive", f"there are {', '.join(self._running_hives())}")
-        truth = self.truth
         for task_id in sorted(self._last_steps):
-            record = truth.get(task_id)
+            record = self.truth.get(task_id)
+            if task_id in self.left_behind():
+                continue
             if record is None:
                 self._broken("it goes on", f"{task_id} was never taken in")
             elif not record.state.is_terminal:
@@ -166,6 +171,27 @@ class Properties:
                 )
             elif record.state is TaskState.FAILED and not record.reason:
                 self._broken("it goes on", f"{task_id} has FAILED and does not say why")
+
+    def left_behind(self) -> set[str]:
+        """Return the tasks that only a hive knows which gives way to another, and has said so.
+
+        It has several members and waits for a person to end it, who then posts them again.
+        """
+        known = self.truth
+        return {
+            task_id
+            for hive in self._running_hives()
+            if hive != self._greatest() and self._is_reported(hive)
+            for task_id in self._hives[hive].truth
+            if task_id not in known
+        }
+
+    def _is_reported(self, hive: str) -> bool:
+        return any(
+            f"belongs to hive {hive}" in warning
+            for member in self._members.values()
+            for warning in member.host.warnings
+        )
 
     def is_one_hive(self) -> bool:
         """Return whether one hive decides, and lone founders of others have joined it.

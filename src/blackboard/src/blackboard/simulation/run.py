@@ -4,6 +4,7 @@
 python3 -m blackboard.simulation.run 17                      # prints schedule 17, and its outcome
 python3 -m blackboard.simulation.run 0 1000                  # runs schedules 0 to 999
 python3 -m blackboard.simulation.run 17 --mood "lost disks"  # the same in one mood
+python3 -m blackboard.simulation.run rivals                  # one that was written by hand
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.pose import Pose
 from blackboard.simulation import hive as simulated
+from blackboard.simulation.directed import DIRECTED
 from blackboard.simulation.draw import draw
 from blackboard.simulation.history import Violation
 from blackboard.simulation.moods import MOODS
@@ -36,6 +38,8 @@ from blackboard.talker import NEW_TASK, TASK_CANCEL, TASK_STATE
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from blackboard.record import TaskUpdate
     from blackboard.simulation.schedule import Schedule
 
@@ -58,7 +62,8 @@ class Outcome:
         events: How many events happened.
         faults: How many of each kind happened, lost messages and the like included.
         takeovers: How often a member became active.
-        ended: How many tasks ended in each state.
+        ended: How many tasks ended in each state, and how many are left behind in a hive that
+            gives way to another and waits for a person.
         lasted: Virtual time [s].
     """
 
@@ -75,6 +80,8 @@ class Outcome:
         schedule = self.schedule
         if schedule.mood == BY_HAND:
             again = "it is written in the test"
+        elif schedule.mood in DIRECTED:
+            again = f'python3 -m blackboard.simulation.run "{schedule.mood}"'
         else:
             again = f"python3 -m blackboard.simulation.run {schedule.seed}"
             again += "" if draw(schedule.seed) == schedule else f' --mood "{schedule.mood}"'
@@ -139,21 +146,23 @@ class Run:
         except Violation as broken:
             violation = str(broken)
         ended = Counter(record.state.name for record in self.properties.truth.values())
+        ended["left behind"] = len(self.properties.left_behind())
         return Outcome(
             self.schedule,
             violation,
             self.network.events,
             self.trouble.faults + self.network.counts,
             self.properties.takeovers,
-            ended,
+            +ended,
             self.network.now,
         )
 
     def _is_over(self) -> bool:
+        if not self.properties.is_one_hive():
+            return False
         truth = self.properties.truth
-        return self.properties.is_one_hive() and all(
-            task_id in truth and truth[task_id].state.is_terminal for task_id in self._posted
-        )
+        ended = {task_id for task_id, record in truth.items() if record.state.is_terminal}
+        return self._posted <= ended | self.properties.left_behind()
 
     def _after_event(self, host: object) -> None:
         if host is not self._operator:
@@ -190,16 +199,24 @@ def run(schedule: Schedule) -> Outcome:
 def main() -> None:
     """Run the schedules that the command line names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("first", type=int, help="seed of the first schedule")
+    names = ", ".join(DIRECTED)
+    parser.add_argument("first", help=f"seed of the first schedule, or one of: {names}")
     parser.add_argument(
         "end", type=int, nargs="?", help="seed after the last; only the first if left out"
     )
     parser.add_argument("--mood", choices=MOODS, default="", help="drawn too if left out")
     wanted = parser.parse_args()
-    end = wanted.first + 1 if wanted.end is None else wanted.end
+    schedules: Iterable[Schedule]
+    if wanted.first in DIRECTED:
+        schedules = [DIRECTED[wanted.first]]
+    elif wanted.first.isdecimal():
+        first = int(wanted.first)
+        end = first + 1 if wanted.end is None else wanted.end
+        schedules = (draw(seed, wanted.mood) for seed in range(first, end))
+    else:
+        parser.error(f"no schedule is called {wanted.first!r}; allowed: a seed, {names}")
     total: Counter[str] = Counter()
-    for seed in range(wanted.first, end):
-        outcome = run(draw(seed, wanted.mood))
+    for outcome in map(run, schedules):
         total.update(schedules=1, violations=bool(outcome.violation), events=outcome.events)
         total.update(takeovers=outcome.takeovers, **outcome.ended)
         if outcome.violation or wanted.end is None:

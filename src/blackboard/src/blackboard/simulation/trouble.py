@@ -112,6 +112,8 @@ class Trouble:
 
     def _watch(self, member: SimulatedMember, before: Durable | None, after: Durable) -> Point:
         """Have a strike that waited for what a member writes happen; return when it does."""
+        if before is not None and before.member != after.member:
+            self._properties.disk_given_up(before)
         for strike in self._strikes:
             if before is not None and strike.moment in moments(before, after):
                 self._strikes.remove(strike)
