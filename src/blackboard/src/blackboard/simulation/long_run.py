@@ -5,21 +5,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from random import Random
-from typing import TYPE_CHECKING
 
 from blackboard.active import Heartbeat
 from blackboard.backup import Backup
 from blackboard.founding import founder
-from blackboard.journal import Durable, MemoryJournal
-from blackboard.replication import Log, Position, Whole
+from blackboard.journal import MemoryJournal
+from blackboard.member import Role, has_lease
 from blackboard.settings import BackupSettings
 from blackboard.simulation.host import Host, HostTalker
 from blackboard.simulation.network import Network, Quality
 
-if TYPE_CHECKING:
-    from blackboard.record import TaskRecord
-
 _SLOWEST, _FASTEST = 0.99, 1.01
+
+_SETTLE = 5.0
+"""By then every member has a vote [s]."""
 
 
 @dataclass(frozen=True)
@@ -27,70 +26,70 @@ class LongRun:
     """What came of it.
 
     Attributes:
-        epochs: How many there were; the first is that of the founder.
-        messages: How many were sent to somebody.
-        lost: How many of them were lost.
+        takeovers: How often another member became active, for each thing that was done to them.
+        rivals: Heartbeats during which a second member could have acted.
+        lost: How many messages were lost.
     """
 
-    epochs: int
-    messages: int
+    takeovers: tuple[int, ...]
+    rivals: int
     lost: int
 
 
 class Company:
-    """Members that hold a list and do nothing else.
+    """Members that do nothing but keep a list; each has a clock of its own, up to 1 % wrong.
 
     Args:
         members: How many, at least 1.
         seed: Of delays, losses and clocks.
-        records: What is on the list from the start.
-        quality: Of all links.
-
-    Attributes:
-        network: What they talk over, and the time.
-        backups: By name.
-        beats: Time [s] and epoch of every heartbeat that somebody sent.
     """
 
-    def __init__(
-        self,
-        members: int,
-        seed: int,
-        records: tuple[TaskRecord, ...] = (),
-        quality: Quality | None = None,
-    ) -> None:
+    def __init__(self, members: int, seed: int) -> None:
         random = Random(seed)
         self.network = Network(random)
         self.network.said = self._note
-        self.backups: dict[str, Backup] = {}
-        self.hosts: dict[str, Host] = {}
-        self.beats: list[tuple[float, int]] = []
+        self._backups: dict[str, Backup] = {}
+        self._epochs: set[int] = set()
+        self.rivals = 0
         for number in range(members):
             name = f"member{number}"
-            self.hosts[name] = self.network.add_host(name, random.uniform(_SLOWEST, _FASTEST))
-            disk = MemoryJournal(_first(f"{name}#1", records) if number == 0 else None)
-            self._boot(name, disk, Random(random.random()))
-        self.network.run(5.0)
-        self.network.quality = quality or Quality()
+            host = self.network.add_host(name, random.uniform(_SLOWEST, _FASTEST))
+            disk = MemoryJournal(founder(f"{name}#1", "hive1") if number == 0 else None)
+            host.boot()
+            backup = Backup(
+                HostTalker(host), name, BackupSettings(), disk, Random(random.random())
+            )
+            self._backups[name] = backup
+            backup.start()
+        self.network.run(_SETTLE)
 
-    def _boot(self, name: str, disk: MemoryJournal, random: Random) -> None:
-        host = self.hosts[name]
-        host.boot()
-        self.backups[name] = Backup(
-            HostTalker(host), name, BackupSettings(), disk, random, founds=False
+    @property
+    def epochs(self) -> int:
+        """How many there have been."""
+        return len(self._epochs)
+
+    def freeze_active(self, lasts: float) -> None:
+        """Stop the active one for a while [s]."""
+        _, host = max(
+            (self._backups[host.name].epoch, host)
+            for host in self.network.hosts.values()
+            if self._backups[host.name].member.role is Role.ACTIVE
         )
-        self.backups[name].start()
+        host.frozen = True
+        self.network.schedule(lasts, None, lambda _: host.thaw())
 
-    def _note(self, _host: Host, _topic: str, message: object) -> None:
-        if isinstance(message, Heartbeat):
-            self.beats.append((self.network.now, message.epoch))
-
-
-def _first(member: str, records: tuple[TaskRecord, ...]) -> Durable:
-    empty = founder(member, "hive1")
-    known = {record.task.id: record for record in records}
-    whole = Whole(Position(1, 1), known, (member,))
-    return Durable(member, empty.epoch, empty.vote, Log.of(whole), empty.hive)
+    def _note(self, speaker: Host, _topic: str, message: object) -> None:
+        if not isinstance(message, Heartbeat):
+            return
+        self._epochs.add(message.epoch)
+        now = self.network.now
+        able = (
+            backup.member.role is Role.ACTIVE
+            and has_lease(backup.member, now * self.network.hosts[name].rate)
+            for name, backup in self._backups.items()
+            if name != speaker.name
+        )
+        self.rivals += any(able)
 
 
 def run_with_losses(hours: float, loss: float, seed: int, members: int = 3) -> LongRun:
@@ -102,8 +101,30 @@ def run_with_losses(hours: float, loss: float, seed: int, members: int = 3) -> L
         seed: Of all chances.
         members: How many there are.
     """
-    company = Company(members, seed, quality=Quality(loss=loss))
-    company.network.run(5.0 + 3600.0 * hours)
-    epochs = {epoch for _, epoch in company.beats}
-    counts = company.network.counts
-    return LongRun(len(epochs), company.network.events, counts["lost"])
+    company = Company(members, seed)
+    before = company.epochs
+    company.network.quality = Quality(loss=loss)
+    company.network.run(_SETTLE + 3600.0 * hours)
+    return LongRun((company.epochs - before,), company.rivals, company.network.counts["lost"])
+
+
+def run_with_freezes(
+    count: int, lasts: float, seed: int, members: int = 3, apart: float = 20.0
+) -> LongRun:
+    """Stop the active one of a hive for a while, again and again.
+
+    Args:
+        count: How often.
+        lasts: For how long each time [s].
+        seed: Of all chances.
+        members: How many there are.
+        apart: Time from one to the next [s].
+    """
+    company = Company(members, seed)
+    takeovers = []
+    for number in range(count):
+        before = company.epochs
+        company.freeze_active(lasts)
+        company.network.run(_SETTLE + (number + 1) * apart)
+        takeovers.append(company.epochs - before)
+    return LongRun(tuple(takeovers), company.rivals, company.network.counts["lost"])
