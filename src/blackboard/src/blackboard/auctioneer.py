@@ -79,7 +79,9 @@ class Auctioneer:
         self._auction = Auction(epoch, self._auctions, waiting, robots - self._slow or robots)
         offers = tuple((record.task, record.step) for record in waiting)
         self._closing = self._talker.after(self._bid_timeout, self._close)
-        self._talker.publish(TASK_BROADCAST, Broadcast(epoch, self._auctions, offers))
+        self._talker.publish(
+            TASK_BROADCAST, Broadcast(epoch, self._auctions, offers, self._backup.hive)
+        )
 
     def try_again(self) -> None:
         """Offer again what nobody could take: something has changed.

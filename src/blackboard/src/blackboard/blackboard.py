@@ -108,6 +108,7 @@ class Blackboard:
     def _take_in(self, task: Task) -> None:
         known = self._backup.get(task.id)
         if known is not None and known.task.asks_the_same_as(task):
+            self._backup.tell()
             self._backup.commit((), lambda: self._tell(known))
             return
         if known is not None:
@@ -247,6 +248,8 @@ class Blackboard:
             self._auctioneer.open()
 
     def _hear_status(self, status: RobotStatus) -> None:
+        if status.hive not in {"", self._backup.hive}:
+            return
         can_bid_better = self._watch.hear(status)
         if can_bid_better and self._backup.may_act():
             self._auctioneer.try_again()

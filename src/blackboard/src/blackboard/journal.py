@@ -34,12 +34,14 @@ class Durable:
         epoch: The highest it has seen.
         vote: Id of the candidate that has its vote in this epoch; empty where nobody has.
         log: Its list.
+        hive: Id of its hive; empty where it belongs to none yet.
     """
 
     member: str
     epoch: int
     vote: str
     log: Log
+    hive: str = ""
 
 
 class Journal(Protocol):
@@ -94,7 +96,7 @@ class MemoryJournal:
         self.reports = tuple(reports)
 
 
-_FORMAT = 1
+_FORMAT = 2
 _APPLICATION = 0x48495645
 _TABLES = """
 CREATE TABLE IF NOT EXISTS self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -224,6 +226,7 @@ class SqliteJournal:
             "member": durable.member,
             "epoch": durable.epoch,
             "vote": durable.vote,
+            "hive": durable.hive,
             "base": list(log.base.position),
             "members": list(log.base.members),
             "committed": log.committed,
@@ -274,7 +277,7 @@ class SqliteJournal:
         known = {record.task.id: record for record in records}
         base = Whole(Position(*values["base"]), known, tuple(values["members"]))
         log = Log.of(base, entries, values["committed"])
-        return Durable(values["member"], values["epoch"], values["vote"], log)
+        return Durable(values["member"], values["epoch"], values["vote"], log, values["hive"])
 
 
 class _ForeignError(Exception):

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from blackboard.ways import Ways
 
 SPEAKS = (
+    topics.NEW_TASK,
     topics.TASK_BROADCAST,
     topics.TASK_ASSIGN,
     topics.TASK_STATE,

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import click
 
 from fleet_manager.demo.local_hive import local_hive
 
@@ -24,10 +27,12 @@ class BenchResult:
     Attributes:
         figures: Every figure by name; the unit is in the benchmark's description.
         aims: What some of the figures should be at most, by the same names.
+        broken: Whether it has found that the system breaks a promise.
     """
 
     figures: Mapping[str, float]
     aims: Mapping[str, float]
+    broken: bool = False
 
     @property
     def met(self) -> dict[str, bool]:
@@ -42,13 +47,14 @@ class Bench:
     Attributes:
         line: What it measures, in a line, with units.
         run: Measures.
-        run_times: Measures with a number of runs that the user chooses; None where there is no
-            such choice.
+        repeat: Measures with a count that the user chooses; None where there is no such choice.
+        counts: What is counted then, which is the name of the option: `runs` or `schedules`.
     """
 
     line: str
     run: Callable[[Outside], BenchResult]
-    run_times: Callable[[int], BenchResult] | None = None
+    repeat: Callable[[int], BenchResult] | None = None
+    counts: str = ""
 
 
 def _failover(*runs: int) -> BenchResult:
@@ -81,11 +87,28 @@ def _gui(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+_SCHEDULES = 1000
+
+
+def _faults(schedules: int = _SCHEDULES) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("blackboard.bench_faults").run(
+        schedules, say=partial(click.echo, err=True)
+    )
+    return BenchResult(found["figures"], found["aims"], found["figures"]["violations"] > 0)
+
+
 BENCHES: Mapping[str, Bench] = {
+    "faults": Bench(
+        "simulated schedules of faults [1/s], and the properties they break; --schedules N",
+        lambda _outside: _faults(),
+        _faults,
+        "schedules",
+    ),
     "failover": Bench(
         "time [s] without an active blackboard after a crash and after a freeze, on real ROS",
         lambda _outside: _failover(),
         _failover,
+        "runs",
     ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",

@@ -4,17 +4,21 @@
 from __future__ import annotations
 
 import json
+import sys
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.bench.registry import BENCHES, Bench, BenchResult, as_json
+from fleet_manager.bench.registry import BENCHES, BenchResult, as_json
 from fleet_manager.cli.outside import pass_outside
 from fleet_manager.machine import machine
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from fleet_manager.bench.registry import Bench
     from fleet_manager.cli.outside import Outside
 
 
@@ -27,9 +31,15 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Write the figures to a file as well.",
 )
-@click.option("--runs", type=click.IntRange(min=1), help="How often, for failover.")
+@click.option("--runs", type=click.IntRange(min=1), metavar="N", help="How often, for failover.")
+@click.option(
+    "--schedules",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many are simulated, for faults.",
+)
 @pass_outside
-def bench(outside: Outside, name: str | None, file: Path | None, runs: int | None) -> None:
+def bench(outside: Outside, name: str | None, file: Path | None, **counts: int | None) -> None:
     """Measure; without a NAME, list what can be measured.
 
     \b
@@ -37,8 +47,10 @@ def bench(outside: Outside, name: str | None, file: Path | None, runs: int | Non
       hive bench
       hive bench system --json system.json
       hive bench failover --runs 20
+      hive bench faults --schedules 10000
 
-    Ends with 0 when the measurement ran, whatever it found.
+    Ends with 0 when the measurement ran, whatever it found; faults ends with 1 when a property
+    was broken.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:
@@ -46,21 +58,28 @@ def bench(outside: Outside, name: str | None, file: Path | None, runs: int | Non
         for known, entry in sorted(BENCHES.items()):
             click.echo(f"{known:<12} {entry.line}")
         return
-    result = _measure(BENCHES[name], name, outside, runs)
+    result = _measure(BENCHES[name], name, outside, counts)
     here = machine()
     words = f"{here['processor']}, {here['cores']} cores, {here['memory']} GB, {here['system']}"
     date = datetime.now().astimezone().isoformat(timespec="seconds")
     click.echo("\n".join(_table(result)))
     if file is not None:
         _write(file, json.dumps(as_json(name, result, words, date), indent=2) + "\n")
+    if result.broken:
+        sys.exit(1)
 
 
-def _measure(entry: Bench, name: str, outside: Outside, runs: int | None) -> BenchResult:
-    if runs is None:
-        return entry.run(outside)
-    if entry.run_times is None:
-        raise click.UsageError(f"{name} takes no --runs")
-    return entry.run_times(runs)
+def _measure(
+    entry: Bench, name: str, outside: Outside, counts: Mapping[str, int | None]
+) -> BenchResult:
+    """Measure, with the count that the user chose where there is one."""
+    for option, count in counts.items():
+        if count is None:
+            continue
+        if entry.repeat is None or option != entry.counts:
+            raise click.UsageError(f"{name} takes no --{option}")
+        return entry.repeat(count)
+    return entry.run(outside)
 
 
 def _table(result: BenchResult) -> list[str]:
