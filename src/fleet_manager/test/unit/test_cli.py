@@ -8,6 +8,7 @@ from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.pose import Pose
 from blackboard.record import TaskUpdate
 from blackboard.task import TaskState
+from fleet_manager.bench.registry import BENCHES
 from fleet_manager.cli.main import run
 from fleet_manager.cli.outside import Outside
 from fleet_manager.errors import NoHiveError
@@ -176,7 +177,7 @@ def test_bench_without_a_name_lists_the_benchmarks(terminal):
     code, out, _ = terminal("bench")
 
     assert code == 0
-    assert [line.split()[0] for line in out.splitlines()] == ["gui", "plan", "system"]
+    assert [line.split()[0] for line in out.splitlines()] == sorted(BENCHES)
 
 
 def test_help_shows_examples_and_exit_codes(terminal):
@@ -185,3 +186,10 @@ def test_help_shows_examples_and_exit_codes(terminal):
     assert code == 0
     assert "hive add GAB --goal 3,4 --goal 8,2 --priority 5 --payload 20" in out
     assert "no ROS master or no blackboard answers" in out
+
+
+def test_runs_are_refused_for_a_benchmark_that_is_measured_once(terminal):
+    code, _, err = terminal("bench", "plan", "--runs", "3")
+
+    assert code == 2
+    assert "--runs is not for plan" in err

@@ -38,10 +38,12 @@ class Bench:
     Attributes:
         line: What it measures, in a line, with units.
         run: Measures.
+        repeat: Measures as often as `--runs` says; None where that cannot be chosen.
     """
 
     line: str
     run: Callable[[Outside], BenchResult]
+    repeat: Callable[[int], BenchResult] | None = None
 
 
 def _system(outside: Outside) -> BenchResult:
@@ -59,7 +61,17 @@ def _gui(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+def _flake(runs: int) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.flake").run(runs)
+    return result
+
+
 BENCHES: Mapping[str, Bench] = {
+    "flake": Bench(
+        "passes, failures and times [s] of each case of the test plan in 20 runs, or in --runs",
+        lambda _outside: _flake(20),
+        _flake,
+    ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
         _gui,

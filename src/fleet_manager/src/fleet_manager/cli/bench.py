@@ -27,14 +27,21 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Write the figures to a file as well.",
 )
+@click.option(
+    "--runs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How often, for a benchmark that does the same again and again.",
+)
 @pass_outside
-def bench(outside: Outside, name: str | None, file: Path | None) -> None:
+def bench(outside: Outside, name: str | None, file: Path | None, runs: int | None) -> None:
     """Measure; without a NAME, list what can be measured.
 
     \b
     Examples:
       hive bench
       hive bench system --json system.json
+      hive bench flake --runs 5
 
     Ends with 0 when the measurement ran, whatever it found.
     """  # noqa: D301  (to click, \b means: keep the lines)
@@ -44,13 +51,22 @@ def bench(outside: Outside, name: str | None, file: Path | None) -> None:
         for known, entry in sorted(BENCHES.items()):
             click.echo(f"{known:<8} {entry.line}")
         return
-    result = BENCHES[name].run(outside)
+    result = _measured(outside, name, runs)
     here = machine()
     words = f"{here['processor']}, {here['cores']} cores, {here['memory']} GB, {here['system']}"
     date = datetime.now().astimezone().isoformat(timespec="seconds")
     click.echo("\n".join(_table(result)))
     if file is not None:
         _write(file, json.dumps(as_json(name, result, words, date), indent=2) + "\n")
+
+
+def _measured(outside: Outside, name: str, runs: int | None) -> BenchResult:
+    known = BENCHES[name]
+    if runs is None:
+        return known.run(outside)
+    if known.repeat is None:
+        raise click.UsageError(f"--runs is not for {name}, which is measured once")
+    return known.repeat(runs)
 
 
 def _table(result: BenchResult) -> list[str]:
