@@ -7,7 +7,6 @@ import contextlib
 import os
 import re
 import signal
-import xmlrpc.client
 
 import pytest
 from python_qt_binding.QtCore import Qt
@@ -126,14 +125,6 @@ def test_the_same_is_sent_again_under_a_new_id(person, entry, view):
     person.wait_until(lambda: view.task_rows.rowCount() == before + 1)
 
 
-def process_of(hive, node):
-    """Return the process id of a node."""
-    with xmlrpc.client.ServerProxy(hive.uri) as master:
-        _code, _message, uri = master.lookupNode("/test_gui", node)
-    with xmlrpc.client.ServerProxy(uri) as answerer:
-        return answerer.getPid("/test_gui")[2]
-
-
 @contextlib.contextmanager
 def frozen(processes):
     """Stop processes for a while; they do not know it."""
@@ -150,7 +141,7 @@ def test_the_sign_comes_and_goes_with_the_blackboards_and_a_kept_task_is_sent(
     person, entry, view, hive
 ):
     members = ["/blackboard", *(f"/robot{number}/robot" for number in range(1, 5))]
-    with frozen([process_of(hive, member) for member in members]):
+    with frozen([hive.process_of(member) for member in members]):
         person.wait_until(lambda: "No blackboard" in view.authority_label.text())
         task = person.give_task(entry, TaskType.GA, HERE)
         assert "kept here" in answer(entry)
@@ -167,7 +158,7 @@ def test_the_view_goes_on_when_the_blackboard_is_killed_and_a_robot_takes_over(
     person.wait_until(lambda: answer(entry) == f"✔ {before}: taken in")
     name = re.search(r"Blackboard: (\S+)", view.authority_label.text())[1]
     node = "/blackboard" if name == "blackboard" else f"/{name}/robot"
-    os.kill(process_of(hive, node), signal.SIGKILL)
+    os.kill(hive.process_of(node), signal.SIGKILL)
     after = person.give_task(entry, TaskType.GA, HERE)
 
     person.wait_until(lambda: answer(entry) == f"✔ {after}: taken in")
