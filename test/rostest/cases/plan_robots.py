@@ -79,7 +79,9 @@ def test_robots_that_cannot_do_a_task_refuse_it_and_say_why(operator, observed):
 )
 def test_a_task_too_heavy_for_one_robot_is_done_in_parts(operator, observed):
     operator.all_idle()
-    operator.post(task("R-heavy", TaskMsg.GAB, (5.5, 4.0, 0.0), (5.5, 2.2, 0.0), payload=150.0))
+    # So far apart that going twice costs more than the other robot's way to A, wherever it is.
+    goals = ((5.5, 4.0, 0.0), (15.0, 9.0, 0.0))
+    operator.post(task("R-heavy", TaskMsg.GAB, *goals, payload=150.0))
     whole = operator.follow("R-heavy")
     operator.expect(
         lambda: operator.list["R-heavy"].state == TaskState.DONE,

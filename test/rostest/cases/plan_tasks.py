@@ -148,8 +148,8 @@ def keep_everyone_busy(operator):
     operator.all_idle()
     far, near = (18.9, 9.6, 0.0), (14.8, 3.0, 0.0)
     busy = [
-        task("P5-tour1", TaskMsg.GAB, *TOUR, *TOUR[::-1]),
-        task("P5-tour2", TaskMsg.GAB, *TOUR, *TOUR[::-1]),
+        task("P5-tour1", TaskMsg.GAB, *TOUR),
+        task("P5-tour2", TaskMsg.GAB, *TOUR[::-1]),
         task("P5-arm1", TaskMsg.GPAB, far, (12.0, 9.4, 0.0), far, payload=5.0),
         task("P5-arm2", TaskMsg.GPAB, near, (12.0, 3.0, 0.0), near, payload=0.4),
     ]
