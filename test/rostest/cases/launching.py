@@ -66,3 +66,8 @@ def hears(node, topic, publishers):
             links = slave.getBusInfo("/operator")[2]
         return sum(link[2] == "i" and link[4] == topic for link in links) >= publishers
     return False
+
+
+def publishers_of(topic):
+    """Return how many nodes have told the master that they publish a topic."""
+    return len(dict(rosgraph.Master("/operator").getSystemState()[0]).get(topic, ()))

@@ -13,6 +13,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import Odometry
 
 from robot_description.ros.conversions import compose, inverse, pose_from_msg, quaternion_of
+from robot_description.ros.links import mend_links
 from robot_description.ros.params import ParameterError, hive_and_robot
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ _POSE_PERIOD = 0.2
 def main() -> None:
     """Run one robot's localization until the node is shut down; see `FakeLocalization`."""
     rospy.init_node("fake_localization")
+    mend_links()
     try:
         _, name = hive_and_robot()
     except ParameterError as error:
