@@ -9,6 +9,7 @@ import rospy
 
 from blackboard.errors import BlackboardError
 from blackboard.ros import membership, params
+from blackboard.ros.links import mend_links
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import make_ways
 from blackboard.settings import BackupSettings, BlackboardSettings, WaysSettings
@@ -26,6 +27,7 @@ def main() -> None:
     ROS Parameters: see config/blackboard.yaml.
     """
     rospy.init_node("blackboard")
+    mend_links()
     try:
         kinds = (BlackboardSettings, BackupSettings, WaysSettings)
         params.refuse_unknown(kinds, ["journal"])

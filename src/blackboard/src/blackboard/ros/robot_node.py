@@ -22,6 +22,7 @@ from blackboard.robot import Robot
 from blackboard.ros import membership, params
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
+from blackboard.ros.links import mend_links
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import make_ways
 from blackboard.settings import ControllerSettings, RobotSettings, WaysSettings
@@ -53,6 +54,7 @@ def main() -> None:
     ROS Parameters: `characteristics` of the robot; otherwise see config/robot.yaml.
     """
     rospy.init_node("robot")
+    mend_links()
     try:
         _run()
     except BlackboardError as error:

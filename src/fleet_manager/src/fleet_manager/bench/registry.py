@@ -97,6 +97,11 @@ def _faults(schedules: int = _SCHEDULES) -> BenchResult:
     return BenchResult(found["figures"], found["aims"], found["figures"]["violations"] > 0)
 
 
+def _flake(runs: int) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.flake").run(runs)
+    return result
+
+
 BENCHES: Mapping[str, Bench] = {
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
@@ -108,6 +113,12 @@ BENCHES: Mapping[str, Bench] = {
         "time [s] without an active blackboard after a crash and after a freeze, on real ROS",
         lambda _outside: _failover(),
         _failover,
+        "runs",
+    ),
+    "flake": Bench(
+        "passes, failures and times [s] of each case of the test plan in 20 runs, or in --runs",
+        lambda _outside: _flake(20),
+        _flake,
         "runs",
     ),
     "gui": Bench(

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Write the figures to a file as well.",
 )
-@click.option("--runs", type=click.IntRange(min=1), metavar="N", help="How often, for failover.")
+@click.option(
+    "--runs", type=click.IntRange(min=1), metavar="N", help="How often, for failover and flake."
+)
 @click.option(
     "--schedules",
     type=click.IntRange(min=1),
@@ -48,6 +50,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
       hive bench system --json system.json
       hive bench failover --runs 20
       hive bench faults --schedules 10000
+      hive bench flake --runs 5
 
     Ends with 0 when the measurement ran, whatever it found; faults ends with 1 when a property
     was broken.

@@ -29,6 +29,7 @@ from robot_description.ros.conversions import (
     transform_to_msg,
 )
 from robot_description.ros.inbox import Inbox
+from robot_description.ros.links import mend_links
 from robot_description.ros.map_topic import wait_for_map
 from robot_description.ros.params import hive_and_robot, read_amcl_settings, read_model
 
@@ -171,6 +172,7 @@ class Amcl:
 def main() -> None:
     """Run one robot's localization until the node is shut down; see `Amcl`."""
     rospy.init_node("amcl")
+    mend_links()
     try:
         hive, name = hive_and_robot()
         model = read_model()

@@ -13,6 +13,7 @@ from nav_msgs.msg import Odometry
 
 from robot_description.poses import compose, inverse
 from robot_description.ros.conversions import pose_from_msg, transform_to_msg
+from robot_description.ros.links import mend_links
 from robot_description.ros.params import ParameterError, hive_and_robot
 
 _TRANSFORM_PERIOD = 0.1
@@ -22,6 +23,7 @@ _POSE_PERIOD = 0.2
 def main() -> None:
     """Run one robot's localization until the node is shut down; see `FakeLocalization`."""
     rospy.init_node("fake_localization")
+    mend_links()
     try:
         _, name = hive_and_robot()
     except ParameterError as error:

@@ -10,6 +10,7 @@ import rospy
 from robot_description.errors import RobotDescriptionError
 from robot_description.ompl_planner import OmplPlanner
 from robot_description.ros.conversions import grid_from_msg
+from robot_description.ros.links import mend_links
 from robot_description.ros.map_topic import wait_for_map
 from robot_description.ros.move_base import MoveBase
 from robot_description.ros.params import hive_and_robot, read_move_base_params
@@ -18,6 +19,7 @@ from robot_description.ros.params import hive_and_robot, read_move_base_params
 def main() -> None:
     """Run one robot's `move_base` until the node is shut down; see `MoveBase`."""
     rospy.init_node("move_base")
+    mend_links()
     try:
         hive, name = hive_and_robot()
         params = read_move_base_params()

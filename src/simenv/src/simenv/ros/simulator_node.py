@@ -25,6 +25,7 @@ from tf2_msgs.msg import TFMessage
 from robot_description.errors import RobotDescriptionError
 from robot_description.models import load_model
 from robot_description.ros.inbox import Inbox
+from robot_description.ros.links import mend_links
 from simenv.errors import SimenvError
 from simenv.pacing import Pacer
 from simenv.ros.conversions import pose_from, stamp_of
@@ -220,6 +221,7 @@ class SimulatorNode:
 def main() -> int:
     """Run the node; return its exit code."""
     rospy.init_node("simulator")
+    mend_links()
     try:
         params: SimulatorParams = simulator_params()
         world = load_world(params.world)
