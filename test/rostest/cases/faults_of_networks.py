@@ -110,16 +110,20 @@ def pass_time(operator, seconds):
 
 
 def reigns(operator, since):
-    """Return from when to when each epoch's active one was heard, in order of epochs."""
-    heard = defaultdict(list)
-    for at, beat in operator.beats:
-        if at > since:
-            heard[beat.epoch].append(at)
-    return [(epoch, min(times), max(times)) for epoch, times in sorted(heard.items())]
+    """Return from when to when each epoch's active one spoke, in order of epochs.
+
+    All hosts share the machine's clock. When a message was heard says less: a network that heals
+    brings what was sent long before.
+    """
+    spoke = defaultdict(list)
+    for _, beat in operator.beats:
+        if beat.sent > since:
+            spoke[beat.epoch].append(beat.sent)
+    return [(epoch, min(times), max(times)) for epoch, times in sorted(spoke.items())]
 
 
 def overlaps(operator, since):
-    """Return the pairs of epochs in which two were heard as the active one at a time."""
+    """Return the pairs of epochs in which two spoke as the active one at a time."""
     spans = reigns(operator, since)
     return [(a[0], b[0]) for a, b in pairwise(spans) if a[2] >= b[1]]
 
@@ -222,26 +226,32 @@ def test_a_cable_that_comes_and_goes_costs_few_takeovers(hive, operator):
     assert is_done(operator, "flapping")
 
 
-@pytest.mark.parametrize(("percent", "seconds"), [(10, 30.0), (30, 60.0)])
-def test_lost_packets_alone_cost_no_takeover(hive, operator, percent, seconds):
-    epoch, since = operator.last.epoch, time.monotonic()
-    hive.network.lose(percent)
-    worked = is_done(operator, f"lossy{percent}")
-    pass_time(operator, seconds - (time.monotonic() - since))
+def test_a_tenth_of_all_packets_lost_costs_no_takeover(hive, operator):
+    epoch = operator.last.epoch
+    hive.network.lose(10)
+    worked = is_done(operator, "tenth")
+    pass_time(operator, 20.0)
 
     assert worked
     assert operator.last.epoch == epoch
 
 
-def test_where_half_of_all_packets_are_lost_every_task_is_done_once(hive, operator):
+@pytest.mark.parametrize("percent", [30, 50])
+def test_where_many_packets_are_lost_nobody_else_speaks_and_every_task_is_done_once(
+    hive, operator, percent
+):
     since = time.monotonic()
-    tasks = [f"half{number}" for number in range(4)]
-    hive.network.lose(50)
-    for number, task in enumerate(tasks):
-        operator.post(make_task(task, (float(number), 2.0)))
+    tasks = {
+        f"loss{percent}-{y}": make_task(f"loss{percent}-{y}", (1.0, float(y))) for y in range(4)
+    }
+    hive.network.lose(percent)
+    for task in tasks.values():
+        operator.post_once(task)
     pass_time(operator, 20.0)
     hive.network.heal()
+    for task in tasks.values():
+        operator.post(task)
 
-    assert {operator.follow(task) for task in tasks} == {TaskState.DONE}
-    assert [len(set(starters(operator, task))) for task in tasks] == [1] * len(tasks)
+    assert {operator.follow(name) for name in tasks} == {TaskState.DONE}
+    assert [len(set(starters(operator, name))) for name in tasks] == [1] * len(tasks)
     assert overlaps(operator, since) == []

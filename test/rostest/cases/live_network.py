@@ -70,7 +70,7 @@ class LiveNetwork:
         for group in groups:
             others = [self._addresses[name] for name in self._hosts if name not in group]
             for name in group:
-                self._filter(name, f"ip saddr {{ {', '.join(others)} }} drop")
+                self._filter(name, f"iifname eth0 ip saddr {{ {', '.join(others)} }} drop")
 
     def unplug(self, host: str) -> None:
         """Have a host vanish for all others and the office, without a word."""
@@ -79,7 +79,7 @@ class LiveNetwork:
     def deafen(self, host: str) -> None:
         """Have a host hear no other one any more, though it can speak."""
         others = [a for name, a in self._addresses.items() if name != host]
-        self._filter(host, f"ip saddr {{ {', '.join(others)} }} drop")
+        self._filter(host, f"iifname eth0 ip saddr {{ {', '.join(others)} }} drop")
 
     def lose(self, percent: int) -> None:
         """Lose a share of the packets that reach each host."""
@@ -119,13 +119,10 @@ class LiveNetwork:
 
     def _filter(self, host: str, *rules: str) -> None:
         """Replace what a host's kernel drops, at once."""
-        chains = "".join(
-            f"chain {hook} {{ type filter hook {hook} priority 0; {'; '.join(chosen)} }}\n"
-            for hook, chosen in (
-                ("input", [rule for rule in rules if "oifname" not in rule]),
-                ("output", [rule for rule in rules if "oifname" in rule]),
-            )
-        )
+        chains = ""
+        for hook, card in (("input", "iifname"), ("output", "oifname")):
+            chosen = "".join(f"{rule}\n" for rule in rules if rule.startswith(card))
+            chains += f"chain {hook} {{\ntype filter hook {hook} priority 0\n{chosen}}}\n"
         table = f"add table inet hive\ndelete table inet hive\ntable inet hive {{\n{chains}}}\n"
         _run(*self.prefix(host), "nft", "-f", "-", text=table)
 

@@ -98,12 +98,14 @@ class MemoryJournal:
 
 _FORMAT = 2
 _APPLICATION = 0x48495645
-_TABLES = """
-CREATE TABLE IF NOT EXISTS self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS records
+_TABLES = f"""
+CREATE TABLE self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE records
     (task TEXT PRIMARY KEY, place INTEGER NOT NULL, record TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS entries (version INTEGER PRIMARY KEY, entry TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS reports (task TEXT PRIMARY KEY, report TEXT NOT NULL);
+CREATE TABLE entries (version INTEGER PRIMARY KEY, entry TEXT NOT NULL);
+CREATE TABLE reports (task TEXT PRIMARY KEY, report TEXT NOT NULL);
+PRAGMA application_id = {_APPLICATION};
+PRAGMA user_version = {_FORMAT};
 """
 
 
@@ -182,11 +184,15 @@ class SqliteJournal:
             (application,) = database.execute("PRAGMA application_id").fetchone()
             (format_,) = database.execute("PRAGMA user_version").fetchone()
             _check_origin(tables, application, format_)
+            (complaint,) = database.execute("PRAGMA quick_check(1)").fetchone()
+            if (
+                complaint != "ok"
+            ):  # found before anything is written to a file that may be set aside
+                raise sqlite3.DatabaseError(complaint)
             database.execute("PRAGMA journal_mode = WAL")
             database.execute("PRAGMA synchronous = FULL")
-            database.executescript(_TABLES)
-            database.execute(f"PRAGMA application_id = {_APPLICATION}")
-            database.execute(f"PRAGMA user_version = {_FORMAT}")
+            if tables == 0:
+                database.executescript(f"BEGIN;{_TABLES}COMMIT;")
         except BaseException:
             database.close()
             raise

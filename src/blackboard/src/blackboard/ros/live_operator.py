@@ -104,7 +104,7 @@ class LiveOperator:
 
     def wait_until_whole(self) -> str:
         """Return who is active once every member has a vote, answers, and a backup is named."""
-        self.demand(self._is_whole, f"{sorted(self._members)} make a whole hive")
+        self.demand(self.is_whole, f"{sorted(self._members)} make a whole hive")
         return str(self.last.active)
 
     def forget_answers(self) -> None:
@@ -170,7 +170,8 @@ class LiveOperator:
         """Return every state that was told of a task."""
         return {update.state for update in self.updates[task_id]}
 
-    def _is_whole(self) -> bool:
+    def is_whole(self) -> bool:
+        """Return whether every member has a vote and answers, and a backup is named."""
         last = self.last
         if last is None or not set(last.members) >= self._members or not last.backup:
             return False

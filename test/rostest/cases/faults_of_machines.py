@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What happens to a hive of real nodes when clocks jump or stop, or the processors are taken."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rospy
+from blackboard.msg import TaskState
+from rosgraph_msgs.msg import Clock
+
+from blackboard.ros.live_hive import ROBOTS, LiveHive
+from blackboard.ros.live_operator import LiveOperator, make_task
+from blackboard.ros.stand_in import StandIn
+
+FAKETIME = Path("/usr/lib") / f"{os.uname().machine}-linux-gnu" / "faketime/libfaketimeMT.so.1"
+"""Of the Debian package libfaketime: shifts the wall clock of the program that loads it."""
+LONGER = 6.0
+"""Longer than a lease, an election and the silence after which a robot is lost [s]."""
+MANY = tuple(f"robot{number}" for number in range(1, 13))
+GREEDY = 10
+"""Programs that want a processor all the time."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def ros():
+    """Make this process a node."""
+    rospy.init_node("faults", anonymous=True, disable_signals=True)
+
+
+def start(folder, namespace, robots, **environment):
+    """Start a hive whose nodes have the environment; return it with whom to ask."""
+    hive = LiveHive(folder, namespace, robots)
+    hive.drives = [StandIn(f"{namespace}{name}", x=float(i)) for i, name in enumerate(robots)]
+    for node in hive.members:
+        hive.start(node, environment=environment)
+    return hive, LiveOperator(namespace, hive.members)
+
+
+def pass_time(operator, seconds):
+    """Let time pass while messages are taken in."""
+    end = time.monotonic() + seconds
+    operator.wait(lambda: time.monotonic() > end, seconds + 1.0)
+
+
+def arrivals(hive, goal):
+    return sum(drive.arrivals.count(goal) for drive in hive.drives)
+
+
+def test_a_wall_clock_that_jumps_an_hour_changes_nothing(tmp_path):
+    if not FAKETIME.exists():
+        pytest.skip(f"{FAKETIME} is missing; install libfaketime")
+    shift = tmp_path / "shift"
+    shift.write_text("+0")
+    hive, operator = start(
+        tmp_path,
+        "/wall/",
+        ROBOTS[:2],
+        LD_PRELOAD=str(FAKETIME),
+        FAKETIME_TIMESTAMP_FILE=str(shift),
+        FAKETIME_NO_CACHE="1",
+        FAKETIME_DONT_FAKE_MONOTONIC="1",
+    )
+    try:
+        operator.wait_until_whole()
+        epoch = operator.last.epoch
+        for number, jump in enumerate(("+3600", "-3600")):
+            operator.post(make_task(f"jump{number}", (float(number), 1.0)))
+            shift.write_text(jump)
+            said = operator.last.header.stamp.to_sec()
+            pass_time(operator, LONGER)
+
+            assert abs(operator.last.header.stamp.to_sec() - said) > 1800.0  # the jump was heard
+            assert operator.follow(f"jump{number}") == TaskState.DONE
+            assert arrivals(hive, (float(number), 1.0)) == 1
+        assert operator.last.epoch == epoch
+    finally:
+        hive.end()
+
+
+def test_ten_programs_that_take_the_processors_cost_twelve_robots_no_takeover(tmp_path):
+    hive, operator = start(tmp_path, "/busy/", MANY)
+    greedy = []
+    try:
+        operator.wait_until_whole()
+        epoch = operator.last.epoch
+        loop = [sys.executable, "-c", "while True: pass"]
+        greedy += [subprocess.Popen(loop) for _ in range(GREEDY)]
+        operator.post(make_task("busy", (1.0, 1.0)))
+        pass_time(operator, 2 * LONGER)
+
+        assert operator.follow("busy") == TaskState.DONE
+        assert operator.last.epoch == epoch
+    finally:
+        for program in greedy:
+            program.kill()
+            program.wait()
+        hive.end()
+
+
+def test_a_simulated_clock_that_stops_or_jumps_back_changes_nothing(tmp_path):
+    rospy.set_param("/use_sim_time", True)
+    clock = rospy.Publisher("/clock", Clock, queue_size=1, latch=True)
+    clock.publish(rospy.Time(1000))
+    hive, operator = start(tmp_path, "/simulated/", ROBOTS[:2])
+    try:
+        run_clock(operator, clock, 1000.0, operator.is_whole)
+        epoch = operator.last.epoch
+        pass_time(operator, LONGER)  # the clock stands
+
+        assert operator.last.epoch == epoch
+
+        for number, begins in enumerate((1100.0, 500.0)):
+            operator.post_once(make_task(f"clock{number}", (float(number), 1.0)))
+            ended = lambda n=number: operator.state_of(f"clock{n}") == TaskState.DONE  # noqa: E731  (a sentence)
+            run_clock(operator, clock, begins, ended)
+
+            assert arrivals(hive, (float(number), 1.0)) == 1
+        assert operator.last.epoch == epoch
+    finally:
+        hive.end()
+        rospy.set_param("/use_sim_time", False)
+
+
+def run_clock(operator, clock, begins, until):
+    """Run the simulated clock in steps of 50 ms until something is so."""
+    for step in range(1200):
+        clock.publish(rospy.Time.from_sec(begins + 0.05 * step))
+        if operator.wait(until, 0.05):
+            return
+    pytest.fail(f"it did not become so within a minute of simulated time; {operator.last}")
