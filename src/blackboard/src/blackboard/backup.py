@@ -26,7 +26,6 @@ from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC, TASK_ST
 from blackboard.task_list import Sync, TaskList
 
 if TYPE_CHECKING:
-    from collections import Counter
     from collections.abc import Callable
     from random import Random
 
@@ -132,11 +131,6 @@ class Backup:
     def hive(self) -> str:
         """The id of the hive; empty where this member belongs to none yet."""
         return self._member.hive
-
-    @property
-    def refused(self) -> Counter[str]:
-        """How many messages were refused, by hive or epoch; see `Border.refused`."""
-        return self._border.refused
 
     def obeys(self, hive: str, epoch: int) -> bool:
         """Return whether the blackboard of a hive and an epoch is to be obeyed; see `Fence`."""

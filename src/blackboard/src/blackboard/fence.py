@@ -8,7 +8,6 @@ while it hears the other (see docs/decisions/024).
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.active import Heartbeat
@@ -62,8 +61,6 @@ class Border:
 
     Attributes:
         founding: While this member waits whether it has to found a hive.
-        refused: How many messages were refused, by the id of the hive they came from; those of
-            lower epochs by `epoch` and their number.
     """
 
     def __init__(self, talker: Talker, name: str, patience: float) -> None:
@@ -75,7 +72,6 @@ class Border:
         self._handover: Handover | None = None
         self._told: set[str] = set()
         self.founding: Founding | None = None
-        self.refused: Counter[str] = Counter()
 
     def lets_in(self, message: Said, own: Member) -> bool:
         """Return whether a message concerns this member; note what is another hive's.
@@ -92,10 +88,8 @@ class Border:
             if isinstance(message, Heartbeat):
                 self._own_size = len(message.members)
             return not isinstance(message, Ack) or own.role is Role.ACTIVE
-        if message.hive:
-            self.refused[message.hive] += 1
-            if isinstance(message, Heartbeat):
-                self._meet(message, own)
+        if message.hive and isinstance(message, Heartbeat):
+            self._meet(message, own)
         return False
 
     def makes_way_for(self) -> str:
@@ -148,8 +142,7 @@ class Border:
         """Return whether a blackboard is of another hive or of an epoch that is over."""
         if hive == own.hive and epoch >= own.epoch:
             return False
-        kind = f"epoch {epoch}" if hive == own.hive else hive
-        self.refused[kind] += 1
+        kind = f"epoch {epoch}"
         if kind not in self._told and hive == own.hive:
             self._told.add(kind)
             self._talker.warn(

@@ -11,18 +11,19 @@ import contextlib
 import json
 import sqlite3
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blackboard.errors import JournalError
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.replication import Entry, Log, Position, Whole
-from blackboard.task import Task, TaskState
+from blackboard.json_records import entry_from, record_from, report_from, to_json
+from blackboard.replication import Log, Position, Whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
+
+    from blackboard.record import TaskRecord, TaskUpdate
+    from blackboard.replication import Entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,11 +162,11 @@ class SqliteJournal:
     def load_reports(self) -> tuple[TaskUpdate, ...]:
         """Return the open reports."""
         rows = self._database.execute("SELECT report FROM reports ORDER BY rowid")
-        return tuple(_report_from(json.loads(text)) for (text,) in rows)
+        return tuple(report_from(text) for (text,) in rows)
 
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
         """Write down the open reports."""
-        rows = [(report.task_id, json.dumps(asdict(report))) for report in reports]
+        rows = [(report.task_id, to_json(report)) for report in reports]
         try:
             with self._transaction():
                 self._database.execute("DELETE FROM reports")
@@ -264,11 +265,11 @@ class SqliteJournal:
         self._database.executemany(
             "INSERT INTO records VALUES (:task, (SELECT count(*) FROM records), :record)"
             " ON CONFLICT (task) DO UPDATE SET record = :record",
-            [{"task": each.task.id, "record": json.dumps(asdict(each))} for each in records],
+            [{"task": each.task.id, "record": to_json(each)} for each in records],
         )
 
     def _write_entries(self, entries: Iterable[Entry]) -> None:
-        rows = [(entry.version, json.dumps(asdict(entry))) for entry in entries]
+        rows = [(entry.version, to_json(entry)) for entry in entries]
         self._database.executemany("INSERT INTO entries VALUES (?, ?)", rows)
 
     def _read(self) -> Durable | None:
@@ -277,9 +278,9 @@ class SqliteJournal:
         if not values:
             return None
         texts = self._database.execute("SELECT record FROM records ORDER BY place")
-        records = [_record_from(json.loads(text)) for (text,) in texts]
+        records = [record_from(text) for (text,) in texts]
         texts = self._database.execute("SELECT entry FROM entries ORDER BY version")
-        entries = tuple(_entry_from(json.loads(text)) for (text,) in texts)
+        entries = tuple(entry_from(text) for (text,) in texts)
         known = {record.task.id: record for record in records}
         base = Whole(Position(*values["base"]), known, tuple(values["members"]))
         log = Log.of(base, entries, values["committed"])
@@ -298,23 +299,3 @@ def _check_origin(tables: int, application: int, format_: int) -> None:
 def _continues(before: Log, log: Log) -> bool:
     """Return whether a log came from another by changes at its end and by folding."""
     return before.base is log.base or log.base.position == before.at(log.base.position.version)
-
-
-def _entry_from(values: dict[str, Any]) -> Entry:
-    records = tuple(map(_record_from, values["records"]))
-    members = None if values["members"] is None else tuple(values["members"])
-    return Entry(values["epoch"], values["version"], records, members)
-
-
-def _record_from(values: dict[str, Any]) -> TaskRecord:
-    task = values.pop("task")
-    goals = tuple(Pose(**goal) for goal in task.pop("goals"))
-    state = TaskState(values.pop("state"))
-    others: dict[str, Any] = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
-    }
-    return TaskRecord(Task(goals=goals, **task), state, **others)
-
-
-def _report_from(values: dict[str, Any]) -> TaskUpdate:
-    return TaskUpdate(state=TaskState(values.pop("state")), **values)
