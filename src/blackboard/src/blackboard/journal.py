@@ -291,9 +291,12 @@ class _ForeignError(Exception):
     """A database that something else has written."""
 
 
-def _check_origin(tables: int, application: int, format_: int) -> None:
+def _check(tables: int, application: int, format_: int, found: str) -> None:
+    """Refuse a file before anything is written to it: it is set aside as it is."""
     if tables and (application, format_) != (_APPLICATION, _FORMAT):
         raise _ForeignError
+    if found != "ok":
+        raise sqlite3.DatabaseError(found)
 
 
 def _continues(before: Log, log: Log) -> bool:
