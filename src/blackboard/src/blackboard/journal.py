@@ -184,12 +184,8 @@ class SqliteJournal:
             tables = database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             (application,) = database.execute("PRAGMA application_id").fetchone()
             (format_,) = database.execute("PRAGMA user_version").fetchone()
-            _check_origin(tables, application, format_)
-            (complaint,) = database.execute("PRAGMA quick_check(1)").fetchone()
-            if (
-                complaint != "ok"
-            ):  # found before anything is written to a file that may be set aside
-                raise sqlite3.DatabaseError(complaint)
+            (found,) = database.execute("PRAGMA quick_check(1)").fetchone()
+            _check(tables, application, format_, found)
             database.execute("PRAGMA journal_mode = WAL")
             database.execute("PRAGMA synchronous = FULL")
             if tables == 0:
