@@ -152,6 +152,21 @@ def test_an_active_one_that_is_split_off_steps_down_before_another_takes_over(hi
     assert overlaps(operator, since) == []
 
 
+def test_where_no_group_is_a_majority_nobody_is_active_and_tasks_wait(hive, operator):
+    since = time.monotonic()
+    hive.network.split(HOSTS[:2], HOSTS[2:4], HOSTS[4:])
+    operator.wait(lambda: time.monotonic() - operator.beats[-1][0] > TAKEOVER, 4 * TAKEOVER)
+    silent = time.monotonic() - operator.beats[-1][0] > TAKEOVER
+    operator.post_once(make_task("threefold", (2.0, 1.0)))
+    unanswered = not operator.wait(lambda: operator.updates["threefold"], 2.0)
+    hive.network.heal()
+
+    assert silent
+    assert unanswered
+    assert is_done(operator, "threefold")
+    assert overlaps(operator, since) == []
+
+
 def test_a_robot_that_is_split_off_from_the_majority_changes_nothing(hive, operator):
     epoch = operator.last.epoch
     lonely = followers(hive, operator)[0]

@@ -10,24 +10,20 @@ taken over, so most rounds end a robot's process.
 
 from __future__ import annotations
 
-import contextlib
 import signal
 import statistics
 import sys
-import tempfile
 import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-import rospy
-
-from blackboard.ros.live_hive import LiveHive, own_master
-from blackboard.ros.live_operator import LiveOperator
-from blackboard.ros.stand_in import StandIn
+from blackboard.ros.bench_hive import bench_hive
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
+
+    from blackboard.ros.live_hive import LiveHive
+    from blackboard.ros.live_operator import LiveOperator
 
 RUNS = 20
 """How many of each fault, unless said otherwise."""
@@ -74,23 +70,6 @@ def _round(hive: LiveHive, operator: LiveOperator, fault: str, what: signal.Sign
     return Gap(fault, active, gap, bool(hive.robot_of(active)))
 
 
-@contextlib.contextmanager
-def _hive() -> Iterator[tuple[LiveHive, LiveOperator]]:
-    """Run a hive on a ROS master of its own at the address of the environment."""
-    folder = Path(tempfile.mkdtemp(prefix="robo-hive-failover-"))
-    with own_master(folder):
-        rospy.init_node("bench_failover", anonymous=True, disable_signals=True)
-        hive = LiveHive(folder)
-        drives = [StandIn(f"/{name}", x=float(i)) for i, name in enumerate(hive.robots)]
-        operator = LiveOperator(hive.namespace, hive.members)
-        try:
-            hive.start_all()
-            yield hive, operator
-        finally:
-            hive.end()
-            drives.clear()
-
-
 def figures_of(gaps: Sequence[Gap]) -> dict[str, float]:
     """Return median, worst and best for each kind of fault, and for robots that carried it [s]."""
     figures: dict[str, float] = {}
@@ -132,7 +111,7 @@ def run(runs: int = RUNS) -> dict[str, dict[str, float]]:
     Returns:
         `figures`: see `figures_of`; `aims`: see `AIMS`. The distributions go to standard error.
     """
-    with _hive() as (hive, operator):
+    with bench_hive("bench_failover") as (hive, operator):
         gaps = [_round(hive, operator, *fault) for fault in _FAULTS for _ in range(runs)]
     for fault, _ in _FAULTS:
         sys.stderr.write("\n".join([f"{fault}:", *histogram(gaps, fault), ""]))

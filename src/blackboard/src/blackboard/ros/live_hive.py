@@ -180,6 +180,10 @@ class LiveHive:
         """Return the names of the nodes that were started and do not run any more."""
         return tuple(name for name, each in self._processes.items() if each.poll() is not None)
 
+    def pids(self) -> tuple[int, ...]:
+        """Return the process numbers of the nodes that run."""
+        return tuple(each.pid for each in self._processes.values() if each.poll() is None)
+
     def restart_ended(self) -> None:
         """Start those again that do not run any more."""
         for name in self.ended():

@@ -48,7 +48,7 @@ class Bench:
         line: What it measures, in a line, with units.
         run: Measures.
         repeat: Measures with a count that the user chooses; None where there is no such choice.
-        counts: What is counted then, which is the name of the option: `runs` or `schedules`.
+        counts: What is counted then, and the name of the option: `runs`, `schedules`, `minutes`.
     """
 
     line: str
@@ -57,14 +57,18 @@ class Bench:
     counts: str = ""
 
 
-def _failover(*runs: int) -> BenchResult:
+def _on_live_hive(module: str, *count: int) -> BenchResult:
+    """Run a benchmark of the package blackboard on a ROS master of its own."""
     with (
         tempfile.TemporaryDirectory(prefix="robo-hive-bench-") as folder,
         local_hive(Path(folder)),
     ):
-        module = import_module("blackboard.ros.bench_failover")
-        found: dict[str, dict[str, float]] = module.run(*runs)
+        found: dict[str, dict[str, float]] = import_module(f"blackboard.ros.{module}").run(*count)
     return BenchResult(found["figures"], found["aims"])
+
+
+_failover = partial(_on_live_hive, "bench_failover")
+_soak = partial(_on_live_hive, "bench_soak")
 
 
 def _system(outside: Outside) -> BenchResult:
@@ -132,6 +136,12 @@ BENCHES: Mapping[str, Bench] = {
     "plan": Bench(
         "planning time [s] and length of the way over the shortest one, 200 pairs on each map",
         _plan,
+    ),
+    "soak": Bench(
+        "tasks not done [1] and growth [MB, threads, files] of a hive that is broken each minute",
+        lambda _outside: _soak(),
+        _soak,
+        "minutes",
     ),
     "system": Bench(
         "CPU [s per s] and memory [GB] of four robots that all drive, without RViz, in real time",

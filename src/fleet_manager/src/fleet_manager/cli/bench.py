@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     metavar="N",
     help="How many are simulated, for faults.",
 )
+@click.option("--minutes", type=click.IntRange(min=2), metavar="N", help="How long, for soak.")
 @pass_outside
 def bench(outside: Outside, name: str | None, file: Path | None, **counts: int | None) -> None:
     """Measure; without a NAME, list what can be measured.
@@ -49,6 +50,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
       hive bench
       hive bench system --json system.json
       hive bench failover --runs 20
+      hive bench soak --minutes 30
       hive bench faults --schedules 10000
       hive bench flake --runs 5
 
