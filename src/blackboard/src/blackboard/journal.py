@@ -179,16 +179,16 @@ class SqliteJournal:
         self._database.close()
 
     def _open(self) -> sqlite3.Connection:
+        is_new = not self._path.exists() or self._path.stat().st_size == 0
         database = sqlite3.connect(self._path, isolation_level=None, check_same_thread=False)
         try:
-            tables = database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             (application,) = database.execute("PRAGMA application_id").fetchone()
             (format_,) = database.execute("PRAGMA user_version").fetchone()
             (found,) = database.execute("PRAGMA quick_check(1)").fetchone()
-            _check(tables, application, format_, found)
+            _check(is_new, application, format_, found)
             database.execute("PRAGMA journal_mode = WAL")
             database.execute("PRAGMA synchronous = FULL")
-            if tables == 0:
+            if is_new:
                 database.executescript(f"BEGIN;{_TABLES}COMMIT;")
         except BaseException:
             database.close()
@@ -287,9 +287,9 @@ class _ForeignError(Exception):
     """A database that something else has written."""
 
 
-def _check(tables: int, application: int, format_: int, found: str) -> None:
+def _check(is_new: bool, application: int, format_: int, found: str) -> None:
     """Refuse a file before anything is written to it: it is set aside as it is."""
-    if tables and (application, format_) != (_APPLICATION, _FORMAT):
+    if not is_new and (application, format_) != (_APPLICATION, _FORMAT):
         raise _ForeignError
     if found != "ok":
         raise sqlite3.DatabaseError(found)

@@ -88,11 +88,12 @@ def test_a_damaged_file_is_set_aside_as_it_is(path):
     assert journal.set_aside.read_bytes().startswith(b"no database at all")
 
 
-def test_a_file_that_is_torn_is_set_aside_byte_for_byte(path):
+@pytest.mark.parametrize("length", [1000, 4000, 8000])
+def test_a_file_that_is_torn_is_set_aside_byte_for_byte(path, length):
     journal = SqliteJournal(path)
     journal.save_reports([DONE])
     journal.close()
-    torn = path.read_bytes()[:1000] + b"\xff" * 3000
+    torn = (path.read_bytes()[:900] + b"\xff" * 8000)[:length]
     path.write_bytes(torn)
 
     again = SqliteJournal(path)
