@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What happens to a hive of real nodes when clocks jump or stop, or the processors are taken."""
 
-import os
 import subprocess
 import sys
 import time
@@ -13,11 +12,10 @@ from blackboard.msg import TaskState
 from rosgraph_msgs.msg import Clock
 
 from blackboard.ros.live_hive import ROBOTS, LiveHive
-from blackboard.ros.live_operator import LiveOperator, make_task
+from blackboard.ros.live_operator import PATIENCE, LiveOperator, make_task
 from blackboard.ros.stand_in import StandIn
 
-FAKETIME = Path("/usr/lib") / f"{os.uname().machine}-linux-gnu" / "faketime/libfaketimeMT.so.1"
-"""Of the Debian package libfaketime: shifts the wall clock of the program that loads it."""
+NODES = Path(__file__).resolve().parents[1] / "nodes"
 LONGER = 6.0
 """Longer than a lease, an election and the silence after which a robot is lost [s]."""
 MANY = tuple(f"robot{number}" for number in range(1, 13))
@@ -31,12 +29,10 @@ def ros():
     rospy.init_node("faults", anonymous=True, disable_signals=True)
 
 
-def start(folder, namespace, robots, **environment):
-    """Start a hive whose nodes have the environment; return it with whom to ask."""
+def make_hive(folder, namespace, robots):
+    """Make a hive, which has to be started, with whom to ask."""
     hive = LiveHive(folder, namespace, robots)
     hive.drives = [StandIn(f"{namespace}{name}", x=float(i)) for i, name in enumerate(robots)]
-    for node in hive.members:
-        hive.start(node, environment=environment)
     return hive, LiveOperator(namespace, hive.members)
 
 
@@ -51,26 +47,20 @@ def arrivals(hive, goal):
 
 
 def test_a_wall_clock_that_jumps_an_hour_changes_nothing(tmp_path):
-    if not FAKETIME.exists():
-        pytest.skip(f"{FAKETIME} is missing; install libfaketime")
     shift = tmp_path / "shift"
-    shift.write_text("+0")
-    hive, operator = start(
-        tmp_path,
-        "/wall/",
-        ROBOTS[:2],
-        LD_PRELOAD=str(FAKETIME),
-        FAKETIME_TIMESTAMP_FILE=str(shift),
-        FAKETIME_NO_CACHE="1",
-        FAKETIME_DONT_FAKE_MONOTONIC="1",
-    )
+    shift.write_text("0")
+    hive, operator = make_hive(tmp_path, "/wall/", ROBOTS[:2])
+    for node in hive.members:
+        kind = "robot_node" if hive.robot_of(node) else "blackboard_node"
+        clock = [str(NODES / "jumping_clock"), f"blackboard.ros.{kind}", str(shift)]
+        hive.start(node, program=[sys.executable, *clock])
     try:
         operator.wait_until_whole()
         epoch = operator.last.epoch
-        for number, jump in enumerate(("+3600", "-3600")):
+        for number, jump in enumerate(("3600", "-3600")):
             operator.post(make_task(f"jump{number}", (float(number), 1.0)))
-            shift.write_text(jump)
             said = operator.last.header.stamp.to_sec()
+            shift.write_text(jump)
             pass_time(operator, LONGER)
 
             assert abs(operator.last.header.stamp.to_sec() - said) > 1800.0  # the jump was heard
@@ -82,10 +72,11 @@ def test_a_wall_clock_that_jumps_an_hour_changes_nothing(tmp_path):
 
 
 def test_ten_programs_that_take_the_processors_cost_twelve_robots_no_takeover(tmp_path):
-    hive, operator = start(tmp_path, "/busy/", MANY)
+    hive, operator = make_hive(tmp_path, "/busy/", MANY)
     greedy = []
     try:
-        operator.wait_until_whole()
+        hive.start_all()
+        operator.demand(operator.is_whole, "twelve robots are members", 2 * PATIENCE)
         epoch = operator.last.epoch
         loop = [sys.executable, "-c", "while True: pass"]
         greedy += [subprocess.Popen(loop) for _ in range(GREEDY)]
@@ -105,8 +96,9 @@ def test_a_simulated_clock_that_stops_or_jumps_back_changes_nothing(tmp_path):
     rospy.set_param("/use_sim_time", True)
     clock = rospy.Publisher("/clock", Clock, queue_size=1, latch=True)
     clock.publish(rospy.Time(1000))
-    hive, operator = start(tmp_path, "/simulated/", ROBOTS[:2])
+    hive, operator = make_hive(tmp_path, "/simulated/", ROBOTS[:2])
     try:
+        hive.start_all()
         run_clock(operator, clock, 1000.0, operator.is_whole)
         epoch = operator.last.epoch
         pass_time(operator, LONGER)  # the clock stands

@@ -245,7 +245,7 @@ def test_a_tenth_of_all_packets_lost_costs_no_takeover(hive, operator):
     epoch = operator.last.epoch
     hive.network.lose(10)
     worked = is_done(operator, "tenth")
-    pass_time(operator, 20.0)
+    pass_time(operator, 12.0)
 
     assert worked
     assert operator.last.epoch == epoch
@@ -262,7 +262,7 @@ def test_where_many_packets_are_lost_nobody_else_speaks_and_every_task_is_done_o
     hive.network.lose(percent)
     for task in tasks.values():
         operator.post_once(task)
-    pass_time(operator, 20.0)
+    pass_time(operator, 12.0)
     hive.network.heal()
     for task in tasks.values():
         operator.post(task)

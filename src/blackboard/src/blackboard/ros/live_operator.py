@@ -93,14 +93,16 @@ class LiveOperator:
         with self._changed:
             return bool(self._changed.wait_for(condition, patience))
 
-    def demand(self, condition: Callable[[], object], what: str) -> None:
+    def demand(
+        self, condition: Callable[[], object], what: str, patience: float = PATIENCE
+    ) -> None:
         """Wait until something is so.
 
         Raises:
-            LiveHiveError: It did not become so; the text says what was waited for.
+            LiveHiveError: It did not become so in time [s]; the text says what was waited for.
         """
-        if not self.wait(condition):
-            raise LiveHiveError(f"not within {PATIENCE:.0f} s: {what}; last: {self.last}")
+        if not self.wait(condition, patience):
+            raise LiveHiveError(f"not within {patience:.0f} s: {what}; last: {self.last}")
 
     def wait_until_whole(self) -> str:
         """Return who is active once every member has a vote, answers, and a backup is named."""
