@@ -202,7 +202,7 @@ def told_in(operator, task_id):
 @pytest.fixture(scope="module")
 def newcomer(operator, launches):
     """A robot of an unknown make with an all but empty battery, which joins the running fleet."""
-    place = {"x": 18.8, "y": 9.6}
+    place = {"x": 18.4, "y": 5.6}  # where no case before has sent a robot
     operator.watch("robot5")
     launch = launches.start(
         "fleet_manager", "robot.launch", name="robot5", model=PORTER, charge=0.1, **place
@@ -219,7 +219,7 @@ def newcomer(operator, launches):
 )
 @pytest.mark.usefixtures("newcomer")
 def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observed):
-    nearby = (18.9, 8.8, 0.0)
+    nearby = (17.2, 5.6, 0.0)
     operator.post(task("R-low", TaskMsg.GA, nearby))
     operator.expect(lambda: "robot5" in operator.bids["R-low"], "robot5's bid on R-low")
     low = operator.bids["R-low"]["robot5"]
