@@ -5,12 +5,15 @@ import contextlib
 import os
 import signal
 import subprocess
+import time
 import xmlrpc.client
 
 import rosgraph
+from hive_operator import PATIENCE
 
 TIME_TO_STOP = 25.0
 """roslaunch gives its nodes 15 s after SIGINT and 2 s after SIGTERM [s]."""
+POLL = 0.2
 
 
 class Launches:
@@ -71,3 +74,18 @@ def hears(node, topic, publishers):
 def publishers_of(topic):
     """Return how many nodes have told the master that they publish a topic."""
     return len(dict(rosgraph.Master("/operator").getSystemState()[0]).get(topic, ()))
+
+
+def wait_until_empty(look, since=None):
+    """Wait until a look finds nothing missing; return how long that took since a time [s].
+
+    Args:
+        look: Returns what is missing.
+        since: A time on the monotonic clock [s]; None: now.
+    """
+    since = time.monotonic() if since is None else since
+    while left := look():
+        passed = time.monotonic() - since
+        assert passed < PATIENCE, f"still missing after {passed:.0f} s: {left}"
+        time.sleep(POLL)  # the master tells nobody what is new
+    return time.monotonic() - since

@@ -14,6 +14,7 @@ import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
 from hive_operator import ROBOTS, Operator, apart, in_order, task
 from launching import Launches, hears, kill
+from simenv.srv import Remove
 from std_msgs.msg import String
 
 PORTER = Path(__file__).resolve().parents[1] / "models" / "porter.yaml"
@@ -38,6 +39,12 @@ def set_state(operator, robot, word, state):
         f"{robot} in state {state} after it was set {word}",
         lambda: operator.robots[robot],
     )
+
+
+def carry_away(robot):
+    """Take a robot that does not drive any more out of the others' way."""
+    answer = rospy.ServiceProxy("/simenv/remove", Remove)(name=robot)
+    assert answer.success, answer.message
 
 
 def refusals(operator, task_id):
@@ -79,9 +86,9 @@ def test_robots_that_cannot_do_a_task_refuse_it_and_say_why(operator, observed):
 )
 def test_a_task_too_heavy_for_one_robot_is_done_in_parts(operator, observed):
     operator.all_idle()
-    # So far apart that going twice costs more than the other robot's way to A, wherever it is.
-    goals = ((5.5, 4.0, 0.0), (15.0, 9.0, 0.0))
-    operator.post(task("R-heavy", TaskMsg.GAB, *goals, payload=150.0))
+    # Both parts are auctioned at once: the lighter one goes to the robot that is there already.
+    a = (*operator.place("robot2"), 0.0)
+    operator.post(task("R-heavy", TaskMsg.GAB, a, (5.5, 4.0, 0.0), payload=150.0))
     whole = operator.follow("R-heavy")
     operator.expect(
         lambda: operator.list["R-heavy"].state == TaskState.DONE,
@@ -195,7 +202,7 @@ def told_in(operator, task_id):
 @pytest.fixture(scope="module")
 def newcomer(operator, launches):
     """A robot of an unknown make with an all but empty battery, which joins the running fleet."""
-    place = {"x": 18.8, "y": 9.6}
+    place = {"x": 18.4, "y": 5.6}  # where no case before has sent a robot
     operator.watch("robot5")
     launch = launches.start(
         "fleet_manager", "robot.launch", name="robot5", model=PORTER, charge=0.1, **place
@@ -212,7 +219,7 @@ def newcomer(operator, launches):
 )
 @pytest.mark.usefixtures("newcomer")
 def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observed):
-    nearby = (18.9, 8.8, 0.0)
+    nearby = (17.2, 5.6, 0.0)
     operator.post(task("R-low", TaskMsg.GA, nearby))
     operator.expect(lambda: "robot5" in operator.bids["R-low"], "robot5's bid on R-low")
     low = operator.bids["R-low"]["robot5"]
@@ -259,6 +266,7 @@ def test_an_unknown_robot_joins_works_and_leaves(operator, newcomer, launches, o
         "robot5 OFFLINE",
         lambda: operator.robots["robot5"],
     )
+    carry_away("robot5")
     end = operator.follow("R-left")
     observed(
         f"{members} members with robot5; R-left begun by {worker}; robot5 left and was OFFLINE; "
@@ -313,6 +321,7 @@ def test_the_task_of_a_robot_that_was_killed_is_done_by_another(operator, observ
         f"{first} OFFLINE",
         lambda: operator.robots[first],
     )
+    carry_away(first)
     end = operator.follow("R-killed")
     observed(f"begun by {first}, which was killed and was OFFLINE; done by {end.robot_id}")
 

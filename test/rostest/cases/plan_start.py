@@ -15,13 +15,12 @@ import rospkg
 import rospy
 import yaml
 from blackboard.msg import TaskMsg, TaskState
-from hive_operator import PATIENCE, ROBOTS, Operator, task
-from launching import Launches, pid_of
+from hive_operator import ROBOTS, Operator, task
+from launching import Launches, pid_of, wait_until_empty
 
 MASTER = rosgraph.Master("/plan_start")
 WITHIN = 60.0
 """Wall time in which the system has to be up [s]; a machine with nothing else to do needs 10."""
-POLL = 0.2
 
 ROBOT_TOPICS = {
     "set_state": "std_msgs/String",
@@ -90,18 +89,6 @@ def missing(topics):
     used = {name for name, _ in [*publishers, *subscribers]}  # the master keeps types for ever
     there = {name: kind for name, kind in MASTER.getTopicTypes() if name in used}
     return {name: there.get(name, "-") for name, kind in topics.items() if there.get(name) != kind}
-
-
-def wait_until_empty(look, since):
-    """Wait until a look finds nothing missing; return how long that took since a time [s]."""
-    while True:
-        left = look()
-        passed = time.monotonic() - since
-        if not left:
-            return passed
-        if passed > PATIENCE:
-            pytest.fail(f"still missing after {passed:.0f} s: {left}")
-        time.sleep(POLL)  # the master tells nobody what is new
 
 
 def silent(nodes):
