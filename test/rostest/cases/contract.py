@@ -4,9 +4,6 @@
 Nothing of the system is imported here but its messages.
 """
 
-import math
-
-import pytest
 from blackboard.msg import TaskMsg, TaskState
 from hive_operator import DONE_IN_ORDER, TOLERANCE, apart, task
 
@@ -69,30 +66,6 @@ def test_a_taken_id_with_other_content_is_refused_and_the_task_goes_on(operator)
 
     operator.until("S2", TaskState.REJECTED)
     operator.until("S2", TaskState.DONE)
-
-
-BAD = {
-    "unknown-type": ((9, (5.5, 4.0, 0.0)), {}, "type 9"),
-    "too-few-goals": ((TaskMsg.GAB, (5.5, 4.0, 0.0)), {}, "1 goal"),
-    "no-goals": ((TaskMsg.GA,), {}, "0 goals"),
-    "nan": ((TaskMsg.GA, (math.nan, 4.0, 0.0)), {}, "nan"),
-    "infinite-heading": ((TaskMsg.GA, (5.5, 4.0, math.inf)), {}, "inf"),
-    "outside-the-map": ((TaskMsg.GA, (99.0, 4.0, 0.0)), {}, "outside the map"),
-    "inside-a-wall": ((TaskMsg.GA, (10.0, 11.0, 0.0)), {}, "wall"),
-    "negative-payload": ((TaskMsg.GA, (5.5, 4.0, 0.0)), {"payload": -1.0}, "payload -1"),
-    "nan-payload": ((TaskMsg.GA, (5.5, 4.0, 0.0)), {"payload": math.nan}, "payload nan"),
-    "priority-11": ((TaskMsg.GA, (5.5, 4.0, 0.0)), {"priority": 11}, "priority 11"),
-    "unknown-frame": ((TaskMsg.GA, (5.5, 4.0, 0.0)), {"frame": "moon"}, "moon"),
-}
-
-
-@pytest.mark.parametrize("what", BAD)
-def test_a_bad_task_is_rejected_with_a_reason_that_names_what_is_wrong(operator, what):
-    arguments, options, said = BAD[what]
-    answer = operator.post(task(what, *arguments, **options))
-
-    assert answer.state == TaskState.REJECTED
-    assert said in answer.reason
 
 
 def test_a_cancelled_task_ends_at_once_and_its_robot_is_free_again(operator):

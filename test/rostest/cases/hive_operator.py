@@ -13,7 +13,15 @@ import time
 
 import pytest
 import rospy
-from blackboard.msg import BbBackup, BbSynch, RobotStatus, TaskCostArray, TaskMsg, TaskState
+from blackboard.msg import (
+    BbBackup,
+    BbSynch,
+    RobotStatus,
+    TaskCost,
+    TaskCostArray,
+    TaskMsg,
+    TaskState,
+)
 from geometry_msgs.msg import Pose2D
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header, String, UInt32
@@ -25,6 +33,8 @@ PATIENCE = float(os.environ.get("HIVE_PATIENCE", "120"))
 REPEAT = 1.0
 """Wall time after which a task that nobody has answered is posted again [s]."""
 TERMINAL = (TaskState.DONE, TaskState.REJECTED, TaskState.CANCELLED, TaskState.FAILED)
+HOME = ((2.6, 2.0, 0.0), (2.6, 4.0, 0.0))
+"""Where the two AGVs start: x, y, yaw [m, m, rad, frame map]."""
 TOLERANCE = 0.15
 """How near its goal a robot has to stand [m]; move_base's own tolerance is 0.1."""
 DONE_IN_ORDER = [TaskState.WAITING, TaskState.ASSIGNED, TaskState.STARTED, TaskState.DONE]
@@ -183,6 +193,29 @@ class Operator:
             for u in in_order(self.updates[task_id])
         ]
         return "; ".join(words[-6:]) or "nothing"
+
+    def set_state(self, robot, word, state):
+        """Set a robot to a state and wait until it says so."""
+        publisher = rospy.Publisher(f"/{robot}/set_state", String, queue_size=1)
+        self.expect(publisher.get_num_connections, f"{robot} on set_state")
+        publisher.publish(String(word))
+        self.expect(
+            lambda: self.robots[robot].state == state,
+            f"{robot} in state {state} after it was set {word}",
+            lambda: self.robots[robot],
+        )
+
+    def refusals(self, task_id):
+        """Return each robot's reason for not doing a task; empty where it would."""
+        self.expect(
+            lambda: set(ROBOTS) <= set(self.bids[task_id]),
+            f"bids of all robots on {task_id}",
+            lambda: sorted(self.bids[task_id]),
+        )
+        return {
+            robot: bid.reason if bid.cost >= TaskCost.MAX_COST else ""
+            for robot, bid in sorted(self.bids[task_id].items())
+        }
 
     def place(self, robot):
         """Return where a robot stands in truth: x, y [m, frame map]."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the report's test plan leaves out: who may do what, and robots that come, go and break.
+"""What the report's test plan leaves out about robots: that come, go and break.
 
 The order is that of the file: each case leaves a fleet that the next one can use, and the one that
 kills a robot is the last.
@@ -12,14 +12,12 @@ import pytest
 import rosbag
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
-from hive_operator import ROBOTS, Operator, apart, in_order, task
+from hive_operator import HOME, ROBOTS, Operator, apart, in_order, task
 from launching import Launches, hears, kill
 from simenv.srv import Remove
-from std_msgs.msg import String
 
 PORTER = Path(__file__).resolve().parents[1] / "models" / "porter.yaml"
 SECOND_FLEET = Path(__file__).resolve().parents[1] / "launch" / "second_fleet.launch"
-HOME = ((2.6, 2.0, 0.0), (2.6, 4.0, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -29,112 +27,10 @@ def launches():
     launches.stop()
 
 
-def set_state(operator, robot, word, state):
-    """Set a robot to a state and wait until it says so."""
-    publisher = rospy.Publisher(f"/{robot}/set_state", String, queue_size=1)
-    operator.expect(publisher.get_num_connections, f"{robot} on set_state")
-    publisher.publish(String(word))
-    operator.expect(
-        lambda: operator.robots[robot].state == state,
-        f"{robot} in state {state} after it was set {word}",
-        lambda: operator.robots[robot],
-    )
-
-
 def carry_away(robot):
     """Take a robot that does not drive any more out of the others' way."""
     answer = rospy.ServiceProxy("/simenv/remove", Remove)(name=robot)
     assert answer.success, answer.message
-
-
-def refusals(operator, task_id):
-    """Return each robot's reason for not doing a task; empty where it would."""
-    operator.expect(
-        lambda: set(ROBOTS) <= set(operator.bids[task_id]),
-        f"bids of all robots on {task_id}",
-        lambda: sorted(operator.bids[task_id]),
-    )
-    return {
-        robot: bid.reason if bid.cost >= TaskCost.MAX_COST else ""
-        for robot, bid in sorted(operator.bids[task_id].items())
-    }
-
-
-@pytest.mark.plan(
-    "filters",
-    "Payload and type",
-    "a robot that cannot carry, lift or do a task bids 1000 and says why; only one that can gets "
-    "it",
-)
-def test_robots_that_cannot_do_a_task_refuse_it_and_say_why(operator, observed):
-    operator.all_idle()
-    operator.post(task("R-80kg", TaskMsg.GA, HOME[0], payload=80.0))
-    operator.post(task("R-pick", TaskMsg.GPA, (12.0, 9.0, 0.0), payload=2.0))
-    heavy, pick = refusals(operator, "R-80kg"), refusals(operator, "R-pick")
-    observed(f"80 kg: {heavy}; a GPA of 2 kg: {pick}")
-
-    assert [robot for robot, reason in heavy.items() if not reason] == ["robot1"]
-    assert [robot for robot, reason in pick.items() if not reason] == ["robot4"]
-    assert operator.follow("R-80kg").robot_id == "robot1"
-    assert operator.follow("R-pick").robot_id == "robot4"
-
-
-@pytest.mark.plan(
-    "too heavy",
-    "A task too heavy for one robot",
-    "150 kg are split into two parts that two robots carry; the whole is DONE with the last part",
-)
-def test_a_task_too_heavy_for_one_robot_is_done_in_parts(operator, observed):
-    operator.all_idle()
-    # Both parts are auctioned at once: the lighter one goes to the robot that is there already.
-    a = (*operator.place("robot2"), 0.0)
-    operator.post(task("R-heavy", TaskMsg.GAB, a, (5.5, 4.0, 0.0), payload=150.0))
-    whole = operator.follow("R-heavy")
-    operator.expect(
-        lambda: operator.list["R-heavy"].state == TaskState.DONE,
-        "R-heavy DONE on bb_sync",
-        lambda: operator.list["R-heavy"],
-    )
-    parts = {i: r for i, r in operator.list.items() if r.parent == "R-heavy"}
-    said = [f"{i} of {r.task.payload:g} kg by {r.robot}" for i, r in parts.items()]
-    observed("; ".join(said))
-
-    assert whole.state == TaskState.DONE
-    assert {record.robot for record in parts.values()} == {"robot1", "robot2"}
-    assert sum(record.task.payload for record in parts.values()) == pytest.approx(150.0)
-    assert {record.state for record in parts.values()} == {TaskState.DONE}
-
-
-@pytest.mark.plan(
-    "cancel",
-    "Cancelling in each state",
-    "WAITING, ASSIGNED and STARTED tasks are CANCELLED; what was not begun never begins; the "
-    "robot that was at work is free again",
-)
-def test_a_task_is_cancelled_whatever_its_state(operator, observed):
-    operator.all_idle()
-    for robot in ("robot3", "robot4"):
-        set_state(operator, robot, "defect", RobotStatus.DEFECT)
-    operator.post(task("R-waits", TaskMsg.GPA, (12.0, 9.0, 0.0), payload=0.2))
-    goals = ((8.8, 9.0, 0.0), HOME[0])
-    operator.post(task("R-begun", TaskMsg.GAB, *goals, payload=80.0))
-    operator.until("R-begun", TaskState.STARTED)
-    operator.post(task("R-next", TaskMsg.GAB, *goals, payload=80.0))
-    operator.until("R-next", TaskState.ASSIGNED)
-    before = {i: operator.updates[i][-1].state for i in ("R-waits", "R-next", "R-begun")}
-    for task_id in before:
-        operator.cancel(task_id)
-    ends = {task_id: operator.follow(task_id).state for task_id in before}
-    operator.all_idle(["robot1", "robot2"])
-    for robot in ("robot3", "robot4"):
-        set_state(operator, robot, "idle", RobotStatus.IDLE)
-    observed(f"states before {list(before.values())}, after {list(ends.values())}")
-
-    assert before["R-waits"] == TaskState.WAITING
-    assert before["R-next"] == TaskState.ASSIGNED
-    assert set(ends.values()) == {TaskState.CANCELLED}
-    assert not operator.said("R-waits", TaskState.ASSIGNED)
-    assert not operator.said("R-next", TaskState.STARTED)
 
 
 @pytest.mark.plan(
@@ -146,10 +42,10 @@ def test_what_a_defect_robot_had_is_done_by_another(operator, observed):
     operator.all_idle()
     operator.post(task("R-defect", TaskMsg.GAB, (8.8, 9.0, 0.0), HOME[1], payload=58.0))
     first = operator.until("R-defect", TaskState.STARTED).robot_id
-    set_state(operator, first, "defect", RobotStatus.DEFECT)
+    operator.set_state(first, "defect", RobotStatus.DEFECT)
     end = operator.follow("R-defect")
-    refused = refusals(operator, "R-defect")[first]
-    set_state(operator, first, "idle", RobotStatus.IDLE)
+    refused = operator.refusals("R-defect")[first]
+    operator.set_state(first, "idle", RobotStatus.IDLE)
     observed(f"begun by {first}, which bids 1000 ({refused}); done by {end.robot_id}")
 
     assert end.state == TaskState.DONE
@@ -224,7 +120,7 @@ def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observ
     operator.expect(lambda: "robot5" in operator.bids["R-low"], "robot5's bid on R-low")
     low = operator.bids["R-low"]["robot5"]
     operator.cancel("R-low")
-    set_state(operator, "robot5", "charging", RobotStatus.CHARGING)
+    operator.set_state("robot5", "charging", RobotStatus.CHARGING)
     operator.expect(
         lambda: operator.robots["robot5"].state == RobotStatus.IDLE,
         "robot5 back in service",
