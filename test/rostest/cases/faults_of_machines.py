@@ -76,7 +76,7 @@ def test_ten_programs_that_take_the_processors_cost_twelve_robots_no_takeover(tm
     greedy = []
     try:
         hive.start_all()
-        operator.demand(operator.is_whole, "twelve robots are members", 2 * PATIENCE)
+        operator.demand(operator.all_answer, "twelve robots answer", 2 * PATIENCE)
         epoch = operator.last.epoch
         loop = [sys.executable, "-c", "while True: pass"]
         greedy += [subprocess.Popen(loop) for _ in range(GREEDY)]

@@ -158,7 +158,10 @@ def test_a_step_that_is_aborted_is_tried_a_few_times_and_then_failed_with_the_re
 
 
 def give_to(operator, robot, goal):
-    """Post tasks near a robot that has just come until it has begun one; return its id."""
+    """Post tasks near a robot that has just come until it has begun one; return its id.
+
+    What another one begins before this one answers auctions is cancelled before it arrives.
+    """
 
     def begun(task_id):
         return [u.robot_id for u in operator.updates[task_id] if u.state == TaskState.STARTED]
@@ -191,8 +194,11 @@ def test_the_task_of_a_robot_whose_navigation_dies_is_done_by_another(hive):
     planner = subprocess.Popen(command)
     node = hive.node_of(robot)
     try:
+        for drive in hive.drives.values():
+            drive.seconds = LONG
         hive.start(node)
         task = give_to(operator, robot, (100.0, 1.0))
+        let_arrive(hive)
         planner.send_signal(signal.SIGKILL)
 
         assert operator.follow(task) == TaskState.DONE

@@ -174,10 +174,13 @@ class LiveOperator:
 
     def is_whole(self) -> bool:
         """Return whether every member has a vote and answers, and a backup is named."""
-        last = self.last
-        if last is None or not set(last.members) >= self._members or not last.backup:
+        return self.all_answer() and set(self.last.members) >= self._members
+
+    def all_answer(self) -> bool:
+        """Return whether every member answers, with a vote or without, and a backup is named."""
+        if self.last is None or not self.last.backup:
             return False
-        others = self._members - {last.active}
+        others = self._members - {self.last.active}
         return all(self._acks.get(name, 0) >= ANSWERS for name in others)
 
     def _hear_beat(self, beat: bb_msgs.BbBackup) -> None:
