@@ -16,6 +16,7 @@ from blackboard.intake import why_refused
 from blackboard.refusals import Refusals
 from blackboard.ros.conversions import WIRES
 from blackboard.ros.death import PERIOD, DeathWatch
+from blackboard.ros.onward_clock import OnwardClock
 from blackboard.ros.speakers import Speakers
 from blackboard.ros.timers import Timers
 from blackboard.talker import BACKUP, SET_STATE
@@ -56,6 +57,7 @@ class RosTalker:
         self._hive = hive
         self._queue: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
+        self._clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
         self._timers = Timers(self.now)
         self._death: DeathWatch | None = None
         self._speakers = Speakers()
@@ -68,7 +70,7 @@ class RosTalker:
 
     def now(self) -> float:
         """Return the time [s]: of the simulation where there is one, else the monotonic clock."""
-        return float(rospy.get_time()) if self._simulated else time.monotonic()
+        return self._clock.now()
 
     def publish(self, topic: str, message: object) -> None:
         """Tell everyone who listens to a topic."""
