@@ -14,6 +14,7 @@ import pytest
 from blackboard import active, backup, consensus, election
 from blackboard.election import BallotKind
 from blackboard.fence import Border
+from blackboard.founding import Handover
 from blackboard.member import name_of
 from blackboard.simulation.hive import Disk
 
@@ -134,8 +135,17 @@ def keep_the_id_when_the_disk_is_lost(patch):
     patch.setattr(backup, "awake", same)
 
 
+def listen_to_every_hive(patch):
+    patch.setattr(Border, "lets_in", lambda *_: True)
+    patch.setattr(Border, "refuses", lambda _self, _hive, epoch, own: epoch < own.epoch)
+
+
+def join_without_handing_over(patch):
+    patch.setattr(Handover, "is_done", True)
+
+
 STORM, LATE, RESTARTS = "election storm", "late messages", "quick restarts"
-CHURN, DISKS = "members come and go", "lost disks"
+CHURN, DISKS, ALONE = "members come and go", "lost disks", "a founder alone"
 
 CAUGHT_BY = {
     vote_for_any_list: (30, STORM),
@@ -152,6 +162,8 @@ CAUGHT_BY = {
     go_on_without_a_majority: (0, STORM),
     change_members_without_waiting: (39, CHURN),
     keep_the_id_when_the_disk_is_lost: (1, DISKS),
+    listen_to_every_hive: (1, ALONE),
+    join_without_handing_over: (1, DISKS),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
 

@@ -60,6 +60,23 @@ class _Sum:
         if outcome.violation:
             self.bad.append(outcome.schedule.seed)
 
+    def figures(self, took: float) -> dict[str, float]:
+        """Return what came of them, and how fast, by name; they took a time [s]."""
+        figures = {
+            "schedules": float(self.schedules),
+            "schedules_per_second": self.schedules / took,
+            "events_per_second": self.events / took,
+            "virtual_hours": self.hours,
+            "takeovers": float(self.takeovers),
+            "violations": float(len(self.bad)),
+            "first_violation": float(min(self.bad, default=-1)),
+            "left_behind": float(self.left_behind),
+        }
+        faults = sorted(self.faults.items())
+        return figures | {
+            f"faults_{kind.lower().replace(' ', '_')}": float(count) for kind, count in faults
+        }
+
 
 def run(
     schedules: int = 1000, first: int = 0, say: Callable[[str], None] = lambda _: None
@@ -89,19 +106,7 @@ def run(
             said = now
             rate = total.schedules / (now - began)
             say(f"{total.schedules} of {schedules}, {rate:.1f} schedules/s")
-    took = time.perf_counter() - began
-    figures = {
-        "schedules": float(total.schedules),
-        "schedules_per_second": total.schedules / took,
-        "events_per_second": total.events / took,
-        "virtual_hours": total.hours,
-        "takeovers": float(total.takeovers),
-        "violations": float(len(total.bad)),
-        "first_violation": float(min(total.bad, default=-1)),
-        "left_behind": float(total.left_behind),
-    }
-    for kind, count in sorted(total.faults.items()):
-        figures[f"faults_{kind.lower().replace(' ', '_')}"] = float(count)
+    figures = total.figures(time.perf_counter() - began)
     figures |= _company()
     return {"figures": figures, "aims": AIMS}
 

@@ -65,9 +65,14 @@ def stands_at(member: Member) -> float:
 
     Silence takes the whole election time; a death that is proved takes none of it.
     """
+    return _may_stand_at(member) + _delay(member)
+
+
+def _may_stand_at(member: Member) -> float:
+    """Return when a follower would stand if it were the first in turn [s]."""
     silent_since = member.heard + member.settings.election
     since = silent_since if member.died is None else min(member.died, silent_since)
-    return max(since, member.quiet_until, member.retry) + _delay(member)
+    return max(since, member.quiet_until, member.retry)
 
 
 def _delay(member: Member) -> float:
@@ -90,7 +95,9 @@ def stand_if_due(member: Member, now: float, chance: float) -> Step:
         now: The time [s].
         chance: From 0 to 1, so that two that stand together do not do so again.
     """
-    if member.id not in member.members or now < stands_at(member):
+    # The first is looked at every heartbeat, and its turn only when that is over.
+    early = now < _may_stand_at(member) or now < stands_at(member)
+    if early or member.id not in member.members:
         return member, []
     member = member.but(
         role=Role.ASKING,

@@ -181,6 +181,31 @@ def test_bench_without_a_name_lists_the_benchmarks(terminal):
     assert [line.split()[0] for line in out.splitlines()] == sorted(BENCHES)
 
 
+@pytest.mark.parametrize(("violations", "expected"), [(0.0, 0), (2.0, 1)])
+def test_bench_faults_ends_with_1_when_a_property_was_broken(
+    terminal, monkeypatch, violations, expected
+):
+    wanted = []
+
+    def simulate(schedules, **_):
+        wanted.append(schedules)
+        return {"figures": {"violations": violations}, "aims": {"violations": 0.0}}
+
+    monkeypatch.setattr("blackboard.bench_faults.run", simulate)
+
+    code, out, _ = terminal("bench", "faults", "--schedules", "7")
+
+    assert (code, wanted) == (expected, [7])
+    assert "violations" in out
+
+
+def test_bench_refuses_a_number_of_schedules_where_there_are_none(terminal):
+    code, _, err = terminal("bench", "plan", "--schedules", "7")
+
+    assert code == 2
+    assert "--schedules is for benchmarks that simulate schedules: faults" in err
+
+
 def test_help_shows_examples_and_exit_codes(terminal):
     code, out, _ = terminal("--help")
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from blackboard.member import Role, has_lease, is_majority, name_of
 from blackboard.record import Order, TaskRecord, TaskUpdate
+from blackboard.simulation.ending import Ending
 from blackboard.simulation.history import History, Violation
 from blackboard.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_STATE
 from blackboard.task import TaskState, split_task
@@ -35,6 +36,7 @@ class Properties:
         now: Gives the true time [s].
 
     Attributes:
+        ending: What must be so in the end.
         takeovers: How many members have become active.
         done: Tasks that a robot has really finished, and how often.
     """
@@ -57,31 +59,16 @@ class Properties:
         self._finishers: dict[str, str] = {}
         self._handed_back: set[tuple[str, str, int]] = set()
         self._lost: set[str] = set()
+        self.ending = Ending(members, self._hives, self._last_steps, self._broken)
         self.takeovers = 0
         self.done: Counter[str] = Counter()
 
-    @property
-    def truth(self) -> Mapping[str, TaskRecord]:
-        """Every task as it was last committed in the hive that most members belong to.
-
-        What has ended in a hive that is no more stays as it ended there.
-        """
-        ended = {
-            name: record
-            for hive in self._hives.values()
-            for name, record in hive.truth.items()
-            if record.state.is_terminal
-        }
-        return {**ended, **self._hives[self._greatest()].truth}
-
-    def _greatest(self) -> str:
-        known = [each.disk.durable for each in self._members.values()]
-        hives = Counter(durable.hive for durable in known if durable is not None and durable.hive)
-        return max(hives, key=lambda hive: (hives[hive], hive), default="")
-
     def after_event(self, host: Host) -> None:
         """Check what can have changed with an event on a host."""
-        backup = self._members[host.name].backup
+        own = self._members.get(host.name)
+        if own is None:
+            return  # the operator's
+        backup = own.backup
         if backup is None or not host.up:
             self._active_now.discard(host.name)
             self._seen.pop(host.name, None)
@@ -153,66 +140,6 @@ class Properties:
     def _is_known_as_done(self, task: str) -> bool:
         records = (hive.truth.get(task) for hive in self._hives.values())
         return any(record is not None and record.state.is_terminal for record in records)
-
-    def at_end(self) -> None:
-        """Check, when all has been calm for long, that there is one hive and all has ended."""
-        if not self.is_one_hive():
-            self._broken("one hive", f"there are {', '.join(self._running_hives())}")
-        for task_id in sorted(self._last_steps):
-            record = self.truth.get(task_id)
-            if task_id in self.left_behind():
-                continue
-            if record is None:
-                self._broken("it goes on", f"{task_id} was never taken in")
-            elif not record.state.is_terminal:
-                self._broken(
-                    "it goes on",
-                    f"{task_id} is {record.state.name}: {record.reason or 'no reason'}",
-                )
-            elif record.state is TaskState.FAILED and not record.reason:
-                self._broken("it goes on", f"{task_id} has FAILED and does not say why")
-
-    def left_behind(self) -> set[str]:
-        """Return the tasks that only a hive knows which gives way to another, and has said so.
-
-        It has several members and waits for a person to end it, who then posts them again.
-        """
-        known = self.truth
-        return {
-            task_id
-            for hive in self._running_hives()
-            if hive != self._greatest() and self._is_reported(hive)
-            for task_id in self._hives[hive].truth
-            if task_id not in known
-        }
-
-    def _is_reported(self, hive: str) -> bool:
-        return any(
-            f"belongs to hive {hive}" in warning
-            for member in self._members.values()
-            for warning in member.host.warnings
-        )
-
-    def is_one_hive(self) -> bool:
-        """Return whether one hive decides, and lone founders of others have joined it.
-
-        Others may be left whose members wait for a person.
-        """
-        return not any(
-            hive != self._greatest() and (members <= 1 or active)
-            for hive, (members, active) in self._running_hives().items()
-        )
-
-    def _running_hives(self) -> dict[str, tuple[int, int]]:
-        """Return how many members of each hive are listed, and how many of them are active."""
-        found: dict[str, tuple[int, int]] = {}
-        for each in self._members.values():
-            if each.host.up and each.backup is not None:
-                member = each.backup.member
-                listed, active = found.get(member.hive, (0, 0))
-                active += member.role is Role.ACTIVE
-                found[member.hive] = max(listed, len(member.members)), active
-        return found
 
     def _follow_commits(self, member: Member, before: Member | None) -> None:
         """Check that what a member holds as committed is what everyone else does."""

@@ -102,9 +102,8 @@ class Run:
         self.network = Network(self.random, schedule.proofs)
         self.members = {name: self._member(name) for name in schedule.members}
         tasks = [each.task for each in schedule.happenings if isinstance(each, Post)]
-        self._posted = {task.id for task in tasks}
         self.properties = Properties(self.members, tasks, lambda: self.network.now)
-        self.network.after_event = self._after_event
+        self.network.after_event = self.properties.after_event
         self.network.said = self.properties.said
         self.trouble = Trouble(self.network, self.members, self.properties)
         self._answered: set[str] = set()
@@ -141,12 +140,12 @@ class Run:
             self.trouble.calm_down()
             for name in self.members:
                 self.network.send(self._operator, f"{name}/set_state", "idle")
-            self.network.run(end + CALM, self._is_over)
-            self.properties.at_end()
+            self.network.run(end + CALM, self.properties.ending.is_over)
+            self.properties.ending.check()
         except Violation as broken:
             violation = str(broken)
-        ended = Counter(record.state.name for record in self.properties.truth.values())
-        ended["left behind"] = len(self.properties.left_behind())
+        ended = Counter(record.state.name for record in self.properties.ending.truth.values())
+        ended["left behind"] = len(self.properties.ending.left_behind())
         return Outcome(
             self.schedule,
             violation,
@@ -156,17 +155,6 @@ class Run:
             +ended,
             self.network.now,
         )
-
-    def _is_over(self) -> bool:
-        if not self.properties.is_one_hive():
-            return False
-        truth = self.properties.truth
-        ended = {task_id for task_id, record in truth.items() if record.state.is_terminal}
-        return self._posted <= ended | self.properties.left_behind()
-
-    def _after_event(self, host: object) -> None:
-        if host is not self._operator:
-            self.properties.after_event(host)  # type: ignore[arg-type]  # every other is a member's
 
     def _happen(self, happening: object) -> None:
         if isinstance(happening, Post):

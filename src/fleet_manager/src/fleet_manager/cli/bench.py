@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -71,7 +70,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
     if file is not None:
         _write(file, json.dumps(as_json(name, result, words, date), indent=2) + "\n")
     if result.broken:
-        sys.exit(1)
+        click.get_current_context().exit(1)
 
 
 def _measure(
