@@ -5,7 +5,7 @@ import math
 
 import pytest
 from blackboard.msg import RobotStatus, TaskMsg, TaskState
-from hive_operator import HOME, task
+from hive_operator import HOME, STATES, task
 
 BAD = {
     "unknown-type": ((9, (5.5, 4.0, 0.0)), {}, "type 9"),
@@ -107,7 +107,7 @@ def test_a_task_is_cancelled_whatever_its_state(operator, observed):
     operator.all_idle(["robot1", "robot2"])
     for robot in ("robot3", "robot4"):
         operator.set_state(robot, "idle", RobotStatus.IDLE)
-    observed(f"states before {list(before.values())}, after {list(ends.values())}")
+    observed(", ".join(f"{STATES[before[i]]} to {STATES[ends[i]]}" for i in before))
 
     assert before["R-waits"] == TaskState.WAITING
     assert before["R-next"] == TaskState.ASSIGNED

@@ -12,7 +12,7 @@ import pytest
 import rosbag
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
-from hive_operator import HOME, ROBOTS, Operator, apart, in_order, task
+from hive_operator import HOME, ROBOTS, STATES, Operator, apart, in_order, task
 from launching import Launches, hears, kill
 from simenv.srv import Remove
 
@@ -83,7 +83,8 @@ def test_a_recorded_run_tells_the_same_history_of_tasks(operator, launches, tmp_
         f"all {count} recorded messages",
         lambda: {task_id: len(updates) for task_id, updates in replayed.updates.items()},
     )
-    observed(f"{count} messages on {', '.join(sorted(replayed.updates))}, states {live[0]}")
+    states = ", ".join(STATES[state] for state in live[0])
+    observed(f"{count} messages on {', '.join(sorted(replayed.updates))}; of B0 {states}")
 
     for task_id in ("B0", "B1", "B-bad"):
         assert told_in(replayed, task_id) == told_in(operator, task_id)
