@@ -166,7 +166,7 @@ def give_to(operator, robot, goal):
     def begun(task_id):
         return [u.robot_id for u in operator.updates[task_id] if u.state == TaskState.STARTED]
 
-    for number in range(10):
+    for number in range(30):
         task_id = f"{robot}{number}"
         operator.post(make_task(task_id, goal))
         operator.demand(lambda: begun(task_id), f"{task_id} begins")  # noqa: B023  (called at once)
@@ -197,6 +197,9 @@ def test_the_task_of_a_robot_whose_navigation_dies_is_done_by_another(hive):
         for drive in hive.drives.values():
             drive.seconds = LONG
         hive.start(node)
+        operator.demand(
+            lambda: robot in operator.robots and node in operator.last.members, f"{robot} joins"
+        )
         task = give_to(operator, robot, (100.0, 1.0))
         let_arrive(hive)
         planner.send_signal(signal.SIGKILL)
