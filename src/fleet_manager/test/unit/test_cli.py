@@ -96,7 +96,7 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
         (["run", "nothing"], "there are: demo, smoke, warehouse"),
         (["demo", "--rtf", "0"], "0.1<=x<=20"),
         (["demo", "--scenario", "nothing"], "there are: demo, smoke, warehouse"),
-        (["bench", "speed"], "'plan', 'system'"),
+        (["bench", "speed"], "'plan', 'soak', 'system'"),
         (["bench", "plan", "--runs", "3"], "plan takes no --runs"),
         (["bench", "--json", "x.json"], "NAME"),
         (["fly"], "No such command 'fly'"),
@@ -203,7 +203,7 @@ def test_bench_refuses_a_number_of_schedules_where_there_are_none(terminal):
     code, _, err = terminal("bench", "plan", "--schedules", "7")
 
     assert code == 2
-    assert "--schedules is for benchmarks that simulate schedules: faults" in err
+    assert "plan takes no --schedules" in err
 
 
 def test_help_shows_examples_and_exit_codes(terminal):
