@@ -7,6 +7,10 @@ from robot_description.schema_parts import numbers, positive, section
 
 _TEXT = {"type": "string", "minLength": 1, "description": "a text that is not empty"}
 _NAMES = {"type": "array", "items": _TEXT, "uniqueItems": True, "description": "a list of names"}
+KINDS = ("agv", "amr", "mobile_manipulator", "tracked", "legged")
+"""What sort of robot a model is; for people, and for a fleet's choice of models."""
+
+_KIND = {"enum": list(KINDS), "description": ", ".join(KINDS[:-1]) + f" or {KINDS[-1]}"}
 _DRIVE = {
     "enum": ["differential", "holonomic"],
     "description": "differential or holonomic",
@@ -65,6 +69,12 @@ ARM = section(
         "payload": positive("what the arm lifts [kg]", 1000),
         "reach": positive("reach [m]", 5),
         "repeatability": positive("repeatability [m]", 0.1),
+        "accuracy": {
+            "type": ["number", "null"],
+            "exclusiveMinimum": 0,
+            "maximum": 0.1,
+            "description": "accuracy [m], above 0 and at most 0.1, or null where unknown",
+        },
         "pick_duration": positive("time for a pick [s]", 600),
         "place_duration": positive("time for putting down [s]", 600),
         "power": positive("power drawn while moving [W]", 5000),
@@ -78,6 +88,7 @@ SCHEMA = section(
             "pattern": "^[a-z][a-z0-9_]*$",
             "description": "a name of small letters, digits and _, such as mir100",
         },
+        "kind": _KIND,
         "maker": _TEXT,
         "source": _TEXT,
         "base": BASE,
@@ -96,6 +107,7 @@ SCHEMA = section(
         },
         "interfaces": _NAMES,
         "communication": _NAMES,
+        "sensors": _NAMES,
     },
     {"arm": ARM},
 )
