@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One robot of the hive: it bids, keeps its list of tasks and works through it (report: Robot).
 
-A robot obeys the blackboard's orders and compares its own list with every copy of the task list it
-hears, so that an order that was lost on the way is made good by the next copy. What it has to
-report, it repeats until a copy of the list shows that the blackboard knows.
+A robot obeys the blackboard's orders and compares its own list with every copy of the task list,
+so that the next makes good an order that was lost. It repeats reports until a copy shows them.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.bidding import Bidder
 from blackboard.characteristics import RobotCharacteristics, RobotState, RobotStatus
+from blackboard.charging import Charging, ChargingPlan
 from blackboard.controller import CommandState
 from blackboard.cost import COST_MODELS, friction_force
 from blackboard.itinerary import Entry, Itinerary
@@ -63,6 +63,10 @@ class Robot:
         pose: Where it stands.
         settings: How it bids and speaks.
         journal: Its disk, for the reports that nobody has acknowledged yet.
+        plan: Where and when it charges; only where a person sets it to, where left out.
+
+    Attributes:
+        charging: Its battery between work and charger.
     """
 
     def __init__(
@@ -76,6 +80,7 @@ class Robot:
         pose: Pose,
         settings: RobotSettings,
         journal: Journal,
+        plan: ChargingPlan | None = None,
     ) -> None:
         self._talker = talker
         self._id = robot_id
@@ -84,11 +89,15 @@ class Robot:
         self._pose = pose
         self._settings = settings
         self._list = Itinerary(characteristics, ways)
-        model = COST_MODELS[settings.cost_model]
-        self._bidder = Bidder(robot_id, characteristics, battery, self._list, model)
+        self._service = Service()
         self._reports = Reports(talker, robot_id, journal)
         patience = _PERIODS_UNHEARD * settings.status_period
         self._leave = Leave(talker, robot_id, patience, self._go_on, self._say_status)
+        self.charging = Charging(
+            talker, robot_id, characteristics, battery, ways, controller, self._service, plan
+        )
+        model, reserve = COST_MODELS[settings.cost_model], self.charging.reserve
+        self._bidder = Bidder(robot_id, characteristics, battery, self._list, model, reserve)
         self._work = Worker(
             controller,
             self._list,
@@ -97,7 +106,6 @@ class Robot:
             self._step_done,
             self._task_ended,
         )
-        self._service = Service()
 
     def start(self) -> None:
         """Begin to listen and to say how it is."""
@@ -105,6 +113,7 @@ class Robot:
         self._talker.subscribe(TASK_ASSIGN, self._obey)
         self._talker.subscribe(SYNC, self._compare)
         self._leave.start()
+        self.charging.start(self._pose, self._leave.holds, self._go_on)
         self._talker.subscribe(SET_STATE, self.set_state)
         self._talker.every(self._settings.status_period, self._pass_time)
         self._say_status()
@@ -112,8 +121,7 @@ class Robot:
     @property
     def status(self) -> RobotStatus:
         """How it is now."""
-        current = self._work.current
-        reason = self._service.reason
+        current, reason = self._work.current, self._service.reason
         if not reason and self._work.stands_still and not self._leave.holds():
             reason = "stands still until an active blackboard says that it has heard it"
         return RobotStatus(
@@ -138,6 +146,7 @@ class Robot:
     def set_pose(self, pose: Pose) -> None:
         """Note where it stands [map frame]."""
         self._pose = pose
+        self.charging.note_pose(pose)
 
     def add_travel(self, distance: float) -> None:
         """Draw from the battery what driving a distance [m] takes with the load on board."""
@@ -148,16 +157,16 @@ class Robot:
     def set_state(self, word: str) -> None:
         """Obey an operator who says `idle`, `defect` or `charging`; see `Service.set`."""
         if word not in WORDS:
-            allowed = ", ".join(WORDS)
-            self._talker.warn(f"set_state {word[:40]!r} is unknown; allowed: {allowed}")
+            self._talker.warn(f"set_state {word[:40]!r} is unknown; allowed: {', '.join(WORDS)}")
             return
+        self.charging.abandon()
         self._service.set(word)
         self._go_on()
         self._say_status()
 
     def _bid(self, broadcast: Broadcast) -> None:
-        at_work = self._work.current is not None
-        answer = self._bidder.answer(broadcast, self._pose, self._service.reason, at_work=at_work)
+        at_work, refusal = self._work.current is not None, self.charging.refusal
+        answer = self._bidder.answer(broadcast, self._pose, refusal, at_work=at_work)
         self._talker.publish(TASK_COST, answer)
 
     def _obey(self, order: Order) -> None:
@@ -216,13 +225,8 @@ class Robot:
         return self._leave.holds() and entry.is_announced
 
     def _pass_time(self) -> None:
-        period = self._settings.status_period
-        self._battery.update_level(self._characteristics.idle_power * period)
-        if self._service.state is RobotState.CHARGING:
-            self._battery.charge(period)
-            if self._battery.level >= 1.0:
-                self._service.be_charged()
-                self._go_on()
+        self.charging.pass_time(self._settings.status_period)
+        self._go_on()
         self._reports.repeat()
         current = self._work.current
         if current is not None and current.known < current.step < current.steps:
@@ -231,6 +235,9 @@ class Robot:
 
     def _go_on(self) -> None:
         """Go on with the list; a robot that is out of service hands them all back instead."""
+        current = self._work.current
+        loaded = current is not None and is_picked(current.task, current.step)
+        self.charging.consider(idle=self._list.first() is None, loaded=loaded)
         if self._service.state is not None:
             reason = f"{self._id} is out of service: {self._service.reason}"
             for held in tuple(self._list):

@@ -20,6 +20,7 @@ from blackboard.errors import BlackboardError
 from blackboard.pose import Pose
 from blackboard.robot import Robot
 from blackboard.ros import membership, params
+from blackboard.ros.charger_conversions import read_charging_plan
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
 from blackboard.ros.talker import RosTalker
@@ -30,7 +31,7 @@ from blackboard.task import StepKind
 if TYPE_CHECKING:
     from blackboard.characteristics import RobotCharacteristics
 
-_SPEAKS = (topics.TASK_COST, *membership.SPEAKS)
+_SPEAKS = (topics.TASK_COST, topics.CHARGER_CLAIM, *membership.SPEAKS)
 
 _LONGEST_STEP = 1.0
 """Two odometry messages further apart than this are no drive but a reset [m]."""
@@ -50,7 +51,8 @@ def main() -> None:
     ROS Publishers: `task_cost` of the hive, and those of the blackboard; `battery_state` of the
         robot.
     ROS Actions: client of the robot's `move_base` and, where it has an arm, `pick`.
-    ROS Parameters: `characteristics` of the robot; otherwise see config/robot.yaml.
+    ROS Parameters: `characteristics` of the robot, `charging` of the hive (its chargers and
+        thresholds); otherwise see config/robot.yaml.
     """
     rospy.init_node("robot")
     try:
@@ -90,6 +92,7 @@ def _run() -> None:
         _first_pose(),
         settings,
         journal,
+        read_charging_plan(hive),
     )
     goals = make_ways(talker, hive, 0.0, params.read(WaysSettings))
     backup = membership.join(talker, hive, goals, journal, founds=False)
@@ -181,6 +184,9 @@ class _Senses:
             design_capacity=battery.capacity,
             percentage=battery.level,
             current=math.nan,
+            power_supply_status=BatteryState.POWER_SUPPLY_STATUS_CHARGING
+            if self._robot.charging.is_charging
+            else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
             power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN,
             present=True,
         )
