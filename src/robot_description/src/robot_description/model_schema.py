@@ -69,16 +69,11 @@ ARM = section(
         "payload": positive("what the arm lifts [kg]", 1000),
         "reach": positive("reach [m]", 5),
         "repeatability": positive("repeatability [m]", 0.1),
-        "accuracy": {
-            "type": ["number", "null"],
-            "exclusiveMinimum": 0,
-            "maximum": 0.1,
-            "description": "accuracy [m], above 0 and at most 0.1, or null where unknown",
-        },
         "pick_duration": positive("time for a pick [s]", 600),
         "place_duration": positive("time for putting down [s]", 600),
         "power": positive("power drawn while moving [W]", 5000),
-    }
+    },
+    {"accuracy": positive("accuracy [m]", 0.1)},
 )
 
 SCHEMA = section(

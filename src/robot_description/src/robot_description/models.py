@@ -153,19 +153,19 @@ class Arm:
         payload: What the arm can lift [kg].
         reach: [m]
         repeatability: How near to each other it comes back to a place [m].
-        accuracy: How near to the wanted place it comes [m]; None where the maker gives none.
         pick_duration: Time for one pick [s].
         place_duration: Time for putting one thing down [s].
         power: What the arm draws while it moves [W].
+        accuracy: How near to the wanted place it comes [m]; None where the maker gives none.
     """
 
     payload: float
     reach: float
     repeatability: float
-    accuracy: float | None
     pick_duration: float
     place_duration: float
     power: float
+    accuracy: float | None = None
 
 
 @dataclass(frozen=True)

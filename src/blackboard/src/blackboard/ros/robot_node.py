@@ -11,6 +11,7 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
+from std_msgs.msg import Float64
 
 from blackboard import talker as topics
 from blackboard.battery import Battery
@@ -145,7 +146,8 @@ class _Senses:
         period: Time between two battery states [s].
 
     ROS Subscribers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), `odom`
-        (nav_msgs/Odometry).
+        (nav_msgs/Odometry), `drop_charge` (std_msgs/Float64): a fault at will, the level to
+        which the battery drops.
     ROS Publishers: `battery_state` (sensor_msgs/BatteryState).
     """
 
@@ -166,6 +168,9 @@ class _Senses:
             queue_size=1,
         )
         rospy.Subscriber("odom", Odometry, lambda msg: self._talker.call(lambda: self._drive(msg)))
+        rospy.Subscriber(
+            "drop_charge", Float64, lambda msg: self._talker.call(lambda: self._drop(msg.data))
+        )
         self._talker.every(self._period, self._say_battery)
 
     def _drive(self, msg: Odometry) -> None:
@@ -174,6 +179,12 @@ class _Senses:
         self._odometry = here
         if distance <= _LONGEST_STEP:
             self._robot.add_travel(distance)
+
+    def _drop(self, level: float) -> None:
+        try:
+            self._battery.drop_to(level)
+        except BlackboardError as error:
+            rospy.logwarn(str(error))
 
     def _say_battery(self) -> None:
         battery = self._battery
