@@ -59,6 +59,11 @@ def _localization(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+def _sim(outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.simulation").measure(outside.connect)
+    return result
+
+
 def _gui(_outside: Outside) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("fleet_manager.gui.bench").run()
     return BenchResult(found["figures"], found["aims"])
@@ -76,6 +81,10 @@ BENCHES: Mapping[str, Bench] = {
     "plan": Bench(
         "planning time [s] and length of the way over the shortest one, 200 pairs on each map",
         _plan,
+    ),
+    "sim": Bench(
+        "wall time for a simulated second [s] and the reverse, 1 to 100 robots, and through ROS",
+        _sim,
     ),
     "system": Bench(
         "CPU [s per s] and memory [GB] of four robots that all drive, without RViz, in real time",
