@@ -89,8 +89,8 @@ def run(wall_time: float = WALL_TIME) -> dict[str, dict[str, float]]:
         wall_time: How long each case is measured [s, wall clock].
 
     Returns:
-        `{"figures": {...}, "aims": {...}}`: for each number of robots `lasers_N` and `bare_N`, wall
-        time for a simulated second with lasers and without [s], and `speed_...`, the same the
+        `{"figures": {...}, "aims": {...}}`: for each number of robots `lasers_N` and `bare_N`,
+        wall time for a simulated second with lasers and without [s], and `speed_...`, the same the
         other way round: simulated seconds in one on the wall.
     """
     figures: dict[str, float] = {}

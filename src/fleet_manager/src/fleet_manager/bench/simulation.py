@@ -30,8 +30,8 @@ def measure(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) ->
 
     Returns:
         The figures of `simenv.bench_sim.run`; `ros_4`, wall time for a simulated second with all
-        nodes of four robots that drive [s], `speed_ros_4`, the other way round, and `ros_4 cpu ...`
-        of each process meanwhile [s per s].
+        nodes of four robots that drive [s], `speed_ros_4`, the other way round, and
+        `ros_4 cpu ...` of each process meanwhile [s per s].
     """
     found = bench_sim.run()
     figures, aims = found["figures"], found["aims"] | {"ros_4": _AIM}
