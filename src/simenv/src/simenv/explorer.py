@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Drives a robot to where the map ends, until it ends nowhere (Yamauchi, "A frontier-based
-approach for autonomous exploration", CIRA 1997).
+"""Drives a robot to where the map ends, until it ends nowhere.
+
+It follows Yamauchi, "A frontier-based approach for autonomous exploration", CIRA 1997.
 """
 
 from __future__ import annotations
@@ -45,6 +46,12 @@ TURN = 1.5
 ARRIVED = 0.25
 """[m]"""
 
+STUCK = 0.03
+"""A robot that has neither moved so far [m] nor turned so far [rad] between two plans is stuck."""
+
+BACK = -0.15
+"""It drives back then, until the next plan [m/s]."""
+
 
 class Explorer:
     """Decides where a robot that makes a map drives.
@@ -64,6 +71,8 @@ class Explorer:
         self._speed = min(SPEED, max_speed)
         self._way: Array = np.zeros((0, 2))
         self._given_up: list[tuple[float, float]] = []
+        self._last: Pose | None = None
+        self._stuck = False
         self.finished = False
 
     def plan(self, chart: GridMap, here: Pose) -> None:
@@ -73,6 +82,8 @@ class Explorer:
             chart: The map so far.
             here: Where the robot is, frame map.
         """
+        self._stuck = self._is_stuck(here)
+        self._last = here
         if len(self._way) and math.dist(self._way[-1], here[:2]) < ARRIVED:
             # What is still a frontier after the robot has been there cannot be seen from there.
             self._given_up.append((here.x, here.y))
@@ -97,6 +108,8 @@ class Explorer:
         """
         if not len(self._way):
             return 0.0, 0.0
+        if self._stuck:
+            return BACK, 0.0
         away = np.hypot(*(self._way - here[:2]).T)
         nearest = int(np.argmin(away))
         ahead = nearest + int(np.argmax(away[nearest:] >= AHEAD))
@@ -107,6 +120,14 @@ class Explorer:
         if abs(turned) > SHARP:
             return 0.0, math.copysign(1.0, turned)
         return self._speed * math.cos(turned), TURN * turned
+
+    def _is_stuck(self, here: Pose) -> bool:
+        """Return whether the robot was to move since the last plan and did not."""
+        last = self._last
+        if last is None or self._stuck or not len(self._way):
+            return False
+        turned = abs(math.remainder(here.yaw - last.yaw, math.tau))
+        return math.dist(here[:2], last[:2]) < STUCK and turned < STUCK
 
     def _frontiers(self, chart: GridMap) -> NDArray[np.bool_]:
         """Return the free cells beside unknown ones, small groups and given-up ones left out."""

@@ -20,13 +20,16 @@ if TYPE_CHECKING:
 RESOLUTION = 0.05
 """Side of a cell [m]."""
 
-FAR_ENOUGH = 0.1
+FAR_ENOUGH = 0.15
 """A scan is taken in once the robot has moved so far since the last one [m] ..."""
 
-TURNED_ENOUGH = 0.1
+TURNED_ENOUGH = 0.15
 """... or has turned so far [rad]."""
 
-BEAMS = 240
+MARGIN = 0.5
+"""By how much the map that is fitted to is larger than the laser's range [m]."""
+
+BEAMS = 180
 """So many beams, spread evenly, are fitted; all are drawn."""
 
 
@@ -101,8 +104,9 @@ class Mapper:
         chosen = np.linspace(0, len(ranges), BEAMS, endpoint=False).astype(np.intp)
         reach, angles = ranges[chosen], self._angles[chosen]
         hit = (reach > 0) & (reach < self._laser.range_max)
-        reach, angles = reach[hit], angles[hit]
+        # A surface is drawn as the cell behind it, so that is where the beams have to end.
+        reach, angles = reach[hit] + self.grid.resolution / 2, angles[hit]
         points = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=1)
-        self._matcher.look()
+        self._matcher.look(self.pose, self._laser.range_max + MARGIN)
         found = self._matcher.fit(compose(self.pose, self._mount), points)
         self.pose = compose(found, inverse(self._mount))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An occupancy grid that grows out of scans (Moravec and Elfes, "High resolution maps from wide
-angle sonar", ICRA 1985; the log odds are those of Thrun, Burgard and Fox, "Probabilistic
-Robotics", 2005, section 9.2).
+"""An occupancy grid that grows out of scans.
+
+It follows Moravec and Elfes, "High resolution maps from wide angle sonar", ICRA 1985; the log odds
+are those of Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 9.2.
 """
 
 from __future__ import annotations
