@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 RESOLUTION = 0.05
 """Side of a cell [m]."""
 
-FAR_ENOUGH = 0.15
+FAR_ENOUGH = 0.1
 """A scan is taken in once the robot has moved so far since the last one [m] ..."""
 
-TURNED_ENOUGH = 0.15
+TURNED_ENOUGH = 0.1
 """... or has turned so far [rad]."""
 
 MARGIN = 0.5
 """By how much the map that is fitted to is larger than the laser's range [m]."""
 
-BEAMS = 180
+BEAMS = 240
 """So many beams, spread evenly, are fitted; all are drawn."""
 
 

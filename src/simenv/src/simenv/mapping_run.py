@@ -31,6 +31,10 @@ LONGEST = 1800.0
 """A run that is not finished by then is ended [s]."""
 
 
+AIMS = {"wrong": 0.03, "wall_error": 0.10}
+"""At most so many of the known cells are wrong, and walls so far off [m]."""
+
+
 @dataclass(frozen=True)
 class Explored:
     """A finished run.
@@ -110,3 +114,24 @@ def compare(chart: GridMap, world: str) -> Agreement:
         known=float((chart.cells != UNKNOWN)[visible].mean()),
         wall_error=float(np.quantile(errors, 0.99)) if errors.size else 0.0,
     )
+
+
+def run() -> dict[str, dict[str, float]]:
+    """Measure on the lab, explored alone from the first start.
+
+    Returns:
+        `{"figures": {...}, "aims": {...}}`: `wrong`, share of the known cells that differ from the
+        world; `known`, share of what can be seen that is known; `wall_error` [m], see `Agreement`;
+        `lost` [m], `duration` [s] and `collisions`, see `Explored`.
+    """
+    found = explore("lab", "ld60", (2.6, 2.0, 0.0))
+    agreement = compare(found.chart, "lab")
+    figures = {
+        "wrong": 1.0 - agreement.share,
+        "known": agreement.known,
+        "wall_error": agreement.wall_error,
+        "lost": found.lost,
+        "duration": found.duration,
+        "collisions": float(found.collisions),
+    }
+    return {"figures": figures, "aims": AIMS}

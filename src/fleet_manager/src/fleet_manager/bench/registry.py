@@ -64,6 +64,11 @@ def _sim(outside: Outside) -> BenchResult:
     return result
 
 
+def _mapping(_outside: Outside) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("simenv.mapping_run").run()
+    return BenchResult(found["figures"], found["aims"])
+
+
 def _gui(_outside: Outside) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("fleet_manager.gui.bench").run()
     return BenchResult(found["figures"], found["aims"])
@@ -77,6 +82,10 @@ BENCHES: Mapping[str, Bench] = {
     "localization": Bench(
         "the particle filter's errors [m, degrees], lost robots not found [0..1], CPU [s per s]",
         _localization,
+    ),
+    "mapping": Bench(
+        "wrong cells [0..1] and walls' errors [m] of a map of the lab that a robot made alone",
+        _mapping,
     ),
     "plan": Bench(
         "planning time [s] and length of the way over the shortest one, 200 pairs on each map",
