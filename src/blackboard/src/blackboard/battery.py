@@ -103,6 +103,16 @@ class Battery:
         """Draw an energy [J], at least 0; an empty battery stays empty."""
         self._charge = max(0.0, self._charge - self.charge_for(energy) / self._model.capacity)
 
+    def drop_to(self, level: float) -> None:
+        """Lose charge down to a level from 0 to 1; what is lower already stays so.
+
+        Raises:
+            CharacteristicsError: The level is outside its range.
+        """
+        if not 0.0 <= level <= 1.0:
+            raise CharacteristicsError(f"battery: charge is {level!r}; allowed: from 0 to 1")
+        self._charge = min(self._charge, level)
+
     def charge(self, duration: float) -> None:
         """Charge for a time [s] at the constant rate that fills it in the charging time."""
         self._charge = min(1.0, self._charge + duration / self._model.charging_time)

@@ -11,6 +11,8 @@ from blackboard.preemption import interruption, may_put_off
 from blackboard.task import TaskType
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from blackboard.battery import Battery
     from blackboard.cost import CostModel
     from blackboard.itinerary import Entry, Itinerary
@@ -32,6 +34,7 @@ class Bidder:
         battery: Its battery.
         itinerary: What it has to do already.
         model: Turns the terms of a task into its cost.
+        reserve: Says what it takes to reach a charger from a pose [Ah].
     """
 
     def __init__(
@@ -41,12 +44,14 @@ class Bidder:
         battery: Battery,
         itinerary: Itinerary,
         model: CostModel,
+        reserve: Callable[[Pose], float] = lambda _: 0.0,
     ) -> None:
         self._robot_id = robot_id
         self._characteristics = characteristics
         self._battery = battery
         self._itinerary = itinerary
         self._model = model
+        self._reserve = reserve
 
     def answer(self, broadcast: Broadcast, here: Pose, refusal: str, *, at_work: bool) -> Bids:
         """Return the bids on all that was broadcast.
@@ -81,9 +86,11 @@ class Bidder:
             return self.refuse(task, reason)
         charge_left = self._battery.charge_left - self._battery.charge_for(place.before.energy)
         charge = self._battery.charge_for(place.effort.energy)
-        share = (charge_left - charge) / self._battery.capacity
+        reserve = self._reserve(place.effort.end)
+        share = (charge_left - charge - reserve) / self._battery.capacity
         if share < CHARGE_TOLERANCE:
-            reason = f"its charge would fall to {share:.0%}, it keeps {CHARGE_TOLERANCE:.0%}"
+            way = " on the way to a charger" if reserve else ""
+            reason = f"its charge would fall to {share:.0%}{way}, it keeps {CHARGE_TOLERANCE:.0%}"
             return self.refuse(task, reason)
         eta = place.before.duration + place.effort.duration
         terms = CostTerms(charge, charge_left, place.index + 1, place.added_way, eta)

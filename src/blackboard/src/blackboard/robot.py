@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.bidding import Bidder
 from blackboard.characteristics import RobotCharacteristics, RobotState, RobotStatus
+from blackboard.charging import Charging, ChargingPlan
 from blackboard.controller import CommandState
 from blackboard.cost import COST_MODELS, friction_force
 from blackboard.itinerary import Entry, Itinerary
@@ -61,6 +62,10 @@ class Robot:
         settings: How it bids and speaks.
         journal: Its disk, for the reports that nobody has acknowledged yet.
         fence: Knows which blackboards it obeys; all, where it is left out.
+        plan: Where and when it charges; only where a person sets it to, where left out.
+
+    Attributes:
+        charging: Its battery between work and charger.
     """
 
     def __init__(
@@ -75,6 +80,7 @@ class Robot:
         settings: RobotSettings,
         journal: Journal,
         fence: Fence | None = None,
+        plan: ChargingPlan | None = None,
     ) -> None:
         self._talker = talker
         self._id = robot_id
@@ -83,11 +89,15 @@ class Robot:
         self._pose = pose
         self._settings = settings
         self._list = Itinerary(characteristics, ways)
-        cost = COST_MODELS[settings.cost_model]
-        self._bidder = Bidder(robot_id, characteristics, battery, self._list, cost)
+        self._service = Service()
         self._reports = Reports(talker, robot_id, journal)
         period, say = settings.status_period, self._say_status
         self._leave = Leave(talker, robot_id, period, self._go_on, say, fence)
+        self.charging = Charging(
+            talker, robot_id, characteristics, battery, ways, controller, self._service, plan
+        )
+        cost, reserve = COST_MODELS[settings.cost_model], self.charging.reserve
+        self._bidder = Bidder(robot_id, characteristics, battery, self._list, cost, reserve)
         self._work = Worker(
             controller,
             self._list,
@@ -96,7 +106,6 @@ class Robot:
             self._step_done,
             self._task_ended,
         )
-        self._service = Service()
 
     def start(self) -> None:
         """Begin to listen and to say how it is."""
@@ -104,6 +113,7 @@ class Robot:
         self._talker.subscribe(TASK_ASSIGN, self._obey)
         self._talker.subscribe(SYNC, self._compare)
         self._leave.start()
+        self.charging.start(self._pose, self._leave.holds, self._go_on)
         self._talker.subscribe(SET_STATE, self.set_state)
         self._talker.every(self._settings.status_period, self._pass_time)
         self._say_status()
@@ -135,6 +145,7 @@ class Robot:
     def set_pose(self, pose: Pose) -> None:
         """Note where it stands [map frame]."""
         self._pose = pose
+        self.charging.note_pose(pose)
 
     def add_travel(self, distance: float) -> None:
         """Draw from the battery what driving a distance [m] takes with the load on board."""
@@ -148,6 +159,7 @@ class Robot:
             allowed = ", ".join(WORDS)
             self._talker.refuse(SET_STATE, f"{word[:40]!r} is unknown; allowed: {allowed}")
             return
+        self.charging.abandon()
         self._service.set(word)
         self._go_on()
         self._say_status()
@@ -155,8 +167,8 @@ class Robot:
     def _bid(self, broadcast: Broadcast) -> None:
         if not self._leave.obeys(broadcast.hive, broadcast.epoch):
             return
-        at_work = self._work.current is not None
-        answer = self._bidder.answer(broadcast, self._pose, self._service.reason, at_work=at_work)
+        at_work, refusal = self._work.current is not None, self.charging.refusal
+        answer = self._bidder.answer(broadcast, self._pose, refusal, at_work=at_work)
         self._talker.publish(TASK_COST, answer)
 
     def _obey(self, order: Order) -> None:
@@ -217,13 +229,8 @@ class Robot:
         return self._leave.holds() and entry.is_announced
 
     def _pass_time(self) -> None:
-        period = self._settings.status_period
-        self._battery.update_level(self._characteristics.idle_power * period)
-        if self._service.state is RobotState.CHARGING:
-            self._battery.charge(period)
-            if self._battery.level >= 1.0:
-                self._service.be_charged()
-                self._go_on()
+        self.charging.pass_time(self._settings.status_period)
+        self._go_on()
         self._reports.repeat()
         current = self._work.current
         if current is not None and current.known < current.step < current.steps:
@@ -232,6 +239,9 @@ class Robot:
 
     def _go_on(self) -> None:
         """Go on with the list; a robot that is out of service hands them all back instead."""
+        current = self._work.current
+        loaded = current is not None and is_picked(current.task, current.step)
+        self.charging.consider(idle=self._list.first() is None, loaded=loaded)
         if self._service.state is not None:
             reason = f"{self._id} is out of service: {self._service.reason}"
             for held in tuple(self._list):

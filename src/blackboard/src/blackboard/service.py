@@ -18,15 +18,18 @@ class Service:
         state: DEFECT or CHARGING while out of service, otherwise None.
         reason: Why it is out of service; empty otherwise.
         left_on_board: The load that was left on board [kg]; None where none was.
+        is_on_its_own: Whether it left service by itself to charge, and not because of a person.
     """
 
     def __init__(self) -> None:
         self.state: RobotState | None = None
         self.reason = ""
         self.left_on_board: float | None = None
+        self.is_on_its_own = False
 
     def set(self, word: str) -> None:
         """Obey one of `WORDS`; `idle` also says that nothing is on board any more."""
+        self.is_on_its_own = False
         if word == "idle":
             self.state, self.reason, self.left_on_board = None, "", None
             return
@@ -42,6 +45,17 @@ class Service:
             f"the load of {task_id} ({payload:g} kg) is on board: "
             "take it off, then set the robot idle"
         )
+
+    def go_charging(self, reason: str) -> None:
+        """Leave service to charge, without being told to; say the reason."""
+        if self.state is not RobotState.DEFECT:
+            self.state, self.reason, self.is_on_its_own = RobotState.CHARGING, reason, True
+
+    def strand(self, reason: str) -> None:
+        """Leave service for good because the battery is empty; say the reason."""
+        self.state, self.is_on_its_own = RobotState.DEFECT, False
+        if self.left_on_board is None:
+            self.reason = reason
 
     def be_charged(self) -> None:
         """End charging: only a person can say that a load which was left on board is gone."""

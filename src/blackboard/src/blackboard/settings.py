@@ -147,6 +147,32 @@ class RobotSettings(Settings):
 
 
 @dataclass(frozen=True)
+class ChargingSettings(Settings):
+    """When a robot charges: levels of its battery from 0 to 1, each above the one before.
+
+    Attributes:
+        critical: Below it goes at once, after putting down what its arm has taken on board.
+        low: Below it goes when it is idle.
+        enough: While it charges, it takes tasks again from here on.
+        full: From here on it makes room for others.
+    """
+
+    critical: float = 0.15
+    low: float = 0.3
+    enough: float = 0.6
+    full: float = 0.95
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        levels = (self.critical, self.low, self.enough, self.full)
+        if not (levels == tuple(sorted(set(levels))) and self.full <= 1.0):
+            raise SettingsError(
+                f"critical, low, enough, full are {', '.join(f'{level:g}' for level in levels)}; "
+                "allowed: each above the one before, full at most 1"
+            )
+
+
+@dataclass(frozen=True)
 class ControllerSettings(Settings):
     """How patient a controller is.
 

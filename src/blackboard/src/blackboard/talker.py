@@ -25,6 +25,7 @@ BB_ENTRIES = "bb_entries"
 BB_ACK = "bb_ack"
 BB_VOTE = "bb_vote"
 ROBOT_STATUS = "robot_status"
+CHARGER_CLAIM = "charger_claim"
 SET_STATE = "set_state"
 """In the robot's own namespace; all other topics belong to the hive."""
 

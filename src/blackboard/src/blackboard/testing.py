@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.characteristics import RobotStatus
+    from blackboard.charging import ChargingPlan
     from blackboard.pose import Pose
     from blackboard.record import Order, TaskUpdate
     from blackboard.talker import Talker
@@ -210,6 +211,7 @@ class Hive:
         ways: Ways | None = None,
         charge: float = 1.0,
         cost_model: str = "report",
+        charging: ChargingPlan | None = None,
     ) -> Robot:
         """Let a robot join, or a new process take the place of a robot's old one.
 
@@ -233,6 +235,7 @@ class Hive:
             pose,
             settings,
             MemoryJournal(),
+            plan=charging,
         )
         command.arrive = robot.set_pose
         self.robots[name] = robot

@@ -8,17 +8,20 @@ checked here, and said in one line with file, line and key.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from math import dist
 from typing import TYPE_CHECKING, Any
 
 from blackboard.cost import COST_MODELS
+from blackboard.errors import SettingsError
+from blackboard.settings import ChargingSettings
 from fleet_manager.resources import beside, find_file
 from robot_description.checked_yaml import error_at, read_checked
 from robot_description.errors import FileError
 from robot_description.models import load_model
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from robot_description.models import RobotModel
@@ -33,12 +36,19 @@ TAKEN_NAMES = frozenset({
 })  # fmt: skip
 """Names that nodes, topics or frames of the hive have already; no robot may have them."""
 
-_NUMBER = {"type": "number"}
+_POSE = {
+    "type": "array",
+    "minItems": 3,
+    "maxItems": 3,
+    "items": {"type": "number", "description": "a number [m, m, rad]"},
+    "description": "[x, y, yaw] in the map frame [m, m, rad]",
+}
+_LEVELS = tuple(asdict(ChargingSettings()))
 _SCHEMA: dict[str, Any] = {
     "type": "object",
     "additionalProperties": False,
     "required": ["robots"],
-    "description": "cost_model, distance, bid_timeout, localization, robots",
+    "description": "cost_model, distance, bid_timeout, localization, battery, chargers, robots",
     "properties": {
         "cost_model": {"enum": sorted(COST_MODELS), "description": " | ".join(COST_MODELS)},
         "distance": {"enum": list(DISTANCES), "description": " | ".join(DISTANCES)},
@@ -51,6 +61,31 @@ _SCHEMA: dict[str, Any] = {
         "localization": {
             "enum": list(LOCALIZATIONS),
             "description": " | ".join(LOCALIZATIONS),
+        },
+        "battery": {
+            "type": "object",
+            "additionalProperties": False,
+            "description": ", ".join(_LEVELS) + ": levels from 0 to 1",
+            "properties": {
+                level: {
+                    "type": "number",
+                    "exclusiveMinimum": 0,
+                    "maximum": 1,
+                    "description": "a level above 0 and at most 1",
+                }
+                for level in _LEVELS
+            },
+        },
+        "chargers": {
+            "type": "array",
+            "description": "a list of chargers, each with name and pose",
+            "items": {
+                "type": "object",
+                "additionalProperties": False,
+                "required": ["name", "pose"],
+                "description": "a charger with name and pose, and nothing else",
+                "properties": {"name": {"type": "string", "minLength": 1}, "pose": _POSE},
+            },
         },
         "robots": {
             "type": "array",
@@ -73,13 +108,7 @@ _SCHEMA: dict[str, Any] = {
                         "minLength": 1,
                         "description": "the name of a robot model, or the path of its file",
                     },
-                    "pose": {
-                        "type": "array",
-                        "minItems": 3,
-                        "maxItems": 3,
-                        "items": {**_NUMBER, "description": "a number [m, m, rad]"},
-                        "description": "[x, y, yaw] in the map frame [m, m, rad]",
-                    },
+                    "pose": _POSE,
                 },
             },
         },
@@ -112,6 +141,9 @@ class Fleet:
         cost_model: How robots reckon what a task costs them.
         distance: Length of a way: `path` on the map, or `euclidean` as the crow flies.
         bid_timeout: How long an auction waits for bids at most [s].
+        battery: When robots charge.
+        chargers: Where a robot stands at each charger [m, m, rad], by name; None: the file does
+            not say, and the simulator's are used.
         localization: How robots find where they are; None: told by the simulator where there is
             one, otherwise by a node of their own.
     """
@@ -122,6 +154,8 @@ class Fleet:
     distance: str = "path"
     bid_timeout: float = 2.0
     localization: str | None = None
+    battery: ChargingSettings = field(default_factory=ChargingSettings)
+    chargers: Mapping[str, tuple[float, float, float]] | None = None
 
 
 def read_fleet(name: str) -> Fleet:
@@ -145,7 +179,15 @@ def read_fleet(name: str) -> Fleet:
     )
     _check_names(path, robots)
     _check_starts(path, robots, _models(path, robots))
-    return Fleet(path, robots, **content)
+    levels = content.pop("battery", {})
+    try:
+        battery = ChargingSettings(**{name: float(level) for name, level in levels.items()})
+    except SettingsError as error:
+        raise error_at(path, ("battery",), str(error)) from None
+    chargers = None
+    if "chargers" in content:
+        chargers = {entry["name"]: _pose(entry["pose"]) for entry in content.pop("chargers")}
+    return Fleet(path, robots, battery=battery, chargers=chargers, **content)
 
 
 def _pose(numbers: list[float]) -> tuple[float, float, float]:

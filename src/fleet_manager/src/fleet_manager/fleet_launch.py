@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from typing import TYPE_CHECKING
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import escape, quoteattr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,6 +28,7 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
         lines.append(f'  <param name="/fleet/{name}" type="str" value="{value}"/>')
+    lines += _charging(fleet)
     blackboard = {"distance": fleet.distance, "bid_timeout": f"{fleet.bid_timeout:g}"}
     lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
     for robot in fleet.robots:
@@ -45,6 +48,15 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
         lines += _include("$(find fleet_manager)/launch/robot.launch", values)
     lines.append("</launch>\n")
     return "\n".join(lines)
+
+
+def _charging(fleet: Fleet) -> list[str]:
+    """Return the lines that tell every robot of the hive when and where to charge."""
+    levels = asdict(fleet.battery).items()
+    lines = [f'  <param name="/charging/{name}" value="{level:g}"/>' for name, level in levels]
+    chargers = (fleet.chargers or {}).items()
+    places = json.dumps([{"name": name, "pose": list(pose)} for name, pose in chargers])
+    return [*lines, f'  <rosparam param="/charging/chargers">{escape(places)}</rosparam>']
 
 
 def _include(file: str, values: Mapping[str, str]) -> list[str]:

@@ -96,7 +96,7 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
         (["run", "nothing"], "there are: demo, smoke, warehouse"),
         (["demo", "--rtf", "0"], "0.1<=x<=20"),
         (["demo", "--scenario", "nothing"], "there are: demo, smoke, warehouse"),
-        (["bench", "speed"], "'plan', 'soak', 'system'"),
+        (["bench", "speed"], "'plan', 'sim', 'soak', 'system'"),
         (["bench", "plan", "--runs", "3"], "plan takes no --runs"),
         (["bench", "--json", "x.json"], "NAME"),
         (["fly"], "No such command 'fly'"),

@@ -2,6 +2,7 @@
 import xml.etree.ElementTree as ET
 
 import pytest
+import yaml
 
 from fleet_manager.errors import InputError
 from fleet_manager.fleet_file import read_fleet
@@ -105,12 +106,49 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
     files = [include.get("file") for include in includes]
     values = [{arg.get("name"): arg.get("value") for arg in include} for include in includes]
     told = {param.get("name"): param.get("value") for param in root.findall("param")}
-    assert told == {"/fleet/cost_model": fleet.cost_model, "/fleet/distance": "path"}
+    assert told == {
+        "/fleet/cost_model": fleet.cost_model,
+        "/fleet/distance": "path",
+        "/charging/critical": "0.15",
+        "/charging/low": "0.3",
+        "/charging/enough": "0.6",
+        "/charging/full": "0.95",
+    }
+    assert root.find("rosparam").text == "[]"
     assert files[0].endswith("blackboard.launch")
     assert values[0] == {"distance": "path", "bid_timeout": "2"}
     assert [one["name"] for one in values[1:]] == [robot.name for robot in fleet.robots]
     assert values[1]["model"] == "mir100"
     assert (values[1]["x"], values[1]["sim"]) == ("2.6", "false")
+
+
+def test_every_robot_is_told_the_chargers_and_thresholds_of_the_file(tmp_path):
+    path = tmp_path / "mine.yaml"
+    more = "battery: {low: 0.4}\nchargers: [{name: dock, pose: [1, 2, 0]}]\n"
+    path.write_text(more + GOOD, encoding="utf-8")
+
+    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=False))  # noqa: S314  (made here)
+
+    told = yaml.safe_load(root.find("rosparam").text)
+    assert root.find("param[@name='/charging/low']").get("value") == "0.4"
+    assert told == [{"name": "dock", "pose": [1.0, 2.0, 0.0]}]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("battery: {low: 0.1}", r"mine.yaml:\d+: battery: .*each above the one before"),
+        ("battery: {low: 3}", r":\d+: battery.low: 3 .*a level above 0 and at most 1"),
+        ("battery: {empty: 0.1}", r":\d+: battery: .*'empty' was unexpected.*critical, low"),
+        ("chargers: [{name: dock}]", r"chargers\[0\]: 'pose' is a required"),
+    ],
+)
+def test_a_bad_battery_or_charger_is_refused_with_its_line(tmp_path, text, message):
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"{text}\n{GOOD}", encoding="utf-8")
+
+    with pytest.raises(FileError, match=message):
+        read_fleet(str(path))
 
 
 def test_what_is_special_in_xml_stays_what_it_is(tmp_path):

@@ -7,6 +7,10 @@ from robot_description.schema_parts import numbers, positive, section
 
 _TEXT = {"type": "string", "minLength": 1, "description": "a text that is not empty"}
 _NAMES = {"type": "array", "items": _TEXT, "uniqueItems": True, "description": "a list of names"}
+KINDS = ("agv", "amr", "mobile_manipulator", "tracked", "legged")
+"""What sort of robot a model is; for people, and for a fleet's choice of models."""
+
+_KIND = {"enum": list(KINDS), "description": ", ".join(KINDS[:-1]) + f" or {KINDS[-1]}"}
 _DRIVE = {
     "enum": ["differential", "holonomic"],
     "description": "differential or holonomic",
@@ -68,7 +72,8 @@ ARM = section(
         "pick_duration": positive("time for a pick [s]", 600),
         "place_duration": positive("time for putting down [s]", 600),
         "power": positive("power drawn while moving [W]", 5000),
-    }
+    },
+    {"accuracy": positive("accuracy [m]", 0.1)},
 )
 
 SCHEMA = section(
@@ -78,6 +83,7 @@ SCHEMA = section(
             "pattern": "^[a-z][a-z0-9_]*$",
             "description": "a name of small letters, digits and _, such as mir100",
         },
+        "kind": _KIND,
         "maker": _TEXT,
         "source": _TEXT,
         "base": BASE,
@@ -96,6 +102,7 @@ SCHEMA = section(
         },
         "interfaces": _NAMES,
         "communication": _NAMES,
+        "sensors": _NAMES,
     },
     {"arm": ARM},
 )

@@ -152,10 +152,11 @@ class Arm:
     Attributes:
         payload: What the arm can lift [kg].
         reach: [m]
-        repeatability: [m]
+        repeatability: How near to each other it comes back to a place [m].
         pick_duration: Time for one pick [s].
         place_duration: Time for putting one thing down [s].
         power: What the arm draws while it moves [W].
+        accuracy: How near to the wanted place it comes [m]; None where the maker gives none.
     """
 
     payload: float
@@ -164,6 +165,7 @@ class Arm:
     pick_duration: float
     place_duration: float
     power: float
+    accuracy: float | None = None
 
 
 @dataclass(frozen=True)
@@ -172,6 +174,7 @@ class RobotModel:
 
     Attributes:
         name: The model's name; also the name of its file.
+        kind: What sort of robot, out of `model_schema.KINDS`.
         maker: Who builds the robot.
         source: Title, maker and year of the data sheet.
         base: The mobile base.
@@ -182,9 +185,11 @@ class RobotModel:
         capabilities: Task types the robot can do, out of `GA`, `GAB`, `GPA`, `GPAB`.
         interfaces: Standard interfaces the robot offers, such as `move_base`, `pick`.
         communication: Networks the robot can be reached over.
+        sensors: What the maker's robot senses with; `laser` is what the fleet gives it besides.
     """
 
     name: str
+    kind: str
     maker: str
     source: str
     base: Base
@@ -195,13 +200,19 @@ class RobotModel:
     capabilities: tuple[str, ...]
     interfaces: tuple[str, ...]
     communication: tuple[str, ...]
+    sensors: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """Refuse a robot that promises picks without an arm."""
+        """Refuse a robot that promises picks without an arm, or is called by what it has not."""
         picks = sorted({"GPA", "GPAB"} & set(self.capabilities))
         if picks and self.arm is None:
             raise ModelError(
                 f"capabilities: {', '.join(picks)} need an arm; add `arm:` or remove them"
+            )
+        if (self.kind == "mobile_manipulator") != (self.arm is not None):
+            has = "an" if self.arm else "no"
+            raise ModelError(
+                f"kind: {self.kind} with {has} arm; a mobile_manipulator has one, others have none"
             )
 
 

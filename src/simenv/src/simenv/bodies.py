@@ -50,6 +50,7 @@ class Bodies:
         self._true = self._velocities = self._odometry = self._commands = NOTHING
         self._commanded_at = np.zeros(0)
         self._grip = np.zeros(0)
+        self._frozen: set[str] = set()
 
     def add(self, name: str, model: RobotModel, pose: Pose, random: np.random.Generator) -> None:
         """Put a base down, standing still; `random` makes the noise of its wheels."""
@@ -70,6 +71,7 @@ class Bodies:
 
     def remove(self, name: str) -> None:
         """Take a base away."""
+        self._frozen.discard(name)
         row = self.names.index(name)
         del self.names[row], self.poses[name], self._models[row], self._random[row]
         del self._wheels[row]
@@ -92,6 +94,14 @@ class Bodies:
     def slip(self, name: str, share: float) -> None:
         """Let wheels turn without moving the base as far: by `share` (0..1) of every shift."""
         self._grip[self.names.index(name)] = 1.0 - share
+
+    def freeze(self, name: str, *, is_frozen: bool) -> None:
+        """Let a base stop at once and stand still whatever it is told, or let it go again."""
+        if is_frozen:
+            self._frozen.add(name)
+            self._velocities[self.names.index(name)] = 0.0
+        else:
+            self._frozen.discard(name)
 
     def command(self, name: str, speed: tuple[float, float, float], time: float) -> None:
         """Tell a base how to move.
@@ -119,6 +129,7 @@ class Bodies:
             dt: Length of the step [s].
         """
         heard = time - self._commanded_at < COMMAND_TIMEOUT
+        heard &= np.array([name not in self._frozen for name in self.names], dtype=bool)
         commands = self._commands * heard[:, None]
         if not (commands.any() or self._velocities.any()):
             return

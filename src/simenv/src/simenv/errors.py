@@ -22,6 +22,10 @@ class ObstacleError(SimenvError):
     """A door or a thing in the way is not known, or cannot be put where a robot stands."""
 
 
+class FaultError(SimenvError):
+    """There is no such fault, or its value makes no sense."""
+
+
 class UnknownRobotError(SimenvError):
     """There is no robot of that name in the simulation."""
 

@@ -22,7 +22,11 @@ if TYPE_CHECKING:
 
 
 class Scanner:
-    """The laser scanner of one robot."""
+    """The laser scanner of one robot.
+
+    Attributes:
+        is_covered: Whether something lies on it, so that it measures nothing.
+    """
 
     def __init__(self, laser: Laser, noise: float, random: np.random.Generator) -> None:
         """Mount a scanner.
@@ -36,6 +40,7 @@ class Scanner:
         self._mount = Pose(*laser.pose)
         self._noise = noise
         self._random = random
+        self.is_covered = False
         self.increment = laser.field_of_view / laser.beams
         self.angles = np.arange(laser.beams) * self.increment - laser.field_of_view / 2
 
@@ -54,6 +59,8 @@ class Scanner:
             (beams,) distances [m]. As REP 117 says: infinity where nothing is in range, minus
             infinity where something is too close to be measured.
         """
+        if self.is_covered:
+            return np.full(len(self.angles), -np.inf)
         measured = ranges(self.origin(robot), self.angles, segments)
         measured += self._random.normal(0.0, self._noise, len(measured))
         measured[measured > self._laser.range_max] = np.inf

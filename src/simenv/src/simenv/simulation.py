@@ -209,6 +209,11 @@ class Simulation:
             raise CommandError(f"slip {share}; allowed: a share from 0 to 1")
         self._bodies.slip(name, share)
 
+    def freeze(self, name: str, *, is_frozen: bool) -> None:
+        """Let a robot's base stand still whatever it is told, or let it go again."""
+        self._robot(name)
+        self._bodies.freeze(name, is_frozen=is_frozen)
+
     def remove_robot(self, name: str) -> None:
         """Take a robot out of the world.
 

@@ -21,6 +21,7 @@ from blackboard.backup import TaskList
 from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.cost import MAX_COST, Bid, Bids
 from blackboard.record import Broadcast, Order, TaskUpdate
+from blackboard.ros.charger_conversions import CHARGER_WIRES
 from blackboard.ros.hive_conversions import HIVE_WIRES
 from blackboard.ros.records import (
     pose_from_msg,
@@ -225,6 +226,7 @@ WIRES: Mapping[str, Wire] = MappingProxyType(
         topics.SYNC: Wire(bb_msgs.BbSynch, _list_to_msg, _list_from_msg, latched=True),
         topics.SET_STATE: Wire(String, String, _text),
         **HIVE_WIRES,
+        **CHARGER_WIRES,
     }
 )
 """How the messages of every topic of the hive are made and read."""

@@ -11,6 +11,7 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
+from std_msgs.msg import Float64
 
 from blackboard import talker as topics
 from blackboard.battery import Battery
@@ -20,6 +21,7 @@ from blackboard.errors import BlackboardError
 from blackboard.pose import Pose
 from blackboard.robot import Robot
 from blackboard.ros import membership, params
+from blackboard.ros.charger_conversions import read_charging_plan
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
 from blackboard.ros.links import mend_links
@@ -31,7 +33,7 @@ from blackboard.task import StepKind
 if TYPE_CHECKING:
     from blackboard.characteristics import RobotCharacteristics
 
-_SPEAKS = (topics.TASK_COST, *membership.SPEAKS)
+_SPEAKS = (topics.TASK_COST, topics.CHARGER_CLAIM, *membership.SPEAKS)
 
 _LONGEST_STEP = 1.0
 """Two odometry messages further apart than this are no drive but a reset [m]."""
@@ -51,7 +53,8 @@ def main() -> None:
     ROS Publishers: `task_cost` of the hive, and those of the blackboard; `battery_state` of the
         robot.
     ROS Actions: client of the robot's `move_base` and, where it has an arm, `pick`.
-    ROS Parameters: `characteristics` of the robot; otherwise see config/robot.yaml.
+    ROS Parameters: `characteristics` of the robot, `charging` of the hive (its chargers and
+        thresholds); otherwise see config/robot.yaml.
     """
     rospy.init_node("robot")
     mend_links()
@@ -95,6 +98,7 @@ def _run() -> None:
         settings,
         journal,
         backup,
+        read_charging_plan(hive),
     )
     _Senses(talker, robot, battery, settings.status_period).start()
     robot.start()
@@ -145,7 +149,8 @@ class _Senses:
         period: Time between two battery states [s].
 
     ROS Subscribers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), `odom`
-        (nav_msgs/Odometry).
+        (nav_msgs/Odometry), `drop_charge` (std_msgs/Float64): a fault at will, the level to
+        which the battery drops.
     ROS Publishers: `battery_state` (sensor_msgs/BatteryState).
     """
 
@@ -166,6 +171,9 @@ class _Senses:
             queue_size=1,
         )
         rospy.Subscriber("odom", Odometry, lambda msg: self._talker.call(lambda: self._drive(msg)))
+        rospy.Subscriber(
+            "drop_charge", Float64, lambda msg: self._talker.call(lambda: self._drop(msg.data))
+        )
         self._talker.every(self._period, self._say_battery)
 
     def _drive(self, msg: Odometry) -> None:
@@ -174,6 +182,12 @@ class _Senses:
         self._odometry = here
         if distance <= _LONGEST_STEP:
             self._robot.add_travel(distance)
+
+    def _drop(self, level: float) -> None:
+        try:
+            self._battery.drop_to(level)
+        except BlackboardError as error:
+            rospy.logwarn(str(error))
 
     def _say_battery(self) -> None:
         battery = self._battery
@@ -184,6 +198,9 @@ class _Senses:
             design_capacity=battery.capacity,
             percentage=battery.level,
             current=math.nan,
+            power_supply_status=BatteryState.POWER_SUPPLY_STATUS_CHARGING
+            if self._robot.charging.is_charging
+            else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
             power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN,
             present=True,
         )

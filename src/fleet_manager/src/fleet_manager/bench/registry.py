@@ -86,6 +86,16 @@ def _localization(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+def _sim(outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.simulation").measure(outside.connect)
+    return result
+
+
+def _mapping(_outside: Outside) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("simenv.mapping_run").run()
+    return BenchResult(found["figures"], found["aims"])
+
+
 def _gui(_outside: Outside) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("fleet_manager.gui.bench").run()
     return BenchResult(found["figures"], found["aims"])
@@ -133,9 +143,17 @@ BENCHES: Mapping[str, Bench] = {
         "the particle filter's errors [m, degrees], lost robots not found [0..1], CPU [s per s]",
         _localization,
     ),
+    "mapping": Bench(
+        "wrong cells [0..1] and walls' errors [m] of a map of the lab that a robot made alone",
+        _mapping,
+    ),
     "plan": Bench(
         "planning time [s] and length of the way over the shortest one, 200 pairs on each map",
         _plan,
+    ),
+    "sim": Bench(
+        "wall time for a simulated second [s] and the reverse, 1 to 100 robots, and through ROS",
+        _sim,
     ),
     "soak": Bench(
         "tasks not done [1] and growth [MB, threads, files] of a hive that is broken each minute",

@@ -88,18 +88,22 @@ class _Recorder:
         return {name: track.distance for name, track in self.history.tracks.items()}
 
 
-def measure(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
+def measure(
+    connect: Callable[[Sequence[str]], AbstractContextManager[Link]], rtf: float = 1.0
+) -> BenchResult:
     """Run the default fleet for a minute and return what it took.
 
     Args:
         connect: Opens the link; see `cli.outside.Outside`.
+        rtf: Real-time factor that the simulator is asked for.
 
     Returns:
         `cpu` [s per s] and `memory` [GB] in sum and for each process; `seconds` measured;
         `driving_share`, the part of the robots' time in which they moved; `real_time_factor`.
     """
     robots = [robot.name for robot in read_fleet(_WORLD).robots]
-    arguments = {"fleet": _WORLD, "world": _WORLD, "rtf": "1", "rviz": "false", "gui": "false"}
+    arguments = {"fleet": _WORLD, "world": _WORLD, "rviz": "false", "gui": "false"}
+    arguments["rtf"] = f"{rtf:g}"
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="robo-hive-bench-")))
         hive = stack.enter_context(local_hive(folder))

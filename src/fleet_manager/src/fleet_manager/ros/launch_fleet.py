@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 
 import click
 
@@ -23,7 +24,7 @@ _BAD_INPUT = 2
 @click.argument("fleet")
 @click.option("--sim", type=bool, default=True, show_default=True, help="Robots are simulated.")
 @click.option("--check", is_flag=True, help="Only check the files and print the launch file.")
-@click.option("--world", help="A world to check as well: name in worlds/ or a path.")
+@click.option("--world", help="Where the chargers are: name in worlds/ or a path.")
 @click.option("--map", "chart", help="A map to check as well: name in maps/ or a path.")
 def launch_fleet(fleet: str, sim: bool, check: bool, world: str | None, chart: str | None) -> None:
     """Start the blackboard and every robot of FLEET, a name in fleets/ or a path.
@@ -31,9 +32,11 @@ def launch_fleet(fleet: str, sim: bool, check: bool, world: str | None, chart: s
     A mistake in a file is said in one line and ends this with 2, before anything starts.
     """
     try:
-        text = launch_text(read_fleet(fleet), sim=sim)
+        wanted = read_fleet(fleet)
         if world is not None and sim:
-            load_world(world)
+            there = {p.name: (p.pose.x, p.pose.y, p.pose.yaw) for p in load_world(world).chargers}
+            wanted = replace(wanted, chargers=wanted.chargers or there)
+        text = launch_text(wanted, sim=sim)
         if chart is not None:
             load_map(chart)
     except (FleetManagerError, RobotDescriptionError, SimenvError) as error:

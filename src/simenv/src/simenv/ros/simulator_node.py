@@ -27,6 +27,8 @@ from robot_description.models import load_model
 from robot_description.ros.inbox import Inbox
 from robot_description.ros.links import mend_links
 from simenv.errors import SimenvError
+from simenv.faults import Fault, inject
+from simenv.msg import Fault as FaultMsg
 from simenv.pacing import Pacer
 from simenv.ros.conversions import pose_from, stamp_of
 from simenv.ros.params import LEAST_RTF, MOST_RTF, simulator_params
@@ -34,6 +36,9 @@ from simenv.ros.robot_topics import RobotTopics
 from simenv.ros.world_markers import WorldMarkers
 from simenv.simulation import STEP, Simulation
 from simenv.srv import (
+    InjectFault,
+    InjectFaultRequest,
+    InjectFaultResponse,
     Remove,
     RemoveRequest,
     RemoveResponse,
@@ -65,8 +70,10 @@ class SimulatorNode:
         simenv/pause (std_srvs/SetBool): true stops the time, false lets it go on.
         simenv/step (std_srvs/Trigger): while it is stopped, one step of it.
         simenv/door (simenv/SetDoor): opens or shuts a door of the world.
+        simenv/inject_fault (simenv/InjectFault): makes a fault, or ends it.
     ROS Subscribers:
         simenv/rtf (std_msgs/Float64): a new real-time factor, 0.01..100.
+        simenv/fault (simenv/Fault): a fault at will, or its end.
     ROS Parameters:
         ~world (lab), ~rtf (1), ~seed (0), ~noise (1), ~pick_failures (0): see simulator.launch.
 
@@ -93,10 +100,12 @@ class SimulatorNode:
             rospy.Service("simenv/spawn", Spawn, self._spawn_called),
             rospy.Service("simenv/remove", Remove, self._remove_called),
             rospy.Service("simenv/door", SetDoor, self._door_called),
+            rospy.Service("simenv/inject_fault", InjectFault, self._fault_called),
             rospy.Service("simenv/reset", Empty, self._reset_called),
             rospy.Service("simenv/pause", SetBool, self._pause_called),
             rospy.Service("simenv/step", Trigger, self._step_called),
         )
+        rospy.Subscriber("simenv/fault", FaultMsg, self._fault_heard, queue_size=10)
         rospy.Subscriber("simenv/rtf", Float64, self._rtf_heard, queue_size=1)
         self._scene.start()
 
@@ -190,6 +199,24 @@ class SimulatorNode:
             )
 
         return self._inbox.ask(door, SetDoorResponse(False, _BUSY))
+
+    def _fault_called(self, request: InjectFaultRequest) -> InjectFaultResponse:
+        return self._inbox.ask(
+            lambda: InjectFaultResponse(*self._inject(request.fault)),
+            InjectFaultResponse(False, _BUSY),
+        )
+
+    def _fault_heard(self, msg: FaultMsg) -> None:
+        self._inbox.put(lambda: rospy.logwarn(self._inject(msg)[1]))
+
+    def _inject(self, msg: FaultMsg) -> tuple[bool, str]:
+        """Make a fault; return whether it was made, and what to say."""
+        try:
+            said = inject(self._simulation, Fault(msg.kind, msg.target, msg.value, msg.area))
+        except SimenvError as error:
+            return False, str(error)
+        self._scene.show()
+        return True, said
 
     def _spawn_called(self, request: SpawnRequest) -> SpawnResponse:
         return self._inbox.ask(lambda: self._spawn(request), SpawnResponse(False, _BUSY))

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `fault`: makes something go wrong, to see what the hive makes of it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import click
+
+from simenv.faults import Fault
+
+if TYPE_CHECKING:
+    from typing import Any
+
+_OFF = click.option("--off", is_flag=True, help="End it.")
+
+
+@click.group()
+def fault() -> None:
+    """Make something go wrong in the simulator, and see what the hive makes of it.
+
+    \b
+    Examples:
+      hive fault freeze robot1
+      hive fault freeze robot1 --off
+      hive fault block box --area 9.5,2.6,10.5,3.8
+    """  # noqa: D301  (to click, \b means: keep the lines)
+
+
+@fault.command()
+@click.argument("robot")
+@_OFF
+def freeze(robot: str, off: bool) -> None:
+    """Let ROBOT's base stand still whatever it is told."""
+    _inject(Fault("freeze", robot, float(not off)))
+
+
+@fault.command()
+@click.argument("robot")
+@click.argument("share", type=click.FloatRange(0, 1), default=0.5)
+def slip(robot: str, share: float) -> None:
+    """Let ROBOT's wheels turn in vain for SHARE (0..1) of the way; 0 ends it."""
+    _inject(Fault("slip", robot, share))
+
+
+@fault.command()
+@click.argument("robot")
+@_OFF
+def blind(robot: str, off: bool) -> None:
+    """Cover ROBOT's laser."""
+    _inject(Fault("blind", robot, float(not off)))
+
+
+@fault.command()
+@click.argument("robot")
+@click.argument("grips", type=click.IntRange(0), default=1)
+def pick(robot: str, grips: int) -> None:
+    """Let the next GRIPS of ROBOT's arm fail."""
+    _inject(Fault("pick", robot, float(grips)))
+
+
+@fault.command()
+@click.argument("name")
+@click.option("--area", help="x_min,y_min,x_max,y_max in the map frame [m].")
+@_OFF
+def block(name: str, area: str | None, off: bool) -> None:
+    """Put something called NAME in the way, or take it away again."""
+    if (area is None) is not off:
+        raise click.UsageError("give --area to put something in the way, or --off to take it away")
+    _inject(Fault("block", name, float(not off), _numbers(area) if area else ()))
+
+
+@fault.command()
+@click.argument("robot")
+@click.argument("level", type=click.FloatRange(0, 1))
+def battery(robot: str, level: float) -> None:
+    """Let ROBOT's battery drop to LEVEL (0..1); it stays where it is lower."""
+    click.echo(_link().drop_charge(robot, level))
+
+
+@fault.command()
+@click.argument("robot")
+@_OFF
+def vanish(robot: str, off: bool) -> None:
+    """Stop all of ROBOT's processes on this machine, or let them go on.
+
+    To the others it is as if its network were gone: nothing is closed, and nothing answers.
+    """
+    click.echo(_link().vanish(robot, back=off))
+
+
+def _inject(what: Fault) -> None:
+    click.echo(_link().inject(what))
+
+
+def _link() -> Any:  # noqa: ANN401  (a module that needs ROS, imported only when used)
+    return import_module("fleet_manager.ros.fault_link")
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise click.UsageError(
+            f"--area {text}: four numbers with commas between are needed, such as 9.5,2.6,10.5,3.8"
+        ) from None

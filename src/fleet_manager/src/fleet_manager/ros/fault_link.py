@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Faults at will on ROS: asks the simulator, tells a robot, or stops a robot's processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import xmlrpc.client
+from typing import TYPE_CHECKING, Any
+
+import rosgraph
+import rospy
+from simenv.msg import Fault as FaultMsg
+from simenv.srv import InjectFault
+from std_msgs.msg import Float64
+
+from fleet_manager.client import DEFAULT_URI
+from fleet_manager.errors import InputError, NoHiveError
+
+if TYPE_CHECKING:
+    from simenv.faults import Fault
+
+_CALLER = "/hive_fault"
+_PATIENCE = 5.0
+"""How long somebody who should be there is waited for [s]."""
+_LOOK = 0.05
+"""How often it is looked whether they are there [s]."""
+_ON_ITS_WAY = 0.3
+"""A message that was published has left this process by then [s]."""
+
+
+def inject(fault: Fault) -> str:
+    """Have the simulator make a fault; return what it says.
+
+    Raises:
+        InputError: The simulator refuses, or there is none.
+        NoHiveError: No ROS master answers.
+    """
+    _master()
+    try:
+        rospy.wait_for_service("simenv/inject_fault", timeout=_PATIENCE)
+        call = rospy.ServiceProxy("simenv/inject_fault", InjectFault)
+        answer = call(FaultMsg(fault.kind, fault.target, fault.value, list(fault.area)))
+    except (rospy.ROSException, rospy.ServiceException):
+        raise InputError(
+            "no simulator answers on simenv/inject_fault; this fault needs one"
+        ) from None
+    if not answer.success:
+        raise InputError(answer.message)
+    return str(answer.message)
+
+
+def drop_charge(robot: str, level: float) -> str:
+    """Let a robot's battery drop to a level from 0 to 1; return what was done.
+
+    Raises:
+        InputError: There is no such robot.
+        NoHiveError: No ROS master answers.
+    """
+    _master()
+    rospy.init_node("hive_fault", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
+    publisher = rospy.Publisher(f"/{robot}/drop_charge", Float64, queue_size=1, latch=True)
+    for _ in range(round(_PATIENCE / _LOOK)):
+        if publisher.get_num_connections():
+            publisher.publish(Float64(level))
+            rospy.rostime.wallsleep(_ON_ITS_WAY)
+            return f"{robot}'s battery drops to {level:.0%}"
+        rospy.rostime.wallsleep(_LOOK)
+    raise InputError(f"robot '{robot}': nobody listens on /{robot}/drop_charge; see `hive robots`")
+
+
+def vanish(robot: str, *, back: bool) -> str:
+    """Stop all processes of a robot, or let them go on; return what was done.
+
+    Raises:
+        InputError: There is no such robot, or it runs on another machine.
+        NoHiveError: No ROS master answers.
+    """
+    master = _master()
+    # A process that is stopped does not tell its number, so the numbers are left with the master.
+    note = f"/{robot}/stopped_processes"
+    stopped = master.hasParam(note)
+    if back is not stopped:
+        raise InputError(f"robot '{robot}' is {'stopped already' if stopped else 'not stopped'}")
+    pids = master.getParam(note) if stopped else _pids(master, robot)
+    for pid in pids:
+        os.kill(pid, signal.SIGCONT if back else signal.SIGSTOP)
+    if back:
+        master.deleteParam(note)
+    else:
+        master.setParam(note, pids)
+    return f"{robot}'s {len(pids)} processes {'go on' if back else 'are stopped'}"
+
+
+def _pids(master: rosgraph.Master, robot: str) -> list[int]:
+    """Return the processes of all nodes of a robot."""
+    publishers, subscribers, _ = master.getSystemState()
+    nodes = {node for _, names in (*publishers, *subscribers) for node in names}
+    mine = sorted(node for node in nodes if node.startswith(f"/{robot}/"))
+    if not mine:
+        raise InputError(f"robot '{robot}': no node of it is known; see `hive robots`")
+    return [_pid(master, node) for node in mine]
+
+
+def _master() -> rosgraph.Master:
+    os.environ.setdefault("ROS_MASTER_URI", DEFAULT_URI)
+    if not rosgraph.is_master_online():
+        raise NoHiveError(
+            f"no ROS master answers at {rosgraph.get_master_uri()}; start a hive with "
+            "`roslaunch fleet_manager fleet_manager.launch`, or set ROS_MASTER_URI"
+        )
+    return rosgraph.Master(_CALLER)
+
+
+def _pid(master: rosgraph.Master, node: str) -> int:
+    """Return the process of a node on this machine."""
+    uri = master.lookupNode(node)
+    host = uri.split("//")[1].split(":")[0]
+    if host not in {socket.gethostname(), "localhost", "127.0.0.1", os.environ.get("ROS_IP", "")}:
+        raise InputError(f"{node} runs on {host}; run this command there")
+    with xmlrpc.client.ServerProxy(uri) as api:
+        answer: Any = api.getPid(_CALLER)
+    return int(answer[2])

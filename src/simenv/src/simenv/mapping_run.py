@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A mapping run without ROS, and how well the map agrees with the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import ndimage
+
+from robot_description.follower import Pose
+from robot_description.models import load_model
+from simenv.draw_map import draw_map
+from simenv.explorer import Explorer
+from simenv.map_file import FREE, OCCUPIED, UNKNOWN
+from simenv.mapper import Mapper
+from simenv.simulation import Simulation
+from simenv.world_file import load_world
+
+if TYPE_CHECKING:
+    from simenv.map_file import GridMap
+
+STEPS_PER_SCAN = 4
+"""The robot looks about at 10 Hz."""
+
+SCANS_PER_PLAN = 20
+"""A new way is chosen every 2 s: what was a frontier may have been seen in passing."""
+
+LONGEST = 1800.0
+"""A run that is not finished by then is ended [s]."""
+
+
+AIMS = {"wrong": 0.03, "wall_error": 0.10}
+"""At most so many of the known cells are wrong, and walls so far off [m]."""
+
+
+@dataclass(frozen=True)
+class Explored:
+    """A finished run.
+
+    Attributes:
+        chart: The map that was made.
+        duration: How long it took [s], simulated.
+        scans: How many scans went into the map.
+        collisions: How often the robot ran into something.
+        lost: The farthest that the mapper's pose was from the truth [m].
+    """
+
+    chart: GridMap
+    duration: float
+    scans: int
+    collisions: int
+    lost: float
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well a map shows a world.
+
+    Attributes:
+        share: Of the known cells that are what the world is there, 0..1.
+        known: Of the cells that a perfect mapper would know, 0..1.
+        wall_error: How far cells that are occupied on the map are from something solid, in 99 of
+            100 cases at most [m].
+    """
+
+    share: float
+    known: float
+    wall_error: float
+
+
+def explore(world: str, model: str, start: tuple[float, float, float], seed: int = 1) -> Explored:
+    """Let one robot explore a world alone, with the usual drift and noise.
+
+    Args:
+        world: Name or path of the world.
+        model: Name or path of the robot's model.
+        start: Where it begins, frame map [m, m, rad].
+        seed: Of the noise.
+    """
+    simulation = Simulation(load_world(world), seed=seed)
+    body = load_model(model)
+    simulation.add_robot("robot1", body, start)
+    mapper = Mapper(body.laser, Pose(*start), simulation.world.size)
+    explorer = Explorer(body.base.circumscribed_radius, body.base.max_speed)
+    lost, looks = 0.0, 0
+    while not explorer.finished and simulation.time < LONGEST:
+        mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+        truth = simulation.poses["robot1"]
+        lost = max(lost, float(np.hypot(truth.x - mapper.pose.x, truth.y - mapper.pose.y)))
+        if looks % SCANS_PER_PLAN == 0:
+            explorer.plan(mapper.grid.as_map(), mapper.pose)
+        looks += 1
+        vx, wz = explorer.steer(mapper.pose)
+        simulation.set_command("robot1", vx=vx, wz=wz)
+        for _ in range(STEPS_PER_SCAN):
+            simulation.step()
+    chart = mapper.grid.as_map()
+    return Explored(chart, simulation.time, mapper.scans, simulation.collisions, lost)
+
+
+def compare(chart: GridMap, world: str) -> Agreement:
+    """Compare a map, whose lower left corner is at (0, 0), with the one of a perfect mapper."""
+    truth = draw_map(load_world(world), chart.resolution).cells
+    known = (chart.cells != UNKNOWN) & (truth != UNKNOWN)
+    # A perfect mapper sees surfaces, not what is behind them.
+    surface = (truth == OCCUPIED) & ndimage.binary_dilation(truth == FREE, np.ones((3, 3)))
+    visible = (truth == FREE) | surface
+    away = ndimage.distance_transform_edt(truth != OCCUPIED) * chart.resolution
+    errors = away[chart.cells == OCCUPIED]
+    return Agreement(
+        share=float((chart.cells == truth)[known].mean()),
+        known=float((chart.cells != UNKNOWN)[visible].mean()),
+        wall_error=float(np.quantile(errors, 0.99)) if errors.size else 0.0,
+    )
+
+
+def run() -> dict[str, dict[str, float]]:
+    """Measure on the lab, explored alone from the first start.
+
+    Returns:
+        `{"figures": {...}, "aims": {...}}`: `wrong`, share of the known cells that differ from the
+        world; `known`, share of what can be seen that is known; `wall_error` [m], see `Agreement`;
+        `lost` [m], `duration` [s] and `collisions`, see `Explored`.
+    """
+    found = explore("lab", "ld60", (2.6, 2.0, 0.0))
+    agreement = compare(found.chart, "lab")
+    figures = {
+        "wrong": 1.0 - agreement.share,
+        "known": agreement.known,
+        "wall_error": agreement.wall_error,
+        "lost": found.lost,
+        "duration": found.duration,
+        "collisions": float(found.collisions),
+    }
+    return {"figures": figures, "aims": AIMS}

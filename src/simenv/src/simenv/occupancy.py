@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An occupancy grid that grows out of scans.
+
+It follows Moravec and Elfes, "High resolution maps from wide angle sonar", ICRA 1985; the log odds
+are those of Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 9.2.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robot_description.follower import Pose
+from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from simenv.geometry import Array
+
+MISS = -0.4
+"""What a beam that passes says of a cell, as log odds."""
+
+HIT = 0.85
+"""What a beam that ends says of a cell, as log odds."""
+
+MOST = 6.0
+"""No cell is surer than that, so that a door which opens is believed in time."""
+
+SURE = 0.3
+"""From here on a cell counts as occupied, and below the negative as free."""
+
+
+class OccupancyGrid:
+    """What is known of a plane by now.
+
+    Attributes:
+        odds: (rows, columns) log odds of being occupied; 0 is unknown; row 0 is the lowest.
+        resolution: Side of a cell [m].
+        origin: x, y of the lower left corner, frame map [m].
+    """
+
+    def __init__(
+        self, size: tuple[float, float], origin: tuple[float, float], resolution: float
+    ) -> None:
+        """Know nothing yet of a plane of `size` [m] from `origin` on, frame map [m]."""
+        columns, rows = (round(side / resolution) for side in size)
+        self.odds: Array = np.zeros((rows, columns))
+        self.resolution = resolution
+        self.origin = origin
+
+    def add(self, origin: Pose, angles: Array, ranges: Array, range_max: float) -> None:
+        """Take in a scan.
+
+        Args:
+            origin: Where the laser is, frame map.
+            angles: (n,) directions of the beams from its heading [rad].
+            ranges: (n,) [m]; infinite where nothing was in range, negative or NaN where nothing
+                is known.
+            range_max: How far the laser sees [m].
+        """
+        known = ranges > 0
+        angles, ranges = angles[known] + origin.yaw, ranges[known]
+        hits = ranges < range_max
+        passed = np.zeros(self.odds.size, dtype=bool)
+        passed[self._passed(origin, angles, np.minimum(ranges, range_max))] = True
+        # A surface is where the beam ends; the cell behind it is what is solid.
+        ends = ranges[hits] + self.resolution / 2
+        ended = np.zeros(self.odds.size, dtype=bool)
+        ended[self._at(origin, angles[hits], ends)] = True
+        odds = self.odds.ravel()
+        odds[passed & ~ended] += MISS
+        odds[ended] += HIT
+        np.clip(odds, -MOST, MOST, out=odds)
+
+    def as_map(self) -> GridMap:
+        """Return the map: free, occupied or unknown."""
+        cells = np.full(self.odds.shape, UNKNOWN, dtype=np.int8)
+        cells[self.odds < -SURE] = FREE
+        cells[self.odds > SURE] = OCCUPIED
+        return GridMap(cells, self.resolution, Pose(*self.origin, 0.0))
+
+    def _passed(self, origin: Pose, angles: Array, ranges: Array) -> NDArray[np.intp]:
+        """Return the cells that beams go through before they end."""
+        step = self.resolution / 2
+        along = np.arange(0.0, ranges.max(initial=0.0), step)
+        reach = np.broadcast_to(along, (len(angles), len(along)))
+        before = reach < ranges[:, None] - step
+        spread = np.broadcast_to(angles[:, None], reach.shape)
+        return self._at(origin, spread[before], reach[before])
+
+    def _at(self, origin: Pose, angles: Array, reach: Array) -> NDArray[np.intp]:
+        """Return the cells at some distances in some directions; those outside are left out."""
+        rows, columns = self.odds.shape
+        x = (origin.x + reach * np.cos(angles) - self.origin[0]) / self.resolution
+        y = (origin.y + reach * np.sin(angles) - self.origin[1]) / self.resolution
+        column, row = np.floor(x).astype(np.intp), np.floor(y).astype(np.intp)
+        inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        found: NDArray[np.intp] = (row * columns + column)[inside]
+        return found

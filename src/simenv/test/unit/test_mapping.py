@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Maps out of scans: what one scan says, that it is found again, and a short drive."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from robot_description.follower import Pose
+from robot_description.models import load_model
+from simenv.explorer import Explorer
+from simenv.map_file import FREE, OCCUPIED, UNKNOWN
+from simenv.mapper import Mapper
+from simenv.mapping_run import compare
+from simenv.occupancy import OccupancyGrid
+from simenv.scan_matcher import ScanMatcher
+from simenv.simulation import Simulation
+from simenv.world_file import load_world
+
+LASER = load_model("ld60").laser
+ANGLES = (np.arange(720) / 720 - 0.5) * math.tau
+START = Pose(5.0, 3.0, 0.0)
+
+
+def lab(seed: int = 1) -> Simulation:
+    simulation = Simulation(load_world("lab"), seed=seed)
+    simulation.add_robot("robot1", load_model("ld60"), START)
+    return simulation
+
+
+def test_a_beam_frees_the_cells_it_passes_and_fills_the_one_it_ends_in() -> None:
+    grid = OccupancyGrid((4.0, 2.0), (0.0, 0.0), 0.05)
+
+    grid.add(Pose(1.025, 1.025, 0.0), np.zeros(1), np.array([1.0]), 3.0)
+
+    row = grid.as_map().cells[20]
+    assert set(row[20:40]) == {FREE}
+    assert row[41] == OCCUPIED or row[40] == OCCUPIED
+    assert set(row[43:]) == {UNKNOWN}
+
+
+@pytest.mark.parametrize("nothing", [-math.inf, math.nan])
+def test_a_beam_that_knows_nothing_says_nothing(nothing: float) -> None:
+    grid = OccupancyGrid((4.0, 2.0), (0.0, 0.0), 0.05)
+
+    grid.add(Pose(1.0, 1.0, 0.0), np.zeros(1), np.array([nothing]), 3.0)
+
+    assert not grid.odds.any()
+
+
+def test_a_beam_that_meets_nothing_frees_all_it_reaches() -> None:
+    grid = OccupancyGrid((5.0, 2.0), (0.0, 0.0), 0.05)
+
+    grid.add(Pose(1.025, 1.025, 0.0), np.zeros(1), np.array([math.inf]), 3.0)
+
+    cells = grid.as_map().cells
+    assert (cells == OCCUPIED).sum() == 0
+    assert set(cells[20, 20:79]) == {FREE}
+
+
+def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken() -> None:
+    ranges = lab().scan("robot1")
+    grid = OccupancyGrid((20.0, 12.0), (0.0, 0.0), 0.05)
+    grid.add(START, ANGLES, ranges, 3.0)
+    matcher = ScanMatcher(grid)
+    matcher.look(START, 3.5)
+    hit = np.isfinite(ranges) & (ranges > 0)
+    reach = ranges[hit] + 0.025
+    points = np.stack([reach * np.cos(ANGLES[hit]), reach * np.sin(ANGLES[hit])], axis=1)
+    off = Pose(START.x + 0.06, START.y - 0.05, START.yaw + 0.03)
+
+    found = matcher.fit(off, points)
+
+    assert math.dist(found[:2], START[:2]) < 0.9 * math.dist(off[:2], START[:2])
+    assert abs(found.yaw - START.yaw) < 0.9 * abs(off.yaw - START.yaw)
+
+
+def test_without_anything_in_sight_the_odometry_is_believed() -> None:
+    matcher = ScanMatcher(OccupancyGrid((5.0, 5.0), (0.0, 0.0), 0.05))
+    matcher.look(START, 3.5)
+
+    assert matcher.fit(START, np.ones((100, 2))) == START
+
+
+def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
+    simulation = lab()
+    mapper = Mapper(LASER, START, simulation.world.size)
+    for _ in range(120):
+        mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+        simulation.set_command("robot1", vx=0.3, wz=0.3)
+        for _ in range(4):
+            simulation.step()
+
+    truth = simulation.poses["robot1"]
+    agreement = compare(mapper.grid.as_map(), "lab")
+    assert math.dist(mapper.pose[:2], truth[:2]) < 0.05
+    assert agreement.share > 0.97
+    assert agreement.wall_error <= 0.1
+
+
+def test_the_correction_puts_the_odometry_where_the_robot_is() -> None:
+    simulation = lab()
+    mapper = Mapper(LASER, START, simulation.world.size)
+    mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+
+    assert mapper.correction == pytest.approx(START)
+
+
+def test_an_explorer_drives_to_where_the_map_ends() -> None:
+    simulation = lab()
+    mapper = Mapper(LASER, START, simulation.world.size)
+    explorer = Explorer(0.43, 1.0)
+    mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+
+    explorer.plan(mapper.grid.as_map(), mapper.pose)
+
+    assert not explorer.finished
+    assert explorer.steer(mapper.pose) != (0.0, 0.0)
+
+
+def test_an_explorer_has_finished_where_nothing_is_unknown() -> None:
+    grid = OccupancyGrid((5.0, 5.0), (0.0, 0.0), 0.05)
+    grid.odds[:] = -1.0
+    explorer = Explorer(0.3, 1.0)
+
+    explorer.plan(grid.as_map(), Pose(2.5, 2.5, 0.0))
+
+    assert explorer.finished
+    assert explorer.steer(Pose(2.5, 2.5, 0.0)) == (0.0, 0.0)
