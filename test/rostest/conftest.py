@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 HERE = Path(__file__).resolve().parent
+collect_ignore = ["cases"]
+"""They run under rostest only, and share modules of that folder."""
 PACKAGE = "hive_tests"
 """What package.xml calls this folder."""
 START_AND_STOP = 45.0

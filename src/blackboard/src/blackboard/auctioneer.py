@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from blackboard.auction import Auction, Result
 from blackboard.errors import BidRefusedError
 from blackboard.record import Broadcast
-from blackboard.talker import TASK_BROADCAST
+from blackboard.talker import TASK_BROADCAST, TASK_COST
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
@@ -79,7 +79,9 @@ class Auctioneer:
         self._auction = Auction(epoch, self._auctions, waiting, robots - self._slow or robots)
         offers = tuple((record.task, record.step) for record in waiting)
         self._closing = self._talker.after(self._bid_timeout, self._close)
-        self._talker.publish(TASK_BROADCAST, Broadcast(epoch, self._auctions, offers))
+        self._talker.publish(
+            TASK_BROADCAST, Broadcast(epoch, self._auctions, offers, self._backup.hive)
+        )
 
     def try_again(self) -> None:
         """Offer again what nobody could take: something has changed.
@@ -103,7 +105,7 @@ class Auctioneer:
         try:
             self._auction.take(bids)
         except BidRefusedError as error:
-            self._talker.warn(f"bids refused: {error}")
+            self._talker.refuse(TASK_COST, str(error))
             return
         if not self._auction.missing:
             self._close()

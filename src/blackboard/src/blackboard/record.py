@@ -131,11 +131,13 @@ class Broadcast:
         epoch: Of the blackboard that asks.
         auction: Number of the auction within the epoch; bids repeat it.
         tasks: Each with the first step that is still to be done.
+        hive: Id of the blackboard's hive.
     """
 
     epoch: int
     auction: int
     tasks: tuple[tuple[Task, int], ...]
+    hive: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +153,7 @@ class Order:
         assignment: Number of this assignment of the task.
         hand_back: Whether a robot that is to drop it also has to report how far it has come.
         heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
+        hive: Id of the blackboard's hive.
     """
 
     task: Task
@@ -161,3 +164,4 @@ class Order:
     assignment: int = 0
     hand_back: bool = False
     heard: float = 0.0
+    hive: str = ""

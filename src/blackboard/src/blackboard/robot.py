@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One robot of the hive: it bids, keeps its list of tasks and works through it (report: Robot).
 
-A robot obeys the blackboard's orders and compares its own list with every copy of the task list it
-hears, so that an order that was lost on the way is made good by the next copy. What it has to
-report, it repeats until a copy of the list shows that the blackboard knows.
+A robot obeys the blackboard's orders and compares its own list with every copy of the task list,
+so that the next makes good an order that was lost. It repeats reports until a copy shows them.
 """
 
 from __future__ import annotations
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     from blackboard.backup import TaskList
     from blackboard.battery import Battery
     from blackboard.controller import CommandResult, Controller
+    from blackboard.fence import Fence
     from blackboard.journal import Journal
     from blackboard.pose import Pose
     from blackboard.record import Broadcast, Order
@@ -45,9 +45,6 @@ if TYPE_CHECKING:
     from blackboard.ways import Ways
 
 __all__ = ["Robot", "RobotCharacteristics", "RobotState", "RobotStatus"]
-
-_PERIODS_UNHEARD = 1.5
-"""A status that was not echoed by then got lost, and is sent again at every heartbeat."""
 
 
 class Robot:
@@ -63,6 +60,7 @@ class Robot:
         pose: Where it stands.
         settings: How it bids and speaks.
         journal: Its disk, for the reports that nobody has acknowledged yet.
+        fence: Knows which blackboards it obeys; all, where it is left out.
     """
 
     def __init__(
@@ -76,6 +74,7 @@ class Robot:
         pose: Pose,
         settings: RobotSettings,
         journal: Journal,
+        fence: Fence | None = None,
     ) -> None:
         self._talker = talker
         self._id = robot_id
@@ -84,11 +83,11 @@ class Robot:
         self._pose = pose
         self._settings = settings
         self._list = Itinerary(characteristics, ways)
-        model = COST_MODELS[settings.cost_model]
-        self._bidder = Bidder(robot_id, characteristics, battery, self._list, model)
+        cost = COST_MODELS[settings.cost_model]
+        self._bidder = Bidder(robot_id, characteristics, battery, self._list, cost)
         self._reports = Reports(talker, robot_id, journal)
-        patience = _PERIODS_UNHEARD * settings.status_period
-        self._leave = Leave(talker, robot_id, patience, self._go_on, self._say_status)
+        period, say = settings.status_period, self._say_status
+        self._leave = Leave(talker, robot_id, period, self._go_on, say, fence)
         self._work = Worker(
             controller,
             self._list,
@@ -113,9 +112,6 @@ class Robot:
     def status(self) -> RobotStatus:
         """How it is now."""
         current = self._work.current
-        reason = self._service.reason
-        if not reason and self._work.stands_still and not self._leave.holds():
-            reason = "stands still until an active blackboard says that it has heard it"
         return RobotStatus(
             robot_id=self._id,
             state=self.state,
@@ -123,9 +119,10 @@ class Robot:
             charge=self._battery.level,
             payload=self._payload(),
             task_id=current.task.id if current else "",
-            reason=reason,
+            reason=self._service.reason or self._leave.reason(self._work),
             tasks=tuple(entry.task.id for entry in self._list),
             sent=self._talker.now(),
+            hive=self._leave.hive,
         )
 
     @property
@@ -149,19 +146,21 @@ class Robot:
         """Obey an operator who says `idle`, `defect` or `charging`; see `Service.set`."""
         if word not in WORDS:
             allowed = ", ".join(WORDS)
-            self._talker.warn(f"set_state {word[:40]!r} is unknown; allowed: {allowed}")
+            self._talker.refuse(SET_STATE, f"{word[:40]!r} is unknown; allowed: {allowed}")
             return
         self._service.set(word)
         self._go_on()
         self._say_status()
 
     def _bid(self, broadcast: Broadcast) -> None:
+        if not self._leave.obeys(broadcast.hive, broadcast.epoch):
+            return
         at_work = self._work.current is not None
         answer = self._bidder.answer(broadcast, self._pose, self._service.reason, at_work=at_work)
         self._talker.publish(TASK_COST, answer)
 
     def _obey(self, order: Order) -> None:
-        if order.robot_id != self._id or not (order.take_back or self._leave.covers(order.heard)):
+        if order.robot_id != self._id or not self._leave.allows(order):
             return
         entry = self._list.get(order.task.id)
         if order.take_back:
@@ -200,6 +199,8 @@ class Robot:
 
     def _compare(self, known: TaskList) -> None:
         """Drop what is no longer its own, and stop repeating what the blackboard knows."""
+        if not self._leave.obeys(known.hive, known.epoch):
+            return
         self._reports.acknowledge(known)
         for record in known.records:
             entry = self._list.get(record.task.id)

@@ -96,7 +96,8 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
         (["run", "nothing"], "there are: demo, smoke, warehouse"),
         (["demo", "--rtf", "0"], "0.1<=x<=20"),
         (["demo", "--scenario", "nothing"], "there are: demo, smoke, warehouse"),
-        (["bench", "speed"], "'plan', 'system'"),
+        (["bench", "speed"], "'plan', 'soak', 'system'"),
+        (["bench", "plan", "--runs", "3"], "plan takes no --runs"),
         (["bench", "--json", "x.json"], "NAME"),
         (["fly"], "No such command 'fly'"),
     ],
@@ -180,16 +181,34 @@ def test_bench_without_a_name_lists_the_benchmarks(terminal):
     assert [line.split()[0] for line in out.splitlines()] == sorted(BENCHES)
 
 
+@pytest.mark.parametrize(("violations", "expected"), [(0.0, 0), (2.0, 1)])
+def test_bench_faults_ends_with_1_when_a_property_was_broken(
+    terminal, monkeypatch, violations, expected
+):
+    wanted = []
+
+    def simulate(schedules, **_):
+        wanted.append(schedules)
+        return {"figures": {"violations": violations}, "aims": {"violations": 0.0}}
+
+    monkeypatch.setattr("blackboard.bench_faults.run", simulate)
+
+    code, out, _ = terminal("bench", "faults", "--schedules", "7")
+
+    assert (code, wanted) == (expected, [7])
+    assert "violations" in out
+
+
+def test_bench_refuses_a_number_of_schedules_where_there_are_none(terminal):
+    code, _, err = terminal("bench", "plan", "--schedules", "7")
+
+    assert code == 2
+    assert "plan takes no --schedules" in err
+
+
 def test_help_shows_examples_and_exit_codes(terminal):
     code, out, _ = terminal("--help")
 
     assert code == 0
     assert "hive add GAB --goal 3,4 --goal 8,2 --priority 5 --payload 20" in out
     assert "no ROS master or no blackboard answers" in out
-
-
-def test_runs_are_refused_for_a_benchmark_that_is_measured_once(terminal):
-    code, _, err = terminal("bench", "plan", "--runs", "3")
-
-    assert code == 2
-    assert "--runs is not for plan" in err

@@ -22,8 +22,8 @@ def main() -> None:
 
     ROS Subscribers: `new_task`, `task_cancel`, `task_cost`, `task_state`, `robot_status`, `map`,
         `bb_backup`, `bb_entries`, `bb_ack`, `bb_vote`.
-    ROS Publishers: `task_bc`, `task_assign`, `task_state`, `robot_status`, `bb_backup`, `bb_sync`,
-        `bb_entries`, `bb_ack`, `bb_vote`.
+    ROS Publishers: `new_task`, `task_bc`, `task_assign`, `task_state`, `robot_status`,
+        `bb_backup`, `bb_sync`, `bb_entries`, `bb_ack`, `bb_vote`.
     ROS Parameters: see config/blackboard.yaml.
     """
     rospy.init_node("blackboard")

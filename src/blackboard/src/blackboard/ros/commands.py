@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import actionlib
 import rospy
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from geometry_msgs.msg import Quaternion
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
@@ -31,6 +31,22 @@ _STATES = {
 }
 
 _CHECKS_PER_TIMEOUT = 5
+
+
+def _never_back(generate: Callable[[], GoalID]) -> Callable[[], GoalID]:
+    """Return what makes ids of goals whose stamps never go back, even where the clock does.
+
+    actionlib's simple server cancels a goal that looks older than the one before it.
+    """
+    last = rospy.Time()
+
+    def next_id() -> GoalID:
+        nonlocal last
+        goal_id = generate()
+        last = goal_id.stamp = max(goal_id.stamp, last + rospy.Duration(0, 1))
+        return goal_id
+
+    return next_id
 
 
 class ActionCommand:
@@ -65,6 +81,8 @@ class ActionCommand:
         self._talker = talker
         self._timeout = server_timeout
         self._client = actionlib.ActionClient(name, action)
+        manager = self._client.manager
+        manager._generate_id = _never_back(manager._generate_id)  # noqa: SLF001  (actionlib's only place for it)
         self._goal: actionlib.ClientGoalHandle | None = None
         self._heard = -math.inf
         self._run = 0

@@ -61,10 +61,13 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
     msg.epoch = order.epoch
     msg.assignment = order.assignment
     msg.heard = order.heard
+    msg.hive = order.hive
     return msg
 
 
 def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
+    if msg.order not in {msg.ASSIGN, msg.TAKE_BACK, msg.HAND_BACK}:
+        raise ValueError(f"order {msg.order} is unknown")
     return Order(
         task=task_from_msg(msg),
         robot_id=msg.robot_id,
@@ -74,6 +77,7 @@ def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
         assignment=msg.assignment,
         hand_back=msg.order == msg.HAND_BACK,
         heard=msg.heard,
+        hive=msg.hive,
     )
 
 
@@ -83,12 +87,13 @@ def _broadcast_to_msg(broadcast: Broadcast) -> bb_msgs.TaskMsgArray:
         msg = task_to_msg(task)
         msg.step = step
         tasks.append(msg)
-    return bb_msgs.TaskMsgArray(_header(), broadcast.epoch, broadcast.auction, tasks)
+    header = _header()
+    return bb_msgs.TaskMsgArray(header, broadcast.epoch, broadcast.auction, tasks, broadcast.hive)
 
 
 def _broadcast_from_msg(msg: bb_msgs.TaskMsgArray) -> Broadcast:
     tasks = tuple((task_from_msg(task), task.step) for task in msg.tasks)
-    return Broadcast(msg.epoch, msg.auction, tasks)
+    return Broadcast(msg.epoch, msg.auction, tasks, msg.hive)
 
 
 def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
@@ -176,6 +181,7 @@ def _status_to_msg(status: RobotStatus) -> bb_msgs.RobotStatus:
         reason=status.reason,
         tasks=list(status.tasks),
         sent=status.sent,
+        hive=status.hive,
     )
 
 
@@ -190,16 +196,17 @@ def _status_from_msg(msg: bb_msgs.RobotStatus) -> RobotStatus:
         reason=msg.reason,
         tasks=tuple(msg.tasks),
         sent=msg.sent,
+        hive=msg.hive,
     )
 
 
 def _list_to_msg(known: TaskList) -> bb_msgs.BbSynch:
     records = [record_to_msg(record) for record in known.records]
-    return bb_msgs.BbSynch(_header("map"), known.epoch, known.version, records)
+    return bb_msgs.BbSynch(_header("map"), known.epoch, known.version, records, known.hive)
 
 
 def _list_from_msg(msg: bb_msgs.BbSynch) -> TaskList:
-    return TaskList(msg.epoch, msg.version, tuple(map(record_from_msg, msg.tasks)))
+    return TaskList(msg.epoch, msg.version, tuple(map(record_from_msg, msg.tasks)), msg.hive)
 
 
 def _text(msg: String) -> str:

@@ -18,13 +18,16 @@ from blackboard.blackboard import Blackboard
 from blackboard.errors import SettingsError
 from blackboard.journal import SqliteJournal
 from blackboard.ros import params
+from blackboard.ros.diagnostics import Diagnostics
 from blackboard.settings import BackupSettings, BlackboardSettings
+from blackboard.standstill import Standstill
 
 if TYPE_CHECKING:
     from blackboard.ros.talker import RosTalker
     from blackboard.ways import Ways
 
 SPEAKS = (
+    topics.NEW_TASK,
     topics.TASK_BROADCAST,
     topics.TASK_ASSIGN,
     topics.TASK_STATE,
@@ -37,6 +40,9 @@ SPEAKS = (
 )
 """What a member may have to publish; all of it is advertised before it has to."""
 
+_LOOK_EVERY = 1.0
+"""Time between two looks whether the hive stands still [s]."""
+
 
 def open_journal() -> SqliteJournal:
     """Open this node's journal in the folder that the parameters name.
@@ -48,18 +54,22 @@ def open_journal() -> SqliteJournal:
     ROS Parameters: `~journal`, else `journal` of the hive: the folder. Default: a folder of this
         ROS master below ROS_HOME.
     """
-    folder = rospy.get_param("~journal", "") or rospy.get_param("/journal", "")
-    if not isinstance(folder, str):
-        raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
-    path = Path(folder) if folder else _default_folder()
-    name = rospy.get_name().strip("/").replace("/", "-")
-    journal = SqliteJournal(path / f"{name}.sqlite3")
+    journal = SqliteJournal(_journal_path())
     if journal.set_aside is not None:
         rospy.logwarn(
             f"{rospy.get_name()} could not read its journal and has moved it to "
             f"{journal.set_aside}; it joins the hive as a new member"
         )
     return journal
+
+
+def _journal_path() -> Path:
+    folder = rospy.get_param("~journal", "") or rospy.get_param("/journal", "")
+    if not isinstance(folder, str):
+        raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
+    path = Path(folder) if folder else _default_folder()
+    name = rospy.get_name().strip("/").replace("/", "-")
+    return path / f"{name}.sqlite3"
 
 
 def _default_folder() -> Path:
@@ -90,4 +100,7 @@ def join(
         talker.steady, rospy.get_name(), settings, journal, random.SystemRandom(), founds=founds
     )
     Blackboard(talker, backup, ways, params.read(BlackboardSettings, node)).start()
+    standstill = Standstill(talker.steady, lambda: backup.member, str(_journal_path()))
+    talker.steady.every(_LOOK_EVERY, standstill.look)
+    Diagnostics(talker, backup, standstill).start()
     return backup

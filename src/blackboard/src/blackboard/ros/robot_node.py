@@ -82,6 +82,8 @@ def _run() -> None:
     talker = RosTalker(hive, _SPEAKS)
     ways = make_ways(talker, hive, characteristics.radius, params.read(WaysSettings))
     controller = Controller(_commands(talker, characteristics, patience), talker, patience)
+    goals = make_ways(talker, hive, 0.0, params.read(WaysSettings))
+    backup = membership.join(talker, hive, goals, journal, founds=False)
     robot = Robot(
         talker,
         robot_id,
@@ -92,9 +94,8 @@ def _run() -> None:
         _first_pose(),
         settings,
         journal,
+        backup,
     )
-    goals = make_ways(talker, hive, 0.0, params.read(WaysSettings))
-    backup = membership.join(talker, hive, goals, journal, founds=False)
     _Senses(talker, robot, battery, settings.status_period).start()
     robot.start()
     backup.start()

@@ -13,13 +13,13 @@ from __future__ import annotations
 import contextlib
 import threading
 import xmlrpc.client
-from collections import Counter
+from collections import defaultdict
 
 import rosgraph
 import rospy
 from rospy.impl.registration import get_topic_manager
 
-PAUSES = (1.0, 2.0, 4.0, 8.0)
+PAUSES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Between the start of a node and its looks at its connections [s, wall clock]."""
 
 
@@ -47,10 +47,14 @@ def look_again() -> None:
     """
     master, topics = rosgraph.Master(rospy.get_name()), get_topic_manager()
     publishers = dict(master.getSystemState()[0])
-    links = Counter(link[4] for link in topics.get_pub_sub_info() if link[2] == "i")
+    linked = defaultdict(set)
+    for _, node, direction, _, topic, *_ in topics.get_pub_sub_info():
+        if direction == "i":
+            linked[topic].add(node)
     for topic, _ in topics.get_subscriptions():
         nodes = publishers.get(topic, [])
-        if links[topic] < len(nodes):
-            addresses = [master.lookupNode(node) for node in nodes]
+        if len(linked[topic]) < len(nodes):
+            # Those that came since the master answered are not to be dropped again.
+            addresses = sorted({*linked[topic], *map(master.lookupNode, nodes)})
             with xmlrpc.client.ServerProxy(rospy.get_node_uri()) as this_node:
                 this_node.publisherUpdate("/master", topic, addresses)
