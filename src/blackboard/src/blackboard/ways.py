@@ -13,6 +13,8 @@ from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from blackboard.pose import Pose
@@ -45,6 +47,13 @@ class StraightWays:
     def length(self, start: Pose, goal: Pose) -> float:
         """Return the distance [m]."""
         return start.distance_to(goal)
+
+    def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
+        """Return all distances, (starts, goals) [m]."""
+        here = np.array([(pose.x, pose.y) for pose in starts]).reshape(-1, 1, 2)
+        there = np.array([(pose.x, pose.y) for pose in goals]).reshape(1, -1, 2)
+        lengths: NDArray[np.float64] = np.hypot(*np.moveaxis(there - here, -1, 0))
+        return lengths
 
     def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
         """Return the empty text: without a map, one can stand anywhere."""
@@ -106,6 +115,24 @@ class GridWays:
         if ends[0] in self._fields and ends[1] not in self._fields:
             ends.reverse()
         return max(float(self._field(ends[1])[ends[0]]), start.distance_to(goal))
+
+    def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
+        """Return the lengths of all ways, (starts, goals) [m]; see `length`.
+
+        One field for each goal answers for all starts, so there should be fewer goals than starts.
+        """
+        straight = StraightWays().lengths(starts, goals)
+        stands = [self._stand(pose) for pose in starts]
+        nodes = np.array([stand.node if stand else 0 for stand in stands], dtype=int)
+        parts = np.array([stand.part if stand else 0 for stand in stands], dtype=int)
+        found = np.full(straight.shape, math.inf)
+        for column, goal in enumerate(goals):
+            end = self._stand(goal)
+            if end is not None:
+                reached = parts == end.part
+                field = self._field(end.node)[nodes[reached]]
+                found[reached, column] = np.maximum(field, straight[reached, column])
+        return found
 
     def refusal(self, pose: Pose) -> str:
         """Say why nobody can stand at a pose; empty where one can."""
