@@ -86,7 +86,15 @@ class Bidder:
             reason = f"its charge would fall to {share:.0%}, it keeps {CHARGE_TOLERANCE:.0%}"
             return self.refuse(task, reason)
         eta = place.before.duration + place.effort.duration
-        terms = CostTerms(charge, charge_left, place.index + 1, place.added_way, eta)
+        terms = CostTerms(
+            charge,
+            charge_left,
+            place.index + 1,
+            place.added_way,
+            eta,
+            place.finish,
+            place.added_waiting,
+        )
         cost = self._model.cost(terms)
         if cost >= MAX_COST:
             return self.refuse(task, f"its cost of {cost:.0f} is not under {MAX_COST:.0f}")

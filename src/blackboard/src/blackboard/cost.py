@@ -36,6 +36,9 @@ class CostTerms:
         place: Its place in the robot's list; 1 is next.
         way: How much further the robot drives because of it [m].
         eta: Time from now until it would be done [s].
+        finish: Time from now until the robot would have done its whole list [s].
+        waiting: How much longer all tasks of the list wait until they are done, its own wait
+            included, summed [s].
     """
 
     energy_charge: float
@@ -43,6 +46,8 @@ class CostTerms:
     place: int
     way: float
     eta: float
+    finish: float = 0.0
+    waiting: float = 0.0
 
 
 class CostModel(Protocol):
@@ -82,8 +87,38 @@ class TimeCost:
         return MAX_COST * terms.eta / (terms.eta + self.HALF_SCALE)
 
 
+class MakespanCost:
+    """All done soonest: `1000 * t / (t + 3600 s)`, t until the robot has done its whole list.
+
+    The robot whose list ends first takes the task, so that no list becomes much longer than the
+    others.
+    """
+
+    HALF_SCALE = 3600.0
+
+    def cost(self, terms: CostTerms) -> float:
+        """Return the final cost; see `CostModel`."""
+        return MAX_COST * terms.finish / (terms.finish + self.HALF_SCALE)
+
+
+class LatencyCost:
+    """Shortest mean time to done: `1000 * w / (w + 3600 s)`, w what all wait longer in all."""
+
+    HALF_SCALE = 3600.0
+
+    def cost(self, terms: CostTerms) -> float:
+        """Return the final cost; see `CostModel`."""
+        return MAX_COST * terms.waiting / (terms.waiting + self.HALF_SCALE)
+
+
 COST_MODELS: Mapping[str, CostModel] = MappingProxyType(
-    {"report": ReportCost(), "energy": EnergyCost(), "time": TimeCost()}
+    {
+        "report": ReportCost(),
+        "energy": EnergyCost(),
+        "time": TimeCost(),
+        "makespan": MakespanCost(),
+        "latency": LatencyCost(),
+    }
 )
 """The cost models by the names that fleet files use."""
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The ordered list of a robot's tasks, and what adding one more to it would take.
 
-The list is ordered by priority; among equals a new task goes where it lengthens the robot's way
-least. What is being done now keeps its place.
+The list is ordered by priority; among equals a new task goes to the best place: where it lengthens
+the robot's way least, unless the cost model asks for another. What is being done now keeps its
+place.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from blackboard.cost import friction_force
+from blackboard.placement import Placement, place_rule
 from blackboard.record import TaskUpdate
 from blackboard.task import (
     StepKind,
@@ -139,34 +141,21 @@ class Entry:
         return replace(report, **fields)  # type: ignore[arg-type]  # fields by name
 
 
-@dataclass(frozen=True, slots=True)
-class Placement:
-    """The best place for one more task.
-
-    Attributes:
-        index: In the list, 0 is first.
-        effort: What the task itself takes there.
-        added_way: How much further the robot drives because of it [m].
-        before: What the robot does before its turn comes.
-    """
-
-    index: int
-    effort: Effort
-    added_way: float
-    before: Effort
-
-
 class Itinerary:
     """A robot's tasks in the order it will do them.
 
     Args:
         robot: What the robot is.
         ways: Knows how far it is.
+        cost_model: By its name; says what is to be least at the best place for one more task.
     """
 
-    def __init__(self, robot: RobotCharacteristics, ways: Ways) -> None:
+    def __init__(
+        self, robot: RobotCharacteristics, ways: Ways, cost_model: str = "report"
+    ) -> None:
         self._robot = robot
         self._ways = ways
+        self._rule = place_rule(cost_model)
         self._entries: list[Entry] = []
 
     def __iter__(self) -> Iterator[Entry]:
@@ -212,7 +201,7 @@ class Itinerary:
         self._change(order.task.id, order=order, known=-1)
 
     def best_place(self, task: Task, step: int, here: Pose, *, keep_first: bool) -> Placement:
-        """Find where one more task lengthens the way least without passing a higher priority.
+        """Find the best place for one more task that does not pass a higher priority.
 
         Args:
             task: A task that `analyze_task` has passed.
@@ -226,10 +215,11 @@ class Itinerary:
             if entry.task.priority > task.priority or (keep_first and index == 0)
         )
         equals = sum(1 for entry in self._entries[ahead:] if entry.task.priority == task.priority)
+        road = [Effort(0.0, 0.0, 0.0, here), *self._run(self._entries, here)]
         places = [
-            self._place(index, task, step, here) for index in range(ahead, ahead + equals + 1)
+            self._place(index, task, step, road) for index in range(ahead, ahead + equals + 1)
         ]
-        return min(places, key=lambda place: (place.added_way, place.index))
+        return min(places, key=lambda place: (self._rule(place), place.index))
 
     def next_step(self, here: Pose) -> Effort:
         """Return what the next step of the first task on the list takes; there has to be one."""
@@ -250,17 +240,20 @@ class Itinerary:
             for entry in self._entries
         ]
 
-    def _place(self, index: int, task: Task, step: int, here: Pose) -> Placement:
-        done = self._run(self._entries[:index], here)
-        before = done[-1] if done else Effort(0.0, 0.0, 0.0, here)
+    def _place(self, index: int, task: Task, step: int, road: list[Effort]) -> Placement:
+        """Return what a place is like; `road` holds what is done before each place."""
+        before = road[index]
         own = effort(task, step, before.end, self._robot, self._ways)
-        added = own.way
-        if index < len(self._entries):
-            follower = self._entries[index]
-            rest = follower.task, follower.step
-            added += effort(*rest, own.end, self._robot, self._ways).way
-            added -= effort(*rest, before.end, self._robot, self._ways).way
-        return Placement(index, own, added, before)
+        added, longer = own.way, own.duration
+        behind = self._entries[index:]
+        if behind:
+            rest = behind[0].task, behind[0].step
+            after = effort(*rest, own.end, self._robot, self._ways)
+            now = effort(*rest, before.end, self._robot, self._ways)
+            added += after.way - now.way
+            longer += after.duration - now.duration
+        waiting = before.duration + own.duration + len(behind) * longer
+        return Placement(index, own, added, before, road[-1].duration + longer, waiting)
 
     def _run(self, entries: list[Entry], here: Pose) -> list[Effort]:
         """Return the running totals of doing some entries one after the other."""

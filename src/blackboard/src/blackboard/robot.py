@@ -83,7 +83,7 @@ class Robot:
         self._battery = battery
         self._pose = pose
         self._settings = settings
-        self._list = Itinerary(characteristics, ways)
+        self._list = Itinerary(characteristics, ways, settings.cost_model)
         model = COST_MODELS[settings.cost_model]
         self._bidder = Bidder(robot_id, characteristics, battery, self._list, model)
         self._reports = Reports(talker, robot_id, journal)

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.itinerary import Itinerary, effort
+from blackboard.allocation.testing import figures, on_a_road
+from blackboard.itinerary import MEAN_SPEED_SHARE, Itinerary, effort
 from blackboard.pose import Pose
 from blackboard.record import Order
 from blackboard.task import Task, TaskType
@@ -149,6 +150,34 @@ def test_a_task_is_found_and_taken_off_by_its_name():
 
 def test_an_empty_list_has_no_first_task():
     assert listed().first() is None
+
+
+@given(
+    st.lists(st.tuples(st.integers(-20, 20), st.integers(-20, 20)), min_size=1, max_size=6),
+    st.sampled_from(["makespan", "latency"]),
+)
+def test_the_best_place_is_the_one_that_the_allocation_of_whole_fleets_finds(legs, name):
+    tasks = [
+        Task(f"T{index}", TaskType.GAB, (Pose(start, 0.0), Pose(end, 0.0)))
+        for index, (start, end) in enumerate(legs)
+    ]
+    itinerary = Itinerary(ROBOT, WAYS, name)
+    for task in tasks[:-1]:
+        itinerary.insert(Order(task, "robot1"), HERE, keep_first=False)
+    starts, ends = ([task.goals[goal].x for task in tasks] for goal in (0, 1))
+    instance = on_a_road([0.0], starts, ends, speed=[MEAN_SPEED_SHARE * ROBOT.max_speed])
+    plan = (tuple(int(entry.task.id[1:]) for entry in itinerary),)
+
+    place = itinerary.best_place(tasks[-1], 0, HERE, keep_first=False)
+
+    lists = []
+    for index in range(len(tasks)):
+        row = [*plan[0]]
+        row.insert(index, len(tasks) - 1)
+        lists.append(figures(instance, (tuple(row),))[name])
+    best = min(lists) - (figures(instance, plan)[name] if name == "latency" else 0.0)
+    found = place.added_waiting if name == "latency" else place.finish
+    assert found == pytest.approx(best)
 
 
 TASKS = st.lists(

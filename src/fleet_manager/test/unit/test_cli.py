@@ -176,7 +176,12 @@ def test_bench_without_a_name_lists_the_benchmarks(terminal):
     code, out, _ = terminal("bench")
 
     assert code == 0
-    assert [line.split()[0] for line in out.splitlines()] == ["gui", "plan", "system"]
+    assert [line.split()[0] for line in out.splitlines()] == [
+        "allocation",
+        "gui",
+        "plan",
+        "system",
+    ]
 
 
 def test_help_shows_examples_and_exit_codes(terminal):

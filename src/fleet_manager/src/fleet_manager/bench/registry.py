@@ -59,7 +59,16 @@ def _gui(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+def _allocation(_outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.allocation.measure").measure()
+    return result
+
+
 BENCHES: Mapping[str, Bench] = {
+    "allocation": Bench(
+        "plans over the best known ones, and times to done [s] of tasks that arrive over time",
+        _allocation,
+    ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
         _gui,

@@ -42,7 +42,7 @@ def bench(outside: Outside, name: str | None, file: Path | None) -> None:
         if file is not None:
             raise click.UsageError("--json needs the NAME of a benchmark")
         for known, entry in sorted(BENCHES.items()):
-            click.echo(f"{known:<8} {entry.line}")
+            click.echo(f"{known:<10} {entry.line}")
         return
     result = BENCHES[name].run(outside)
     here = machine()
