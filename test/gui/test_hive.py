@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 import signal
-import subprocess
-import xmlrpc.client
 
 import pytest
 from python_qt_binding.QtCore import Qt
@@ -85,9 +85,9 @@ def test_the_details_show_the_bids_that_decided_it(person, entry, view, hive_win
     person.select_row(view.task_table, task)
     person.click(view.details_button)
     (details,) = hive_window.findChildren(TaskDetails)
+    person.wait_until(lambda: details.bid_table.rowCount() == 4)
 
     robots = [details.bid_table.item(row, 0).text() for row in range(details.bid_table.rowCount())]
-    assert len(robots) == 4
     assert any(robot.endswith("(has it)") for robot in robots)
     details.close()
 
@@ -125,24 +125,44 @@ def test_the_same_is_sent_again_under_a_new_id(person, entry, view):
     person.wait_until(lambda: view.task_rows.rowCount() == before + 1)
 
 
-def test_the_sign_comes_and_goes_with_the_blackboard_and_a_kept_task_is_sent(
+@contextlib.contextmanager
+def frozen(processes):
+    """Stop processes for a while; they do not know it."""
+    for process in processes:
+        os.kill(process, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for process in processes:
+            os.kill(process, signal.SIGCONT)
+
+
+def test_the_sign_comes_and_goes_with_the_blackboards_and_a_kept_task_is_sent(
     person, entry, view, hive
 ):
-    with xmlrpc.client.ServerProxy(hive.uri) as master:
-        _code, _message, uri = master.lookupNode("/test_gui", "/blackboard")
-    with xmlrpc.client.ServerProxy(uri) as node:
-        _code, _message, pid = node.getPid("/test_gui")
-    os.kill(pid, signal.SIGKILL)
-    person.wait_until(lambda: "No blackboard" in view.authority_label.text())
+    members = ["/blackboard", *(f"/robot{number}/robot" for number in range(1, 5))]
+    with frozen([hive.process_of(member) for member in members]):
+        person.wait_until(lambda: "No blackboard" in view.authority_label.text())
+        task = person.give_task(entry, TaskType.GA, HERE)
+        assert "kept here" in answer(entry)
 
-    task = person.give_task(entry, TaskType.GA, HERE)
-    assert "kept here" in answer(entry)
+    person.wait_until(lambda: "● Blackboard: " in view.authority_label.text())
+    person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
 
-    command = ["rosrun", "blackboard", "blackboard_node", "__name:=blackboard"]
-    again = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        person.wait_until(lambda: "Blackboard: blackboard" in view.authority_label.text())
-        person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
-    finally:
-        again.terminate()
-        again.wait()
+
+def test_the_view_goes_on_when_the_blackboard_is_killed_and_a_robot_takes_over(
+    person, entry, view, hive
+):
+    person.wait_until(lambda: "Backup: " in view.authority_label.text())
+    before = person.give_task(entry, TaskType.GAB, FAR, HERE)
+    person.wait_until(lambda: answer(entry) == f"✔ {before}: taken in")
+    name = re.search(r"Blackboard: (\S+)", view.authority_label.text())[1]
+    node = "/blackboard" if name == "blackboard" else f"/{name}/robot"
+    os.kill(hive.process_of(node), signal.SIGKILL)
+    after = person.give_task(entry, TaskType.GA, HERE)
+
+    person.wait_until(lambda: answer(entry) == f"✔ {after}: taken in")
+    assert f"Blackboard: {name} " not in view.authority_label.text()
+    assert any("took the blackboard over" in line for line in log_of(view))
+    for task in (before, after):
+        person.wait_until(lambda task=task: person.state_of(view, task) == "done", DRIVE)

@@ -59,6 +59,23 @@ class HiveView:
         newest = self.version
         return newest is not None and (task_list.epoch, task_list.version) < newest
 
+    def is_late(self, update: TaskUpdate) -> bool:
+        """Return whether what an update tells was so before: robots overtake the blackboard."""
+        known = self.tasks.get(update.task_id)
+        if known is None or update.state is TaskState.REJECTED:
+            return False
+        if known.state.is_terminal or update.state.is_terminal:
+            return known.state.is_terminal
+        before = (known.assignment, known.state is TaskState.STARTED)
+        return (update.assignment, update.state is not TaskState.ASSIGNED) < before
+
+    def newest(self, record: TaskRecord) -> TaskRecord:
+        """Return where a task stands: as the list says, unless its robot has said more since."""
+        known = self.tasks.get(record.task.id)
+        if known is None or known.assignment != record.assignment or not record.is_held:
+            return record
+        return max(record, known, key=lambda each: (each.state, each.step))
+
     def state_of(self, task_id: str) -> TaskState | None:
         """Return where a task stands, or None where the hive has said nothing of it."""
         known = self.tasks.get(task_id) or self.answers.get(task_id)
@@ -70,7 +87,7 @@ class HiveView:
     def _take_in_list(self, task_list: TaskList) -> None:
         if not self.is_stale(task_list):
             self.version = (task_list.epoch, task_list.version)
-            self.tasks = {record.task.id: record for record in task_list.records}
+            self.tasks = {record.task.id: self.newest(record) for record in task_list.records}
             for task_id in self.tasks.keys() & self.answers.keys():
                 del self.answers[task_id]
 
@@ -78,7 +95,7 @@ class HiveView:
         record = self.tasks.get(update.task_id)
         if record is None or update.state is TaskState.REJECTED:
             self.answers[update.task_id] = update
-        elif not record.state.is_terminal:
+        elif not self.is_late(update):
             waiting = update.state is TaskState.WAITING
             self.tasks[update.task_id] = replace(
                 record,
@@ -87,4 +104,5 @@ class HiveView:
                 step=update.step,
                 eta=update.eta,
                 reason=update.reason,
+                assignment=update.assignment,
             )

@@ -68,7 +68,7 @@ def order_words(task: Task) -> str:
 
 def _list_changes(view: HiveView, task_list: TaskList) -> list[str]:
     said = []
-    for record in task_list.records:
+    for record in map(view.newest, task_list.records):
         task_id = record.task.id
         if task_id not in view.tasks and task_id not in view.answers:
             said.append(f"task {task_id} is on the list: {order_words(record.task)}")
@@ -88,8 +88,7 @@ def _update_changes(view: HiveView, update: TaskUpdate) -> list[str]:
         and (known.state, _step(known), known.reason) == (update.state, update.step, update.reason)
         and (isinstance(known, TaskUpdate) or known.robot == update.robot_id)
     )
-    ended = isinstance(known, TaskRecord) and known.state.is_terminal
-    if same or ended:
+    if same or view.is_late(update):
         return []
     words = task_words(update.state, update.robot_id, update.step, update.steps, update.reason)
     return [f"task {update.task_id} {words}"]

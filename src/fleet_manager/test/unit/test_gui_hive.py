@@ -13,7 +13,7 @@ from blackboard.record import TaskRecord, TaskUpdate
 from blackboard.task import Task, TaskState, TaskType
 from fleet_manager.desk.authority import FROZEN, SILENCE, Standing
 from fleet_manager.desk.facts import LinkChange, LinkState, Moment, Told
-from fleet_manager.desk.hive import REMEMBERED, ROBOT_SILENCE, Hive
+from fleet_manager.desk.hive import MOST_AT_ONCE, REMEMBERED, ROBOT_SILENCE, Hive
 
 TASK = Task("T1", TaskType.GAB, (Pose(1, 2), Pose(3, 4)))
 WAITING = TaskRecord(TASK)
@@ -68,6 +68,15 @@ def test_the_task_list_becomes_rows_in_its_order(desk):
 
     assert list(desk.hive.tasks) == ["T1", "T0"]
     assert desk.hive.take_changes().tasks == {"T1", "T0"}
+
+
+def test_a_long_list_is_told_in_parts_and_in_its_order(desk):
+    ids = [f"T{number}" for number in range(MOST_AT_ONCE + 3)]
+    desk.hear_list(*(TaskRecord(replace(TASK, id=name)) for name in ids))
+
+    assert desk.hive.take_changes().tasks == set(ids[:MOST_AT_ONCE])
+    assert desk.hive.take_changes().tasks == set(ids[MOST_AT_ONCE:])
+    assert not desk.hive.take_changes().tasks
 
 
 def test_only_what_changed_is_said_to_have_changed(desk):

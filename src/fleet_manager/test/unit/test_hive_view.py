@@ -53,6 +53,24 @@ def test_a_task_that_has_ended_does_not_come_back_by_a_late_update():
     assert view.state_of("T1") is TaskState.DONE
 
 
+def test_the_blackboards_word_that_comes_after_the_robots_own_changes_nothing():
+    view = HiveView()
+    view.take_in(TaskList(1, 1, (TaskRecord(TASK),)))
+    started = TaskUpdate("T1", TaskState.STARTED, "robot2", assignment=2)
+    assigned = TaskUpdate("T1", TaskState.ASSIGNED, "robot2", assignment=2)
+    lost_before = TaskUpdate("T1", TaskState.WAITING, assignment=1)
+    lost_since = TaskUpdate("T1", TaskState.WAITING, assignment=2)
+
+    assert told(view, started, assigned, lost_before) == [
+        "task T1 is under way by robot2, 0 of 0 steps done"
+    ]
+    assert (
+        told(view, TaskList(1, 2, (TaskRecord(TASK, TaskState.ASSIGNED, "robot2", assignment=2),)))
+        == []
+    )
+    assert told(view, lost_since) == ["task T1 waits for a robot"]
+
+
 def test_a_heartbeat_of_an_older_epoch_does_not_count():
     view = HiveView()
     view.take_in(Heartbeat(3, "/robot1"))

@@ -40,11 +40,13 @@ class LocalHive:
     Attributes:
         uri: The master's address.
         processes: What runs.
+        folder: Where the hive leaves its files.
     """
 
-    def __init__(self, uri: str, processes: ProcessGroup) -> None:
+    def __init__(self, uri: str, processes: ProcessGroup, folder: Path) -> None:
         self.uri = uri
         self.processes = processes
+        self.folder = folder
 
     def start_master(self) -> None:
         """Start a ROS master at the address, unless one answers there already.
@@ -73,11 +75,20 @@ class LocalHive:
         with xmlrpc.client.ServerProxy(self.uri) as master:
             master.setParam(_CALLER, "/use_sim_time", True)
             # A hive that was interrupted goes on when it is started again; this is another one.
-            master.setParam(_CALLER, "/journal", tempfile.mkdtemp(prefix="robo-hive-journal-"))
+            journal = tempfile.mkdtemp(prefix="journal-", dir=self.folder)
+            master.setParam(_CALLER, "/journal", journal)
         words = [f"{name}:={value}" for name, value in arguments.items()]
         self.processes.start(
             "fleet_manager", ["roslaunch", "fleet_manager", "fleet_manager.launch", *words]
         )
+
+    def process_of(self, node: str) -> int:
+        """Return the process id of a node, given by its name with a slash in front."""
+        with xmlrpc.client.ServerProxy(self.uri) as master:
+            found: Any = master.lookupNode(_CALLER, node)
+        with xmlrpc.client.ServerProxy(found[2]) as answerer:
+            answer: Any = answerer.getPid(_CALLER)
+        return int(answer[2])
 
     def check(self) -> None:
         """Raise StartError where a process has ended by itself; the text has its last words."""
@@ -153,7 +164,7 @@ def local_hive(folder: Path) -> Iterator[LocalHive]:
         os.environ.pop("ROS_NAMESPACE", None)
         processes = ProcessGroup(logs, os.environ)
         stack.callback(processes.stop)
-        yield LocalHive(uri, processes)
+        yield LocalHive(uri, processes, folder.resolve())
 
 
 def _checked(uri: str) -> str:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from fleet_manager.desk.facts import Fact, Moment, Report
 
 ROBOT_SILENCE = 5.0  # [s, wall]; a robot reports once a second
+MOST_AT_ONCE = 400  # tasks told as changed together, so that a window serves keys in between
 REMEMBERED = 200  # posted tasks whose content is kept until the hive answers, and refused ones
 
 
@@ -96,8 +97,13 @@ class Hive:
         self._note_standing(now)
 
     def take_changes(self) -> Changes:
-        """Return what changed since the last call, and begin anew."""
-        changes, self._changes = self._changes, Changes()
+        """Return what changed since the last call, of a long list no more than a part."""
+        changes, later = self._changes, set[str]()
+        if len(changes.tasks) > MOST_AT_ONCE:
+            listed = [name for name in self._tasks if name in changes.tasks]
+            later = set(listed[MOST_AT_ONCE:])
+            changes.tasks -= later
+        self._changes = Changes(tasks=later)
         return changes
 
     def note(self, event: Event | None) -> None:

@@ -101,7 +101,7 @@ WORDS = {
     "authority.lost_master": _("The ROS master at {master} does not answer; what runs goes on."),
     "authority.NOBODY": _("No blackboard: nobody takes tasks in or gives them out."),
     "authority.SILENT": _(
-        "No blackboard: {active} has been silent for {silence}. Tasks wait; robots finish theirs."
+        "No blackboard: {active} has been silent for {silence}. Tasks and robots wait for one."
     ),
     "authority.STUCK": _("Blackboard stuck: {active} answers but does not work."),
     "authority.ACTIVE": _("Blackboard: {active}"),

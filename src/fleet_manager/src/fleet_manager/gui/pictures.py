@@ -9,6 +9,7 @@ starts an X server, a hive in the lab with a scenario of tasks, RViz and the win
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -131,6 +132,8 @@ def main() -> None:
         studio.wait_until(lambda: _at_work(desk))
         _picture_windows(studio, desk)
         _picture_rviz(studio, stack)
+        os.kill(hive.process_of("/blackboard"), signal.SIGKILL)
+        _picture_takeover(studio, desk)
         desk.stop()
 
 
@@ -175,6 +178,16 @@ def _picture_rviz(studio: Studio, stack: ExitStack) -> None:
     stack.enter_context(_running(command, env=software, stdout=quiet, stderr=quiet))
     studio.wait(RVIZ)
     studio.take_screen("rviz")
+
+
+def _picture_takeover(studio: Studio, desk: Desk) -> None:
+    """Show who carries the blackboard after it was killed, with its tasks going on."""
+    window = studio.window
+    window.show()
+    studio.wait_until(lambda: desk.hive.authority.epoch > 1)
+    studio.wait(5.0)
+    studio.take(window.view, "takeover")
+    window.hide()
 
 
 if __name__ == "__main__":

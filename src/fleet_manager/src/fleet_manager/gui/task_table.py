@@ -50,6 +50,8 @@ def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
 
     def eta(row: TaskRow) -> str:
         left = None if row.due is None else row.due - now()
+        if left is not None and left < -1 and row.record.state is TaskState.ASSIGNED:
+            left = None  # more urgent tasks have come before it since the robot said so
         if left is not None and left < -1:
             return text("value.late", time=formats.duration(-left))
         return formats.duration(left)
