@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from blackboard.battery import Battery
     from blackboard.cost import CostModel
     from blackboard.itinerary import Entry, Itinerary
+    from blackboard.placement import Route
     from blackboard.pose import Pose
     from blackboard.record import Broadcast
     from blackboard.robot import RobotCharacteristics
@@ -57,8 +58,11 @@ class Bidder:
             refusal: Why it takes nothing now; empty where it is in service.
             at_work: Whether the first task on its list is being done.
         """
+        route = self._itinerary.route(here, at_work=at_work)
         bids = tuple(
-            self.refuse(task, refusal) if refusal else self.bid(task, step, here, at_work=at_work)
+            self.refuse(task, refusal)
+            if refusal
+            else self._bid(task, step, here, route, at_work=at_work)
             for task, step in broadcast.tasks
         )
         return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids)
@@ -72,9 +76,18 @@ class Bidder:
             here: Where the robot stands.
             at_work: Whether the first task on its list is being done.
         """
+        route = self._itinerary.route(here, at_work=at_work)
+        return self._bid(task, step, here, route, at_work=at_work)
+
+    def refuse(self, task: Task, reason: str) -> Bid:
+        """Return the bid of a robot that cannot or should not do a task."""
+        most = self._characteristics.most_payload(TaskType(task.type))
+        return Bid(self._robot_id, task.id, MAX_COST, reason=reason, most_payload=most)
+
+    def _bid(self, task: Task, step: int, here: Pose, route: Route, *, at_work: bool) -> Bid:
         if reason := self._characteristics.excludes(task):
             return self.refuse(task, reason)
-        place = self._itinerary.best_place(task, step, here, keep_first=at_work)
+        place = route.best_place(task, step)
         if not math.isfinite(place.before.way + place.effort.way):
             radius = self._characteristics.radius
             reason = f"finds no way there from {place.before.end} for its radius of {radius:.2f} m"
@@ -109,11 +122,6 @@ class Bidder:
             interrupt_cost=self._interrupt_cost(task, step, here, under_way),
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
         )
-
-    def refuse(self, task: Task, reason: str) -> Bid:
-        """Return the bid of a robot that cannot or should not do a task."""
-        most = self._characteristics.most_payload(TaskType(task.type))
-        return Bid(self._robot_id, task.id, MAX_COST, reason=reason, most_payload=most)
 
     def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:
         if under_way is None or not may_put_off(under_way, task):

@@ -8,18 +8,16 @@ place.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from blackboard.cost import friction_force
-from blackboard.placement import Placement, place_rule
+from blackboard.effort import Effort, Job, effort
+from blackboard.placement import Route, Stop, place_rule
 from blackboard.record import TaskUpdate
 from blackboard.task import (
     StepKind,
     TaskState,
     is_picked,
-    load_during,
     split_task,
     step_to_go_on,
 )
@@ -32,64 +30,6 @@ if TYPE_CHECKING:
     from blackboard.robot import RobotCharacteristics
     from blackboard.task import Task
     from blackboard.ways import Ways
-
-# A robot accelerates, turns on the spot and gives way to others: the mean of its speed over the
-# drives of the demo is about this share of its greatest speed (docs/benchmarks.md).
-MEAN_SPEED_SHARE = 0.6
-
-
-@dataclass(frozen=True, slots=True)
-class Effort:
-    """What it takes a robot to do a task from a place on.
-
-    Attributes:
-        way: How far it drives [m]; infinite where there is no way.
-        energy: What it draws [J].
-        duration: How long it takes [s].
-        end: Where it stands afterwards.
-    """
-
-    way: float
-    energy: float
-    duration: float
-    end: Pose
-
-
-def effort(
-    task: Task,
-    first_step: int,
-    start: Pose,
-    robot: RobotCharacteristics,
-    ways: Ways,
-    steps: int | None = None,
-) -> Effort:
-    """Predict what it takes a robot to do the rest of a task, or the next steps of it.
-
-    Args:
-        task: A task that `analyze_task` has passed.
-        first_step: The first step that is still to be done.
-        start: Where the robot begins.
-        robot: What the robot is.
-        ways: Knows how far it is.
-        steps: How many steps count; all that are left where none is given.
-    """
-    last_step = math.inf if steps is None else first_step + steps
-    way = energy = duration = 0.0
-    here = start
-    for index, step in enumerate(split_task(task)):
-        if not first_step <= index < last_step:
-            continue
-        if step.kind is StepKind.MOVE:
-            leg = ways.length(here, step.goal)
-            mass = robot.mass + load_during(task, index)
-            way += leg
-            energy += friction_force(robot.friction_coefficient, mass) * leg
-            duration += leg / (MEAN_SPEED_SHARE * robot.max_speed)
-            here = step.goal
-        else:
-            energy += robot.arm_power * robot.arm_time(step.kind)
-            duration += robot.arm_time(step.kind)
-    return Effort(way, energy + robot.idle_power * duration, duration, here)
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +117,8 @@ class Itinerary:
         step = step_to_go_on(order.task, order.step)
         index = 0
         if not is_picked(order.task, step):
-            index = self.best_place(order.task, step, here, keep_first=keep_first).index
+            route = self.route(here, at_work=keep_first)
+            index = route.best_place(order.task, step).index
         self._entries.insert(index, Entry(order, step))
 
     def remove(self, task_id: str) -> None:
@@ -200,26 +141,20 @@ class Itinerary:
         """Note that a task on the list has been ordered anew; what was done of it stays done."""
         self._change(order.task.id, order=order, known=-1)
 
-    def best_place(self, task: Task, step: int, here: Pose, *, keep_first: bool) -> Placement:
-        """Find the best place for one more task that does not pass a higher priority.
+    def route(self, here: Pose, *, at_work: bool, without: str = "") -> Route:
+        """Return the list as it is now, to work out where one more task goes best.
 
         Args:
-            task: A task that `analyze_task` has passed.
-            step: Its first step that is still to be done.
             here: Where the robot stands.
-            keep_first: Whether the first task on the list is being done and stays there.
+            at_work: Whether the first task on the list is being done and stays there.
+            without: Id of a task that is left out.
         """
-        ahead = sum(
-            1
-            for index, entry in enumerate(self._entries)
-            if entry.task.priority > task.priority or (keep_first and index == 0)
-        )
-        equals = sum(1 for entry in self._entries[ahead:] if entry.task.priority == task.priority)
-        road = [Effort(0.0, 0.0, 0.0, here), *self._run(self._entries, here)]
-        places = [
-            self._place(index, task, step, road) for index in range(ahead, ahead + equals + 1)
+        stops = [
+            Stop(entry.task.priority, Job(entry.task, entry.step, self._robot, self._ways))
+            for entry in self._entries
+            if entry.task.id != without
         ]
-        return min(places, key=lambda place: (self._rule(place), place.index))
+        return Route(here, stops, self._robot, self._ways, self._rule, keep_first=at_work)
 
     def next_step(self, here: Pose) -> Effort:
         """Return what the next step of the first task on the list takes; there has to be one."""
@@ -232,36 +167,10 @@ class Itinerary:
 
     def ahead(self, here: Pose) -> list[Effort]:
         """Return, for each task on the list, what the robot has done from here when it is done."""
-        return self._run(self._entries, here)
+        return list(self.route(here, at_work=False).before[1:])
 
     def _change(self, task_id: str, **changes: object) -> None:
         self._entries = [
             replace(entry, **changes) if entry.task.id == task_id else entry  # type: ignore[arg-type]  # fields by name
             for entry in self._entries
         ]
-
-    def _place(self, index: int, task: Task, step: int, road: list[Effort]) -> Placement:
-        """Return what a place is like; `road` holds what is done before each place."""
-        before = road[index]
-        own = effort(task, step, before.end, self._robot, self._ways)
-        added, longer = own.way, own.duration
-        behind = self._entries[index:]
-        if behind:
-            rest = behind[0].task, behind[0].step
-            after = effort(*rest, own.end, self._robot, self._ways)
-            now = effort(*rest, before.end, self._robot, self._ways)
-            added += after.way - now.way
-            longer += after.duration - now.duration
-        waiting = before.duration + own.duration + len(behind) * longer
-        return Placement(index, own, added, before, road[-1].duration + longer, waiting)
-
-    def _run(self, entries: list[Entry], here: Pose) -> list[Effort]:
-        """Return the running totals of doing some entries one after the other."""
-        totals = []
-        way = energy = duration = 0.0
-        for entry in entries:
-            part = effort(entry.task, entry.step, here, self._robot, self._ways)
-            way, energy, duration = way + part.way, energy + part.energy, duration + part.duration
-            here = part.end
-            totals.append(Effort(way, energy, duration, here))
-        return totals

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A place in a robot's list for one more task, and which of them is the best."""
+"""Where in a robot's list one more task goes best, and what it takes there."""
 
 from __future__ import annotations
 
@@ -9,8 +9,15 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from blackboard.effort import Effort, Job
+
 if TYPE_CHECKING:
-    from blackboard.itinerary import Effort
+    from collections.abc import Sequence
+
+    from blackboard.characteristics import RobotCharacteristics
+    from blackboard.pose import Pose
+    from blackboard.task import Task
+    from blackboard.ways import Ways
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +42,9 @@ class Placement:
     added_waiting: float
 
 
+_DIGITS = 6
+"""Places are as good as each other if they differ by less than a micrometre or a microsecond."""
+
 PlaceRule = Callable[[Placement], float]
 """What is to be least at the best place."""
 
@@ -48,3 +58,86 @@ _PLACE_RULES: Mapping[str, PlaceRule] = MappingProxyType(
 def place_rule(cost_model: str) -> PlaceRule:
     """Return what is to be least at the best place under a cost model, by its name."""
     return _PLACE_RULES.get(cost_model, _LEAST_WAY)
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A task on the list.
+
+    Attributes:
+        priority: Of the task.
+        job: What is left to do of it.
+    """
+
+    priority: int
+    job: Job
+
+
+class Route:
+    """A robot's list at one moment, for all bids on what is offered then.
+
+    Args:
+        here: Where the robot stands.
+        stops: What it has to do, in this order.
+        robot: What the robot is.
+        ways: Knows how far it is.
+        rule: What is to be least at the best place.
+        keep_first: Whether the first stop is being done and stays there.
+
+    Attributes:
+        before: What the robot has done from here before each place of the list, and before the
+            place behind all.
+    """
+
+    def __init__(
+        self,
+        here: Pose,
+        stops: Sequence[Stop],
+        robot: RobotCharacteristics,
+        ways: Ways,
+        rule: PlaceRule,
+        *,
+        keep_first: bool,
+    ) -> None:
+        self._stops = stops
+        self._robot = robot
+        self._ways = ways
+        self._rule = rule
+        self._keep_first = keep_first
+        self._own: list[Effort] = []
+        self.before = [Effort(0.0, 0.0, 0.0, here)]
+        for stop in stops:
+            self._own.append(stop.job.effort_from(self.before[-1].end))
+            self.before.append(self.before[-1].then(self._own[-1]))
+
+    def best_place(self, task: Task, step: int) -> Placement:
+        """Find the best place for one more task that does not pass a higher priority.
+
+        Where several are as good, it does not pass what is on the list already.
+
+        Args:
+            task: A task that `analyze_task` has passed.
+            step: Its first step that is still to be done.
+        """
+        ahead = sum(
+            1
+            for index, stop in enumerate(self._stops)
+            if stop.priority > task.priority or (self._keep_first and index == 0)
+        )
+        equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
+        job = Job(task, step, self._robot, self._ways)
+        places = [self._place(index, job) for index in range(ahead, ahead + equals + 1)]
+        return min(places, key=lambda place: (round(self._rule(place), _DIGITS), -place.index))
+
+    def _place(self, index: int, job: Job) -> Placement:
+        before = self.before[index]
+        own = job.effort_from(before.end)
+        added, longer = own.way, own.duration
+        behind = len(self._stops) - index
+        if behind:
+            after = self._stops[index].job.effort_from(own.end)
+            added += after.way - self._own[index].way
+            longer += after.duration - self._own[index].duration
+        waiting = before.duration + own.duration + behind * longer
+        finish = self.before[-1].duration + longer
+        return Placement(index, own, added, before, finish, waiting)

@@ -27,6 +27,8 @@ _MOST_CELLS = 60_000
 
 _FIELDS_KEPT = 200
 
+_STANDS_KEPT = 4000
+
 # A pose this close to the free floor [m] counts as on it: no robot knows exactly where it is.
 _STEP_ASIDE = 0.15
 
@@ -104,6 +106,7 @@ class GridWays:
         """Go by another map from now on."""
         self._floor = grid
         self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
+        self._stands: dict[tuple[float, float], _Stand | None] = {}
         self._made: _Roads | None = None
 
     def length(self, start: Pose, goal: Pose) -> float:
@@ -167,6 +170,14 @@ class GridWays:
 
     def _stand(self, pose: Pose) -> _Stand | None:
         """Return where on the free floor a pose is, or None where it is nowhere near."""
+        place = pose.x, pose.y
+        if place not in self._stands:
+            if len(self._stands) >= _STANDS_KEPT:
+                self._stands.clear()
+            self._stands[place] = self._find_stand(pose)
+        return self._stands[place]
+
+    def _find_stand(self, pose: Pose) -> _Stand | None:
         cell = self._floor.cell(pose)
         if cell is None:
             return None

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from blackboard.allocation.testing import figures, on_a_road
-from blackboard.itinerary import MEAN_SPEED_SHARE, Itinerary, effort
+from blackboard.effort import MEAN_SPEED_SHARE, effort
+from blackboard.itinerary import Itinerary
 from blackboard.pose import Pose
 from blackboard.record import Order
 from blackboard.task import Task, TaskType
@@ -104,7 +105,7 @@ def test_what_is_not_under_way_yields_to_a_higher_priority():
 def test_a_place_in_the_list_knows_what_comes_before():
     itinerary = listed(go("first", 6.0, 5))
 
-    place = itinerary.best_place(go("second", 12.0, 1), 0, HERE, keep_first=True)
+    place = itinerary.route(HERE, at_work=True).best_place(go("second", 12.0, 1), 0)
 
     assert place.index == 1
     assert place.before.way == pytest.approx(6.0)
@@ -116,7 +117,7 @@ def test_a_place_in_the_list_knows_what_comes_before():
 def test_a_task_on_the_way_adds_nothing_to_it():
     itinerary = listed(go("far", 10.0))
 
-    place = itinerary.best_place(go("on the way", 4.0), 0, HERE, keep_first=False)
+    place = itinerary.route(HERE, at_work=False).best_place(go("on the way", 4.0), 0)
 
     assert place.index == 0
     assert place.added_way == pytest.approx(0.0)
@@ -168,7 +169,7 @@ def test_the_best_place_is_the_one_that_the_allocation_of_whole_fleets_finds(leg
     instance = on_a_road([0.0], starts, ends, speed=[MEAN_SPEED_SHARE * ROBOT.max_speed])
     plan = (tuple(int(entry.task.id[1:]) for entry in itinerary),)
 
-    place = itinerary.best_place(tasks[-1], 0, HERE, keep_first=False)
+    place = itinerary.route(HERE, at_work=False).best_place(tasks[-1], 0)
 
     lists = []
     for index in range(len(tasks)):
@@ -209,7 +210,7 @@ def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
     before = itinerary.ahead(HERE)[-1].way
     order = [entry.task for entry in itinerary]
 
-    place = itinerary.best_place(go("new", x, 5), 0, HERE, keep_first=False)
+    place = itinerary.route(HERE, at_work=False).best_place(go("new", x, 5), 0)
 
     added = []
     for index in range(len(order) + 1):
@@ -217,4 +218,12 @@ def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
         road.insert(index + 1, Pose(x, 0.0))
         way = sum(a.distance_to(b) for a, b in pairwise(road))
         added.append(way - before)
-    assert place.added_way == pytest.approx(min(added), abs=1e-9)
+    assert place.added_way == pytest.approx(min(added), abs=1e-6)
+
+
+def test_among_places_that_are_as_good_a_task_does_not_pass_what_is_on_the_list_already():
+    itinerary = listed(go("first", 8.0))
+
+    place = itinerary.route(HERE, at_work=False).best_place(go("same place", 8.0), 0)
+
+    assert place.index == 1
