@@ -65,7 +65,7 @@ class Bidder:
             else self._bid(task, step, here, route, at_work=at_work)
             for task, step in broadcast.tasks
         )
-        return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids)
+        return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids, broadcast.round)
 
     def bid(self, task: Task, step: int, here: Pose, *, at_work: bool) -> Bid:
         """Return the cost of a task at its best place in the robot's list.

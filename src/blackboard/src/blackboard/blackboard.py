@@ -14,11 +14,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from blackboard.auctioneer import Auctioneer
-from blackboard.errors import SplitRefusedError, TaskRefusedError
+from blackboard.awarding import Awarding
+from blackboard.errors import TaskRefusedError
 from blackboard.orders import Orders
 from blackboard.record import TaskRecord, TaskUpdate
 from blackboard.release import put_back
-from blackboard.splitting import split, unfinished_parts, with_wholes
+from blackboard.splitting import unfinished_parts, with_wholes
 from blackboard.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
 from blackboard.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
 from blackboard.watch import Watch
@@ -26,10 +27,8 @@ from blackboard.watch import Watch
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.auction import Result
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
-    from blackboard.cost import Bid
     from blackboard.settings import BlackboardSettings
     from blackboard.talker import Talker, Timer
     from blackboard.task import Task
@@ -66,8 +65,10 @@ class Blackboard:
         self._settings = settings
         self._orders = Orders(talker, backup, settings.order_timeout)
         self._watch = Watch(talker, backup, self._orders, settings)
+        in_service = self._watch.in_service
+        awarding = Awarding(backup, self._orders, in_service, self._commit)
         self._auctioneer = Auctioneer(
-            talker, backup, self._watch.in_service, settings.bid_timeout, self._decide
+            talker, backup, in_service, settings.bid_timeout, awarding.carry_out
         )
         self._done_twice: set[str] = set()
         self._timers: list[Timer] = []
@@ -149,41 +150,6 @@ class Blackboard:
 
         self._commit(*changed, then=stop)
 
-    def _decide(self, result: Result) -> None:
-        """Give tasks to the robots that have won them, and split what is too heavy for all."""
-        for bid in result.awards:
-            self._assign(bid)
-        for task_id, reason in result.impossible:
-            record = self._backup.get(task_id)
-            if record is not None and record.state is TaskState.WAITING:
-                self._split(record, result.bids.get(task_id, ()), reason)
-
-    def _split(self, record: TaskRecord, bids: Iterable[Bid], reason: str) -> None:
-        taken = (known.task.id for known in self._backup.records)
-        try:
-            divided = split(record, bids, self._watch.in_service(), taken)
-        except SplitRefusedError as error:
-            divided, reason = (), f"{reason}; {error}"
-        if divided:
-            self._commit(*divided)
-        elif record.reason != reason:
-            self._commit(replace(record, reason=reason))
-
-    def _assign(self, bid: Bid) -> None:
-        record = self._backup.get(bid.task_id)
-        if record is None:
-            return
-        assigned = record.after(
-            TaskEvent.ASSIGN,
-            robot=bid.robot_id,
-            assignment=record.assignment + 1,
-            eta=bid.eta,
-            step_eta=0.0,
-            reason=unused_goals(record.task),
-        )
-        if assigned is not None:
-            self._commit(assigned, then=lambda: self._orders.give(assigned))
-
     def _hear_update(self, update: TaskUpdate) -> None:
         """Follow what a robot reports; what this blackboard says itself comes by here too."""
         record = self._backup.get(update.task_id)
@@ -193,6 +159,8 @@ class Blackboard:
         # The robot repeats it until a copy of the list shows that it is known.
         self._backup.tell()
         holds = (update.robot_id, update.assignment) == (record.robot, record.assignment)
+        if event is not TaskEvent.START:
+            self._auctioneer.list_changed(update.robot_id)
         if event is TaskEvent.FINISH and not holds:
             self._believe(record, update)
         elif holds and event is TaskEvent.RELEASE:

@@ -166,9 +166,11 @@ class Bids:
         epoch: Of the broadcast that is answered.
         auction: Of the broadcast that is answered.
         bids: One for each task.
+        round: Of the broadcast that is answered.
     """
 
     robot_id: str
     epoch: int
     auction: int
     bids: tuple[Bid, ...]
+    round: int = 1

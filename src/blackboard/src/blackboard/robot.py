@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One robot of the hive: it bids, keeps its list of tasks and works through it (report: Robot).
 
-A robot obeys the blackboard's orders and compares its own list with every copy of the task list it
-hears, so that an order that was lost on the way is made good by the next copy. What it has to
-report, it repeats until a copy of the list shows that the blackboard knows.
+A robot obeys the blackboard's orders and compares its own list with every copy of the task list,
+so that the next makes good an order that was lost. It repeats reports until a copy shows them.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from blackboard.answering import Answering
 from blackboard.bidding import Bidder
 from blackboard.characteristics import RobotCharacteristics, RobotState, RobotStatus
 from blackboard.controller import CommandState
@@ -84,8 +84,8 @@ class Robot:
         self._pose = pose
         self._settings = settings
         self._list = Itinerary(characteristics, ways, settings.cost_model)
-        model = COST_MODELS[settings.cost_model]
-        self._bidder = Bidder(robot_id, characteristics, battery, self._list, model)
+        cost = COST_MODELS[settings.cost_model]
+        self._bidder = Bidder(robot_id, characteristics, battery, self._list, cost)
         self._reports = Reports(talker, robot_id, journal)
         patience = _PERIODS_UNHEARD * settings.status_period
         self._leave = Leave(talker, robot_id, patience, self._go_on, self._say_status)
@@ -98,10 +98,11 @@ class Robot:
             self._task_ended,
         )
         self._service = Service()
+        self._answering = Answering(robot_id, self._bid)
 
     def start(self) -> None:
         """Begin to listen and to say how it is."""
-        self._talker.subscribe(TASK_BROADCAST, self._bid)
+        self._talker.subscribe(TASK_BROADCAST, self._answering.hear)
         self._talker.subscribe(TASK_ASSIGN, self._obey)
         self._talker.subscribe(SYNC, self._compare)
         self._leave.start()
@@ -131,9 +132,8 @@ class Robot:
     @property
     def state(self) -> RobotState:
         """Whether it can be counted on."""
-        if self._service.state is not None:
-            return self._service.state
-        return RobotState.IDLE if self._work.current is None else RobotState.BUSY
+        in_service = RobotState.IDLE if self._work.current is None else RobotState.BUSY
+        return in_service if self._service.state is None else self._service.state
 
     def set_pose(self, pose: Pose) -> None:
         """Note where it stands [map frame]."""
@@ -148,17 +148,16 @@ class Robot:
     def set_state(self, word: str) -> None:
         """Obey an operator who says `idle`, `defect` or `charging`; see `Service.set`."""
         if word not in WORDS:
-            allowed = ", ".join(WORDS)
-            self._talker.warn(f"set_state {word[:40]!r} is unknown; allowed: {allowed}")
+            self._talker.warn(f"set_state {word[:40]!r} is unknown; allowed: {', '.join(WORDS)}")
             return
         self._service.set(word)
         self._go_on()
         self._say_status()
 
     def _bid(self, broadcast: Broadcast) -> None:
-        at_work = self._work.current is not None
-        answer = self._bidder.answer(broadcast, self._pose, self._service.reason, at_work=at_work)
-        self._talker.publish(TASK_COST, answer)
+        at_work, refusal = self._work.current is not None, self._service.reason
+        bids = self._bidder.answer(broadcast, self._pose, refusal, at_work=at_work)
+        self._talker.publish(TASK_COST, bids)
 
     def _obey(self, order: Order) -> None:
         if order.robot_id != self._id or not (order.take_back or self._leave.covers(order.heard)):
@@ -166,7 +165,8 @@ class Robot:
         entry = self._list.get(order.task.id)
         if order.take_back:
             self._let_go(order, entry)
-        elif entry is not None:
+            return
+        if entry is not None:
             if order.assignment > entry.order.assignment:
                 self._list.renew(order)
         elif not self._reports.answer(order):
@@ -174,10 +174,10 @@ class Robot:
             if is_picked(order.task, order.step):
                 # In an earlier life of this process it was on its way with this load.
                 self._work.stop()
-            keep_first = self._work.current is not None
-            self._list.insert(order, self._pose, keep_first=keep_first)
+            self._list.insert(order, self._pose, keep_first=self._work.current is not None)
             self._go_on()
             self._say_status()
+        self._answering.note_order(order.task.id)
 
     def _let_go(self, order: Order, entry: Entry | None) -> None:
         """Drop a task that is to be taken back; say how far it has come where that is asked."""
@@ -292,9 +292,9 @@ class Robot:
 
     def _say_started(self, entry: Entry) -> None:
         eta = self._list.ahead(self._pose)[0].duration
-        times = {"eta": eta, "step_eta": self._list.next_step(self._pose).duration}
-        known = times if math.isfinite(eta) else {}
-        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **known))
+        step_eta = self._list.next_step(self._pose).duration
+        times = {"eta": eta, "step_eta": step_eta} if math.isfinite(eta) else {}
+        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **times))
 
     def _say_status(self) -> None:
         self._talker.publish(ROBOT_STATUS, self.status)

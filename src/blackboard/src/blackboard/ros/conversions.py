@@ -83,12 +83,21 @@ def _broadcast_to_msg(broadcast: Broadcast) -> bb_msgs.TaskMsgArray:
         msg = task_to_msg(task)
         msg.step = step
         tasks.append(msg)
-    return bb_msgs.TaskMsgArray(_header(), broadcast.epoch, broadcast.auction, tasks)
+    return bb_msgs.TaskMsgArray(
+        header=_header(),
+        epoch=broadcast.epoch,
+        auction=broadcast.auction,
+        tasks=tasks,
+        round=broadcast.round,
+        robots=list(broadcast.asked or ()),
+        given=list((broadcast.asked or {}).values()),
+    )
 
 
 def _broadcast_from_msg(msg: bb_msgs.TaskMsgArray) -> Broadcast:
     tasks = tuple((task_from_msg(task), task.step) for task in msg.tasks)
-    return Broadcast(msg.epoch, msg.auction, tasks)
+    asked = dict(zip(msg.robots, msg.given, strict=True)) if msg.robots else None
+    return Broadcast(msg.epoch, msg.auction, tasks, round=msg.round, asked=asked)
 
 
 def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
@@ -109,7 +118,9 @@ def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
         )
         for bid in bids.bids
     ]
-    return bb_msgs.TaskCostArray(header, bids.robot_id, bids.epoch, bids.auction, costs)
+    return bb_msgs.TaskCostArray(
+        header, bids.robot_id, bids.epoch, bids.auction, costs, bids.round
+    )
 
 
 def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
@@ -127,7 +138,7 @@ def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
         )
         for cost in msg.costs
     )
-    return Bids(msg.robot_id, msg.epoch, msg.auction, bids)
+    return Bids(msg.robot_id, msg.epoch, msg.auction, bids, msg.round)
 
 
 def _update_to_msg(update: TaskUpdate) -> bb_msgs.TaskState:
