@@ -164,6 +164,10 @@ class Auction:
         if self._bids.pop(robot_id, None) is not None:
             self._asked_in[robot_id] = self.round + 1
 
+    def offers(self) -> list[tuple[TaskRecord, list[Bid]]]:
+        """Return what is still offered, with what was bid on it."""
+        return [(record, self._of(task_id)) for task_id, record in self._records.items()]
+
     def result(self) -> Result:
         """Decide on what has been bid so far."""
         best = {}

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from blackboard.backup import Backup
     from blackboard.cost import Bid, Bids
+    from blackboard.improving import Improving
     from blackboard.record import TaskRecord
     from blackboard.talker import Talker, Timer
 
@@ -28,6 +29,7 @@ class Auctioneer:
         backup: Knows what waits.
         in_service: Says which robots take tasks.
         bid_timeout: Longest time that an auction stays open [s].
+        improving: Chooses what is offered while nothing waits.
         decide: Called with the result of each round, and with what is to follow once it is carried
             out; what it leaves as impossible is not offered again before something changes.
     """
@@ -38,13 +40,16 @@ class Auctioneer:
         backup: Backup,
         in_service: Callable[[], frozenset[str]],
         bid_timeout: float,
+        improving: Improving,
         decide: Callable[[Result, Callable[[], None]], None],
     ) -> None:
         self._talker = talker
         self._backup = backup
         self._in_service = in_service
         self._bid_timeout = bid_timeout
+        self._improving = improving
         self._decide = decide
+        self._improves = False
         self._auction: Auction | None = None
         self._closing: Timer | None = None
         self._auctions = 0
@@ -68,9 +73,17 @@ class Auctioneer:
             reason = "no robot is in service"
             self._settle(Result((), tuple((record.task.id, reason) for record in waiting)))
         elif waiting:
-            self._auctions += 1
-            self._auction = Auction(self._backup.epoch, self._auctions)
+            self._begin(improves=False)
             self._begin_round(())
+
+    def improve(self) -> None:
+        """Have some of what has not begun offered again, while there is nothing else to do."""
+        if self._auction is not None or not self._backup.may_act() or self._waiting():
+            return
+        offers = self._improving.offers(self._in_service())
+        if offers:
+            self._begin(improves=True)
+            self._ask(offers, self._in_service(), ())
 
     def try_again(self) -> None:
         """Offer again what nobody could take: something has changed.
@@ -79,6 +92,7 @@ class Auctioneer:
         """
         self._parked.clear()
         self._changed = True
+        self._improving.note_change()
         self.open()
 
     def withdraw(self, task_id: str) -> None:
@@ -88,6 +102,7 @@ class Auctioneer:
 
     def list_changed(self, robot_id: str) -> None:
         """Note that a robot's list is not what it was: what it has bid holds no more."""
+        self._improving.note_change()
         if self._auction is not None:
             self._auction.forget(robot_id)
 
@@ -113,6 +128,11 @@ class Auctioneer:
             and record.task.id not in self._parked
         ]
 
+    def _begin(self, *, improves: bool) -> None:
+        self._auctions += 1
+        self._auction = Auction(self._backup.epoch, self._auctions)
+        self._improves = improves
+
     def _begin_round(self, awards: tuple[Bid, ...]) -> None:
         """Ask those for bids whose bids do not hold, or end the auction where nothing is left."""
         auction, waiting, robots = self._auction, self._waiting(), self._in_service()
@@ -122,7 +142,14 @@ class Auctioneer:
             self._auction = None
             self.open()
             return
-        asked = auction.ask(waiting, robots)
+        self._ask(waiting, robots, awards)
+
+    def _ask(
+        self, records: list[TaskRecord], robots: frozenset[str], awards: tuple[Bid, ...]
+    ) -> None:
+        auction = self._auction
+        assert auction is not None  # noqa: S101  (whoever asks has begun one)
+        asked = auction.ask(records, robots)
         auction.excuse(frozenset(self._slow))
         self._closing = self._talker.after(self._bid_timeout, self._close_round)
         if not auction.missing:
@@ -130,7 +157,7 @@ class Auctioneer:
             return
         given = {bid.robot_id: bid.task_id for bid in awards}
         named = None if asked is None else {robot: given.get(robot, "") for robot in sorted(asked)}
-        offers = tuple((record.task, record.step) for record in waiting)
+        offers = tuple((record.task, record.step) for record in records)
         self._talker.publish(
             TASK_BROADCAST,
             Broadcast(auction.epoch, auction.number, offers, round=auction.round, asked=named),
@@ -144,9 +171,15 @@ class Auctioneer:
         self._closing = None
         auction.exclude_others(self._in_service())
         self._slow |= auction.missing
+        if self._improves:
+            self._auction = None
+            self._improving.decide(auction.offers())
+            self.open()
+            return
         result = auction.result()
         for bid in result.awards:
             auction.forget(bid.robot_id)
+            self._improving.note_change()
         self._settle(result)
 
     def _settle(self, result: Result) -> None:

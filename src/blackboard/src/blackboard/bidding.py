@@ -52,16 +52,21 @@ class Bidder:
     def answer(self, broadcast: Broadcast, here: Pose, refusal: str, *, at_work: bool) -> Bids:
         """Return the bids on all that was broadcast.
 
+        What is on its own list is offered to others: it bids for the list without all of these.
+
         Args:
             broadcast: What is offered.
             here: Where the robot stands.
             refusal: Why it takes nothing now; empty where it is in service.
             at_work: Whether the first task on its list is being done.
         """
-        route = self._itinerary.route(here, at_work=at_work)
+        offered = {task.id for task, _ in broadcast.tasks}
+        first = self._itinerary.first() if at_work else None
+        kept = {first.task.id} if first is not None else set()
+        route = self._itinerary.route(here, at_work=at_work, without=offered - kept)
         bids = tuple(
-            self.refuse(task, refusal)
-            if refusal
+            self.refuse(task, refusal or "has begun with it")
+            if refusal or task.id in kept
             else self._bid(task, step, here, route, at_work=at_work)
             for task, step in broadcast.tasks
         )

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from blackboard.auctioneer import Auctioneer
 from blackboard.awarding import Awarding
 from blackboard.errors import TaskRefusedError
+from blackboard.improving import Improving
 from blackboard.orders import Orders
 from blackboard.record import TaskRecord, TaskUpdate
 from blackboard.release import put_back
@@ -67,8 +68,16 @@ class Blackboard:
         self._watch = Watch(talker, backup, self._orders, settings)
         in_service = self._watch.in_service
         awarding = Awarding(backup, self._orders, in_service, self._commit)
+        self._improving = Improving(
+            self._orders.held, self._orders.recall_unbegun, settings.improve_threshold
+        )
         self._auctioneer = Auctioneer(
-            talker, backup, in_service, settings.bid_timeout, awarding.carry_out
+            talker,
+            backup,
+            in_service,
+            settings.bid_timeout,
+            self._improving,
+            awarding.carry_out,
         )
         self._done_twice: set[str] = set()
         self._timers: list[Timer] = []
@@ -95,6 +104,7 @@ class Blackboard:
         self._timers = [
             self._talker.every(self._settings.reassign / _LOOKS_IN_TIME, self._look_after_robots),
             self._talker.every(self._settings.retry_period, self._auctioneer.try_again),
+            self._talker.every(self._settings.improve_period, self._auctioneer.improve),
         ]
         self._look_after_robots()
         self._auctioneer.try_again()
@@ -194,7 +204,8 @@ class Blackboard:
         """Have a task that a robot handed back done by another, or give it up."""
         if late := self._watch.lateness(record):
             update = replace(update, reason=f"{update.reason} ({late})")
-        released = put_back(record, update, self._settings.most_hand_backs)
+        most = self._settings.most_hand_backs
+        released = put_back(record, update, most, tried=not self._improving.has_recalled(record))
         if released is not None:
             self._commit(released)
             self._auctioneer.open()

@@ -23,7 +23,7 @@ from blackboard.task import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from blackboard.pose import Pose
     from blackboard.record import Order, TaskRecord
@@ -66,6 +66,16 @@ class Entry:
         if self.step >= self.steps or split_task(self.task)[self.step].kind is not StepKind.PICK:
             return True
         return max(self.known, self.order.step) >= self.step
+
+    def yields_to(self, order: Order, under_way: Entry | None) -> bool:
+        """Return whether an order to take the task back means this assignment of it, as it is.
+
+        Args:
+            order: To drop it, or to hand it back.
+            under_way: What the robot has begun.
+        """
+        begun = self is under_way
+        return self.order.assignment <= order.assignment and not (begun and order.if_unbegun)
 
     def update(self, state: TaskState, **fields: object) -> TaskUpdate:
         """Return what the robot reports of it; further fields by name."""
@@ -141,18 +151,18 @@ class Itinerary:
         """Note that a task on the list has been ordered anew; what was done of it stays done."""
         self._change(order.task.id, order=order, known=-1)
 
-    def route(self, here: Pose, *, at_work: bool, without: str = "") -> Route:
+    def route(self, here: Pose, *, at_work: bool, without: Collection[str] = ()) -> Route:
         """Return the list as it is now, to work out where one more task goes best.
 
         Args:
             here: Where the robot stands.
             at_work: Whether the first task on the list is being done and stays there.
-            without: Id of a task that is left out.
+            without: Ids of tasks that are left out.
         """
         stops = [
             Stop(entry.task.priority, Job(entry.task, entry.step, self._robot, self._ways))
             for entry in self._entries
-            if entry.task.id != without
+            if entry.task.id not in without
         ]
         return Route(here, stops, self._robot, self._ways, self._rule, keep_first=at_work)
 

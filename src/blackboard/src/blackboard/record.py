@@ -166,6 +166,7 @@ class Order:
         assignment: Number of this assignment of the task.
         hand_back: Whether a robot that is to drop it also has to report how far it has come.
         heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
+        if_unbegun: Whether a robot that has begun with it keeps it in spite of `take_back`.
     """
 
     task: Task
@@ -176,3 +177,4 @@ class Order:
     assignment: int = 0
     hand_back: bool = False
     heard: float = 0.0
+    if_unbegun: bool = False

@@ -181,7 +181,7 @@ class Robot:
 
     def _let_go(self, order: Order, entry: Entry | None) -> None:
         """Drop a task that is to be taken back; say how far it has come where that is asked."""
-        if entry is not None and entry.order.assignment > order.assignment:
+        if entry is not None and not entry.yields_to(order, self._work.current):
             return
         if order.hand_back:
             if entry is not None or not self._reports.answer(order):

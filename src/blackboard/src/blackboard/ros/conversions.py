@@ -57,6 +57,8 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
     msg.order = msg.ASSIGN
     if order.take_back:
         msg.order = msg.HAND_BACK if order.hand_back else msg.TAKE_BACK
+    if order.if_unbegun:
+        msg.order = msg.HAND_BACK_UNBEGUN
     msg.step = order.step
     msg.epoch = order.epoch
     msg.assignment = order.assignment
@@ -72,8 +74,9 @@ def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
         step=msg.step,
         epoch=msg.epoch,
         assignment=msg.assignment,
-        hand_back=msg.order == msg.HAND_BACK,
+        hand_back=msg.order in {msg.HAND_BACK, msg.HAND_BACK_UNBEGUN},
         heard=msg.heard,
+        if_unbegun=msg.order == msg.HAND_BACK_UNBEGUN,
     )
 
 
