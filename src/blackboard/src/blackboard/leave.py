@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from blackboard.backup import Heartbeat
     from blackboard.talker import Talker, Timer
 
+_A_MOMENT = 0.001
+"""A timer for the very end of a lease might find, by rounding, that it still holds [s]."""
+
 
 class Leave:
     """Knows whether a robot may work now.
@@ -58,7 +61,8 @@ class Leave:
         if self._lease.renew(beat, now):
             if self._lapse is not None:
                 self._lapse.cancel()
-            self._lapse = self._talker.after(self._lease.remaining(now), self._changed)
+            lasts = self._lease.remaining(now) + _A_MOMENT
+            self._lapse = self._talker.after(lasts, self._changed)
             self._changed()
         elif not self._lease.is_echoed_within(self._patience, now):
             self._unheard()
