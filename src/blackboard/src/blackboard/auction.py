@@ -35,12 +35,14 @@ class Result:
         impossible: Tasks that nobody can take, each with the reason.
         bids: What was bid on all of these, by their ids.
         silent: The robots that were waited for in vain.
+        auction: Epoch, number of the auction, and round; zeros where none was held.
     """
 
     awards: tuple[Bid, ...]
     impossible: tuple[tuple[str, str], ...]
     bids: Mapping[str, tuple[Bid, ...]] = field(default_factory=dict)
     silent: frozenset[str] = frozenset()
+    auction: tuple[int, int, int] = (0, 0, 0)
 
 
 class Auction:
@@ -183,7 +185,8 @@ class Auction:
             awards.setdefault(bid.robot_id, bid)
         decided = [bid.task_id for bid in awards.values()] + [task_id for task_id, _ in impossible]
         bids = {task_id: tuple(self._of(task_id)) for task_id in decided}
-        return Result(tuple(awards.values()), tuple(impossible), bids, self.missing)
+        number = (self.epoch, self.number, self.round)
+        return Result(tuple(awards.values()), tuple(impossible), bids, self.missing, number)
 
     def _rank(self, bid: Bid) -> tuple[int, int, float]:
         """Return what comes first: what is urgent, what few can do, and then the best pair."""

@@ -6,7 +6,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.errors import SplitRefusedError
+from blackboard.advice import what_would_help
+from blackboard.decision import Decision
+from blackboard.errors import JournalError, SplitRefusedError
 from blackboard.splitting import split
 from blackboard.task import TaskEvent, TaskState, unused_goals
 
@@ -16,8 +18,10 @@ if TYPE_CHECKING:
     from blackboard.auction import Result
     from blackboard.backup import Backup
     from blackboard.cost import Bid
+    from blackboard.decision_book import DecisionBook
     from blackboard.orders import Orders
     from blackboard.record import TaskRecord
+    from blackboard.talker import Talker
 
 
 class Commit(Protocol):
@@ -35,6 +39,8 @@ class Awarding:
         orders: Tells robots what they have won.
         in_service: Says which robots take tasks.
         commit: Has changes written down.
+        talker: Knows the time, and whom to tell that the book cannot be written.
+        book: Where decisions are noted, with all that was bid.
     """
 
     def __init__(
@@ -43,11 +49,15 @@ class Awarding:
         orders: Orders,
         in_service: Callable[[], frozenset[str]],
         commit: Commit,
+        talker: Talker,
+        book: DecisionBook,
     ) -> None:
         self._backup = backup
         self._orders = orders
         self._in_service = in_service
         self._commit = commit
+        self._talker = talker
+        self._book = book
 
     def carry_out(self, result: Result, then: Callable[[], None]) -> None:
         """Give tasks to the robots that have won them, and split what is too heavy for all.
@@ -65,6 +75,8 @@ class Awarding:
             if record is not None and record.state is TaskState.WAITING:
                 changed += self._impossible(record, result.bids.get(task_id, ()), reason, changed)
 
+        self._note(result, changed)
+
         def tell() -> None:
             for record in assigned:
                 self._orders.give(record)
@@ -74,6 +86,34 @@ class Awarding:
             self._commit(*changed, then=tell)
         else:
             then()
+
+    def _note(self, result: Result, changed: Iterable[TaskRecord]) -> None:
+        """Write down why; what nobody could take again for the same reason is there already."""
+        refusals = {
+            record.task.id: record.reason
+            for record in changed
+            if record.state is TaskState.WAITING and not record.parts
+        }
+        given = [(bid.task_id, bid.robot_id, "") for bid in result.awards]
+        refused = [(task_id, "", reason) for task_id, reason in refusals.items()]
+        epoch, auction, round_ = result.auction
+        try:
+            self._book.note(
+                Decision(
+                    task_id,
+                    epoch,
+                    auction,
+                    round_,
+                    self._talker.now(),
+                    winner,
+                    reason,
+                    tuple(result.bids.get(task_id, ())),
+                    tuple(sorted(result.silent)),
+                )
+                for task_id, winner, reason in given + refused
+            )
+        except JournalError as error:
+            self._talker.warn(f"it will not be known why tasks were given out: {error}")
 
     def _assigned(self, bid: Bid) -> Iterable[TaskRecord]:
         record = self._backup.get(bid.task_id)
@@ -99,4 +139,6 @@ class Awarding:
                 return divided
         except SplitRefusedError as error:
             reason = f"{reason}; {error}"
+        if helps := what_would_help(record.task, bids):
+            reason = f"{reason}; what would help: {helps}"
         return () if record.reason == reason else (replace(record, reason=reason),)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
+from blackboard.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
 from blackboard.preemption import interruption, may_put_off
 from blackboard.task import TaskType
 
@@ -65,7 +65,7 @@ class Bidder:
         kept = {first.task.id} if first is not None else set()
         route = self._itinerary.route(here, at_work=at_work, without=offered - kept)
         bids = tuple(
-            self.refuse(task, refusal or "has begun with it")
+            self.refuse(task, refusal or "has begun with it", Exclusion.SERVICE)
             if refusal or task.id in kept
             else self._bid(task, step, here, route, at_work=at_work)
             for task, step in broadcast.tasks
@@ -84,25 +84,33 @@ class Bidder:
         route = self._itinerary.route(here, at_work=at_work)
         return self._bid(task, step, here, route, at_work=at_work)
 
-    def refuse(self, task: Task, reason: str) -> Bid:
+    def refuse(self, task: Task, reason: str, exclusion: Exclusion) -> Bid:
         """Return the bid of a robot that cannot or should not do a task."""
-        most = self._characteristics.most_payload(TaskType(task.type))
-        return Bid(self._robot_id, task.id, MAX_COST, reason=reason, most_payload=most)
+        return Bid(
+            self._robot_id,
+            task.id,
+            MAX_COST,
+            reason=reason,
+            most_payload=self._characteristics.most_payload(TaskType(task.type)),
+            exclusion=exclusion.value,
+        )
 
     def _bid(self, task: Task, step: int, here: Pose, route: Route, *, at_work: bool) -> Bid:
         if reason := self._characteristics.excludes(task):
-            return self.refuse(task, reason)
+            does_such = TaskType(task.type) in self._characteristics.capabilities
+            exclusion = Exclusion.PAYLOAD if does_such else Exclusion.TYPE
+            return self.refuse(task, reason, exclusion)
         place = route.best_place(task, step)
         if not math.isfinite(place.before.way + place.effort.way):
             radius = self._characteristics.radius
             reason = f"finds no way there from {place.before.end} for its radius of {radius:.2f} m"
-            return self.refuse(task, reason)
+            return self.refuse(task, reason, Exclusion.WAY)
         charge_left = self._battery.charge_left - self._battery.charge_for(place.before.energy)
         charge = self._battery.charge_for(place.effort.energy)
         share = (charge_left - charge) / self._battery.capacity
         if share < CHARGE_TOLERANCE:
             reason = f"its charge would fall to {share:.0%}, it keeps {CHARGE_TOLERANCE:.0%}"
-            return self.refuse(task, reason)
+            return self.refuse(task, reason, Exclusion.CHARGE)
         eta = place.before.duration + place.effort.duration
         terms = CostTerms(
             charge,
@@ -115,7 +123,8 @@ class Bidder:
         )
         cost = self._model.cost(terms)
         if cost >= MAX_COST:
-            return self.refuse(task, f"its cost of {cost:.0f} is not under {MAX_COST:.0f}")
+            reason = f"its cost of {cost:.0f} is not under {MAX_COST:.0f}"
+            return self.refuse(task, reason, Exclusion.COST)
         under_way = self._itinerary.first() if at_work else None
         return Bid(
             self._robot_id,
@@ -126,6 +135,7 @@ class Bidder:
             under_way=under_way.task.id if under_way else "",
             interrupt_cost=self._interrupt_cost(task, step, here, under_way),
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
+            terms=terms,
         )
 
     def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from blackboard.auctioneer import Auctioneer
 from blackboard.awarding import Awarding
+from blackboard.decision_book import NoBook
 from blackboard.errors import TaskRefusedError
 from blackboard.improving import Improving
 from blackboard.orders import Orders
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
+    from blackboard.decision_book import DecisionBook
     from blackboard.settings import BlackboardSettings
     from blackboard.talker import Talker, Timer
     from blackboard.task import Task
@@ -55,10 +57,16 @@ class Blackboard:
         backup: Keeps the task list.
         ways: Knows where a robot can stand.
         settings: How patient it is.
+        book: Where it notes why each task went to whom; nowhere, where it is left out.
     """
 
     def __init__(
-        self, talker: Talker, backup: Backup, ways: Ways, settings: BlackboardSettings
+        self,
+        talker: Talker,
+        backup: Backup,
+        ways: Ways,
+        settings: BlackboardSettings,
+        book: DecisionBook | None = None,
     ) -> None:
         self._talker = talker
         self._backup = backup
@@ -67,7 +75,9 @@ class Blackboard:
         self._orders = Orders(talker, backup, settings.order_timeout)
         self._watch = Watch(talker, backup, self._orders, settings)
         in_service = self._watch.in_service
-        awarding = Awarding(backup, self._orders, in_service, self._commit)
+        awarding = Awarding(
+            backup, self._orders, in_service, self._commit, talker, book or NoBook()
+        )
         self._improving = Improving(
             self._orders.held, self._orders.recall_unbegun, settings.improve_threshold
         )

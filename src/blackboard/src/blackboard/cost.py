@@ -8,6 +8,7 @@ energy [J], an energy over 3600 s/h and the voltage is a charge [Ah].
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
@@ -123,6 +124,25 @@ COST_MODELS: Mapping[str, CostModel] = MappingProxyType(
 """The cost models by the names that fleet files use."""
 
 
+class Exclusion(str, Enum):
+    """Why a robot does not take a task."""
+
+    NONE = ""
+    """It takes it, or it does not say."""
+    TYPE = "type"
+    """It does not do such tasks."""
+    PAYLOAD = "payload"
+    """It is too heavy for its body or its arm."""
+    WAY = "way"
+    """There is no way for a robot of its radius."""
+    CHARGE = "charge"
+    """Too little charge would be left."""
+    SERVICE = "service"
+    """It is out of service."""
+    COST = "cost"
+    """Its cost model says that it should not, or it has begun with it already."""
+
+
 @dataclass(frozen=True, slots=True)
 class Bid:
     """What one task would cost one robot (message TaskCost).
@@ -139,6 +159,8 @@ class Bid:
             `MAX_COST`, which says that what is under way cannot be put off for it.
         most_payload: The most that the robot can carry of such a task [kg]; -1 where it can carry
             nothing of it, 0 where it does not say.
+        terms: What the cost was worked out from; None where the robot takes no part.
+        exclusion: Why the cost is `MAX_COST`, one of `Exclusion`.
     """
 
     robot_id: str
@@ -150,6 +172,8 @@ class Bid:
     under_way: str = ""
     interrupt_cost: float = MAX_COST
     most_payload: float = 0.0
+    terms: CostTerms | None = None
+    exclusion: str = ""
 
     @property
     def is_able(self) -> bool:

@@ -19,7 +19,7 @@ import blackboard.msg as bb_msgs
 from blackboard import talker as topics
 from blackboard.backup import TaskList
 from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
 from blackboard.record import Broadcast, Order, TaskUpdate
 from blackboard.ros.hive_conversions import HIVE_WIRES
 from blackboard.ros.records import (
@@ -103,24 +103,41 @@ def _broadcast_from_msg(msg: bb_msgs.TaskMsgArray) -> Broadcast:
     return Broadcast(msg.epoch, msg.auction, tasks, round=msg.round, asked=asked)
 
 
+def _bid_to_msg(bid: Bid, header: Header, epoch: int) -> bb_msgs.TaskCost:
+    msg = bb_msgs.TaskCost(
+        header=header,
+        robot_id=bid.robot_id,
+        task_id=bid.task_id,
+        cost=bid.cost,
+        energy_cost=bid.energy_cost,
+        eta=bid.eta,
+        epoch=epoch,
+        reason=bid.reason,
+        under_way=bid.under_way,
+        interrupt_cost=bid.interrupt_cost,
+        most_payload=bid.most_payload,
+        exclusion=bid.exclusion,
+    )
+    if bid.terms is not None:
+        msg.place = bid.terms.place
+        msg.way = bid.terms.way
+        msg.charge_left = bid.terms.charge_left
+        msg.finish = bid.terms.finish
+        msg.waiting = bid.terms.waiting
+    return msg
+
+
+def _terms_from_msg(msg: bb_msgs.TaskCost) -> CostTerms | None:
+    if not msg.place:
+        return None
+    return CostTerms(
+        msg.energy_cost, msg.charge_left, msg.place, msg.way, msg.eta, msg.finish, msg.waiting
+    )
+
+
 def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
     header = _header()
-    costs = [
-        bb_msgs.TaskCost(
-            header,
-            bid.robot_id,
-            bid.task_id,
-            bid.cost,
-            bid.energy_cost,
-            bid.eta,
-            bids.epoch,
-            bid.reason,
-            bid.under_way,
-            bid.interrupt_cost,
-            bid.most_payload,
-        )
-        for bid in bids.bids
-    ]
+    costs = [_bid_to_msg(bid, header, bids.epoch) for bid in bids.bids]
     return bb_msgs.TaskCostArray(
         header, bids.robot_id, bids.epoch, bids.auction, costs, bids.round
     )
@@ -138,6 +155,8 @@ def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
             cost.under_way,
             cost.interrupt_cost if cost.under_way else MAX_COST,
             cost.most_payload,
+            _terms_from_msg(cost),
+            cost.exclusion,
         )
         for cost in msg.costs
     )
