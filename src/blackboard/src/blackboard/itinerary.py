@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from blackboard.aging import Aging
 from blackboard.effort import Effort, Job, effort
 from blackboard.placement import Route, Stop, place_rule
 from blackboard.record import TaskUpdate
@@ -98,14 +99,20 @@ class Itinerary:
         robot: What the robot is.
         ways: Knows how far it is.
         cost_model: By its name; says what is to be least at the best place for one more task.
+        aging: Says what a second of waiting counts; the same for all, where it is left out.
     """
 
     def __init__(
-        self, robot: RobotCharacteristics, ways: Ways, cost_model: str = "report"
+        self,
+        robot: RobotCharacteristics,
+        ways: Ways,
+        cost_model: str = "report",
+        aging: Aging | None = None,
     ) -> None:
         self._robot = robot
         self._ways = ways
         self._rule = place_rule(cost_model)
+        self._aging = aging or Aging()
         self._entries: list[Entry] = []
 
     def __iter__(self) -> Iterator[Entry]:
@@ -160,11 +167,23 @@ class Itinerary:
             without: Ids of tasks that are left out.
         """
         stops = [
-            Stop(entry.task.priority, Job(entry.task, entry.step, self._robot, self._ways))
+            Stop(
+                entry.task.priority,
+                Job(entry.task, entry.step, self._robot, self._ways),
+                self._aging.weight(entry.task),
+            )
             for entry in self._entries
             if entry.task.id not in without
         ]
-        return Route(here, stops, self._robot, self._ways, self._rule, keep_first=at_work)
+        return Route(
+            here,
+            stops,
+            self._robot,
+            self._ways,
+            self._rule,
+            keep_first=at_work,
+            aging=self._aging,
+        )
 
     def next_step(self, here: Pose) -> Effort:
         """Return what the next step of the first task on the list takes; there has to be one."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import accumulate
 from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from blackboard.effort import Effort, Job
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from blackboard.aging import Aging
     from blackboard.characteristics import RobotCharacteristics
     from blackboard.pose import Pose
     from blackboard.task import Task
@@ -31,7 +33,7 @@ class Placement:
         before: What the robot does before its turn comes.
         finish: Time from now until the whole list is done with it [s].
         added_waiting: How much longer all tasks of the list wait until they are done, the wait
-            of the task itself included, summed [s].
+            of the task itself included, summed [s]; old tasks count more, see `aging`.
     """
 
     index: int
@@ -67,10 +69,12 @@ class Stop:
     Attributes:
         priority: Of the task.
         job: What is left to do of it.
+        weight: What a second of waiting for it counts.
     """
 
     priority: int
     job: Job
+    weight: float = 1.0
 
 
 class Route:
@@ -83,6 +87,7 @@ class Route:
         ways: Knows how far it is.
         rule: What is to be least at the best place.
         keep_first: Whether the first stop is being done and stays there.
+        aging: Says what a second of waiting counts.
 
     Attributes:
         before: What the robot has done from here before each place of the list, and before the
@@ -98,12 +103,16 @@ class Route:
         rule: PlaceRule,
         *,
         keep_first: bool,
+        aging: Aging,
     ) -> None:
         self._stops = stops
         self._robot = robot
         self._ways = ways
         self._rule = rule
         self._keep_first = keep_first
+        self._aging = aging
+        weights = [stop.weight for stop in reversed(stops)]
+        self._weight_behind = [*accumulate(weights, initial=0.0)][::-1]
         self._own: list[Effort] = []
         self.before = [Effort(0.0, 0.0, 0.0, here)]
         for stop in stops:
@@ -126,18 +135,19 @@ class Route:
         )
         equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
         job = Job(task, step, self._robot, self._ways)
-        places = [self._place(index, job) for index in range(ahead, ahead + equals + 1)]
+        weight = self._aging.weight(task)
+        places = [self._place(index, job, weight) for index in range(ahead, ahead + equals + 1)]
         return min(places, key=lambda place: (round(self._rule(place), _DIGITS), -place.index))
 
-    def _place(self, index: int, job: Job) -> Placement:
+    def _place(self, index: int, job: Job, weight: float) -> Placement:
         before = self.before[index]
         own = job.effort_from(before.end)
         added, longer = own.way, own.duration
-        behind = len(self._stops) - index
-        if behind:
+        if index < len(self._stops):
             after = self._stops[index].job.effort_from(own.end)
             added += after.way - self._own[index].way
             longer += after.duration - self._own[index].duration
-        waiting = before.duration + own.duration + behind * longer
+        waiting = weight * (before.duration + own.duration)
+        waiting += self._weight_behind[index] * longer if self._weight_behind[index] else 0.0
         finish = self.before[-1].duration + longer
         return Placement(index, own, added, before, finish, waiting)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from blackboard.aging import Aging
 from blackboard.answering import Answering
 from blackboard.bidding import Bidder
 from blackboard.characteristics import RobotCharacteristics, RobotState, RobotStatus
@@ -83,7 +84,8 @@ class Robot:
         self._battery = battery
         self._pose = pose
         self._settings = settings
-        self._list = Itinerary(characteristics, ways, settings.cost_model)
+        aging = Aging(talker.now, settings.aging)
+        self._list = Itinerary(characteristics, ways, settings.cost_model, aging)
         cost = COST_MODELS[settings.cost_model]
         self._bidder = Bidder(robot_id, characteristics, battery, self._list, cost)
         self._reports = Reports(talker, robot_id, journal)
@@ -203,9 +205,7 @@ class Robot:
         self._reports.acknowledge(known)
         for record in known.records:
             entry = self._list.get(record.task.id)
-            if entry is None:
-                continue
-            if record.has_ended(self._id, entry.order.assignment):
+            if entry is not None and record.has_ended(self._id, entry.order.assignment):
                 self._drop(entry)
             else:
                 self._list.note_known(record)

@@ -145,10 +145,13 @@ class RobotSettings(Settings):
 
     Attributes:
         cost_model: A name of `COST_MODELS`.
+        aging: A task that has waited this long [s] counts twice as much under `latency` as a new
+            one, after twice that time four times, and so on.
         status_period: Time between two statuses, and before a report is repeated [s].
     """
 
     cost_model: str = "report"
+    aging: float = 120.0
     status_period: float = 1.0
 
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from blackboard.aging import Aging
 from blackboard.allocation.testing import figures, on_a_road
 from blackboard.effort import MEAN_SPEED_SHARE, effort
 from blackboard.itinerary import Itinerary
@@ -227,3 +228,15 @@ def test_among_places_that_are_as_good_a_task_does_not_pass_what_is_on_the_list_
     place = itinerary.route(HERE, at_work=False).best_place(go("same place", 8.0), 0)
 
     assert place.index == 1
+
+
+def test_what_has_waited_long_is_not_passed_by_what_is_new():
+    def place_of_the_new(waited):
+        itinerary = Itinerary(ROBOT, WAYS, "latency", Aging(lambda: 1000.0, 120.0))
+        old = replace(go("old", 60.0), posted=1000.0 - waited)
+        itinerary.insert(Order(old, "robot1"), HERE, keep_first=False)
+        new = replace(go("new", -12.0), posted=1000.0)
+        return itinerary.route(HERE, at_work=False).best_place(new, 0).index
+
+    assert place_of_the_new(waited=0.0) == 0
+    assert place_of_the_new(waited=600.0) == 1
