@@ -70,6 +70,7 @@ class Job:
     ) -> None:
         self._robot = robot
         self._ways = ways
+        self._speed = MEAN_SPEED_SHARE * robot.max_speed
         last_step = None if steps is None else first_step + steps
         todo = list(enumerate(split_task(task)))[first_step:last_step]
         self._begin: Pose | None = None
@@ -100,13 +101,26 @@ class Job:
             return self._rest
         return self._drive(start, self._begin, self._force).then(self._rest)
 
+    def reach(self, start: Pose) -> tuple[float, float]:
+        """Return way [m] and duration [s] from a place on; see `effort_from`."""
+        if self._rest is None:
+            return 0.0, 0.0
+        if self._begin is None:
+            return self._rest.way, self._rest.duration
+        way = self._ways.length(start, self._begin)
+        return way + self._rest.way, way / self._speed + self._rest.duration
+
+    def end_from(self, start: Pose) -> Pose:
+        """Return where the robot stands afterwards."""
+        return start if self._rest is None else self._rest.end
+
     def _friction(self, task: Task, step: int) -> float:
         mass = self._robot.mass + load_during(task, step)
         return friction_force(self._robot.friction_coefficient, mass)
 
     def _drive(self, start: Pose, goal: Pose, force: float) -> Effort:
         way = self._ways.length(start, goal)
-        duration = way / (MEAN_SPEED_SHARE * self._robot.max_speed)
+        duration = way / self._speed
         return Effort(way, force * way + self._robot.idle_power * duration, duration, goal)
 
 

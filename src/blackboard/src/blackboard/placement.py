@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import accumulate
 from operator import attrgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from blackboard.effort import Effort, Job
 
@@ -47,7 +48,16 @@ class Placement:
 _DIGITS = 6
 """Places are as good as each other if they differ by less than a micrometre or a microsecond."""
 
-PlaceRule = Callable[[Placement], float]
+
+class Gain(NamedTuple):
+    """What a place changes; see `Placement`."""
+
+    added_way: float
+    finish: float
+    added_waiting: float
+
+
+PlaceRule = Callable[[Gain], float]
 """What is to be least at the best place."""
 
 _LEAST_WAY: PlaceRule = attrgetter("added_way")
@@ -136,18 +146,26 @@ class Route:
         equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
         job = Job(task, step, self._robot, self._ways)
         weight = self._aging.weight(task)
-        places = [self._place(index, job, weight) for index in range(ahead, ahead + equals + 1)]
-        return min(places, key=lambda place: (round(self._rule(place), _DIGITS), -place.index))
-
-    def _place(self, index: int, job: Job, weight: float) -> Placement:
+        gains = [self._gain(index, job, weight) for index in range(ahead, ahead + equals + 1)]
+        best, nearest = 0, math.inf
+        for number, gain in enumerate(gains):
+            value = round(self._rule(gain), _DIGITS)
+            if value <= nearest:
+                best, nearest = number, value
+        index, gain = ahead + best, gains[best]
         before = self.before[index]
         own = job.effort_from(before.end)
-        added, longer = own.way, own.duration
+        return Placement(index, own, gain.added_way, before, gain.finish, gain.added_waiting)
+
+    def _gain(self, index: int, job: Job, weight: float) -> Gain:
+        before = self.before[index]
+        own_way, own_duration = job.reach(before.end)
+        added, longer = own_way, own_duration
         if index < len(self._stops):
-            after = self._stops[index].job.effort_from(own.end)
-            added += after.way - self._own[index].way
-            longer += after.duration - self._own[index].duration
-        waiting = weight * (before.duration + own.duration)
-        waiting += self._weight_behind[index] * longer if self._weight_behind[index] else 0.0
-        finish = self.before[-1].duration + longer
-        return Placement(index, own, added, before, finish, waiting)
+            way, duration = self._stops[index].job.reach(job.end_from(before.end))
+            added += way - self._own[index].way
+            longer += duration - self._own[index].duration
+        waiting = weight * (before.duration + own_duration)
+        if behind := self._weight_behind[index]:
+            waiting += behind * longer
+        return Gain(added, self.before[-1].duration + longer, waiting)
