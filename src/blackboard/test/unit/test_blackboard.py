@@ -420,6 +420,23 @@ def test_a_change_while_the_auction_is_open_is_not_lost():
     assert len(rig.said(TASK_BROADCAST)) == 2
 
 
+def test_after_a_change_while_the_auction_is_open_all_bid_again_and_then_it_rests():
+    rig = Rig()
+    rig.status("robot1", tasks=["T0"])
+    rig.join("robot2")
+    rig.post(GO)
+    rig.bid("robot1", T1=MAX_COST)
+    rig.status("robot1")
+    rig.bid("robot2", T1=MAX_COST)
+    asked = rig.said(TASK_BROADCAST)
+    rig.bid("robot1", T1=MAX_COST)
+    rig.bid("robot2", T1=MAX_COST)
+    rig.wait(1.0)
+
+    assert [each.asked for each in asked] == [None, None]
+    assert len(rig.said(TASK_BROADCAST)) == 2
+
+
 def test_another_task_is_auctioned_without_the_one_nobody_can_take():
     rig = nobody_can()
     rig.post(CARRY)
