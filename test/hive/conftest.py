@@ -1,9 +1,53 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One profile for all properties: the same examples in every run, on every machine."""
+"""One profile for all properties: the same examples in every run, on every machine.
 
+And what the tests of mutations share.
+"""
+
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
+
+from blackboard.simulation.directed import DIRECTED
+from blackboard.simulation.draw import draw
+from blackboard.simulation.run import run
+
+PAGE = Path(__file__).parents[2] / "docs/protocol.md"
 
 settings.register_profile(
     "fixed", derandomize=True, database=None, deadline=None, max_examples=150, print_blob=False
 )
 settings.load_profile("fixed")
+
+
+@pytest.fixture
+def caught(monkeypatch):
+    """Return a function that says whether a mutation breaks what holds without it.
+
+    It also fails when docs/protocol.md does not say which property that is.
+    """
+
+    def is_caught(mutate, known):
+        """Run a schedule, known by name or by seed and mood, without the mutation and with it."""
+        by_name = isinstance(known, str)
+        schedule = DIRECTED[known] if by_name else draw(*known)
+        assert run(schedule).violation == ""
+
+        mutate(monkeypatch)
+        violation = run(schedule).violation
+        assert violation or by_name, f"{known} catches it no more; {another_seed(known[1])} does"
+        _, broken, _ = f"{violation}: : ".split(": ", 2)
+        rule = mutate.__name__.replace("_", " ")
+        where = known if by_name else " ".join(map(str, known)).strip()
+        row = f"| {rule} | {where} | {broken} |"
+        assert row in PAGE.read_text(encoding="utf-8").splitlines()
+        return bool(violation)
+
+    return is_caught
+
+
+def another_seed(mood):
+    """Return the first seed whose schedule in a mood breaks a property as things are now."""
+    broken = (seed for seed in range(300) if run(draw(seed, mood)).violation)
+    return next(broken, "none below 300")

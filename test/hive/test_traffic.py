@@ -15,7 +15,7 @@ from robot_description.map_reader import read_map
 from robot_description.models import load_model
 from robot_description.testing import Traffic
 from simenv.simulation import Simulation
-from simenv.world import load_world
+from simenv.world_file import load_world
 
 MAPS = Path(__file__).resolve().parents[2] / "maps"
 LAB = {

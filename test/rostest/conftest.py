@@ -39,6 +39,16 @@ class RosTestError(Exception):
     """A `.test` file did not pass; the text is the whole report."""
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let the results be kept."""
+    parser.addoption(
+        "--results",
+        metavar="FOLDER",
+        type=Path,
+        help="keep the JUnit results of the cases of `.test` files in this folder",
+    )
+
+
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Take `*.test` files as tests."""
     if file_path.suffix == ".test":
@@ -99,9 +109,18 @@ class RosTestItem(pytest.Item):
             finally:
                 _stop(rostest)
                 complaints += [f"left running: {name}" for name in _end_leftovers(ros_home)]
+                self._keep_results(ros_home)
         if complaints:
             raise RosTestError("\n\n".join([*complaints, *_logs(ros_home)]))
         shutil.rmtree(ros_home)
+
+    def _keep_results(self, ros_home: Path) -> None:
+        folder = self.config.getoption("--results", default=None)
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+            for name in self.names:
+                for file in (ros_home / "results").rglob(f"rosunit-{name}.xml"):
+                    shutil.copy(file, folder / f"{name}.xml")
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException]) -> object:
         """Show the report alone; where in this file it was raised helps nobody."""
@@ -118,7 +137,9 @@ def _environment(ros_home: Path) -> dict[str, str]:
     """Return this process's environment with logs and results in `ros_home`, and no master."""
     environment = {key: value for key, value in os.environ.items() if key != "ROS_MASTER_URI"}
     packages = f"{HERE}:{environment.get('ROS_PACKAGE_PATH', '')}"
+    breaks = environment.pop("HIVE_BREAKS_PATH", "")  # see try_breaks.py
     return environment | {
+        "PYTHONPATH": ":".join(filter(None, [breaks, environment.get("PYTHONPATH", "")])),
         "ROS_HOME": str(ros_home),
         "ROS_LOG_DIR": str(ros_home / "log"),
         "ROS_TEST_RESULTS_DIR": str(ros_home / "results"),

@@ -16,6 +16,8 @@ WITH_OMPL = {
     "robot_description.ompl_planner",
     "robot_description.bench_plan",
     "robot_description.testing",
+    "simenv.bench_localization",
+    "simenv.recording",
 }
 """The adapter, and the benchmark and the simulated traffic that use what is behind it."""
 WHEELS = ["ompl", "xacro"]

@@ -17,8 +17,10 @@ from nav_msgs.srv import GetMap
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from simenv.srv import Remove, Spawn
-from std_msgs.msg import UInt32
+from std_msgs.msg import Bool, UInt32
+from std_srvs.srv import Empty, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 WAIT = 20.0  # on the wall clock [s]
 
@@ -262,3 +264,36 @@ def test_a_node_that_cannot_start_says_why_in_one_line_and_fails(node, arguments
     assert done.returncode == 1
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_time_is_stopped_stepped_and_let_go_on():
+    def call(name, kind, *values):
+        rospy.wait_for_service(f"simenv/{name}", WAIT)
+        return rospy.ServiceProxy(f"simenv/{name}", kind)(*values)
+
+    assert not call("step", Trigger).success
+    assert call("pause", SetBool, True).success
+    first = float(call("step", Trigger).message.split()[2])
+    second = float(call("step", Trigger).message.split()[2])
+    assert second - first == pytest.approx(0.025)
+    assert call("pause", SetBool, False).success
+
+
+def test_reset_puts_a_robot_back(robot1):
+    rospy.wait_for_service("simenv/reset", WAIT)
+    rospy.ServiceProxy("simenv/reset", Empty)()
+
+    where = Topic(f"{robot1}/ground_truth", Odometry).until(lambda _: True).pose.pose.position
+    assert (where.x, where.y) == pytest.approx((2.6, 2.0), abs=0.01)
+
+
+def test_the_bumper_says_that_nothing_is_touched(robot1):
+    assert rospy.wait_for_message(f"{robot1}/bumper", Bool, timeout=WAIT).data is False
+
+
+def test_the_world_is_shown_in_three_dimensions():
+    markers = rospy.wait_for_message("simenv/world_markers", MarkerArray, timeout=WAIT).markers
+
+    solid = [marker for marker in markers if marker.type == Marker.TRIANGLE_LIST]
+    assert len(solid) == 22
+    assert max(point.z for point in solid[0].points) == pytest.approx(1.5)

@@ -7,7 +7,7 @@ majority has followed it of late: by then the others may elect another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -50,6 +50,7 @@ class Heartbeat:
         sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
         heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
         robot_lease: How long a robot may work from that time on [s], by its own clock.
+        hive: Id of the hive.
     """
 
     epoch: int
@@ -61,6 +62,7 @@ class Heartbeat:
     sent: float = 0.0
     heard: tuple[tuple[str, float], ...] = ()
     robot_lease: float = 0.0
+    hive: str = ""
 
 
 def become_active(member: Member, now: float) -> Step:
@@ -125,11 +127,14 @@ def hear_ack(member: Member, ack: Ack, now: float) -> Step:
 def keep_going(member: Member, now: float) -> Step:
     """Do what is due at every heartbeat."""
     change = next_members(member, now)
-    if not has_lease(member, now) and change is None:
-        return step_down(member, now), []
     said: list[object] = []
+    changed = member
     if change is not None:
-        member, said = write(member, now, members=change)
+        changed, said = write(member, now, members=change)
+    # Who goes on alone when the other one of two falls silent is the majority only afterwards.
+    if not has_lease(changed, now):
+        return step_down(member, now), []
+    member = changed
     member, beaten = beat(member, now)
     missing = _what_is_missing(member, now)
     return member.but(sent=member.log.position.version), said + beaten + missing
@@ -153,6 +158,7 @@ def beat(member: Member, now: float) -> Step:
         member.progress,
         member.log.committed,
         now,
+        hive=member.hive,
     )
     return member, [beat_]
 
@@ -237,11 +243,11 @@ def _what_is_missing(member: Member, now: float) -> list[object]:
     before = log.at(first)
     if entries is None or before is None:
         base = log.base
-        return [
-            Entries(member.epoch, member.id, base.position, log.entries, log.committed, now, base)
-        ]
+        first_entries = log.entries[:MOST_ENTRIES]
+        return [replace(_entries(member, base.position, first_entries, now), whole=base)]
     return [_entries(member, before, entries[:MOST_ENTRIES], now)]
 
 
 def _entries(member: Member, before: Position, entries: tuple[Entry, ...], now: float) -> Entries:
-    return Entries(member.epoch, member.id, before, entries, member.log.committed, now)
+    committed = member.log.committed
+    return Entries(member.epoch, member.id, before, entries, committed, now, hive=member.hive)

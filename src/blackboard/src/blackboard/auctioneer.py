@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from blackboard.auction import Auction, Result
 from blackboard.errors import BidRefusedError
 from blackboard.record import Broadcast
-from blackboard.talker import TASK_BROADCAST
+from blackboard.talker import TASK_BROADCAST, TASK_COST
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ class Auctioneer:
         try:
             self._auction.take(bids, self._in_service())
         except BidRefusedError as error:
-            self._talker.warn(f"bids refused: {error}")
+            self._talker.refuse(TASK_COST, str(error))
             return
         if self._closing is not None and not self._auction.missing:
             self._close_round()
@@ -160,7 +160,14 @@ class Auctioneer:
         offers = tuple((record.task, record.step) for record in records)
         self._talker.publish(
             TASK_BROADCAST,
-            Broadcast(auction.epoch, auction.number, offers, round=auction.round, asked=named),
+            Broadcast(
+                auction.epoch,
+                auction.number,
+                offers,
+                self._backup.hive,
+                round=auction.round,
+                asked=named,
+            ),
         )
 
     def _close_round(self) -> None:

@@ -10,7 +10,7 @@ when to stop.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard import active, consensus
@@ -18,48 +18,28 @@ from blackboard.active import Heartbeat
 from blackboard.consensus import Died, LeaseCheck, Tick, Write
 from blackboard.election import Ballot
 from blackboard.errors import JournalError
-from blackboard.journal import Durable
-from blackboard.member import Member, Role, name_of
-from blackboard.replication import Ack, Entries, Log, Position, Whole
-from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC
+from blackboard.fence import Border
+from blackboard.founding import Founding, awake, durable_of, founder, new_id, newcomer
+from blackboard.member import Role, name_of
+from blackboard.replication import Ack, Entries
+from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC, TASK_STATE
+from blackboard.task_list import Sync, TaskList
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
     from blackboard.consensus import Event
-    from blackboard.journal import Journal
+    from blackboard.fence import Said
+    from blackboard.journal import Durable, Journal
+    from blackboard.member import Member
     from blackboard.record import TaskRecord
     from blackboard.settings import BackupSettings
-    from blackboard.talker import Talker, Timer
+    from blackboard.talker import Talker
 
-__all__ = ["Backup", "Carrier", "Heartbeat", "TaskList", "founded"]
+__all__ = ["Backup", "Carrier", "Heartbeat", "TaskList"]
 
 _TOPICS = {Heartbeat: BACKUP, Entries: BB_ENTRIES, Ack: BB_ACK, Ballot: BB_VOTE}
-
-
-@dataclass(frozen=True, slots=True)
-class TaskList:
-    """The task list, as far as it is committed (message BbSynch).
-
-    Attributes:
-        epoch: Of the blackboard that wrote it.
-        version: Grows with every change.
-        records: Every task the hive knows, in the order they were posted.
-    """
-
-    epoch: int
-    version: int
-    records: tuple[TaskRecord, ...] = ()
-
-
-def founded(name: str) -> Durable:
-    """Return what the first member of a new hive writes down, named `name`."""
-    return _found(f"{name}#founder")
-
-
-def _found(member_id: str) -> Durable:
-    return Durable(member_id, 0, "", Log.of(Whole(Position(1, 1), members=(member_id,))))
 
 
 class Carrier(Protocol):
@@ -102,26 +82,12 @@ class Backup:
         self._carrier: Carrier | None = None
         self._serving = False
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()
-        self._sync: Timer | None = None
+        self._sync = Sync(talker, settings.sync_period, self._as_committed)
         self._heard: dict[str, float] = {}
         self._robot_lease = 0.0
-        fresh = f"{member}#{random.getrandbits(32):08x}"
-        self._member = self._restore(journal.load() or Durable(fresh, 0, "", Log.of(Whole())))
-
-    def _restore(self, durable: Durable) -> Member:
-        """Return the state of a member that starts with what it has on disk."""
-        now = self._talker.now()
-        alone = durable.log.latest.members == (durable.member,)
-        return Member(
-            durable.member,
-            self._settings,
-            durable.log,
-            durable.epoch,
-            durable.vote,
-            heard=float("-inf") if alone else now,
-            quiet_until=float("-inf") if alone else now + self._settings.election,
-            version=durable.log.committed,
-        )
+        self._border = Border(talker, member, settings.election)
+        known = journal.load() or newcomer(member, random)
+        self._member = awake(known, settings, talker.now())
 
     def serve(self, carrier: Carrier) -> None:
         """Tell a blackboard from now on when to begin and when to stop."""
@@ -129,12 +95,21 @@ class Backup:
 
     def start(self) -> None:
         """Begin to listen and to speak."""
-        for topic in (BACKUP, BB_ENTRIES, BB_VOTE):
-            self._talker.subscribe(topic, self._step)
-        self._talker.subscribe(BB_ACK, self._hear_ack)
-        self._talker.every(self._settings.heartbeat, self._tick)
-        if self._founds and not self._member.members:
-            self._say_that_it_founds(round(5 * self._random.random()) + 5)
+        for topic in (BACKUP, BB_ENTRIES, BB_VOTE, BB_ACK):
+            self._talker.subscribe(topic, self._hear)
+        self._talker.subscribe(TASK_STATE, self._border.hear_update)
+        self._talker.subscribe(SYNC, self._border.hear_list)
+        heartbeat = self._settings.heartbeat
+        self._talker.every(heartbeat, self._tick)
+        if self._founds and not self._member.hive:
+            self._border.founding = Founding(
+                self._talker,
+                self._member.id,
+                heartbeat,
+                self._random,
+                lambda: bool(self._member.hive),
+                self._found,
+            )
         self._tick()
 
     @property
@@ -151,6 +126,15 @@ class Backup:
     def epoch(self) -> int:
         """The highest epoch that this member has seen."""
         return self._member.epoch
+
+    @property
+    def hive(self) -> str:
+        """The id of the hive; empty where this member belongs to none yet."""
+        return self._member.hive
+
+    def obeys(self, hive: str, epoch: int) -> bool:
+        """Return whether the blackboard of a hive and an epoch is to be obeyed; see `Fence`."""
+        return not self._border.refuses(hive, epoch, self._member)
 
     @property
     def records(self) -> tuple[TaskRecord, ...]:
@@ -199,16 +183,34 @@ class Backup:
 
     def tell(self) -> None:
         """Have the task list told to everyone within the sync period."""
-        if self._sync is None:
-            self._sync = self._talker.after(self._settings.sync_period, self._publish_sync)
+        self._sync.tell()
 
-    def _hear_ack(self, ack: Ack) -> None:
-        """Take in what another member has on disk; only the active one is concerned."""
-        if self._member.role is Role.ACTIVE:
-            self._step(ack)
+    def _hear(self, message: Said) -> None:
+        """Take in what a member says, if it is one of this hive."""
+        if self._border.lets_in(message, self._member):
+            self._step(message)
+        else:
+            self._give_way()
 
     def _tick(self) -> None:
-        self._step(Tick(self._random.random()))
+        if not self._give_way():
+            self._step(Tick(self._random.random()))
+        elif (durable := self._border.join(self._random)) is not None:
+            self._begin_as(durable)
+
+    def _give_way(self) -> bool:
+        """Decide nothing while a greater hive is heard; return whether one is."""
+        if not self._border.gives_way(self._member):
+            return False
+        before = self._member
+        if before.role is not Role.FOLLOWER:
+            self._member = active.step_down(before, self._talker.now())
+            self._notice(before, self._member)
+        return True
+
+    def _begin_as(self, durable: Durable) -> None:
+        self._journal.save(durable)
+        self._member = awake(durable, self._settings, self._talker.now())
 
     def _step(self, event: Event) -> None:
         before = self._member
@@ -231,7 +233,7 @@ class Backup:
         if after.log is before.log and after.epoch == before.epoch and after.vote == before.vote:
             return True
         try:
-            self._journal.save(Durable(after.id, after.epoch, after.vote, after.log))
+            self._journal.save(durable_of(after))
         except JournalError as error:
             self._talker.warn(f"{self.name} cannot take part in the hive: {error}")
             if before.role is Role.ACTIVE:
@@ -254,7 +256,7 @@ class Backup:
             if position is None or position.epoch != after.epoch:
                 return
             self._serving = True
-            self._publish_sync()
+            self._sync.publish()
             if self._carrier is not None:
                 self._carrier.became_active()
         elif committed > before.log.committed:
@@ -263,14 +265,19 @@ class Backup:
             self._waiting.popleft()[1]()
 
     def _watch(self, name: str, epoch: int) -> None:
-        self._talker.watch(name, lambda: self._step(Died(name, epoch)))
+        self._talker.watch(name, lambda: self._learn_of_death(Died(name, epoch)))
+
+    def _learn_of_death(self, death: Died) -> None:
+        if not self._border.makes_way_for():
+            self._step(death)
 
     def _stop_serving(self, before: Member, after: Member) -> None:
-        reason = (
-            f"epoch {after.epoch} has begun"
-            if after.epoch > before.epoch
-            else f"no majority of {', '.join(map(name_of, before.members))} answers"
-        )
+        if greater := self._border.makes_way_for():
+            reason = f"hive {greater} is heard, which has more members"
+        elif after.epoch > before.epoch:
+            reason = f"epoch {after.epoch} has begun"
+        else:
+            reason = f"no majority of {', '.join(map(name_of, before.members))} answers"
         self._talker.warn(f"{self.name} no longer carries the blackboard: {reason}")
         self._waiting.clear()
         if self._serving:
@@ -279,22 +286,15 @@ class Backup:
             if self._carrier is not None:
                 self._carrier.stepped_down()
 
-    def _publish_sync(self) -> None:
-        self._sync = None
-        if self._serving:
-            log = self._member.log
-            records = tuple(log.stable.records.values())
-            self._talker.publish(SYNC, TaskList(self._member.epoch, log.committed, records))
+    def _as_committed(self) -> TaskList | None:
+        """Return the list as everyone is told; None while another carries the blackboard."""
+        if not self._serving:
+            return None
+        log = self._member.log
+        records = tuple(log.stable.records.values())
+        return TaskList(self._member.epoch, log.committed, records, self._member.hive)
 
-    def _say_that_it_founds(self, times: int) -> None:
-        """Found a hive unless somebody else is there or is about to."""
-        if self._member.epoch:
-            return
-        if times == 0:
-            durable = _found(self._member.id)
-            self._journal.save(durable)
-            self._member = self._restore(durable)
-            self._tick()
-            return
-        self._talker.publish(BB_ACK, Ack(self._member.id, 0, 0, 0.0))
-        self._talker.after(self._settings.heartbeat, lambda: self._say_that_it_founds(times - 1))
+    def _found(self) -> None:
+        """Found a hive, because nobody was heard."""
+        self._begin_as(founder(self._member.id, new_id(self._random)))
+        self._tick()

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
+    from blackboard.cost import Bids
     from blackboard.decision_book import DecisionBook
     from blackboard.settings import BlackboardSettings
     from blackboard.talker import Talker, Timer
@@ -97,7 +98,7 @@ class Blackboard:
         self._backup.serve(self)
         self._listen(NEW_TASK, self._take_in)
         self._listen(TASK_CANCEL, self._cancel)
-        self._listen(TASK_COST, self._auctioneer.take_bids)
+        self._listen(TASK_COST, self._take_bids)
         self._listen(TASK_STATE, self._hear_update)
         self._talker.subscribe(ROBOT_STATUS, self._hear_status)
 
@@ -129,6 +130,7 @@ class Blackboard:
     def _take_in(self, task: Task) -> None:
         known = self._backup.get(task.id)
         if known is not None and known.task.asks_the_same_as(task):
+            self._backup.tell()
             self._backup.commit((), lambda: self._tell(known))
             return
         if known is not None:
@@ -144,6 +146,7 @@ class Blackboard:
 
     def _reject(self, task: Task, reason: str) -> None:
         """Tell why a task does not enter the list; only what could be its id is repeated."""
+        self._talker.refuse(NEW_TASK, reason)
         task_id = task.id[:MAX_ID_LENGTH]
         epoch = self._backup.epoch
         update = TaskUpdate(task_id, TaskState.REJECTED, epoch=epoch, reason=reason)
@@ -152,7 +155,7 @@ class Blackboard:
     def _cancel(self, task_id: str) -> None:
         record = self._backup.get(task_id)
         if record is None:
-            self._talker.warn(f"cannot cancel {task_id[:MAX_ID_LENGTH]!r}: no such task")
+            self._talker.refuse(TASK_CANCEL, f"there is no task {task_id[:MAX_ID_LENGTH]!r}")
             return
         if record.state.is_terminal:
             self._backup.commit((), lambda: self._tell(record))
@@ -170,18 +173,32 @@ class Blackboard:
 
         self._commit(*changed, then=stop)
 
+    def _take_bids(self, bids: Bids) -> None:
+        if self._is_known(TASK_COST, bids.robot_id):
+            self._auctioneer.take_bids(bids)
+
+    def _is_known(self, topic: str, robot_id: str) -> bool:
+        """Return whether a robot has ever said how it is; refuse what it says otherwise."""
+        known = robot_id in self._watch.known()
+        if not known:
+            self._talker.refuse(topic, f"no robot {robot_id[:MAX_ID_LENGTH]!r} has been heard")
+        return known
+
     def _hear_update(self, update: TaskUpdate) -> None:
         """Follow what a robot reports; what this blackboard says itself comes by here too."""
         record = self._backup.get(update.task_id)
         event = _EVENTS.get(update.state)
         if record is None or event is None or not update.robot_id:
             return
+        if not self._is_known(TASK_STATE, update.robot_id):
+            return
         # The robot repeats it until a copy of the list shows that it is known.
         self._backup.tell()
         holds = (update.robot_id, update.assignment) == (record.robot, record.assignment)
         if event is not TaskEvent.START:
             self._auctioneer.list_changed(update.robot_id)
-        if event is TaskEvent.FINISH and not holds:
+        once_held = 1 <= update.assignment <= record.assignment
+        if event is TaskEvent.FINISH and not holds and once_held:
             self._believe(record, update)
         elif holds and event is TaskEvent.RELEASE:
             self._put_back(record, update)
@@ -221,6 +238,8 @@ class Blackboard:
             self._auctioneer.open()
 
     def _hear_status(self, status: RobotStatus) -> None:
+        if status.hive not in {"", self._backup.hive}:
+            return
         can_bid_better = self._watch.hear(status)
         if can_bid_better and self._backup.may_act():
             self._auctioneer.try_again()

@@ -172,6 +172,7 @@ class RobotStatus:
         reason: Why it is out of service, or stands still with work to do; empty otherwise.
         tasks: Its whole list, in the order it will do them.
         sent: When it was sent, by the robot's own clock [s].
+        hive: Id of its hive; empty where it belongs to none yet.
     """
 
     robot_id: str
@@ -183,3 +184,4 @@ class RobotStatus:
     reason: str = ""
     tasks: tuple[str, ...] = ()
     sent: float = 0.0
+    hive: str = ""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from blackboard import active, election
 from blackboard.active import Heartbeat
 from blackboard.election import Ballot, BallotKind
+from blackboard.lease import FARTHEST_EPOCH
 from blackboard.member import Role, adopt, follow, has_lease, name_of
 from blackboard.replication import Ack, Entries, extend
 
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from blackboard.election import Step
     from blackboard.member import Member
     from blackboard.record import TaskRecord
-
-FARTHEST_EPOCH = 100_000
-"""An epoch further ahead than this is no epoch of this hive but a fault of who sent it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,16 +111,16 @@ def _learn_of_death(member: Member, death: Died, now: float) -> Step:
 
 
 def _hear_beat(member: Member, beat: Heartbeat, now: float) -> Step:
-    heard = _heed(member, beat.epoch, beat.active, now)
+    heard = _heed(member, beat.epoch, beat.active, beat.hive, now)
     if heard is None:
         return member, _contradict(member, beat.epoch)
     log = heard.log.commit(min(beat.version, heard.version), heard.settings.kept_changes)
     heard = heard.but(backup=beat.backup, log=log)
-    return heard, [Ack(heard.id, heard.epoch, heard.version, beat.sent)]
+    return heard, [Ack(heard.id, heard.epoch, heard.version, beat.sent, heard.hive)]
 
 
 def _hear_entries(member: Member, message: Entries, now: float) -> Step:
-    heard = _heed(member, message.epoch, name_of(message.active), now)
+    heard = _heed(member, message.epoch, name_of(message.active), message.hive, now)
     if heard is None:
         return member, _contradict(member, message.epoch)
     log = extend(heard.log, message)
@@ -130,23 +128,26 @@ def _hear_entries(member: Member, message: Entries, now: float) -> Step:
         version = max(heard.version, message.reaches)
         log = log.commit(min(message.committed, version), heard.settings.kept_changes)
         heard = heard.but(log=log, version=version)
-    return heard, [Ack(heard.id, heard.epoch, heard.version, message.sent)]
+    return heard, [Ack(heard.id, heard.epoch, heard.version, message.sent, heard.hive)]
 
 
-def _heed(member: Member, epoch: int, speaker: str, now: float) -> Member | None:
-    """Follow the active one of an epoch; None where it is of a lower one, or this very member."""
+def _heed(member: Member, epoch: int, speaker: str, hive: str, now: float) -> Member | None:
+    """Follow the active one of an epoch; None where it is of a lower one, or this very member.
+
+    Who belongs to no hive yet belongs to that of the first active one that it hears.
+    """
     if speaker == name_of(member.id) or epoch < member.epoch:
         return None
     if epoch > member.epoch:
         member = adopt(member, epoch)
     elif member.role is not Role.FOLLOWER:
         member = follow(member)
-    return member.but(active=speaker, heard=now, died=None)
+    return member.but(active=speaker, heard=now, died=None, hive=member.hive or hive)
 
 
 def _contradict(member: Member, epoch: int) -> list[object]:
     """Let an active one of a lower epoch know that its time is over."""
-    return [Ack(member.id, member.epoch, 0, 0.0)] if epoch < member.epoch else []
+    return [Ack(member.id, member.epoch, 0, 0.0, member.hive)] if epoch < member.epoch else []
 
 
 def _hear_ack(member: Member, ack: Ack, now: float) -> Step:

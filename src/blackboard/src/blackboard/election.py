@@ -47,6 +47,7 @@ class Ballot:
         position: How far the sender's list goes.
         granted: In an answer, whether it is a yes.
         seen: The highest epoch that the sender has seen.
+        hive: Id of the hive.
     """
 
     kind: BallotKind
@@ -56,6 +57,7 @@ class Ballot:
     position: Position
     granted: bool = False
     seen: int = 0
+    hive: str = ""
 
 
 def stands_at(member: Member) -> float:
@@ -63,9 +65,14 @@ def stands_at(member: Member) -> float:
 
     Silence takes the whole election time; a death that is proved takes none of it.
     """
+    return _may_stand_at(member) + _delay(member)
+
+
+def _may_stand_at(member: Member) -> float:
+    """Return when a follower would stand if it were the first in turn [s]."""
     silent_since = member.heard + member.settings.election
     since = silent_since if member.died is None else min(member.died, silent_since)
-    return max(since, member.quiet_until, member.retry) + _delay(member)
+    return max(since, member.quiet_until, member.retry)
 
 
 def _delay(member: Member) -> float:
@@ -88,7 +95,9 @@ def stand_if_due(member: Member, now: float, chance: float) -> Step:
         now: The time [s].
         chance: From 0 to 1, so that two that stand together do not do so again.
     """
-    if member.id not in member.members or now < stands_at(member):
+    # The first is looked at every heartbeat, and its turn only when that is over.
+    early = now < _may_stand_at(member) or now < stands_at(member)
+    if early or member.id not in member.members:
         return member, []
     member = member.but(
         role=Role.ASKING,
@@ -112,7 +121,8 @@ def _become_candidate(member: Member, now: float) -> Step:
 
 
 def _ask(member: Member, kind: BallotKind, epoch: int) -> Ballot:
-    return Ballot(kind, epoch, member.id, member.id, member.log.position, seen=member.epoch)
+    position = member.log.position
+    return Ballot(kind, epoch, member.id, member.id, position, seen=member.epoch, hive=member.hive)
 
 
 def misses_active(member: Member, candidate: str, now: float) -> bool:
@@ -178,7 +188,11 @@ def _answer(member: Member, ballot: Ballot, kind: BallotKind, granted: bool) -> 
 
 
 def hear_answer(member: Member, ballot: Ballot, now: float) -> Step:
-    """Count a vote; `Role.CANDIDATE` with a majority is the caller's sign that it has won."""
+    """Count a vote; `Role.CANDIDATE` with a majority is the caller's sign that it has won.
+
+    A vote that took too long counts no more: who gave it may elect another soon, because its
+    promise began long ago.
+    """
     if ballot.candidate != member.id:
         return member, []
     if ballot.seen > member.epoch:
@@ -194,6 +208,7 @@ def hear_answer(member: Member, ballot: Ballot, now: float) -> Step:
         member.role is Role.CANDIDATE
         and ballot.kind is BallotKind.ANSWER
         and ballot.epoch == member.epoch
+        and now - member.asked <= member.settings.self_demotion
     ):
         member = member.but(votes=member.votes | {ballot.member})
     return member, []

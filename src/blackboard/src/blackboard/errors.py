@@ -10,10 +10,6 @@ class TaskRefusedError(BlackboardError):
     """A posted task cannot enter the list; the text tells the operator why and what is allowed."""
 
 
-class InvalidTransitionError(BlackboardError):
-    """An event reached a task in a state that has no answer to it: a fault of the program."""
-
-
 class CharacteristicsError(BlackboardError):
     """A robot is described by a value that no robot can have; the text names it."""
 

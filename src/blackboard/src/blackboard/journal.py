@@ -11,18 +11,19 @@ import contextlib
 import json
 import sqlite3
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blackboard.errors import JournalError
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.replication import Entry, Log, Position, Whole
-from blackboard.task import Task, TaskState
+from blackboard.json_records import entry_from, record_from, report_from, to_json
+from blackboard.replication import Log, Position, Whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
+
+    from blackboard.record import TaskRecord, TaskUpdate
+    from blackboard.replication import Entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +35,14 @@ class Durable:
         epoch: The highest it has seen.
         vote: Id of the candidate that has its vote in this epoch; empty where nobody has.
         log: Its list.
+        hive: Id of its hive; empty where it belongs to none yet.
     """
 
     member: str
     epoch: int
     vote: str
     log: Log
+    hive: str = ""
 
 
 class Journal(Protocol):
@@ -94,14 +97,16 @@ class MemoryJournal:
         self.reports = tuple(reports)
 
 
-_FORMAT = 1
+_FORMAT = 2
 _APPLICATION = 0x48495645
-_TABLES = """
-CREATE TABLE IF NOT EXISTS self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS records
+_TABLES = f"""
+CREATE TABLE self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE records
     (task TEXT PRIMARY KEY, place INTEGER NOT NULL, record TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS entries (version INTEGER PRIMARY KEY, entry TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS reports (task TEXT PRIMARY KEY, report TEXT NOT NULL);
+CREATE TABLE entries (version INTEGER PRIMARY KEY, entry TEXT NOT NULL);
+CREATE TABLE reports (task TEXT PRIMARY KEY, report TEXT NOT NULL);
+PRAGMA application_id = {_APPLICATION};
+PRAGMA user_version = {_FORMAT};
 """
 
 
@@ -157,11 +162,11 @@ class SqliteJournal:
     def load_reports(self) -> tuple[TaskUpdate, ...]:
         """Return the open reports."""
         rows = self._database.execute("SELECT report FROM reports ORDER BY rowid")
-        return tuple(_report_from(json.loads(text)) for (text,) in rows)
+        return tuple(report_from(text) for (text,) in rows)
 
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
         """Write down the open reports."""
-        rows = [(report.task_id, json.dumps(asdict(report))) for report in reports]
+        rows = [(report.task_id, to_json(report)) for report in reports]
         try:
             with self._transaction():
                 self._database.execute("DELETE FROM reports")
@@ -174,17 +179,17 @@ class SqliteJournal:
         self._database.close()
 
     def _open(self) -> sqlite3.Connection:
+        is_new = not self._path.exists() or self._path.stat().st_size == 0
         database = sqlite3.connect(self._path, isolation_level=None, check_same_thread=False)
         try:
-            tables = database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             (application,) = database.execute("PRAGMA application_id").fetchone()
             (format_,) = database.execute("PRAGMA user_version").fetchone()
-            _check_origin(tables, application, format_)
+            (found,) = database.execute("PRAGMA quick_check(1)").fetchone()
+            _check(is_new, application, format_, found)
             database.execute("PRAGMA journal_mode = WAL")
             database.execute("PRAGMA synchronous = FULL")
-            database.executescript(_TABLES)
-            database.execute(f"PRAGMA application_id = {_APPLICATION}")
-            database.execute(f"PRAGMA user_version = {_FORMAT}")
+            if is_new:
+                database.executescript(f"BEGIN;{_TABLES}COMMIT;")
         except BaseException:
             database.close()
             raise
@@ -224,6 +229,7 @@ class SqliteJournal:
             "member": durable.member,
             "epoch": durable.epoch,
             "vote": durable.vote,
+            "hive": durable.hive,
             "base": list(log.base.position),
             "members": list(log.base.members),
             "committed": log.committed,
@@ -255,11 +261,11 @@ class SqliteJournal:
         self._database.executemany(
             "INSERT INTO records VALUES (:task, (SELECT count(*) FROM records), :record)"
             " ON CONFLICT (task) DO UPDATE SET record = :record",
-            [{"task": each.task.id, "record": json.dumps(asdict(each))} for each in records],
+            [{"task": each.task.id, "record": to_json(each)} for each in records],
         )
 
     def _write_entries(self, entries: Iterable[Entry]) -> None:
-        rows = [(entry.version, json.dumps(asdict(entry))) for entry in entries]
+        rows = [(entry.version, to_json(entry)) for entry in entries]
         self._database.executemany("INSERT INTO entries VALUES (?, ?)", rows)
 
     def _read(self) -> Durable | None:
@@ -268,44 +274,27 @@ class SqliteJournal:
         if not values:
             return None
         texts = self._database.execute("SELECT record FROM records ORDER BY place")
-        records = [_record_from(json.loads(text)) for (text,) in texts]
+        records = [record_from(text) for (text,) in texts]
         texts = self._database.execute("SELECT entry FROM entries ORDER BY version")
-        entries = tuple(_entry_from(json.loads(text)) for (text,) in texts)
+        entries = tuple(entry_from(text) for (text,) in texts)
         known = {record.task.id: record for record in records}
         base = Whole(Position(*values["base"]), known, tuple(values["members"]))
         log = Log.of(base, entries, values["committed"])
-        return Durable(values["member"], values["epoch"], values["vote"], log)
+        return Durable(values["member"], values["epoch"], values["vote"], log, values["hive"])
 
 
 class _ForeignError(Exception):
     """A database that something else has written."""
 
 
-def _check_origin(tables: int, application: int, format_: int) -> None:
-    if tables and (application, format_) != (_APPLICATION, _FORMAT):
+def _check(is_new: bool, application: int, format_: int, found: str) -> None:
+    """Refuse a file before anything is written to it: it is set aside as it is."""
+    if not is_new and (application, format_) != (_APPLICATION, _FORMAT):
         raise _ForeignError
+    if found != "ok":
+        raise sqlite3.DatabaseError(found)
 
 
 def _continues(before: Log, log: Log) -> bool:
     """Return whether a log came from another by changes at its end and by folding."""
     return before.base is log.base or log.base.position == before.at(log.base.position.version)
-
-
-def _entry_from(values: dict[str, Any]) -> Entry:
-    records = tuple(map(_record_from, values["records"]))
-    members = None if values["members"] is None else tuple(values["members"])
-    return Entry(values["epoch"], values["version"], records, members)
-
-
-def _record_from(values: dict[str, Any]) -> TaskRecord:
-    task = values.pop("task")
-    goals = tuple(Pose(**goal) for goal in task.pop("goals"))
-    state = TaskState(values.pop("state"))
-    others: dict[str, Any] = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
-    }
-    return TaskRecord(Task(goals=goals, **task), state, **others)
-
-
-def _report_from(values: dict[str, Any]) -> TaskUpdate:
-    return TaskUpdate(state=TaskState(values.pop("state")), **values)

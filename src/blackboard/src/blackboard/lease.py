@@ -20,6 +20,11 @@ MAX_DRIFT = 0.01
 """How much faster or slower than true time any clock of the hive may run."""
 
 
+FARTHEST_EPOCH = 100_000
+"""An epoch further ahead than this is no epoch of this hive but a fault of who sent it; who
+believed it once would believe no real one ever again."""
+
+
 def longest_lease(robot_lease: float) -> float:
     """Return how long a lease [s] by the slowest clock may last by the fastest one [s]."""
     return robot_lease * (1 + 2 * MAX_DRIFT)
@@ -42,7 +47,7 @@ class Lease:
 
     def renew(self, beat: Heartbeat, now: float) -> bool:
         """Take in a heartbeat; return whether the lease ends later because of it."""
-        if beat.epoch < self._epoch:
+        if beat.epoch < self._epoch or (self._epoch and beat.epoch > self._epoch + FARTHEST_EPOCH):
             return False
         self._epoch = beat.epoch
         sent = dict(beat.heard).get(self._robot_id)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from blackboard.fence import NoFence
 from blackboard.lease import Lease
 from blackboard.talker import BACKUP
 
@@ -12,7 +13,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.backup import Heartbeat
+    from blackboard.fence import Fence
+    from blackboard.record import Order
     from blackboard.talker import Talker, Timer
+    from blackboard.worker import Worker
+
+_PERIODS_UNHEARD = 1.5
+"""A status that was not echoed by then got lost, and is sent again at every heartbeat."""
+
+_A_MOMENT = 0.001
+"""A timer for the very end of a lease might find, by rounding, that it still holds [s]."""
 
 _A_MOMENT = 0.001
 """A timer for the very end of a lease might find, by rounding, that it still holds [s]."""
@@ -24,23 +34,26 @@ class Leave:
     Args:
         talker: How it hears and knows the time.
         robot_id: Whose leave it is.
-        patience: A status that was not echoed by then got lost [s].
+        period: Between two statuses [s].
         changed: Called when the robot may work again, and when it may no longer.
         unheard: Called with every heartbeat while a status that got lost is to be sent again.
+        fence: Knows which blackboards count; all, where it is left out.
     """
 
     def __init__(
         self,
         talker: Talker,
         robot_id: str,
-        patience: float,
+        period: float,
         changed: Callable[[], None],
         unheard: Callable[[], None],
+        fence: Fence | None,
     ) -> None:
         self._talker = talker
-        self._patience = patience
+        self._patience = _PERIODS_UNHEARD * period
         self._changed = changed
         self._unheard = unheard
+        self._fence = fence or NoFence()
         self._lease = Lease(robot_id, talker.now())
         self._lapse: Timer | None = None
 
@@ -52,11 +65,30 @@ class Leave:
         """Return whether the robot may work now."""
         return self._lease.holds(self._talker.now())
 
-    def covers(self, heard: float) -> bool:
-        """Return whether an order that echoes a time of the robot [s] is recent enough."""
-        return self._lease.covers(heard, self._talker.now())
+    def reason(self, work: Worker) -> str:
+        """Say why a robot that has work to do stands still; empty where it is not for this."""
+        if not work.stands_still or self.holds():
+            return ""
+        return "stands still until an active blackboard says that it has heard it"
+
+    @property
+    def hive(self) -> str:
+        """The id of the robot's hive; empty where it belongs to none yet."""
+        return self._fence.hive
+
+    def obeys(self, hive: str, epoch: int) -> bool:
+        """Return whether the blackboard of a hive and an epoch counts."""
+        return self._fence.obeys(hive, epoch)
+
+    def allows(self, order: Order) -> bool:
+        """Return whether an order may be carried out: who gave it counts, and it is recent."""
+        if not self.obeys(order.hive, order.epoch):
+            return False
+        return order.take_back or self._lease.covers(order.heard, self._talker.now())
 
     def _hear_beat(self, beat: Heartbeat) -> None:
+        if not self.obeys(beat.hive, beat.epoch):
+            return
         now = self._talker.now()
         if self._lease.renew(beat, now):
             if self._lapse is not None:

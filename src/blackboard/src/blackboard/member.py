@@ -72,6 +72,7 @@ class Member:
         peers: What it knows of the others by id, while it is active.
         sent: Version up to which everything had been sent at the last heartbeat.
         progress: Heartbeats so far.
+        hive: Id of its hive; empty where it belongs to none yet; on disk.
     """
 
     id: str
@@ -93,6 +94,7 @@ class Member:
     peers: Mapping[str, Peer] = field(default_factory=lambda: MappingProxyType({}))
     sent: int = 0
     progress: int = 0
+    hive: str = ""
 
     def but(self, **changes: object) -> Member:
         """Return the same with some fields changed.

@@ -105,7 +105,12 @@ class Orders:
         task = Task(task_id, 0, ()) if record is None else record.task
         assignment = _ANY_ASSIGNMENT if record is None else record.assignment
         order = Order(
-            task, robot_id, take_back=True, epoch=self._backup.epoch, assignment=assignment
+            task,
+            robot_id,
+            take_back=True,
+            epoch=self._backup.epoch,
+            assignment=assignment,
+            hive=self._backup.hive,
         )
         self._talker.publish(TASK_ASSIGN, order)
 
@@ -117,4 +122,5 @@ class Orders:
             epoch=self._backup.epoch,
             assignment=record.assignment,
             heard=self._heard.get(record.robot, 0.0),
+            hive=self._backup.hive,
         )

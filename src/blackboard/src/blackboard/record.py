@@ -133,6 +133,7 @@ class Broadcast:
         epoch: Of the blackboard that asks.
         auction: Number of the auction within the epoch; bids repeat it.
         tasks: Each with the first step that is still to be done.
+        hive: Id of the blackboard's hive.
         round: Of the auction, from 1 on; bids repeat it.
         asked: The robots that are asked, each with the task that it has just been given and that
             has to be on its list when it bids, empty where there is none. All are asked if None.
@@ -141,6 +142,7 @@ class Broadcast:
     epoch: int
     auction: int
     tasks: tuple[tuple[Task, int], ...]
+    hive: str = ""
     round: int = 1
     asked: Mapping[str, str] | None = None
 
@@ -166,6 +168,7 @@ class Order:
         assignment: Number of this assignment of the task.
         hand_back: Whether a robot that is to drop it also has to report how far it has come.
         heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
+        hive: Id of the blackboard's hive.
         if_unbegun: Whether a robot that has begun with it keeps it in spite of `take_back`.
     """
 
@@ -177,4 +180,5 @@ class Order:
     assignment: int = 0
     hand_back: bool = False
     heard: float = 0.0
+    hive: str = ""
     if_unbegun: bool = False

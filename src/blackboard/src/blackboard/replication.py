@@ -167,6 +167,7 @@ class Entries:
         committed: Version up to which everything stays for ever.
         sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
         whole: The list at `before`, for those who have no other way to get there.
+        hive: Id of the hive.
     """
 
     epoch: int
@@ -176,6 +177,7 @@ class Entries:
     committed: int
     sent: float
     whole: Whole | None = None
+    hive: str = ""
 
     @property
     def reaches(self) -> int:
@@ -192,12 +194,14 @@ class Ack:
         epoch: The highest it has seen.
         version: Up to which its list is that of the active blackboard of this epoch.
         echo: `sent` of what it answers [s].
+        hive: Id of the hive; empty where it belongs to none yet.
     """
 
     member: str
     epoch: int
     version: int
     echo: float
+    hive: str = ""
 
 
 def extend(log: Log, message: Entries) -> Log | None:

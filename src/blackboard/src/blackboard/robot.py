@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from blackboard.backup import TaskList
     from blackboard.battery import Battery
     from blackboard.controller import CommandResult, Controller
+    from blackboard.fence import Fence
     from blackboard.journal import Journal
     from blackboard.pose import Pose
     from blackboard.record import Broadcast, Order
@@ -46,9 +47,6 @@ if TYPE_CHECKING:
     from blackboard.ways import Ways
 
 __all__ = ["Robot", "RobotCharacteristics", "RobotState", "RobotStatus"]
-
-_PERIODS_UNHEARD = 1.5
-"""A status that was not echoed by then got lost, and is sent again at every heartbeat."""
 
 
 class Robot:
@@ -64,6 +62,7 @@ class Robot:
         pose: Where it stands.
         settings: How it bids and speaks.
         journal: Its disk, for the reports that nobody has acknowledged yet.
+        fence: Knows which blackboards it obeys; all, where it is left out.
     """
 
     def __init__(
@@ -77,6 +76,7 @@ class Robot:
         pose: Pose,
         settings: RobotSettings,
         journal: Journal,
+        fence: Fence | None = None,
     ) -> None:
         self._talker = talker
         self._id = robot_id
@@ -89,8 +89,8 @@ class Robot:
         cost = COST_MODELS[settings.cost_model]
         self._bidder = Bidder(robot_id, characteristics, battery, self._list, cost)
         self._reports = Reports(talker, robot_id, journal)
-        patience = _PERIODS_UNHEARD * settings.status_period
-        self._leave = Leave(talker, robot_id, patience, self._go_on, self._say_status)
+        period, say = settings.status_period, self._say_status
+        self._leave = Leave(talker, robot_id, period, self._go_on, say, fence)
         self._work = Worker(
             controller,
             self._list,
@@ -116,9 +116,6 @@ class Robot:
     def status(self) -> RobotStatus:
         """How it is now."""
         current = self._work.current
-        reason = self._service.reason
-        if not reason and self._work.stands_still and not self._leave.holds():
-            reason = "stands still until an active blackboard says that it has heard it"
         return RobotStatus(
             robot_id=self._id,
             state=self.state,
@@ -126,9 +123,10 @@ class Robot:
             charge=self._battery.level,
             payload=self._payload(),
             task_id=current.task.id if current else "",
-            reason=reason,
+            reason=self._service.reason or self._leave.reason(self._work),
             tasks=tuple(entry.task.id for entry in self._list),
             sent=self._talker.now(),
+            hive=self._leave.hive,
         )
 
     @property
@@ -150,19 +148,22 @@ class Robot:
     def set_state(self, word: str) -> None:
         """Obey an operator who says `idle`, `defect` or `charging`; see `Service.set`."""
         if word not in WORDS:
-            self._talker.warn(f"set_state {word[:40]!r} is unknown; allowed: {', '.join(WORDS)}")
+            reason = f"{word[:40]!r} is unknown; allowed: {', '.join(WORDS)}"
+            self._talker.refuse(SET_STATE, reason)
             return
         self._service.set(word)
         self._go_on()
         self._say_status()
 
     def _bid(self, broadcast: Broadcast) -> None:
+        if not self._leave.obeys(broadcast.hive, broadcast.epoch):
+            return
         at_work, refusal = self._work.current is not None, self._service.reason
         bids = self._bidder.answer(broadcast, self._pose, refusal, at_work=at_work)
         self._talker.publish(TASK_COST, bids)
 
     def _obey(self, order: Order) -> None:
-        if order.robot_id != self._id or not (order.take_back or self._leave.covers(order.heard)):
+        if order.robot_id != self._id or not self._leave.allows(order):
             return
         entry = self._list.get(order.task.id)
         if order.take_back:
@@ -202,6 +203,8 @@ class Robot:
 
     def _compare(self, known: TaskList) -> None:
         """Drop what is no longer its own, and stop repeating what the blackboard knows."""
+        if not self._leave.obeys(known.hive, known.epoch):
+            return
         self._reports.acknowledge(known)
         for record in known.records:
             entry = self._list.get(record.task.id)

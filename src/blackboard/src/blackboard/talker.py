@@ -66,3 +66,9 @@ class Talker(Protocol):
 
     def warn(self, text: str) -> None:
         """Tell the person who runs this member."""
+
+    def refuse(self, topic: str, reason: str) -> None:
+        """Note that a message of a topic was refused, and tell the person who runs this member.
+
+        The same reason is told once, then with growing gaps, and counted; see `refusals`.
+        """

@@ -13,11 +13,12 @@ from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Backup, Heartbeat, TaskList, founded
+from blackboard.backup import Backup, Heartbeat, TaskList
 from blackboard.battery import Battery, BatteryModel
 from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotCharacteristics
 from blackboard.controller import CommandResult, CommandState, Controller
+from blackboard.founding import founder
 from blackboard.journal import MemoryJournal
 from blackboard.record import TaskRecord
 from blackboard.robot import Robot
@@ -82,7 +83,7 @@ SMALL_ROBOT = RobotCharacteristics(
 
 def lone_backup(talker: Talker) -> Backup:
     """Return the backup of a blackboard that is the only member of its hive."""
-    disk = MemoryJournal(founded("blackboard"))
+    disk = MemoryJournal(founder("blackboard#1", "hive1"))
     return Backup(talker, "blackboard", BackupSettings(), disk, random.Random(0))
 
 

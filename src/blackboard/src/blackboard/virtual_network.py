@@ -14,6 +14,8 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from blackboard.intake import why_refused
+from blackboard.refusals import Refusals
 from blackboard.talker import SET_STATE
 
 if TYPE_CHECKING:
@@ -133,6 +135,7 @@ class NetworkTalker:
         self._network = network
         self._member = member
         self.warnings: list[str] = []
+        self.refusals = Refusals(self.warn)
         self.connected = True
         self.running = True
 
@@ -149,7 +152,11 @@ class NetworkTalker:
         """Have every message of a topic handed over."""
 
         def receive(message: object) -> None:
-            if self.connected and self.running:
+            if not (self.connected and self.running):
+                return
+            if reason := why_refused(topic, message):
+                self.refuse(topic, reason)
+            else:
                 handler(message)
 
         self._network.listen(self._name(topic), receive)
@@ -184,6 +191,10 @@ class NetworkTalker:
     def warn(self, text: str) -> None:
         """Note what a person should know."""
         self.warnings.append(text)
+
+    def refuse(self, topic: str, reason: str) -> None:
+        """Note that a message was refused."""
+        self.refusals.refuse(topic, reason)
 
     def _name(self, topic: str) -> str:
         return f"{self._member}/{topic}" if topic == SET_STATE else topic

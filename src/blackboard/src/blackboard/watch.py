@@ -59,6 +59,10 @@ class Watch:
         """Return the names of the robots that take tasks."""
         return self._presence.in_service()
 
+    def known(self) -> frozenset[str]:
+        """Return the names of all robots that have ever been heard."""
+        return self._presence.known()
+
     def hear(self, status: RobotStatus) -> bool:
         """Take in a robot's status; return whether it may now bid better than before."""
         if status.state is RobotState.OFFLINE:

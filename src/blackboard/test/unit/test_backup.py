@@ -42,7 +42,7 @@ def test_the_heartbeat_comes_at_its_rate_and_shows_progress():
 def test_an_empty_list_is_told_at_the_start():
     network, _ = started()
 
-    assert said(network, SYNC) == [TaskList(1, 2, ())]
+    assert said(network, SYNC) == [TaskList(1, 2, (), "hive1")]
 
 
 def test_changes_within_the_sync_period_are_told_together():
@@ -52,7 +52,7 @@ def test_changes_within_the_sync_period_are_told_together():
 
     network.run(5.0)
 
-    assert said(network, SYNC)[1:] == [TaskList(1, 4, (ONE, TWO))]
+    assert said(network, SYNC)[1:] == [TaskList(1, 4, (ONE, TWO), "hive1")]
 
 
 def test_a_later_change_is_told_with_a_higher_version_in_the_order_of_posting():
@@ -65,7 +65,7 @@ def test_a_later_change_is_told_with_a_higher_version_in_the_order_of_posting():
     backup.commit((done,), lambda: None)
     network.run(1.0)
 
-    assert said(network, SYNC)[-1] == TaskList(1, 5, (done, TWO))
+    assert said(network, SYNC)[-1] == TaskList(1, 5, (done, TWO), "hive1")
 
 
 def test_the_list_is_told_again_on_request_without_a_new_version():
@@ -77,7 +77,7 @@ def test_the_list_is_told_again_on_request_without_a_new_version():
     backup.tell()
     network.run(1.0)
 
-    assert said(network, SYNC)[2:] == [TaskList(1, 3, (ONE,))]
+    assert said(network, SYNC)[2:] == [TaskList(1, 3, (ONE,), "hive1")]
 
 
 def test_a_task_is_found_by_its_name():

@@ -467,12 +467,13 @@ def test_a_bad_answer_is_refused_and_gives_nobody_anything(answer):
 
     assert rig.orders() == [("T1", "robot1")]
     assert len(rig.talker.warnings) == 1
-    assert rig.talker.warnings[0].startswith("bids refused: ")
+    assert rig.talker.warnings[0].startswith("a message on task_cost is refused: ")
 
 
 def test_an_answer_after_the_auction_changes_nothing():
     rig = Rig()
     rig.assign(GO)
+    rig.join("robot2")
     rig.bid("robot2", T1=0.5)
 
     assert rig.orders() == [("T1", "robot1")]
@@ -723,7 +724,9 @@ def test_what_does_not_exist_cannot_be_cancelled():
     rig = Rig()
     rig.cancel("never there")
 
-    assert rig.talker.warnings == ["cannot cancel 'never there': no such task"]
+    assert rig.talker.warnings == [
+        "a message on task_cancel is refused: there is no task 'never there'"
+    ]
     assert not rig.said(TASK_STATE)
 
 

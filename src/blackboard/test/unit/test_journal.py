@@ -88,6 +88,20 @@ def test_a_damaged_file_is_set_aside_as_it_is(path):
     assert journal.set_aside.read_bytes().startswith(b"no database at all")
 
 
+@pytest.mark.parametrize("length", [1000, 4000, 8000])
+def test_a_file_that_is_torn_is_set_aside_byte_for_byte(path, length):
+    journal = SqliteJournal(path)
+    journal.save_reports([DONE])
+    journal.close()
+    torn = (path.read_bytes()[:900] + b"\xff" * 8000)[:length]
+    path.write_bytes(torn)
+
+    again = SqliteJournal(path)
+
+    assert again.load() is None
+    assert again.set_aside.read_bytes() == torn
+
+
 def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "file").write_text("")
 

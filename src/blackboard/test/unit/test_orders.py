@@ -35,7 +35,7 @@ def test_an_order_says_who_does_what_from_which_step_by_which_assignment():
     desk = Desk()
     desk.orders.give(HELD)
 
-    assert desk.said() == [Order(TASK, "robot1", step=1, epoch=1, assignment=3)]
+    assert desk.said() == [Order(TASK, "robot1", step=1, epoch=1, assignment=3, hive="hive1")]
 
 
 def test_a_status_that_shows_the_task_answers_the_order():
@@ -66,7 +66,7 @@ def test_an_order_that_the_status_does_not_show_in_time_is_given_again():
     desk.orders.compare(STATUS)
     desk.orders.compare(STATUS)
 
-    assert desk.said() == [Order(TASK, "robot1", step=1, epoch=1, assignment=3)] * 2
+    assert desk.said() == [Order(TASK, "robot1", step=1, epoch=1, assignment=3, hive="hive1")] * 2
 
 
 def test_another_robot_s_status_says_nothing_about_an_order():
@@ -106,7 +106,9 @@ def test_a_task_is_taken_back_from_the_robot_that_has_it():
     desk = Desk()
     desk.orders.take_back(HELD)
 
-    assert desk.said() == [Order(TASK, "robot1", take_back=True, step=1, epoch=1, assignment=3)]
+    assert desk.said() == [
+        Order(TASK, "robot1", take_back=True, step=1, epoch=1, assignment=3, hive="hive1")
+    ]
 
 
 def test_a_task_that_nobody_has_is_not_taken_back():

@@ -501,7 +501,7 @@ def test_an_unknown_state_is_refused_with_those_there_are():
     rig.set_state("sleepy")
 
     assert rig.talker.warnings == [
-        "set_state 'sleepy' is unknown; allowed: idle, defect, charging"
+        "a message on set_state is refused: 'sleepy' is unknown; allowed: idle, defect, charging"
     ]
     assert rig.status.state is RobotState.IDLE
 

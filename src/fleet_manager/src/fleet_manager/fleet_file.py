@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 DISTANCES = ("path", "euclidean")
 
+LOCALIZATIONS = ("fake_localization", "amcl", "none")
+
 TAKEN_NAMES = frozenset({
     "blackboard", "simenv", "fleet_manager", "launch_fleet", "map_server", "rviz", "hive",
     "task_markers", "task_entry", "task_view", "rosout", "map", "odom", "clock", "tf",
@@ -36,7 +38,7 @@ _SCHEMA: dict[str, Any] = {
     "type": "object",
     "additionalProperties": False,
     "required": ["robots"],
-    "description": "cost_model, distance, bid_timeout, robots",
+    "description": "cost_model, distance, bid_timeout, localization, robots",
     "properties": {
         "cost_model": {"enum": sorted(COST_MODELS), "description": " | ".join(COST_MODELS)},
         "distance": {"enum": list(DISTANCES), "description": " | ".join(DISTANCES)},
@@ -45,6 +47,10 @@ _SCHEMA: dict[str, Any] = {
             "minimum": 0.1,
             "maximum": 60,
             "description": "a number of seconds, 0.1..60",
+        },
+        "localization": {
+            "enum": list(LOCALIZATIONS),
+            "description": " | ".join(LOCALIZATIONS),
         },
         "robots": {
             "type": "array",
@@ -106,6 +112,8 @@ class Fleet:
         cost_model: How robots reckon what a task costs them.
         distance: Length of a way: `path` on the map, or `euclidean` as the crow flies.
         bid_timeout: How long an auction waits for bids at most [s].
+        localization: How robots find where they are; None: told by the simulator where there is
+            one, otherwise by a node of their own.
     """
 
     path: Path
@@ -113,6 +121,7 @@ class Fleet:
     cost_model: str = "report"
     distance: str = "path"
     bid_timeout: float = 2.0
+    localization: str | None = None
 
 
 def read_fleet(name: str) -> Fleet:

@@ -40,6 +40,8 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
             "cost_model": fleet.cost_model,
             "distance": fleet.distance,
         }
+        if fleet.localization is not None:
+            values["localization"] = fleet.localization
         lines += _include("$(find fleet_manager)/launch/robot.launch", values)
     lines.append("</launch>\n")
     return "\n".join(lines)

@@ -3,7 +3,8 @@
 
 The blackboard's list is the truth and comes whole; updates only make the picture newer until the
 next list. A list that is older than one seen already is dropped, because lists may overtake each
-other when the blackboard moves to another robot.
+other when the blackboard moves to another robot. A hive that was founded anew begins with a list
+of its own.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ class HiveView:
         answers: The last word on tasks that are on no list yet, or never will be, by id.
         heartbeat: Who carries the blackboard; None until it was heard.
         version: Epoch and version of the newest list; None until one came.
+        hive: Id of the hive that it is from. Epochs of another hive are not comparable.
     """
 
     tasks: dict[str, TaskRecord] = field(default_factory=dict)
@@ -42,6 +44,7 @@ class HiveView:
     answers: dict[str, TaskUpdate] = field(default_factory=dict)
     heartbeat: Heartbeat | None = None
     version: tuple[int, int] | None = None
+    hive: str = ""
 
     def take_in(self, report: Report) -> None:
         """Make the picture newer by one report."""
@@ -56,8 +59,9 @@ class HiveView:
 
     def is_stale(self, task_list: TaskList) -> bool:
         """Return whether a newer list than this one was seen already."""
-        newest = self.version
-        return newest is not None and (task_list.epoch, task_list.version) < newest
+        if self.version is None or task_list.hive != self.hive:
+            return False
+        return (task_list.epoch, task_list.version) < self.version
 
     def is_late(self, update: TaskUpdate) -> bool:
         """Return whether what an update tells was so before: robots overtake the blackboard."""
@@ -82,10 +86,14 @@ class HiveView:
         return known.state if known else None
 
     def _is_old(self, beat: Heartbeat) -> bool:
-        return self.heartbeat is not None and beat.epoch < self.heartbeat.epoch
+        known = self.heartbeat
+        return known is not None and beat.hive == known.hive and beat.epoch < known.epoch
 
     def _take_in_list(self, task_list: TaskList) -> None:
         if not self.is_stale(task_list):
+            if task_list.hive != self.hive:
+                self.tasks.clear()
+            self.hive = task_list.hive
             self.version = (task_list.epoch, task_list.version)
             self.tasks = {record.task.id: self.newest(record) for record in task_list.records}
             for task_id in self.tasks.keys() & self.answers.keys():

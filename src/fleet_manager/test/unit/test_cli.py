@@ -8,6 +8,7 @@ from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.pose import Pose
 from blackboard.record import TaskUpdate
 from blackboard.task import TaskState
+from fleet_manager.bench.registry import BENCHES
 from fleet_manager.cli.main import run
 from fleet_manager.cli.outside import Outside
 from fleet_manager.errors import NoHiveError
@@ -95,7 +96,8 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
         (["run", "nothing"], "there are: demo, smoke, warehouse"),
         (["demo", "--rtf", "0"], "0.1<=x<=20"),
         (["demo", "--scenario", "nothing"], "there are: demo, smoke, warehouse"),
-        (["bench", "speed"], "'plan', 'system'"),
+        (["bench", "speed"], "'plan', 'soak', 'system'"),
+        (["bench", "plan", "--runs", "3"], "plan takes no --runs"),
         (["bench", "--json", "x.json"], "NAME"),
         (["fly"], "No such command 'fly'"),
     ],
@@ -176,12 +178,32 @@ def test_bench_without_a_name_lists_the_benchmarks(terminal):
     code, out, _ = terminal("bench")
 
     assert code == 0
-    assert [line.split()[0] for line in out.splitlines()] == [
-        "allocation",
-        "gui",
-        "plan",
-        "system",
-    ]
+    assert [line.split()[0] for line in out.splitlines()] == sorted(BENCHES)
+
+
+@pytest.mark.parametrize(("violations", "expected"), [(0.0, 0), (2.0, 1)])
+def test_bench_faults_ends_with_1_when_a_property_was_broken(
+    terminal, monkeypatch, violations, expected
+):
+    wanted = []
+
+    def simulate(schedules, **_):
+        wanted.append(schedules)
+        return {"figures": {"violations": violations}, "aims": {"violations": 0.0}}
+
+    monkeypatch.setattr("blackboard.bench_faults.run", simulate)
+
+    code, out, _ = terminal("bench", "faults", "--schedules", "7")
+
+    assert (code, wanted) == (expected, [7])
+    assert "violations" in out
+
+
+def test_bench_refuses_a_number_of_schedules_where_there_are_none(terminal):
+    code, _, err = terminal("bench", "plan", "--schedules", "7")
+
+    assert code == 2
+    assert "plan takes no --schedules" in err
 
 
 def test_help_shows_examples_and_exit_codes(terminal):

@@ -32,6 +32,18 @@ def test_an_older_list_changes_nothing_however_late_it_comes():
     assert view.state_of("T1") is TaskState.DONE
 
 
+def test_a_hive_that_was_founded_anew_begins_with_a_list_and_epochs_of_its_own():
+    view = HiveView()
+    view.take_in(TaskList(7, 30, (TaskRecord(TASK, TaskState.DONE, "robot1"),), "hive1"))
+    view.take_in(Heartbeat(7, "/robot1", hive="hive1"))
+
+    view.take_in(TaskList(1, 2, (), "hive2"))
+    view.take_in(Heartbeat(1, "/blackboard", hive="hive2"))
+
+    assert view.tasks == {}
+    assert view.heartbeat.active == "/blackboard"
+
+
 def test_an_update_makes_the_list_newer():
     view = HiveView()
     view.take_in(TaskList(1, 1, (TaskRecord(TASK),)))

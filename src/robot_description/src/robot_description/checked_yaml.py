@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
 
+LONGEST = 160
+"""So many characters are shown of what a schema says about a value."""
+
 
 def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401  (what YAML holds)
     """Read a YAML file that must fit a schema.
@@ -34,6 +37,35 @@ def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401 
     Raises:
         FileError: The file is missing or unreadable, is no YAML, or does not fit the schema.
     """
+    root, content = _parsed(path)
+    check = jsonschema.Draft202012Validator(schema)
+    mistake = jsonschema.exceptions.best_match(check.iter_errors(content))
+    if mistake is not None:
+        raise _in_words(path, root, mistake)
+    return content
+
+
+def read_all_mistakes(path: Path, schema: Mapping[str, Any]) -> tuple[Any, list[FileError]]:
+    """Read a YAML file like `read_checked`, but do not stop at the first mistake.
+
+    Args:
+        path: The file.
+        schema: As for `read_checked`.
+
+    Returns:
+        What the file holds, and everything that does not fit the schema, from the top down.
+
+    Raises:
+        FileError: The file is missing or unreadable, or is no YAML.
+    """
+    root, content = _parsed(path)
+    found = jsonschema.Draft202012Validator(schema).iter_errors(content)
+    ordered = sorted(found, key=lambda mistake: _line_of(root, _place_of(mistake)))
+    return content, [_in_words(path, root, mistake) for mistake in ordered]
+
+
+def _parsed(path: Path) -> tuple[yaml.Node | None, Any]:
+    """Return a YAML file as nodes, which know their lines, and as what it holds."""
     try:
         text = path.read_text(encoding="utf-8")
         root = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -47,19 +79,37 @@ def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401 
         where = f":{mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "cannot be parsed"
         raise FileError(f"{path}{where}: is not YAML: {problem}") from None
+    if content is None:
+        raise FileError(f"{path}: is empty; see a file that comes with the package")
     odd = _not_finite(root)
     if odd is not None:
         line = odd.start_mark.line + 1
         raise FileError(f"{path}:{line}: {odd.value} is no number here; allowed: finite numbers")
-    check = jsonschema.Draft202012Validator(schema)
-    mistake = jsonschema.exceptions.best_match(check.iter_errors(content))
-    if mistake is not None:
-        line = _line_of(root, mistake.absolute_path)
-        key = mistake.json_path.removeprefix("$").removeprefix(".") or "the whole file"
-        allowed = mistake.schema.get("description") if isinstance(mistake.schema, dict) else None
-        remedy = f"; allowed: {allowed}" if allowed else ""
-        raise FileError(f"{path}:{line}: {key}: {mistake.message}{remedy}")
-    return content
+    return root, content
+
+
+def _in_words(
+    path: Path, root: yaml.Node | None, mistake: jsonschema.exceptions.ValidationError
+) -> FileError:
+    line = _line_of(root, _place_of(mistake))
+    key = mistake.json_path.removeprefix("$").removeprefix(".") or "the whole file"
+    allowed = mistake.schema.get("description") if isinstance(mistake.schema, dict) else None
+    remedy = f"; allowed: {allowed}" if allowed else ""
+    return FileError(f"{path}:{line}: {key}: {_short(mistake.message)}{remedy}")
+
+
+def _place_of(mistake: jsonschema.exceptions.ValidationError) -> tuple[str | int, ...]:
+    """Return where a mistake is: for a key that is not known, at the key itself."""
+    place = tuple(mistake.absolute_path)
+    if mistake.validator == "additionalProperties":
+        unknown = [key for key in mistake.instance if key not in mistake.schema["properties"]]
+        return (*place, unknown[0])
+    return place
+
+
+def _short(message: str) -> str:
+    """Return what a schema says of a value, without most of a long value."""
+    return message if len(message) <= LONGEST else f"{message[:LONGEST]}..."
 
 
 def error_at(path: Path, keys: Iterable[str | int], problem: str) -> FileError:

@@ -21,6 +21,9 @@ class Pose(NamedTuple):
     y: float
     yaw: float
 
+    def __str__(self) -> str:
+        return f"({self.x:.2f}, {self.y:.2f}, {self.yaw:.2f})"
+
 
 class Velocity(NamedTuple):
     """How a base moves: vx forward, vy to the left [m/s], wz counter-clockwise [rad/s]."""

@@ -31,9 +31,15 @@ STEPS_TO_HEAR = 6
 class World(Protocol):
     """What is used of `simenv.simulation.Simulation`."""
 
-    time: float
-    collisions: int
-    poses: Mapping[str, Any]
+    @property
+    def time(self) -> float:
+        """Time since the start [s]."""
+        ...
+
+    @property
+    def poses(self) -> Mapping[str, Any]:
+        """Where all robots are, frame map."""
+        ...
 
     def add_robot(self, name: str, model: RobotModel, pose: tuple[float, float, float]) -> None:
         """Put a robot into the world."""

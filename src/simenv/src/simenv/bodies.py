@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robot_description.follower import Pose
 from simenv.errors import CommandError
-from simenv.geometry import Pose
 from simenv.motion import accelerated, limits_of, moved, within_limits
 
 if TYPE_CHECKING:
@@ -45,9 +45,11 @@ class Bodies:
         self.poses: dict[str, Pose] = {}
         self._models: list[RobotModel] = []
         self._random: list[np.random.Generator] = []
+        self._wheels: list[Array] = []
         self._limits = limits_of([])
         self._true = self._velocities = self._odometry = self._commands = NOTHING
         self._commanded_at = np.zeros(0)
+        self._grip = np.zeros(0)
 
     def add(self, name: str, model: RobotModel, pose: Pose, random: np.random.Generator) -> None:
         """Put a base down, standing still; `random` makes the noise of its wheels."""
@@ -55,6 +57,8 @@ class Bodies:
         self.poses[name] = pose
         self._models.append(model)
         self._random.append(random)
+        along, turning = random.normal(1.0, self._noise.wheels, 2)
+        self._wheels.append(np.array([along, along, turning]))
         self._limits = limits_of(self._models)
         self._true = np.vstack([self._true, pose])
         still = np.zeros(3)
@@ -62,17 +66,32 @@ class Bodies:
         self._odometry = np.vstack([self._odometry, still])
         self._commands = np.vstack([self._commands, still])
         self._commanded_at = np.append(self._commanded_at, -math.inf)
+        self._grip = np.append(self._grip, 1.0)
 
     def remove(self, name: str) -> None:
         """Take a base away."""
         row = self.names.index(name)
         del self.names[row], self.poses[name], self._models[row], self._random[row]
+        del self._wheels[row]
         self._limits = limits_of(self._models)
         self._true = np.delete(self._true, row, axis=0)
         self._velocities = np.delete(self._velocities, row, axis=0)
         self._odometry = np.delete(self._odometry, row, axis=0)
         self._commands = np.delete(self._commands, row, axis=0)
         self._commanded_at = np.delete(self._commanded_at, row)
+        self._grip = np.delete(self._grip, row)
+
+    def put_back(self, name: str, pose: Pose) -> None:
+        """Let a base stand still at a pose, its odometry at zero as after switching on."""
+        row = self.names.index(name)
+        self.poses[name] = pose
+        self._true[row] = pose
+        self._velocities[row] = self._odometry[row] = self._commands[row] = 0.0
+        self._commanded_at[row] = -math.inf
+
+    def slip(self, name: str, share: float) -> None:
+        """Let wheels turn without moving the base as far: by `share` (0..1) of every shift."""
+        self._grip[self.names.index(name)] = 1.0 - share
 
     def command(self, name: str, speed: tuple[float, float, float], time: float) -> None:
         """Tell a base how to move.
@@ -106,7 +125,7 @@ class Bodies:
         targets = within_limits(commands, self._limits)
         self._velocities = accelerated(self._velocities, targets, self._limits, loads, dt)
         driven = self._velocities * dt
-        ahead = moved(self._true, driven)
+        ahead = moved(self._true, driven * self._grip[:, None])
         for row in np.flatnonzero(driven.any(axis=1)):
             name = self.names[row]
             pose, share = self._contacts.advance(name, Pose(*ahead[row].tolist()), self.poses)
@@ -115,19 +134,20 @@ class Bodies:
                 driven[row] *= share
             self.poses[name] = pose
             self._true[row] = pose
-            driven[row] += self._slip(driven[row], self._random[row])
+            driven[row] = self._felt(driven[row], row)
         self._contacts.let_go(self.poses)
         self._odometry = moved(self._odometry, driven)
 
-    def _slip(self, driven: Array, random: np.random.Generator) -> Array:
-        """Return by how much the wheels are wrong about a shift (3,)."""
+    def _felt(self, driven: Array, row: int) -> Array:
+        """Return what the wheels make of a shift (3,)."""
         way, turn = math.hypot(driven[0], driven[1]), abs(driven[2])
-        along, heading = random.normal(size=2)
-        error = np.zeros(3)
+        along, heading, veer = self._random[row].normal(size=3)
+        felt: Array = driven * self._wheels[row]
         if way:
-            error[:2] = driven[:2] / way * (self._noise.distance * math.sqrt(way) * along)
-        error[2] = self._noise.heading * math.sqrt(turn) * heading
-        return error
+            felt[:2] += driven[:2] / way * (self._noise.distance * math.sqrt(way) * along)
+        felt[2] += self._noise.heading * math.sqrt(turn) * heading
+        felt[2] += self._noise.veer * math.sqrt(way) * veer
+        return felt
 
     def velocity(self, name: str) -> tuple[float, float, float]:
         """Return a base's speed in its own frame (vx, vy, wz) [m/s, m/s, rad/s]."""

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Nothing drives through anything: robots stop at contact, and every contact is counted once.
 
-A contact is between a robot and the walls (benches and racks are walls here), or between two
-robots. It begins when a step would take a robot into the other, and ends when there is a gap of
-`GAP` again; pushing on, or pushing again without backing off, is the same contact.
+A contact is between a robot and the walls (benches and racks are walls here), an obstacle (a
+person, a shut door) or another robot. It begins when a step would take a robot into the other, and
+ends when there is a gap of `GAP` again; pushing on, or pushing again without backing off, is the
+same contact.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from simenv.geometry import Footprint, Pose, outline, wrap
+from robot_description.follower import Pose
+from simenv.geometry import Footprint, outline, wrap
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from simenv.geometry import Nearby
+    from simenv.obstacles import Obstacles
 
 WALL = ""
 """Stands for the walls where a robot's name would stand."""
@@ -35,7 +38,7 @@ class Contact:
 
     Attributes:
         name: The robot that moved.
-        other: The robot it ran into, or `WALL`.
+        other: The robot or obstacle it ran into, or `WALL`.
         pose: Where it was stopped, frame map.
     """
 
@@ -54,9 +57,10 @@ class Contacts:
         noted: Every contact so far, once each.
     """
 
-    def __init__(self, near: Nearby) -> None:
-        """Take the walls."""
+    def __init__(self, near: Nearby, obstacles: Obstacles) -> None:
+        """Take the walls, and what else is in the way."""
         self._near = near
+        self._obstacles = obstacles
         self._footprints: dict[str, Footprint] = {}
         self._touching: set[frozenset[str]] = set()
         self.noted: list[Contact] = []
@@ -70,6 +74,11 @@ class Contacts:
         del self._footprints[name]
         self._touching = {pair for pair in self._touching if name not in pair}
 
+    def reset(self) -> None:
+        """Forget every contact; the robots stay known."""
+        self._touching.clear()
+        self.noted.clear()
+
     def in_the_way(
         self, name: str, pose: Pose, poses: Mapping[str, Pose], margin: float = 0.0
     ) -> list[str]:
@@ -82,13 +91,18 @@ class Contacts:
             margin: By how much the robot is taken to be larger [m].
 
         Returns:
-            `WALL` and names of robots; empty where the way is free.
+            `WALL`, names of obstacles and of robots; empty where the way is free.
         """
         mine = self._footprints[name]
         reach = mine.radius + margin
         found = []
         if mine.touches(pose, self._near.at(pose.x, pose.y, reach), margin):
             found.append(WALL)
+        found += [
+            obstacle.name
+            for obstacle in self._obstacles.near(pose.x, pose.y, reach)
+            if mine.touches(pose, obstacle.edges, margin)
+        ]
         for other, there in poses.items():
             theirs = self._footprints[other]
             close = math.dist(pose[:2], there[:2]) <= reach + theirs.radius
@@ -133,12 +147,18 @@ class Contacts:
             self._touching.add(pair)
             self.noted.append(contact)
 
+    def touching(self, name: str) -> tuple[str, ...]:
+        """Return what a robot touches, sorted: `WALL`, names of obstacles and of robots."""
+        return tuple(
+            sorted(other for pair in self._touching if name in pair for other in pair - {name})
+        )
+
     def let_go(self, poses: Mapping[str, Pose]) -> None:
         """End the contacts between which there is a gap now."""
         for pair in sorted(self._touching, key=sorted):
-            *others, name = sorted(pair)
+            name = max(pair & self._footprints.keys())
             still = self.in_the_way(name, poses[name], poses, margin=GAP)
-            if not set(others) & set(still):
+            if not (pair - {name}) & set(still):
                 self._touching.remove(pair)
 
 

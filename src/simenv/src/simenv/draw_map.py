@@ -15,10 +15,11 @@ import numpy as np
 import shapely.geometry
 from scipy import ndimage
 
+from robot_description.follower import Pose
 from simenv.errors import MapError
-from simenv.geometry import Pose, outline
-from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap
-from simenv.world import rings
+from simenv.geometry import outline
+from simenv.map_file import FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
+from simenv.shapes import rings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,9 +28,6 @@ if TYPE_CHECKING:
 
 RESOLUTION = 0.05
 """The usual size of a cell [m]."""
-
-MOST_CELLS = 50_000_000
-"""More cells than that are most likely a mistake in the resolution."""
 
 _TOUCH = 1e-6
 """By how much something must reach into a cell to count [m]."""
@@ -88,7 +86,7 @@ def _reachable(
     world: World, open_cells: NDArray[np.bool_], resolution: float
 ) -> NDArray[np.bool_]:
     """Return which open cells are joined to one of the world's places; all where it has none."""
-    places = (*world.stations, *world.chargers, *world.starts)
+    places = world.places
     if not places:
         return open_cells
     regions, _ = ndimage.label(open_cells)

@@ -11,7 +11,7 @@ from robot_description.errors import RobotDescriptionError
 from simenv.draw_map import RESOLUTION, draw_map
 from simenv.errors import SimenvError
 from simenv.map_file import save_map
-from simenv.world import load_world
+from simenv.world_file import load_world
 
 
 def main(arguments: list[str] | None = None) -> int:

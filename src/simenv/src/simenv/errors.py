@@ -18,6 +18,10 @@ class SpawnError(SimenvError):
     """A robot cannot be put where, or under the name, that was asked for."""
 
 
+class ObstacleError(SimenvError):
+    """A door or a thing in the way is not known, or cannot be put where a robot stands."""
+
+
 class UnknownRobotError(SimenvError):
     """There is no robot of that name in the simulation."""
 

@@ -11,10 +11,13 @@ Points are arrays (n, 2) [m]; segments are arrays (k, 2, 2): k segments, their t
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from robot_description.follower import Pose
 
 Array: TypeAlias = NDArray[np.float64]
 """Any array of numbers; its shape is said where it is used."""
@@ -23,27 +26,6 @@ CORNER = 1e-9
 """By what share a segment is taken to be longer, lest a beam slips through between two."""
 
 NO_SEGMENTS: Array = np.empty((0, 2, 2))
-
-
-class Pose(NamedTuple):
-    """Where something stands: x and y [m], yaw counter-clockwise from the x axis [rad]."""
-
-    x: float
-    y: float
-    yaw: float
-
-    def __str__(self) -> str:
-        return f"({self.x:.2f}, {self.y:.2f}, {self.yaw:.2f})"
-
-
-def compose(frame: Pose, pose: Pose) -> Pose:
-    """Return `pose`, given in `frame`, in the frame that `frame` itself is given in."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    return Pose(
-        frame.x + cos * pose.x - sin * pose.y,
-        frame.y + sin * pose.x + cos * pose.y,
-        wrap(frame.yaw + pose.yaw),
-    )
 
 
 def wrap(angle: float) -> float:

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simenv.geometry import Pose, compose, ranges
+from robot_description.follower import Pose
+from robot_description.poses import compose
+from simenv.geometry import ranges
 
 if TYPE_CHECKING:
     from robot_description.models import Laser

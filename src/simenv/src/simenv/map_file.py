@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Maps in map_server's format: `<name>.yaml` with the figures, `<name>.pgm` with the cells.
 
-Only the mode `trinary` is read, the one that map_saver writes: every cell is free, occupied or
-unknown. What the keys mean is map_server's own definition.
+What the keys and the three modes mean is map_server's own definition:
+
+- `trinary`, what map_saver writes: every cell is free, occupied or unknown.
+- `scale`: between the two thresholds, how occupied a cell is goes from 1 to 99; transparent
+  pixels are unknown.
+- `raw`: a pixel's value is the cell's, 0..100; anything above is unknown.
 """
 
 from __future__ import annotations
@@ -14,9 +18,9 @@ import numpy as np
 import PIL.Image
 
 from robot_description.checked_yaml import read_checked
+from robot_description.follower import Pose
 from simenv.errors import MapError
 from simenv.folders import file_names, named_file
-from simenv.geometry import Pose
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,6 +31,13 @@ FREE = 0
 OCCUPIED = 100
 UNKNOWN = -1
 
+FORMATS = ("pgm", "png")
+"""Images that a map can be written as; any that PIL knows can be read."""
+
+MOST_CELLS = 25_000_000
+"""More cells than that are most likely a mistake in the resolution: 250 m x 250 m at 0.05 m."""
+
+_RAW_MOST = 100
 _FREE_PIXEL = 254
 _OCCUPIED_PIXEL = 0
 _UNKNOWN_PIXEL = 205
@@ -59,7 +70,7 @@ _SCHEMA: dict[str, Any] = {
         "negate": {"enum": [0, 1], "description": "0, or 1 if white means occupied"},
         "occupied_thresh": _SHARE,
         "free_thresh": _SHARE,
-        "mode": {"const": "trinary", "description": "trinary, or no mode at all"},
+        "mode": {"enum": ["trinary", "scale", "raw"], "description": "trinary, scale or raw"},
     },
     "required": ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"],
     "additionalProperties": False,
@@ -72,7 +83,7 @@ class GridMap:
     """What robots know of a world.
 
     Attributes:
-        cells: (height, width) of FREE, OCCUPIED or UNKNOWN; row 0 is the lowest.
+        cells: (height, width) of UNKNOWN, or FREE 0 to OCCUPIED 100; row 0 is the lowest.
         resolution: Size of a cell [m].
         origin: Where the lower left corner of cell [0, 0] is, frame map [m, m, rad].
     """
@@ -104,19 +115,39 @@ def load_map(name_or_path: str) -> GridMap:
             f"{path}: free_thresh {keys['free_thresh']} is not below occupied_thresh "
             f"{keys['occupied_thresh']}; usual are {_FREE_THRESH} and {_OCCUPIED_THRESH}"
         )
-    pixels = _read_pixels(path.parent / keys["image"])
-    dark = pixels / 255.0 if keys["negate"] else 1.0 - pixels / 255.0
-    cells = np.full(pixels.shape, UNKNOWN, dtype=np.int8)
-    cells[dark > keys["occupied_thresh"]] = OCCUPIED
-    cells[dark < keys["free_thresh"]] = FREE
+    pixels, opaque = _read_pixels(path.parent / keys["image"])
+    cells = _cells(pixels, keys)
+    if keys.get("mode") == "scale":
+        cells[~opaque] = UNKNOWN
     return GridMap(cells[::-1].copy(), float(keys["resolution"]), Pose(*keys["origin"]))
 
 
-def _read_pixels(path: Path) -> NDArray[np.uint8]:
-    """Return the brightness of an image (height, width), 0..255, top row first."""
+def _cells(pixels: NDArray[np.uint8], keys: dict[str, Any]) -> NDArray[np.int8]:
+    """Return what pixels (height, width) say of their cells."""
+    mode = keys.get("mode", "trinary")
+    if mode == "raw":
+        return np.where(pixels <= _RAW_MOST, pixels, UNKNOWN).astype(np.int8)
+    dark = pixels / 255.0 if keys["negate"] else 1.0 - pixels / 255.0
+    cells = np.full(pixels.shape, UNKNOWN, dtype=np.int8)
+    if mode == "scale":
+        low, high = keys["free_thresh"], keys["occupied_thresh"]
+        cells = (1 + 98 * (dark - low) / (high - low)).clip(1, 99).astype(np.int8)
+    cells[dark > keys["occupied_thresh"]] = OCCUPIED
+    cells[dark < keys["free_thresh"]] = FREE
+    return cells
+
+
+def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """Return an image's brightness (height, width), 0..255, top row first, and what is opaque."""
     try:
         with PIL.Image.open(path) as image:
-            return np.asarray(image.convert("L"))
+            if image.width * image.height > MOST_CELLS:
+                raise MapError(
+                    f"{path}: {image.width} x {image.height} cells are more than "
+                    f"{MOST_CELLS:,}; use a coarser resolution"
+                )
+            opaque = np.asarray(image.convert("RGBA"))[:, :, 3] > 0
+            return np.asarray(image.convert("L")), opaque
     except PIL.UnidentifiedImageError:
         raise MapError(f"{path}: is no image that can be read; a .pgm or .png is needed") from None
     except PIL.Image.DecompressionBombError:
@@ -126,12 +157,13 @@ def _read_pixels(path: Path) -> NDArray[np.uint8]:
         raise MapError(f"{path}: cannot be read: {reason}; check the key `image`") from None
 
 
-def save_map(grid: GridMap, path: Path) -> None:
-    """Write a map as `<path>.yaml` and `<path>.pgm`.
+def save_map(grid: GridMap, path: Path, kind: str = "pgm") -> None:
+    """Write a map as `<path>.yaml` and `<path>.pgm`, as map_saver does.
 
     Args:
-        grid: The map.
+        grid: The map; cells that are neither free nor surely occupied are written as unknown.
         path: The two files' path without suffix.
+        kind: Out of `FORMATS`.
 
     Raises:
         MapError: They cannot be written.
@@ -140,7 +172,7 @@ def save_map(grid: GridMap, path: Path) -> None:
     pixels[grid.cells == FREE] = _FREE_PIXEL
     pixels[grid.cells == OCCUPIED] = _OCCUPIED_PIXEL
     text = (
-        f"image: {path.name}.pgm\n"
+        f"image: {path.name}.{kind}\n"
         f"resolution: {grid.resolution:g}        # size of a cell [m]\n"
         f"origin: [{grid.origin.x:g}, {grid.origin.y:g}, {grid.origin.yaw:g}]        "
         "# x, y, yaw of the lower left corner, frame map [m, m, rad]\n"
@@ -149,7 +181,7 @@ def save_map(grid: GridMap, path: Path) -> None:
         f"free_thresh: {_FREE_THRESH}      # brighter cells are free, others unknown [0..1]\n"
     )
     try:
-        PIL.Image.fromarray(pixels[::-1]).save(path.with_name(f"{path.name}.pgm"))
+        PIL.Image.fromarray(pixels[::-1]).save(path.with_name(f"{path.name}.{kind}"))
         path.with_name(f"{path.name}.yaml").write_text(text, encoding="utf-8")
     except OSError as error:
         raise MapError(f"{path}: cannot be written: {error.strerror}") from None

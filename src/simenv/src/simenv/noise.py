@@ -17,17 +17,25 @@ class Noise:
     """How wrong the robots' senses are; every figure at least 0.
 
     The errors of the odometry grow with the square root of the way, as in the motion model of
-    Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4.
+    Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4. Besides, wheels are never
+    quite as large as they are taken to be, so every robot errs by a share of its own, always the
+    same (Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile
+    robots", 1996).
 
     Attributes:
         laser: Standard deviation of a measured distance [m].
         distance: Standard deviation of the odometry's distance after 1 m [m].
         heading: Standard deviation of the odometry's heading after 1 rad of turning [rad].
+        veer: Standard deviation of the odometry's heading after 1 m [rad].
+        wheels: Standard deviation, over all robots, of the share by which a robot's odometry is
+            always wrong about distances, and about turns [-].
     """
 
     laser: float = 0.01
     distance: float = 0.01
     heading: float = 0.01
+    veer: float = 0.01
+    wheels: float = 0.005
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation."""
@@ -36,16 +44,35 @@ class Noise:
             if not (math.isfinite(value) and value >= 0):
                 raise CommandError(f"noise {field.name}: {value}; allowed: a number, at least 0")
 
+    def times(self, share: float) -> Noise:
+        """Return senses that are so many times as wrong, at least 0."""
+        return Noise(*(getattr(self, field.name) * share for field in fields(self)))
 
-NO_NOISE = Noise(0.0, 0.0, 0.0)
+
+NO_NOISE = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
 """Perfect senses."""
 
 
-def generators(seed: int, name: str) -> tuple[np.random.Generator, np.random.Generator]:
-    """Return a robot's own sources of noise, for its wheels and for its laser.
+@dataclass(frozen=True)
+class Dice:
+    """One robot's own sources of chance, so that none depends on how often another is used.
+
+    Attributes:
+        wheels: For its odometry.
+        laser: For its laser.
+        arm: For its grips.
+    """
+
+    wheels: np.random.Generator
+    laser: np.random.Generator
+    arm: np.random.Generator
+
+
+def dice_of(seed: int, name: str) -> Dice:
+    """Return a robot's sources of chance.
 
     They hang on the seed and on the name alone, so one robot more, or a scan more, does not change
     what the others measure.
     """
-    wheels, laser = np.random.SeedSequence([seed, zlib.crc32(name.encode())]).spawn(2)
-    return np.random.default_rng(wheels), np.random.default_rng(laser)
+    sources = np.random.SeedSequence([seed, zlib.crc32(name.encode())]).spawn(3)
+    return Dice(*map(np.random.default_rng, sources))

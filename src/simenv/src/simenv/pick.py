@@ -20,8 +20,10 @@ from simenv.errors import CommandError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
+
+    from robot_description.follower import Pose
     from robot_description.models import RobotModel
-    from simenv.geometry import Pose
     from simenv.world import Station
 
 STILL = 0.02
@@ -48,6 +50,8 @@ class Outcome(IntEnum):
     """Nothing to pick here, or nothing on board to put down."""
     MOVED = 102
     """The base moved while the arm was at work."""
+    DROPPED = 103
+    """The grip failed; the load is where it was."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,11 @@ class Stock:
     def __init__(self, stations: Sequence[Station]) -> None:
         """Fill the stations as the world says."""
         self._stations = stations
-        self._left = {station.name: station.stock for station in stations}
+        self.refill()
+
+    def refill(self) -> None:
+        """Put as much there as at the start."""
+        self._left = {station.name: station.stock for station in self._stations}
 
     def near(self, pose: Pose, reach: float) -> Station | None:
         """Return the nearest station within `reach` [m] of a base at `pose`, or None."""
@@ -131,10 +139,17 @@ class Arm:
         progress: 0..1 of the order at hand, or of the last one.
         result: How the last order ended; None while one is at hand, and before the first.
         load: What is on board, or None.
+        failures: Probability that a grip fails, 0..1.
+        fail_next: How many of the next grips fail in any case.
     """
 
-    def __init__(self, model: RobotModel, stock: Stock) -> None:
+    def __init__(
+        self, model: RobotModel, stock: Stock, random: np.random.Generator, failures: float = 0.0
+    ) -> None:
         """Mount the arm that the model says; see `can_pick` for a model without one."""
+        self._random = random
+        self.failures = failures
+        self.fail_next = 0
         self._model = model
         self._stock = stock
         self._order: Order | None = None
@@ -227,13 +242,28 @@ class Arm:
         if self._elapsed >= self._duration - dt / 2:
             self._finish(self._order)
 
+    def reset(self) -> None:
+        """Let the arm be empty and at rest."""
+        self._order = self.result = self.load = None
+        self.fail_next = 0
+
     def _finish(self, order: Order) -> None:
+        if self._fails():
+            self._end(Outcome.DROPPED, "the grip failed; the load is where it was; try again")
+            return
         where = f"at '{self._station.name}'" if self._station else "at a free place"
         picked = order.act is Act.PICK
         self.load = Load(order.task_id, order.payload) if picked else None
         if self._station:
             self._stock.change(self._station, -1 if picked else 1)
         self._end(Outcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")
+
+    def _fails(self) -> bool:
+        """Return whether this grip fails; a draw is made only where it matters."""
+        if self.fail_next:
+            self.fail_next -= 1
+            return True
+        return self.failures > 0 and self._random.random() < self.failures
 
     def _end(self, outcome: Outcome, message: str) -> None:
         self._order = None

@@ -10,7 +10,7 @@ import yaml
 from simenv.errors import MapError
 
 if TYPE_CHECKING:
-    from simenv.geometry import Pose
+    from robot_description.follower import Pose
 
 AROUND = (60, 140)
 """What menu, tools, status and docks take of the window's width and height [pixels]."""

@@ -20,17 +20,21 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import shapely.geometry
 
+from robot_description.follower import Pose
 from simenv.bodies import Bodies
 from simenv.contact import Contacts
-from simenv.errors import SpawnError, UnknownRobotError
-from simenv.geometry import Footprint, Nearby, Pose, outline
+from simenv.errors import CommandError, ObstacleError, SpawnError, UnknownRobotError
+from simenv.geometry import Footprint, Nearby, outline
 from simenv.laser import Scanner
-from simenv.noise import Noise, generators
+from simenv.noise import Noise, dice_of
+from simenv.obstacles import Obstacles
 from simenv.pick import Arm, Stock
+from simenv.standing_room import robot_at, why_not_there
 
 if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
     from robot_description.models import RobotModel
     from simenv.contact import Contact
     from simenv.geometry import Array
@@ -51,6 +55,7 @@ class _Robot:
     footprint: Footprint
     arm: Arm
     scanner: Scanner
+    start: Pose
 
 
 class Simulation:
@@ -59,22 +64,33 @@ class Simulation:
     Attributes:
         world: The world.
         stock: What is left to pick at its stations.
+        obstacles: People, doors, and what was put in the way.
     """
 
-    def __init__(self, world: World, *, seed: int = 0, noise: Noise | None = None) -> None:
+    def __init__(
+        self,
+        world: World,
+        *,
+        seed: int = 0,
+        noise: Noise | None = None,
+        pick_failures: float = 0.0,
+    ) -> None:
         """Start at time 0 without robots.
 
         Args:
             world: What robots sense and bump into.
             seed: Of all noise, at least 0.
             noise: How wrong the robots' senses are; None for the usual noise.
+            pick_failures: Probability that a grip fails, 0..1.
         """
         self.world = world
         self.stock = Stock(world.stations)
         self._seed = seed
         self._noise = noise or Noise()
+        self._pick_failures = pick_failures
+        self.obstacles = Obstacles(world)
         self._near = Nearby(world.segments)
-        self._contacts = Contacts(self._near)
+        self._contacts = Contacts(self._near, self.obstacles)
         self._bodies = Bodies(self._contacts, self._noise)
         self._robots: dict[str, _Robot] = {}
         self._nanoseconds = 0
@@ -130,36 +146,68 @@ class Simulation:
         if name in self._robots:
             raise SpawnError(f"{name}: the name is taken; remove that robot or take another name")
         footprint = Footprint(model.base.footprint)
-        self._check_free(name, footprint, pose)
+        reason = why_not_there(footprint, pose, self.world, self.obstacles, self._standing())
+        if reason is not None:
+            raise SpawnError(f"{name} cannot stand at {pose}: {reason}")
         self._contacts.add(name, footprint)
-        wheels, beams = generators(self._seed, name)
-        self._bodies.add(name, model, pose, wheels)
+        dice = dice_of(self._seed, name)
+        self._bodies.add(name, model, pose, dice.wheels)
         self._robots[name] = _Robot(
             model=model,
             footprint=footprint,
-            arm=Arm(model, self.stock),
-            scanner=Scanner(model.laser, self._noise.laser, beams),
+            arm=Arm(model, self.stock, dice.arm, self._pick_failures),
+            scanner=Scanner(model.laser, self._noise.laser, dice.laser),
+            start=pose,
         )
 
-    def _check_free(self, name: str, footprint: Footprint, pose: Pose) -> None:
-        """Refuse a pose where a robot cannot stand."""
-        where = f"{name} cannot stand at {pose}"
-        remedy = "choose a free place"
-        if not all(map(math.isfinite, pose)):
-            raise SpawnError(f"{where}: x, y and yaw must be numbers")
-        area = shapely.geometry.Polygon(footprint.at(pose))
-        width, depth = self.world.size
-        if not area.within(shapely.geometry.box(0.0, 0.0, width, depth)):
-            raise SpawnError(
-                f"{where}: that is outside the world '{self.world.name}', which reaches from "
-                f"(0, 0) to ({width:g}, {depth:g}) m; {remedy}"
-            )
-        solid = self.world.solid_at(area)
-        if solid is not None:
-            raise SpawnError(f"{where}: '{solid}' is there; {remedy}")
-        for other, there in self._bodies.poses.items():
-            if area.intersects(shapely.geometry.Polygon(self._robots[other].footprint.at(there))):
-                raise SpawnError(f"{where}: {other} is there; {remedy}")
+    def _standing(self) -> dict[str, tuple[Footprint, Pose]]:
+        """Return all robots' footprints and where they are."""
+        poses = self._bodies.poses
+        return {name: (robot.footprint, poses[name]) for name, robot in self._robots.items()}
+
+    def reset(self) -> None:
+        """Put everything back: robots to where they were added, people, doors, loads, contacts.
+
+        Time goes on: it must not run backwards under whoever relies on it.
+        """
+        self.obstacles.reset()
+        self.stock.refill()
+        self._contacts.reset()
+        for name, robot in self._robots.items():
+            robot.arm.reset()
+            self._bodies.put_back(name, robot.start)
+
+    def set_door(self, name: str, *, is_open: bool) -> None:
+        """Open or shut a door; an ObstacleError says that it is unknown or a robot in it."""
+        self._check_nobody(name, self.obstacles.door_area(name))
+        self.obstacles.set_door(name, is_open=is_open)
+
+    def block(self, name: str, area: BaseGeometry) -> None:
+        """Put something in the way.
+
+        Args:
+            name: What it is called; `obstacles.take` takes it away.
+            area: What it covers, frame map [m]; an ObstacleError says that a robot stands there.
+        """
+        self._check_nobody(name, area)
+        self.obstacles.put(name, area)
+
+    def _check_nobody(self, name: str, area: BaseGeometry) -> None:
+        robot = robot_at(area, self._standing())
+        if robot is not None:
+            raise ObstacleError(f"'{name}': {robot} stands there; send it away first")
+
+    def bumper(self, name: str) -> tuple[str, ...]:
+        """Return what a robot touches: '' for a wall, names of obstacles and of robots."""
+        self._robot(name)
+        return self._contacts.touching(name)
+
+    def set_slip(self, name: str, share: float) -> None:
+        """Let a robot's wheels slip: `share` (0..1) of every turn of them moves nothing."""
+        self._robot(name)
+        if not 0 <= share <= 1:
+            raise CommandError(f"slip {share}; allowed: a share from 0 to 1")
+        self._bodies.slip(name, share)
 
     def remove_robot(self, name: str) -> None:
         """Take a robot out of the world.
@@ -192,12 +240,13 @@ class Simulation:
         """Let time pass.
 
         Args:
-            dt: How much [s]; above 0 and at most `LONGEST_STEP`. Runs are only the same if their
-                steps are.
+            dt: How much [s]; above 0 and at most `LONGEST_STEP`.
         """
         if not 0 < dt <= LONGEST_STEP:
             raise ValueError(f"a step of {dt} s; allowed: above 0 and at most {LONGEST_STEP} s")
         loads = np.array([robot.arm.payload for robot in self._robots.values()])
+        if self.world.people:
+            self.obstacles.step(dt, self._standing().values())
         self._bodies.step(self.time, loads, dt)
         self._nanoseconds += round(dt * 1e9)
         for name, robot in self._robots.items():
@@ -226,7 +275,7 @@ class Simulation:
         return self._robot(name).scanner
 
     def scan(self, name: str) -> Array:
-        """Take a scan with a robot's laser; it sees the walls and the other robots.
+        """Take a scan with a robot's laser; it sees the walls, people, and the other robots.
 
         Returns:
             (beams,) distances [m], infinite where nothing is in range (`Scanner.measure`).
@@ -236,6 +285,7 @@ class Simulation:
         origin = robot.scanner.origin(pose)
         reach = robot.model.laser.range_max
         seen = [self._near.at(origin.x, origin.y, reach)]
+        seen += [o.edges for o in self.obstacles.near(origin.x, origin.y, reach)]
         for other, there in self._bodies.poses.items():
             footprint = self._robots[other].footprint
             if other != name and math.dist(origin[:2], there[:2]) <= reach + footprint.radius:

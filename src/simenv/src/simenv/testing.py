@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import shapely.geometry
 
-from simenv.world import Shape, World
+from simenv.shapes import Shape
+from simenv.world import World
 
 if TYPE_CHECKING:
     from simenv.world import Station

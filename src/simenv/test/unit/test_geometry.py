@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Polygon
 
-from simenv.geometry import Footprint, Nearby, Pose, compose, outline, ranges
+from robot_description.follower import Pose
+from robot_description.poses import compose
+from simenv.geometry import Footprint, Nearby, outline, ranges
 
 SQUARE = np.array([[2.0, -1.0], [4.0, -1.0], [4.0, 1.0], [2.0, 1.0]])
 

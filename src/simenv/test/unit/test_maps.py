@@ -7,12 +7,14 @@ import pytest
 from shapely.geometry import Point, box
 
 from robot_description.errors import FileError
+from robot_description.follower import Pose
 from simenv.draw_map import draw_map
 from simenv.errors import MapError
-from simenv.geometry import Pose
 from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, load_map, save_map
+from simenv.shapes import Shape
 from simenv.testing import hall
-from simenv.world import Place, Shape, World, load_world
+from simenv.world import Place, World
+from simenv.world_file import load_world
 
 KEYS = {
     "image": "m.pgm",
@@ -77,7 +79,7 @@ def test_a_saved_map_is_read_back_as_it_was(tmp_path):
         ({"origin": "[0, 0]"}, "lower left corner"),
         ({"origin": "[0, .inf, 0]"}, "finite"),
         ({"negate": "2"}, "0, or 1 if white means occupied"),
-        ({"mode": "raw"}, "trinary"),
+        ({"mode": "odd"}, "trinary"),
         ({"free_thresh": "0.9"}, "free_thresh 0.9 is not below occupied_thresh 0.65"),
         ({"colour": "red"}, "'colour' was unexpected"),
     ],
@@ -161,3 +163,49 @@ def test_the_maps_of_this_package_are_what_its_worlds_look_like(name):
 
     assert (drawn.cells == stored.cells).all(), "draw it again: rosrun simenv draw_map"
     assert (drawn.resolution, drawn.origin) == (stored.resolution, stored.origin)
+
+
+def test_in_scale_mode_shades_say_how_occupied_a_cell_is(tmp_path):
+    grid = load_map(write(tmp_path, [[254, 180, 120, 0]], mode="scale"))
+
+    assert grid.cells[0, 0] == FREE
+    assert grid.cells[0, 3] == OCCUPIED
+    assert 1 <= grid.cells[0, 1] < grid.cells[0, 2] <= 99
+
+
+def test_in_scale_mode_transparent_cells_are_unknown(tmp_path):
+    name = write(tmp_path, [[0]], mode="scale")
+    pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 0]]], dtype=np.uint8)
+    PIL.Image.fromarray(pixels).save(tmp_path / "m.png")
+
+    assert load_map(name).cells.tolist() == [[OCCUPIED, UNKNOWN]]
+
+
+def test_in_raw_mode_a_pixel_is_the_cell(tmp_path):
+    grid = load_map(write(tmp_path, [[0, 37, 100, 101, 255]], mode="raw"))
+
+    assert grid.cells.tolist() == [[0, 37, 100, UNKNOWN, UNKNOWN]]
+
+
+def test_a_map_can_be_saved_as_png(tmp_path):
+    cells = np.array([[FREE, OCCUPIED, UNKNOWN]], dtype=np.int8)
+    save_map(GridMap(cells, 0.05, Pose(0.0, 0.0, 0.0)), tmp_path / "saved", kind="png")
+
+    assert (tmp_path / "saved.png").read_bytes().startswith(b"\x89PNG")
+    assert (load_map(str(tmp_path / "saved.yaml")).cells == cells).all()
+
+
+def test_a_huge_map_is_refused_before_it_fills_the_memory(tmp_path):
+    name = write(tmp_path, [[0]])
+    PIL.Image.new("L", (8000, 8000)).save(tmp_path / "m.png")
+
+    with pytest.raises(MapError, match="8000 x 8000 cells are more than 25,000,000") as caught:
+        load_map(name)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_huge_world_or_too_fine_a_resolution_is_refused():
+    world = World("huge", (400.0, 400.0), ())
+
+    with pytest.raises(MapError, match="8000 x 8000 cells"):
+        draw_map(world, 0.05)

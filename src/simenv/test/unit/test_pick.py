@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from robot_description.follower import Pose
 from robot_description.models import load_model
 from simenv.errors import CommandError
-from simenv.geometry import Pose
 from simenv.noise import NO_NOISE
 from simenv.pick import Act, Load, Order, Outcome
 from simenv.simulation import Simulation

@@ -2,9 +2,9 @@
 import pytest
 import yaml
 
+from robot_description.follower import Pose
 from simenv.errors import MapError
 from simenv.folders import package_folder
-from simenv.geometry import Pose
 from simenv.map_file import load_map
 from simenv.rviz_view import fitted
 

@@ -5,13 +5,14 @@ import numpy as np
 import pytest
 from shapely.geometry import Polygon, box
 
+from robot_description.follower import Pose
 from robot_description.models import load_model
 from simenv.errors import CommandError, SpawnError, UnknownRobotError
-from simenv.geometry import Footprint, Pose
+from simenv.geometry import Footprint
 from simenv.noise import NO_NOISE, Noise
+from simenv.shapes import Shape
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall
-from simenv.world import Shape
 
 MIR = load_model("mir100")
 LD = load_model("ld60")

@@ -9,7 +9,7 @@ from robot_description.models import load_model, model_names
 from simenv.errors import WorldError
 from simenv.noise import NO_NOISE
 from simenv.simulation import Simulation
-from simenv.world import load_world
+from simenv.world_file import load_world, world_mistakes
 
 WORLDS = ("lab", "warehouse")
 
@@ -71,10 +71,10 @@ starts: [{name: corner, pose: [2, 2, 0]}]
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "the whole file"),
+        ("", "is empty"),
         ("just a text", "the whole file"),
         ("name: [", "is not YAML"),
-        (small("doors: []"), r"'doors' was unexpected.*allowed: the keys name, size"),
+        (small("trees: []"), r"'trees' was unexpected.*allowed: the keys name, size"),
         ("name: a\nsize: [4.0, x]\nwalls: []", r":2: size\[1\].*'x' is not of type 'number'"),
         ("name: a\nsize: [4.0, -1]\nwalls: []", r":2: size\[1\].*above 0"),
         ("name: a\nsize: [.nan, 4.0]\nwalls: []", "finite"),
@@ -151,3 +151,78 @@ def test_four_robots_can_start_together(name):
         simulation.add_robot(f"robot{index + 1}", load_model("mir100"), place.pose)
 
     assert len(simulation.names) == 4
+
+
+def test_doors_parking_and_people_are_read(tmp_path):
+    world = read(
+        tmp_path,
+        small("""\
+doors:
+  - {name: gate, box: [1, 1, 2, 1.1], open: false, height: 2}
+  - {name: hatch, segment: {from: [3, 1], to: [3, 2], thickness: 0.1}}
+parking: [{name: bay, pose: [2, 2, 0]}]
+people: [{name: ann, route: [[1, 3], [3, 3]], speed: 1.2, radius: 0.3}]
+"""),
+    )
+
+    gate, hatch = world.doors
+    assert (gate.open, gate.height, hatch.open) == (False, 2, True)
+    assert [place.name for place in world.places] == ["bay"]
+    assert world.people[0].route == ((1.0, 3.0), (3.0, 3.0))
+    assert world.solid_at(Point(1.5, 1.05)) is None
+
+
+@pytest.mark.parametrize(
+    ("extra", "words"),
+    [
+        ("people: [{name: ann, route: [[1, 1]]}]", ":4: people.*at least 2 points"),
+        ("people: [{name: ann, route: [[1, 1], [1, 1]]}]", ":4: people.*has no length"),
+        (
+            (
+                "racks: [{name: b, box: [1, 1, 2, 2]}]\n"
+                "people: [{name: ann, route: [[1.5, 0.5], [1.5, 3]]}]"
+            ),
+            ":5: people.*runs into 'b'",
+        ),
+        ("people: [{name: ann, route: [[0.1, 1], [3, 1]]}]", ":4: .*outside the building"),
+        ("doors: [{name: gate, box: [1, 1, 2, 2], circle: {centre: [1, 1], radius: 1}}]", ":4: "),
+        ("doors: [{name: gate}]", ":4: doors.*exactly one of box"),
+        ("parking: [{name: bay, pose: [9, 9, 0]}]", ":4: .*outside the building"),
+    ],
+)
+def test_mistakes_with_doors_and_people_have_their_line(tmp_path, extra, words):
+    with pytest.raises(FileError, match=words):
+        read(tmp_path, small(extra))
+
+
+def test_every_mistake_of_a_world_is_named_with_its_line(tmp_path):
+    path = tmp_path / "world.yaml"
+    path.write_text(
+        "name: bad\nsize: [4.0, -4.0]\nwalls:\n  - {name: a, box: [1, 1, 2]}\ntrees: []\n"
+    )
+
+    lines = [str(mistake).removeprefix(f"{path}:") for mistake in world_mistakes(str(path))]
+
+    assert [line.split(":")[0] for line in lines] == ["2", "4", "5"]
+
+
+def test_contradictions_are_all_named_too(tmp_path):
+    path = tmp_path / "world.yaml"
+    path.write_text(
+        "name: bad\n"
+        "size: [4.0, 4.0]\n"
+        "walls:\n"
+        "  - {name: a, box: [1, 1, 2, 2]}\n"
+        "starts:\n"
+        "  - {name: s, pose: [1.5, 1.5, 0]}\n"
+        "  - {name: a, pose: [9, 9, 0]}\n"
+    )
+
+    lines = [str(mistake).removeprefix(f"{path}:") for mistake in world_mistakes(str(path))]
+
+    assert [line.split(":")[0] for line in lines] == ["7", "6", "7"]
+    assert "inside 'a'" in lines[1]
+
+
+def test_a_world_without_mistakes_has_none():
+    assert world_mistakes("lab") == []

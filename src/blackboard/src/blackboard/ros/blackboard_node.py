@@ -9,6 +9,7 @@ import rospy
 
 from blackboard.errors import BlackboardError
 from blackboard.ros import membership, params
+from blackboard.ros.links import mend_links
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import make_ways
 from blackboard.settings import BackupSettings, BlackboardSettings, WaysSettings
@@ -21,11 +22,12 @@ def main() -> None:
 
     ROS Subscribers: `new_task`, `task_cancel`, `task_cost`, `task_state`, `robot_status`, `map`,
         `bb_backup`, `bb_entries`, `bb_ack`, `bb_vote`.
-    ROS Publishers: `task_bc`, `task_assign`, `task_state`, `robot_status`, `bb_backup`, `bb_sync`,
-        `bb_entries`, `bb_ack`, `bb_vote`.
+    ROS Publishers: `new_task`, `task_bc`, `task_assign`, `task_state`, `robot_status`,
+        `bb_backup`, `bb_sync`, `bb_entries`, `bb_ack`, `bb_vote`.
     ROS Parameters: see config/blackboard.yaml.
     """
     rospy.init_node("blackboard")
+    mend_links()
     try:
         kinds = (BlackboardSettings, BackupSettings, WaysSettings)
         params.refuse_unknown(kinds, ["journal"])

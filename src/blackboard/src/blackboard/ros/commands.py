@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import actionlib
 import rospy
-from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from geometry_msgs.msg import Quaternion
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
@@ -33,11 +33,29 @@ _STATES = {
 _CHECKS_PER_TIMEOUT = 5
 
 
+def _never_back(generate: Callable[[], GoalID]) -> Callable[[], GoalID]:
+    """Return what makes ids of goals whose stamps never go back, even where the clock does.
+
+    actionlib's simple server cancels a goal that looks older than the one before it.
+    """
+    last = rospy.Time()
+
+    def next_id() -> GoalID:
+        nonlocal last
+        goal_id = generate()
+        last = goal_id.stamp = max(goal_id.stamp, last + rospy.Duration(0, 1))
+        return goal_id
+
+    return next_id
+
+
 class ActionCommand:
     """Sends steps as goals to one action server, and notices when the server is gone.
 
     An actionlib client in Python is never told that its server has died, nor that a goal was lost
-    on the way, so this one listens to the server's own status messages.
+    on the way, so this one listens to the server's own status messages. It is not actionlib's
+    simple client, which overhears what the server says of a goal before `send_goal` has returned:
+    on a busy machine that may be everything up to the result.
 
     Args:
         name: Of the action, in the robot's namespace.
@@ -62,7 +80,10 @@ class ActionCommand:
         self._make_goal = make_goal
         self._talker = talker
         self._timeout = server_timeout
-        self._client = actionlib.SimpleActionClient(name, action)
+        self._client = actionlib.ActionClient(name, action)
+        manager = self._client.manager
+        manager._generate_id = _never_back(manager._generate_id)  # noqa: SLF001  (actionlib's only place for it)
+        self._goal: actionlib.ClientGoalHandle | None = None
         self._heard = -math.inf
         self._run = 0
         rospy.Subscriber(f"{name}/status", GoalStatusArray, self._hear, queue_size=1)
@@ -75,8 +96,8 @@ class ActionCommand:
     def cancel(self) -> None:
         """Cancel the goal, if there is one; see `Command.cancel`."""
         self._run += 1
-        if self._client.gh is not None:
-            self._client.cancel_goal()
+        if self._goal is not None:
+            self._goal.cancel()
 
     def _wait_for_server(
         self, run: int, step: TaskStep, done: Callable[[CommandResult], None], deadline: float
@@ -94,25 +115,32 @@ class ActionCommand:
             )
 
     def _send(self, run: int, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
-        def finished(status: int, result: Any) -> None:  # noqa: ANN401  (of the action's type)
-            state = _STATES.get(status, CommandState.LOST)
-            words = self._client.get_goal_status_text() or getattr(result, "message", "")
-            self._talker.call(lambda: self._end(run, done, CommandResult(state, words)))
+        def changed(goal: actionlib.ClientGoalHandle) -> None:
+            if goal.get_comm_state() == actionlib.CommState.DONE:
+                state = _STATES.get(goal.get_terminal_state(), CommandState.LOST)
+                words = goal.get_goal_status_text() or getattr(goal.get_result(), "message", "")
+                self._talker.call(lambda: self._end(run, done, CommandResult(state, words)))
 
-        self._client.send_goal(self._make_goal(step), done_cb=finished)
-        self._watch(run, done, self._talker.now())
+        self._goal = self._client.send_goal(self._make_goal(step), changed)
+        self._watch(run, self._goal, done, self._talker.now())
 
-    def _watch(self, run: int, done: Callable[[CommandResult], None], sent: float) -> None:
+    def _watch(
+        self,
+        run: int,
+        goal: actionlib.ClientGoalHandle,
+        done: Callable[[CommandResult], None],
+        sent: float,
+    ) -> None:
         """Look again and again whether the server still lives and has taken the goal."""
         if run != self._run:
             return
-        waiting = self._client.gh.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK
+        waiting = goal.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK
         if not self._is_alive() or (waiting and self._talker.now() - sent > self._timeout):
-            self._client.cancel_goal()
+            goal.cancel()
             self._give_up(run, done)
             return
         self._talker.after(
-            self._timeout / _CHECKS_PER_TIMEOUT, lambda: self._watch(run, done, sent)
+            self._timeout / _CHECKS_PER_TIMEOUT, lambda: self._watch(run, goal, done, sent)
         )
 
     def _give_up(self, run: int, done: Callable[[CommandResult], None]) -> None:
@@ -122,6 +150,7 @@ class ActionCommand:
     def _end(self, run: int, done: Callable[[CommandResult], None], result: CommandResult) -> None:
         if run == self._run:
             self._run += 1
+            self._goal = None
             done(result)
 
     def _hear(self, _: GoalStatusArray) -> None:

@@ -63,10 +63,13 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
     msg.epoch = order.epoch
     msg.assignment = order.assignment
     msg.heard = order.heard
+    msg.hive = order.hive
     return msg
 
 
 def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
+    if msg.order not in {msg.ASSIGN, msg.TAKE_BACK, msg.HAND_BACK}:
+        raise ValueError(f"order {msg.order} is unknown")
     return Order(
         task=task_from_msg(msg),
         robot_id=msg.robot_id,
@@ -76,6 +79,7 @@ def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
         assignment=msg.assignment,
         hand_back=msg.order in {msg.HAND_BACK, msg.HAND_BACK_UNBEGUN},
         heard=msg.heard,
+        hive=msg.hive,
         if_unbegun=msg.order == msg.HAND_BACK_UNBEGUN,
     )
 
@@ -91,6 +95,7 @@ def _broadcast_to_msg(broadcast: Broadcast) -> bb_msgs.TaskMsgArray:
         epoch=broadcast.epoch,
         auction=broadcast.auction,
         tasks=tasks,
+        hive=broadcast.hive,
         round=broadcast.round,
         robots=list(broadcast.asked or ()),
         given=list((broadcast.asked or {}).values()),
@@ -100,7 +105,7 @@ def _broadcast_to_msg(broadcast: Broadcast) -> bb_msgs.TaskMsgArray:
 def _broadcast_from_msg(msg: bb_msgs.TaskMsgArray) -> Broadcast:
     tasks = tuple((task_from_msg(task), task.step) for task in msg.tasks)
     asked = dict(zip(msg.robots, msg.given, strict=True)) if msg.robots else None
-    return Broadcast(msg.epoch, msg.auction, tasks, round=msg.round, asked=asked)
+    return Broadcast(msg.epoch, msg.auction, tasks, msg.hive, round=msg.round, asked=asked)
 
 
 def _bid_to_msg(bid: Bid, header: Header, epoch: int) -> bb_msgs.TaskCost:
@@ -209,6 +214,7 @@ def _status_to_msg(status: RobotStatus) -> bb_msgs.RobotStatus:
         reason=status.reason,
         tasks=list(status.tasks),
         sent=status.sent,
+        hive=status.hive,
     )
 
 
@@ -223,16 +229,17 @@ def _status_from_msg(msg: bb_msgs.RobotStatus) -> RobotStatus:
         reason=msg.reason,
         tasks=tuple(msg.tasks),
         sent=msg.sent,
+        hive=msg.hive,
     )
 
 
 def _list_to_msg(known: TaskList) -> bb_msgs.BbSynch:
     records = [record_to_msg(record) for record in known.records]
-    return bb_msgs.BbSynch(_header("map"), known.epoch, known.version, records)
+    return bb_msgs.BbSynch(_header("map"), known.epoch, known.version, records, known.hive)
 
 
 def _list_from_msg(msg: bb_msgs.BbSynch) -> TaskList:
-    return TaskList(msg.epoch, msg.version, tuple(map(record_from_msg, msg.tasks)))
+    return TaskList(msg.epoch, msg.version, tuple(map(record_from_msg, msg.tasks)), msg.hive)
 
 
 def _text(msg: String) -> str:

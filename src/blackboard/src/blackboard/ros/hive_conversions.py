@@ -38,6 +38,7 @@ def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
         robots=[robot for robot, _ in beat.heard],
         heard=[sent for _, sent in beat.heard],
         robot_lease=beat.robot_lease,
+        hive=beat.hive,
     )
 
 
@@ -52,6 +53,7 @@ def _beat_from_msg(msg: bb_msgs.BbBackup) -> Heartbeat:
         sent=msg.sent,
         heard=tuple(zip(msg.robots, msg.heard, strict=True)),
         robot_lease=msg.robot_lease,
+        hive=msg.hive,
     )
 
 
@@ -84,6 +86,7 @@ def _entries_to_msg(entries: Entries) -> bb_msgs.BbEntries:
         whole=whole is not None,
         tasks=[record_to_msg(record) for record in whole.records.values()] if whole else [],
         members=list(whole.members) if whole else [],
+        hive=entries.hive,
     )
 
 
@@ -97,15 +100,17 @@ def _entries_from_msg(msg: bb_msgs.BbEntries) -> Entries:
     if msg.whole:
         records = {record.task.id: record for record in map(record_from_msg, msg.tasks)}
         whole = Whole(before, records, tuple(msg.members))
-    return Entries(msg.epoch, msg.active, before, entries, msg.committed, msg.sent, whole)
+    return Entries(
+        msg.epoch, msg.active, before, entries, msg.committed, msg.sent, whole, msg.hive
+    )
 
 
 def _ack_to_msg(ack: Ack) -> bb_msgs.BbAck:
-    return bb_msgs.BbAck(_header(), ack.member, ack.epoch, ack.version, ack.echo)
+    return bb_msgs.BbAck(_header(), ack.member, ack.epoch, ack.version, ack.echo, ack.hive)
 
 
 def _ack_from_msg(msg: bb_msgs.BbAck) -> Ack:
-    return Ack(msg.member, msg.epoch, msg.version, msg.echo)
+    return Ack(msg.member, msg.epoch, msg.version, msg.echo, msg.hive)
 
 
 def _ballot_to_msg(ballot: Ballot) -> bb_msgs.BbVote:
@@ -119,6 +124,7 @@ def _ballot_to_msg(ballot: Ballot) -> bb_msgs.BbVote:
         list_version=ballot.position.version,
         granted=ballot.granted,
         seen=ballot.seen,
+        hive=ballot.hive,
     )
 
 
@@ -131,6 +137,7 @@ def _ballot_from_msg(msg: bb_msgs.BbVote) -> Ballot:
         position=Position(msg.list_epoch, msg.list_version),
         granted=msg.granted,
         seen=msg.seen,
+        hive=msg.hive,
     )
 
 

@@ -19,13 +19,16 @@ from blackboard.decision_book import ENDING, SqliteBook
 from blackboard.errors import SettingsError
 from blackboard.journal import SqliteJournal
 from blackboard.ros import params
+from blackboard.ros.diagnostics import Diagnostics
 from blackboard.settings import BackupSettings, BlackboardSettings
+from blackboard.standstill import Standstill
 
 if TYPE_CHECKING:
     from blackboard.ros.talker import RosTalker
     from blackboard.ways import Ways
 
 SPEAKS = (
+    topics.NEW_TASK,
     topics.TASK_BROADCAST,
     topics.TASK_ASSIGN,
     topics.TASK_STATE,
@@ -37,6 +40,9 @@ SPEAKS = (
     topics.BB_VOTE,
 )
 """What a member may have to publish; all of it is advertised before it has to."""
+
+_LOOK_EVERY = 1.0
+"""Time between two looks whether the hive stands still [s]."""
 
 
 def open_journal() -> SqliteJournal:
@@ -99,4 +105,7 @@ def join(
     )
     book = SqliteBook(_file(ENDING))
     Blackboard(talker, backup, ways, params.read(BlackboardSettings, node), book).start()
+    standstill = Standstill(talker.steady, lambda: backup.member, str(_file(".sqlite3")))
+    talker.steady.every(_LOOK_EVERY, standstill.look)
+    Diagnostics(talker, backup, standstill).start()
     return backup

@@ -22,6 +22,7 @@ from blackboard.robot import Robot
 from blackboard.ros import membership, params
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
+from blackboard.ros.links import mend_links
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import make_ways
 from blackboard.settings import ControllerSettings, RobotSettings, WaysSettings
@@ -53,6 +54,7 @@ def main() -> None:
     ROS Parameters: `characteristics` of the robot; otherwise see config/robot.yaml.
     """
     rospy.init_node("robot")
+    mend_links()
     try:
         _run()
     except BlackboardError as error:
@@ -80,6 +82,8 @@ def _run() -> None:
     talker = RosTalker(hive, _SPEAKS)
     ways = make_ways(talker, hive, characteristics.radius, params.read(WaysSettings))
     controller = Controller(_commands(talker, characteristics, patience), talker, patience)
+    goals = make_ways(talker, hive, 0.0, params.read(WaysSettings))
+    backup = membership.join(talker, hive, goals, journal, founds=False)
     robot = Robot(
         talker,
         robot_id,
@@ -90,9 +94,8 @@ def _run() -> None:
         _first_pose(),
         settings,
         journal,
+        backup,
     )
-    goals = make_ways(talker, hive, 0.0, params.read(WaysSettings))
-    backup = membership.join(talker, hive, goals, journal, founds=False)
     _Senses(talker, robot, battery, settings.status_period).start()
     robot.start()
     backup.start()

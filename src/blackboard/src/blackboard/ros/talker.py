@@ -12,8 +12,12 @@ from typing import TYPE_CHECKING, Any
 import rosgraph
 import rospy
 
+from blackboard.intake import why_refused
+from blackboard.refusals import Refusals
 from blackboard.ros.conversions import WIRES
 from blackboard.ros.death import PERIOD, DeathWatch
+from blackboard.ros.onward_clock import OnwardClock
+from blackboard.ros.speakers import Speakers
 from blackboard.ros.timers import Timers
 from blackboard.talker import BACKUP, SET_STATE
 
@@ -42,6 +46,10 @@ class RosTalker:
         hive: Namespace of the hive, ending in a slash.
         speaks: Topics that will be published on.
 
+    Attributes:
+        refusals: What was refused so far.
+        steady: The same talker by the machine's own clock.
+
     ROS Publishers and Subscribers: as the core asks, with the types of `conversions.WIRES`.
     """
 
@@ -49,8 +57,11 @@ class RosTalker:
         self._hive = hive
         self._queue: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
+        self._clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
         self._timers = Timers(self.now)
         self._death: DeathWatch | None = None
+        self._speakers = Speakers()
+        self.refusals = Refusals(rospy.logwarn)
         self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
         # A get() that a signal interrupts waits for ever where the handler outlasts its timeout
@@ -59,7 +70,7 @@ class RosTalker:
 
     def now(self) -> float:
         """Return the time [s]: of the simulation where there is one, else the monotonic clock."""
-        return float(rospy.get_time()) if self._simulated else time.monotonic()
+        return self._clock.now()
 
     def publish(self, topic: str, message: object) -> None:
         """Tell everyone who listens to a topic."""
@@ -72,10 +83,15 @@ class RosTalker:
         def receive(msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
             try:
                 value = wire.from_msg(msg)
+                sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
+                reason = why_refused(topic, value)
+                reason = reason or self._speakers.why_refused(value, sender, time.monotonic())
             except ValueError as error:
-                rospy.logwarn_throttle_identical(10, f"a message on {topic} is refused: {error}")
-                return
-            self.call(lambda: handler(value))
+                reason = str(error)
+            if reason:
+                self.call(lambda: self.refuse(topic, reason))
+            else:
+                self.call(lambda: handler(value))
 
         subscriber = rospy.Subscriber(
             self._name(topic), wire.message, receive, queue_size=_QUEUE_SIZE
@@ -118,6 +134,10 @@ class RosTalker:
     def warn(self, text: str) -> None:
         """Tell the person who runs this node; the same text at most every ten seconds."""
         rospy.logwarn_throttle_identical(10, text)
+
+    def refuse(self, topic: str, reason: str) -> None:
+        """Note that a message of a topic was refused; see `blackboard.talker.Talker.refuse`."""
+        self.refusals.refuse(topic, reason)
 
     def spin(self) -> None:
         """Work through the queue and the timers until the node is shut down."""
@@ -166,6 +186,7 @@ class SteadyTalker:
         self.ping = talker.ping
         self.watch = talker.watch
         self.warn = talker.warn
+        self.refuse = talker.refuse
 
     def now(self) -> float:
         """Return the time [s] by the monotonic clock."""

@@ -10,9 +10,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_CLOCK_RESET = 1.0
-"""A clock that goes back by more than this has been reset [s]."""
-
 
 class RosTimer:
     """A call that is going to happen; see `blackboard.talker.Timer`."""
@@ -39,7 +36,6 @@ class Timers:
         self._now = now
         self._queue: list[tuple[float, int, RosTimer]] = []
         self._order = itertools.count()
-        self._latest = now()
 
     def start(self, delay: float, period: float | None, action: Callable[[], None]) -> RosTimer:
         """Have something called after a delay [s], and then again after every period [s]."""
@@ -51,7 +47,6 @@ class Timers:
 
     def call_due(self) -> None:
         """Make the calls whose time has come."""
-        self._follow_reset()
         now = self._now()
         while self._queue and self._queue[0][0] <= now:
             _, _, timer = heapq.heappop(self._queue)
@@ -66,15 +61,3 @@ class Timers:
     def _schedule(self, timer: RosTimer) -> RosTimer:
         heapq.heappush(self._queue, (timer.due, next(self._order), timer))
         return timer
-
-    def _follow_reset(self) -> None:
-        """Move all timers along when a simulated clock has been reset."""
-        now = self._now()
-        shift = now - self._latest
-        self._latest = now
-        if shift < -_CLOCK_RESET:
-            timers = [timer for _, _, timer in self._queue]
-            self._queue = []
-            for timer in timers:
-                timer.due += shift
-                self._schedule(timer)

@@ -12,14 +12,10 @@ from blackboard.blackboard import Blackboard
 from blackboard.controller import CommandResult, CommandState, Controller
 from blackboard.journal import MemoryJournal
 from blackboard.robot import Robot
-from blackboard.settings import (
-    BackupSettings,
-    BlackboardSettings,
-    ControllerSettings,
-    RobotSettings,
-)
-from blackboard.simulation.network import HostTalker, SimulatedCrashError
-from blackboard.simulation.schedule import BLACKBOARD
+from blackboard.settings import BlackboardSettings, ControllerSettings, RobotSettings
+from blackboard.simulation.host import HostTalker
+from blackboard.simulation.network import SimulatedCrashError
+from blackboard.simulation.schedule import BLACKBOARD, Point
 from blackboard.task import StepKind
 from blackboard.testing import SMALL_ROBOT
 from blackboard.ways import StraightWays
@@ -30,10 +26,10 @@ if TYPE_CHECKING:
 
     from blackboard.journal import Durable
     from blackboard.pose import Pose
-    from blackboard.simulation.network import Host
+    from blackboard.settings import BackupSettings
+    from blackboard.simulation.host import Host
     from blackboard.task import TaskStep
 
-BACKUP_SETTINGS = BackupSettings(kept_changes=4)
 BLACKBOARD_SETTINGS = BlackboardSettings(retry_period=10.0)
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 
@@ -43,20 +39,30 @@ _FAILURES = 0.05
 
 @dataclass
 class Disk(MemoryJournal):
-    """A disk that survives its host's crash, and at whose next write the host may crash."""
+    """A disk that survives its host's crash, and at one of whose writes the host may crash.
+
+    Attributes:
+        crashes: Whether the host crashes at the next write, before anything is written.
+        watched_by: Told what was written before and what is going to be written now; says whether
+            and when the host crashes.
+    """
 
     crashes: bool = False
+    watched_by: Callable[[Durable | None, Durable], Point] = lambda *_: Point.AFTER
 
     def save(self, durable: Durable) -> None:
-        """Write down, or end before anything is written.
+        """Write down, or end before anything is written, or right afterwards.
 
         Raises:
             SimulatedCrashError: The host crashes now.
         """
-        if self.crashes:
+        point = self.watched_by(self.durable, durable)
+        if self.crashes or point is Point.BEFORE_WRITING:
             self.crashes = False
             raise SimulatedCrashError
         self.durable = durable
+        if point is Point.BEFORE_SAYING:
+            raise SimulatedCrashError
 
 
 class Drive:
@@ -73,6 +79,7 @@ class Drive:
         self._arrive = arrive
         self._run = 0
         self._task = ""
+        self._runs = False
         self.at_work: Callable[[str, bool], None] = lambda *_: None
         self.step_done: Callable[[TaskStep], None] = lambda _: None
 
@@ -80,6 +87,7 @@ class Drive:
         """Begin a step."""
         self._run += 1
         self._task = step.task_id
+        self._runs = True
         self.at_work(self._task, True)
         duration = self._random.uniform(0.5, 4.0)
         works = self._random.random() >= _FAILURES
@@ -90,12 +98,19 @@ class Drive:
     def cancel(self) -> None:
         """Stop."""
         self._run += 1
+        self._runs = False
         self.at_work(self._task, False)
+
+    def go_on(self) -> None:
+        """Turn the wheels again after a freeze, unless it has been stopped meanwhile."""
+        if self._runs:
+            self.at_work(self._task, True)
 
     def _end(self, what: tuple[int, TaskStep, bool, Callable[[CommandResult], None]]) -> None:
         run, step, works, done = what
         if run != self._run:
             return
+        self._runs = False
         self.at_work(self._task, False)
         if works:
             self._arrive(step.goal)
@@ -111,20 +126,23 @@ class SimulatedMember:
     Attributes:
         host: The machine.
         disk: Survives crashes, unless it is lost.
+        settings: The hive's timers.
         backup: Of the process that runs now; None while none does.
         pose: Where the robot stands; it stays where it is when its process ends.
         gone: Whether it never comes back.
+        drive: Of the robot that runs now, if there is one.
     """
 
     host: Host
     disk: Disk
     pose: Pose
     random: Random
+    settings: BackupSettings
     backup: Backup | None = None
+    drive: Drive | None = None
     gone: bool = False
     at_work: Callable[[str, str, bool], None] = field(default=lambda *_: None)
     step_done: Callable[[str, TaskStep], None] = field(default=lambda *_: None)
-    lives: int = 0
 
     @property
     def name(self) -> str:
@@ -134,23 +152,22 @@ class SimulatedMember:
     def boot(self) -> None:
         """Start the process."""
         host = self.host
-        self.lives += 1
         host.boot()
         talker = HostTalker(host, self.name)
-        founds = self.name == BLACKBOARD and self.lives == 1
+        founds = self.name == BLACKBOARD
         self.backup = Backup(
-            talker, self.name, BACKUP_SETTINGS, self.disk, self.random, founds=founds
+            talker, self.name, self.settings, self.disk, self.random, founds=founds
         )
         Blackboard(talker, self.backup, StraightWays(), BLACKBOARD_SETTINGS).start()
         try:
             if self.name != BLACKBOARD:
-                self._robot(talker).start()
+                self._robot(talker, self.backup).start()
             self.backup.start()
         except SimulatedCrashError:
             host.crash()
 
-    def _robot(self, talker: HostTalker) -> Robot:
-        drive = Drive(self.host, self.random, self._arrive)
+    def _robot(self, talker: HostTalker, fence: Backup) -> Robot:
+        drive = self.drive = Drive(self.host, self.random, self._arrive)
         drive.at_work = lambda task, works: self.at_work(self.name, task, works)
         drive.step_done = lambda step: self.step_done(self.name, step)
         controller = Controller(dict.fromkeys(StepKind, drive), talker, CONTROLLER_SETTINGS)
@@ -165,6 +182,7 @@ class SimulatedMember:
             self.pose,
             RobotSettings(),
             self.disk,
+            fence,
         )
 
     def _arrive(self, pose: Pose) -> None:

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Virtual time, hosts that crash and freeze, and links that lose, double, delay and cut.
+"""Virtual time, and links that lose, double, delay, hold back and cut.
 
-A `Host` is one process with its own clock; its `HostTalker` is the port that the core sees. Every
-chance is drawn from the network's one generator, so a seed gives the same run twice.
+Every chance is drawn from the network's one generator, so a seed gives the same run twice.
 """
 
 from __future__ import annotations
@@ -12,6 +11,8 @@ import itertools
 from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from blackboard.simulation.host import Host
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,98 +32,20 @@ class Quality:
     Attributes:
         loss: Share of the messages that get lost.
         double: Share of the messages that come twice.
-        delay: Longest time that a message takes [s]; messages overtake each other.
+        delay: Longest time that most messages take [s]; messages overtake each other.
+        late: Share of the messages that take longer than that ...
+        latest: ... up to so long [s].
     """
 
     loss: float = 0.0
     double: float = 0.0
     delay: float = 0.02
+    late: float = 0.0
+    latest: float = 0.0
 
 
 class SimulatedCrashError(Exception):
     """The process ends here, in the middle of what it does."""
-
-
-class Host:
-    """One process on a machine of its own.
-
-    Args:
-        network: What it is connected to.
-        name: Its name.
-        rate: How fast its clock runs; 1.01 gains 1 %.
-
-    Attributes:
-        up: Whether it runs.
-        frozen: Whether it is stopped for a while and knows nothing of it.
-        generation: How often it has been started; what was meant for an earlier one is lost.
-        on_crash: Called when it crashes by itself.
-    """
-
-    def __init__(self, network: Network, name: str, rate: float = 1.0) -> None:
-        self.network = network
-        self.name = name
-        self.rate = rate
-        self.up = False
-        self.frozen = False
-        self.generation = 0
-        self.handlers: dict[str, list[Callable[[Any], None]]] = {}
-        self.watched: tuple[str, Callable[[], None]] | None = None
-        self.backlog: list[tuple[bool, Callable[[Any], None], Any]] = []
-        self.warnings: list[str] = []
-
-    def boot(self) -> None:
-        """Start, with nothing in memory."""
-        self.generation += 1
-        self.up, self.frozen = True, False
-        self.handlers, self.watched, self.backlog = {}, None, []
-
-    def crash(self) -> None:
-        """End; those who watch it may get proof of it."""
-        self.generation += 1
-        self.up, self.frozen = False, False
-        self.handlers, self.backlog = {}, []
-        self.network.prove_death(self)
-
-    def thaw(self) -> None:
-        """Go on: timers that have become due come first, then what has arrived meanwhile."""
-        self.frozen = False
-        backlog, self.backlog = self.backlog, []
-        for _, action, argument in sorted(backlog, key=lambda each: not each[0]):
-            if not self.up or self.frozen:
-                return
-            self.network.act(self, action, argument)
-
-    def deliver(self, message: tuple[str, object]) -> None:
-        """Hand a message to who listens here."""
-        topic, value = message
-        for handler in self.handlers.get(topic, ()):
-            handler(value)
-
-
-class _Timer:
-    """A call on one host that is going to happen; see `blackboard.talker.Timer`."""
-
-    __slots__ = ("action", "cancelled", "host", "period")
-
-    def __init__(self, host: Host, action: Callable[[], None], period: float | None) -> None:
-        self.host = host
-        self.action = action
-        self.period = period
-        self.cancelled = False
-
-    def cancel(self) -> None:
-        """Make it not happen."""
-        self.cancelled = True
-
-    def fire(self, _: None) -> None:
-        """Let it happen."""
-        if self.cancelled:
-            return
-        if self.period is not None:
-            self.host.network.schedule(
-                self.period / self.host.rate, self.host, self.fire, timer=True
-            )
-        self.action()
 
 
 class Network:
@@ -130,28 +53,33 @@ class Network:
 
     Args:
         random: Where every chance is drawn from.
+        proofs: Share of the deaths that those who watch get proof of.
 
     Attributes:
         now: The true time [s].
         events: How many have happened.
         quality: Of all links.
         cut: Pairs of names between which nothing passes in this direction.
+        holding: Those of them whose messages are kept until `release`.
         after_event: Called after every event on a host, with it.
         said: Called with every message as it is sent, and who sent it.
         counts: Of what became of messages, by kind.
     """
 
-    def __init__(self, random: Random) -> None:
+    def __init__(self, random: Random, proofs: float = 0.9) -> None:
         self.random = random
+        self._proofs = proofs
         self.now = 0.0
         self.events = 0
         self.quality = Quality()
         self.cut: set[tuple[str, str]] = set()
+        self.holding: set[tuple[str, str]] = set()
         self.hosts: dict[str, Host] = {}
         self.after_event: Callable[[Host], None] = lambda _: None
         self.said: Callable[[Host, str, object], None] = lambda *_: None
         self.counts: Counter[str] = Counter()
         self._queue: list[Any] = []
+        self._held: list[tuple[tuple[str, str], Host, int, tuple[str, object]]] = []
         self._order = itertools.count()
 
     def add_host(self, name: str, rate: float = 1.0) -> Host:
@@ -213,16 +141,38 @@ class Network:
                 self.schedule(_INSIDE, host, host.deliver, packet)
                 continue
             if self.cut and (sender.name, host.name) in self.cut:
-                self.counts["cut off"] += 1
+                self._stop(sender, host, packet)
                 continue
             if quality.loss and random.random() < quality.loss:
                 self.counts["lost"] += 1
                 continue
             spread = quality.delay - _FASTEST
-            self.schedule(_FASTEST + spread * random.random() ** 3, host, host.deliver, packet)
+            takes = _FASTEST + spread * random.random() ** 3
+            if quality.late and random.random() < quality.late:
+                self.counts["late"] += 1
+                takes += quality.latest * random.random()
+            self.schedule(takes, host, host.deliver, packet)
             if quality.double and random.random() < quality.double:
                 self.counts["doubled"] += 1
                 self.schedule(_FASTEST + spread * random.random(), host, host.deliver, packet)
+
+    def _stop(self, sender: Host, host: Host, packet: tuple[str, object]) -> None:
+        """Lose a message, or keep it until the link is there again."""
+        pair = sender.name, host.name
+        if pair in self.holding:
+            self._held.append((pair, host, host.generation, packet))
+        else:
+            self.counts["cut off"] += 1
+
+    def release(self) -> None:
+        """Deliver what was kept for links that are there again, to processes that still run."""
+        kept = self._held
+        self._held = [each for each in kept if each[0] in self.cut]
+        for pair, host, generation, packet in kept:
+            if pair not in self.cut and generation == host.generation:
+                self.counts["held back"] += 1
+                delay = _FASTEST + self.quality.delay * self.random.random()
+                self.schedule(delay, host, host.deliver, packet)
 
     def prove_death(self, dead: Host) -> None:
         """Let most of those that watch a host and can reach it know that it has ended."""
@@ -232,59 +182,7 @@ class Network:
                 continue
             _, died = host.watched
             host.watched = None
-            if self.random.random() < 0.9:  # noqa: PLR2004  (a proof may fail to appear)
+            if self.random.random() < self._proofs:
                 self.counts["deaths proved"] += 1
                 delay = 0.02 + 0.08 * self.random.random()
-                self.schedule(delay, host, _Timer(host, died, None).fire)
-
-
-class HostTalker:
-    """The talker of one host; see `blackboard.talker.Talker`.
-
-    Args:
-        host: Whose it is.
-        namespace: Put before the names of a robot's own topics.
-    """
-
-    def __init__(self, host: Host, namespace: str = "") -> None:
-        self._host = host
-        self._own = f"{namespace}/set_state"
-
-    def now(self) -> float:
-        """Return the time by this host's own clock [s]."""
-        return self._host.network.now * self._host.rate
-
-    def publish(self, topic: str, message: object) -> None:
-        """Send a message to everyone who listens."""
-        self._host.network.send(self._host, topic, message)
-
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
-        """Have every message of a topic handed over."""
-        name = self._own if topic == "set_state" else topic
-        self._host.handlers.setdefault(name, []).append(handler)
-
-    def every(self, period: float, action: Callable[[], None]) -> _Timer:
-        """Call again and again."""
-        return self._start(_Timer(self._host, action, period), period)
-
-    def after(self, delay: float, action: Callable[[], None]) -> _Timer:
-        """Call once."""
-        return self._start(_Timer(self._host, action, None), delay)
-
-    def _start(self, timer: _Timer, delay: float) -> _Timer:
-        host = self._host
-        host.network.schedule(delay / host.rate, host, timer.fire, timer=True)
-        return timer
-
-    def ping(self, member: str) -> bool:
-        """Return whether a host runs and can be reached."""
-        host = self._host.network.hosts.get(member)
-        return host is not None and host.up and not host.frozen
-
-    def watch(self, member: str, died: Callable[[], None]) -> None:
-        """Be told if a host ends while it is watched."""
-        self._host.watched = (member, died)
-
-    def warn(self, text: str) -> None:
-        """Note what a person should know."""
-        self._host.warnings.append(f"{self._host.network.now:.2f} {self._host.name}: {text}")
+                self.schedule(delay, host, host.timer(died).fire)

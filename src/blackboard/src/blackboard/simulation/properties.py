@@ -8,11 +8,13 @@ broken property ends the run with a `Violation` that names it.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from blackboard.member import Role, has_lease, is_majority, name_of
 from blackboard.record import Order, TaskRecord, TaskUpdate
-from blackboard.talker import TASK_ASSIGN, TASK_STATE
+from blackboard.simulation.ending import Ending
+from blackboard.simulation.history import History, Violation
+from blackboard.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_STATE
 from blackboard.task import TaskState, split_task
 
 if TYPE_CHECKING:
@@ -20,14 +22,9 @@ if TYPE_CHECKING:
 
     from blackboard.journal import Durable
     from blackboard.member import Member
-    from blackboard.replication import Entry, Position
     from blackboard.simulation.hive import SimulatedMember
-    from blackboard.simulation.network import Host
+    from blackboard.simulation.host import Host
     from blackboard.task import Task, TaskStep
-
-
-class Violation(AssertionError):  # noqa: N818  (the word the docs use)
-    """A property does not hold; the text says which, when, and what was seen."""
 
 
 class Properties:
@@ -39,9 +36,9 @@ class Properties:
         now: Gives the true time [s].
 
     Attributes:
+        ending: What must be so in the end.
         takeovers: How many members have become active.
         done: Tasks that a robot has really finished, and how often.
-        truth: Every task as it was last committed.
     """
 
     def __init__(
@@ -54,24 +51,24 @@ class Properties:
         self._last_steps = {task.id: split_task(task)[-1] for task in tasks}
         self._now = now
         self._seen: dict[str, Member] = {}
-        self._active_of: dict[int, str] = {}
         self._active_now: set[str] = set()
-        self._history: dict[int, Position] = {}
-        self._written: dict[Position, Entry] = {}
-        self._applied = 0
+        self._hives: dict[str, History] = defaultdict(lambda: History(self._broken))
         self._lost_disks: list[Durable | None] = []
-        self._told: set[tuple[str, int, str]] = set()
+        self._told: set[tuple[str, str, int, str]] = set()
         self._workers: dict[str, set[str]] = defaultdict(set)
         self._finishers: dict[str, str] = {}
         self._handed_back: set[tuple[str, str, int]] = set()
         self._lost: set[str] = set()
+        self.ending = Ending(members, self._hives, self._last_steps, self._broken)
         self.takeovers = 0
         self.done: Counter[str] = Counter()
-        self.truth: dict[str, TaskRecord] = {}
 
     def after_event(self, host: Host) -> None:
         """Check what can have changed with an event on a host."""
-        backup = self._members[host.name].backup
+        own = self._members.get(host.name)
+        if own is None:
+            return  # the operator's
+        backup = own.backup
         if backup is None or not host.up:
             self._active_now.discard(host.name)
             self._seen.pop(host.name, None)
@@ -92,6 +89,8 @@ class Properties:
 
     def said(self, host: Host, topic: str, message: object) -> None:
         """Check what a host is about to say."""
+        if topic in {BACKUP, TASK_BROADCAST, TASK_ASSIGN}:
+            self._check_may_say(host, topic)
         if topic == TASK_STATE and isinstance(message, TaskUpdate):
             if message.robot_id and message.state is TaskState.WAITING:
                 report = message.task_id, message.robot_id, message.assignment
@@ -134,58 +133,19 @@ class Properties:
             if finisher == robot and not self._is_known_as_done(task):
                 self.done[task] = 0
 
-    def _is_known_as_done(self, task: str) -> bool:
-        record = self.truth.get(task)
-        return record is not None and record.state.is_terminal
+    def disk_given_up(self, durable: Durable) -> None:
+        """Note what was on the disk of a member that begins anew to join another hive."""
+        self._lost_disks.append(durable)
 
-    def at_end(self) -> None:
-        """Check, when all has been calm for long, that every task ended or says why not."""
-        for task_id in sorted(self._last_steps):
-            record = self.truth.get(task_id)
-            if record is None:
-                self._broken("it goes on", f"{task_id} was never taken in")
-            elif not record.state.is_terminal and not record.reason:
-                self._broken(
-                    "it goes on", f"{task_id} is {record.state.name} and does not say why"
-                )
+    def _is_known_as_done(self, task: str) -> bool:
+        records = (hive.truth.get(task) for hive in self._hives.values())
+        return any(record is not None and record.state.is_terminal for record in records)
 
     def _follow_commits(self, member: Member, before: Member | None) -> None:
         """Check that what a member holds as committed is what everyone else does."""
-        log = member.log
-        for entry in log.entries:
-            self._written[entry.position] = entry
-        first = 0 if before is None else before.log.committed
-        base = log.base.position
-        folded = before.log if before and before.log.at(base.version) == base else log
-        for version in range(first, log.committed + 1):
-            # What has been folded in this very event was still to be seen before it.
-            position = log.at(version) or folded.at(version)
-            if position is None:
-                continue
-            known = self._history.setdefault(version, position)
-            if known != position:
-                self._broken(
-                    "one history",
-                    f"{member.id} has committed {position} where another committed {known}",
-                )
-            if position in self._written:
-                self._apply(member, version, self._written[position].records)
-
-    def _apply(self, member: Member, version: int, records: tuple[TaskRecord, ...]) -> None:
-        if version <= self._applied:
-            return
-        self._applied = version
-        for record in records:
-            known = self.truth.get(record.task.id)
-            self.truth[record.task.id] = record
-            if known is not None:
-                self._check_left(known, record)
-            if known is not None and known.state.is_terminal and record.state != known.state:
-                self._broken(
-                    "done once",
-                    f"{member.id} turns {record.task.id} from {known.state.name} "
-                    f"to {record.state.name}",
-                )
+        hive = self._hives[member.hive]
+        for known, record in hive.follow(member, before):
+            self._check_left(known, record)
 
     def _check_left(self, before: TaskRecord, after: TaskRecord) -> None:
         """Check that a robot from which a task is taken unasked has stopped, because it is lost.
@@ -203,18 +163,7 @@ class Properties:
 
     def _check_takeover(self, member: Member) -> None:
         self.takeovers += 1
-        rival = self._active_of.setdefault(member.epoch, member.id)
-        if rival != member.id:
-            self._broken(
-                "one authority", f"{rival} and {member.id} are both active in epoch {member.epoch}"
-            )
-        missing = self._applied - member.log.position.version
-        lost = [task_id for task_id in self.truth if task_id not in member.log.latest.records]
-        if missing > 0 or lost:
-            self._broken(
-                "nothing is lost",
-                f"{member.id} becomes active and lacks {missing} changes; tasks missing: {lost}",
-            )
+        self._hives[member.hive].take_over(member)
 
     def _check_lease(self, host: Host, member: Member) -> None:
         self._active_now.add(host.name)
@@ -222,6 +171,8 @@ class Properties:
             other = self._members[name]
             if other.backup is None or not other.host.up:
                 self._active_now.discard(name)
+                continue
+            if other.backup.hive != member.hive:
                 continue
             now = self._now()
             if has_lease(member, now * host.rate) and has_lease(
@@ -231,14 +182,26 @@ class Properties:
                     "one authority", f"{name} and {host.name} may both act as the active one"
                 )
 
+    def _check_may_say(self, host: Host, topic: str) -> None:
+        """Check that only an active one that a majority follows speaks as such."""
+        backup = self._members[host.name].backup
+        if backup is None:
+            return
+        member = backup.member
+        if member.role is not Role.ACTIVE or not has_lease(member, self._now() * host.rate):
+            self._broken(
+                "one authority", f"{host.name} speaks on {topic} and no majority follows it"
+            )
+
     def _check_is_safe(self, host: Host, task_id: str, assignment: int, what: str) -> None:
         """Check that a majority has on disk what is being told for the first time."""
         backup = self._members[host.name].backup
-        if backup is None or (task_id, assignment, what) in self._told:
+        if backup is None or (backup.hive, task_id, assignment, what) in self._told:
             return
-        self._told.add((task_id, assignment, what))
+        self._told.add((backup.hive, task_id, assignment, what))
         log = backup.member.log
-        # While the list of members changes, majorities of the old and the new one overlap.
+        # While the list of members changes, it counts by the new one, and neither the old nor the
+        # new one may elect anybody who does not hold it.
         lists = (log.stable.members, log.latest.members)
         disks = [member.disk.durable for member in self._members.values()]
         holders = set()
@@ -246,13 +209,20 @@ class Properties:
             record = durable.log.latest.records.get(task_id) if durable else None
             if durable and record and record.assignment >= assignment:
                 holders.add(durable.member)
-        if not any(is_majority(holders, listed) for listed in lists):
-            names = ", ".join(map(name_of, lists[-1]))
-            self._broken(
-                "nothing is lost",
-                f"{host.name} tells {what} of {task_id}, which {len(holders)} hold; "
-                f"the members are {names}",
-            )
+        held_by_enough = any(is_majority(holders, listed) for listed in lists)
+        if held_by_enough and not any(may_elect_without(holders, listed) for listed in lists):
+            return
+        names = " or ".join(", ".join(map(name_of, listed)) for listed in dict.fromkeys(lists))
+        self._broken(
+            "nothing is lost",
+            f"{host.name} tells {what} of {task_id}, which {len(holders)} hold; "
+            f"the members are {names}",
+        )
 
-    def _broken(self, which: str, what: str) -> None:
+    def _broken(self, which: str, what: str) -> NoReturn:
         raise Violation(f"at {self._now():.3f} s: {which}: {what}")
+
+
+def may_elect_without(holders: set[str], members: tuple[str, ...]) -> bool:
+    """Return whether a majority of the members can be found among those that hold nothing."""
+    return is_majority(set(members) - holders, members)

@@ -6,16 +6,16 @@ Times are in seconds from the start, after which the hive has `SETTLE` to come t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from random import Random
+from dataclasses import dataclass, field
+from enum import Enum
 from typing import TYPE_CHECKING
 
-from blackboard.pose import Pose
-from blackboard.simulation.network import Quality
-from blackboard.task import Task, TaskType
+from blackboard.settings import BackupSettings
+from blackboard.task import TaskType
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from blackboard.simulation.network import Quality
+    from blackboard.task import Task
 
 SETTLE = 6.0
 """Nothing happens before this time, in which the hive is founded [s]."""
@@ -24,6 +24,13 @@ TROUBLE = 36.0
 """How long things go wrong after that [s]."""
 
 BLACKBOARD = "blackboard"
+OPERATOR = "operator"
+
+BY_HAND = "by hand"
+"""Mood of a schedule that was not drawn."""
+
+THE_ACTIVE_ONE = "the active one"
+"""In place of a name: whoever carries the blackboard at the time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,16 +68,24 @@ class Freeze:
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """Nothing passes from some members to the others for a while; or both ways."""
+    """Nothing passes from some to others, or to all others, for a while; or both ways.
+
+    What is sent meanwhile is lost, or held and comes all at once in the end, as TCP does it.
+    """
 
     at: float
     members: tuple[str, ...]
     lasts: float
     one_way: bool = False
+    others: tuple[str, ...] = ()
+    holds: bool = False
 
     def __str__(self) -> str:
         way = "is not heard by" if self.one_way else "is cut off from"
-        return f"{self.at:6.2f} {', '.join(self.members)} {way} the others for {self.lasts:.2f} s"
+        others = ", ".join(self.others) or "the others"
+        end = ", then all comes at once" if self.holds else ""
+        who = ", ".join(self.members)
+        return f"{self.at:6.2f} {who} {way} {others} for {self.lasts:.2f} s{end}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +101,7 @@ class BadLinks:
         return (
             f"{self.at:6.2f} for {self.lasts:.2f} s links lose {q.loss:.0%}, "
             f"double {q.double:.0%}, delay up to {q.delay:.2f} s"
+            + (f"; {q.late:.0%} come up to {q.latest:.2f} s late" if q.late else "")
         )
 
 
@@ -136,7 +152,47 @@ class Cancel:
         return f"{self.at:6.2f} an operator cancels {self.task}"
 
 
-Happening = Crash | Freeze | Cut | BadLinks | PowerCut | SetState | Post | Cancel
+class Moment(Enum):
+    """A turning point in the life of a member, seen by what it writes to its disk."""
+
+    STANDS = "begins an epoch"
+    VOTES = "votes for another"
+    TAKES_OVER = "takes over"
+    CHANGES_MEMBERS = "writes down another list of members"
+    WRITES = "writes down a change"
+
+
+class Point(Enum):
+    """When exactly."""
+
+    BEFORE_WRITING = "before it is on disk"
+    BEFORE_SAYING = "before it says so"
+    AFTER = "and has said so"
+
+
+@dataclass(frozen=True, slots=True)
+class Strike:
+    """A fault that waits for the next member that comes to a turning point, and hits that one.
+
+    Attributes:
+        at: From when on it waits [s].
+        moment: What it waits for.
+        fault: What happens then; the names in it are filled in.
+        point: When exactly. A freeze comes after it in any case, and so does a cut, unless it
+            comes before the member says so.
+    """
+
+    at: float
+    moment: Moment
+    fault: Crash | Freeze | Cut
+    point: Point = Point.AFTER
+
+    def __str__(self) -> str:
+        fault = str(self.fault)[7:].strip()
+        return f"{self.at:6.2f} the next that {self.moment.value} {self.point.value}: {fault}"
+
+
+Happening = Crash | Freeze | Cut | BadLinks | PowerCut | Strike | SetState | Post | Cancel
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,11 +203,21 @@ class Schedule:
         seed: Of the chances of the run itself: delays, losses, jitter, drives.
         robots: How many robots there are besides the blackboard node.
         happenings: In any order.
+        settings: The hive's timers.
+        late: Who is started how late [s]; the others are started within the first second.
+        far_clocks: Whether every clock is as wrong as is allowed, one way or the other.
+        proofs: Share of the deaths that others get proof of.
+        mood: In words, what kind of trouble it was drawn for.
     """
 
     seed: int
     robots: int
     happenings: tuple[Happening, ...]
+    settings: BackupSettings = field(default_factory=lambda: BackupSettings(kept_changes=4))
+    late: tuple[tuple[str, float], ...] = ()
+    far_clocks: bool = False
+    proofs: float = 0.9
+    mood: str = BY_HAND
 
     @property
     def members(self) -> tuple[str, ...]:
@@ -160,105 +226,14 @@ class Schedule:
 
     def __str__(self) -> str:
         ordered = sorted(self.happenings, key=lambda each: each.at)
-        head = f"seed {self.seed}, {BLACKBOARD} and {self.robots} robots"
-        return "\n".join([head, *map(str, ordered)])
-
-
-def draw(seed: int) -> Schedule:
-    """Draw a few tasks and a few faults, of which no more disks are lost than is promised for."""
-    random = Random(seed)
-    robots = random.randint(2, 4)
-    members = Schedule(seed, robots, ()).members
-    posts = [_post(random, number) for number in range(random.randint(4, 8))]
-    cancels = [
-        Cancel(post.at + random.uniform(0.0, 15.0), post.task.id)
-        for post in posts
-        if random.random() < _CANCELLED
-    ]
-    faults: list[Happening] = []
-    for _ in range(random.randint(1, 6)):
-        at = SETTLE + random.uniform(0.0, TROUBLE)
-        kind = random.choices(list(_KINDS), list(_KINDS.values()))[0]
-        faults += kind(random, members, at)
-    return Schedule(seed, robots, (*posts, *cancels, *_keep_disks(faults)))
-
-
-_CANCELLED = 0.1
-"""Share of the tasks that an operator cancels."""
-
-
-def _post(random: Random, number: int) -> Post:
-    kind = random.choice(list(TaskType))
-    goals = tuple(
-        Pose(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0))
-        for _ in range(random.randint(kind.goals_needed, 3))
-    )
-    priority, payload = random.choice([0, 0, 5, 9]), random.uniform(0.0, 5.0)
-    task = Task(f"T{number + 1}", kind, goals, priority, payload)
-    return Post(SETTLE + random.uniform(0.0, 0.7 * TROUBLE), task)
-
-
-def _crash(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
-    how = random.choices(["plain", "disk lost", "for ever"], [8, 1, 1])[0]
-    back_after = random.choice([0.3, 1.0, 3.0, 12.0]) * random.random()
-    return [
-        Crash(
-            at,
-            random.choice(members),
-            None if how == "for ever" else back_after,
-            disk_lost=how == "disk lost",
-            while_writing=random.choice([True, False]),
-        )
-    ]
-
-
-def _freeze(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
-    return [Freeze(at, random.choice(members), random.choice([0.8, 3.0, 6.0, 14.0]))]
-
-
-def _cut(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
-    group = tuple(random.sample(members, random.randint(1, len(members) - 1)))
-    return [Cut(at, group, random.uniform(0.5, 14.0), random.choice([True, False]))]
-
-
-def _bad_links(random: Random, _: tuple[str, ...], at: float) -> list[Happening]:
-    quality = Quality(
-        random.choice([0.0, 0.1, 0.3, 0.5]),
-        random.choice([0.0, 0.2]),
-        random.choice([0.02, 0.5, 2.0]),
-    )
-    return [BadLinks(at, random.uniform(2.0, 20.0), quality)]
-
-
-def _power_cut(random: Random, _: tuple[str, ...], at: float) -> list[Happening]:
-    return [PowerCut(at, random.uniform(0.1, 5.0))]
-
-
-def _defect(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
-    robot = random.choice(members[1:])
-    back = at + random.uniform(1.0, 15.0)
-    return [SetState(at, robot, "defect"), SetState(back, robot, "idle")]
-
-
-_KINDS: dict[Callable[[Random, tuple[str, ...], float], list[Happening]], int] = {
-    _crash: 7,
-    _freeze: 4,
-    _cut: 4,
-    _bad_links: 3,
-    _power_cut: 1,
-    _defect: 1,
-}
-"""How often each kind of fault comes, relative to the others."""
-
-
-def _keep_disks(faults: list[Happening]) -> list[Happening]:
-    """Let no more than one disk be lost or gone: of three members, two would be the majority."""
-    kept: list[Happening] = []
-    lost = False
-    for fault in faults:
-        if isinstance(fault, Crash) and (fault.disk_lost or fault.back_after is None):
-            kept.append(replace(fault, disk_lost=False, back_after=1.0) if lost else fault)
-            lost = True
-        else:
-            kept.append(fault)
-    return kept
+        head = f"seed {self.seed} ({self.mood}), {BLACKBOARD} and {self.robots} robots"
+        usual = BackupSettings(kept_changes=4)
+        timers = [
+            f"{name} {getattr(self.settings, name):g}"
+            for name in ("election", "stagger", "member_timeout", "most_members")
+            if getattr(self.settings, name) != getattr(usual, name)
+        ]
+        clocks = ["clocks 1 % wrong"] if self.far_clocks else []
+        proofs = [] if self.proofs else ["no death is proved"]
+        late = [f"{at:6.2f} {name} is started for the first time" for name, at in self.late]
+        return "\n".join([", ".join([head, *timers, *clocks, *proofs]), *late, *map(str, ordered)])

@@ -3,9 +3,16 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import click
+
+from fleet_manager.demo.local_hive import local_hive
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -20,10 +27,12 @@ class BenchResult:
     Attributes:
         figures: Every figure by name; the unit is in the benchmark's description.
         aims: What some of the figures should be at most, by the same names.
+        broken: Whether it has found that the system breaks a promise.
     """
 
     figures: Mapping[str, float]
     aims: Mapping[str, float]
+    broken: bool = False
 
     @property
     def met(self) -> dict[str, bool]:
@@ -38,10 +47,28 @@ class Bench:
     Attributes:
         line: What it measures, in a line, with units.
         run: Measures.
+        repeat: Measures with a count that the user chooses; None where there is no such choice.
+        counts: What is counted then, and the name of the option: `runs`, `schedules`, `minutes`.
     """
 
     line: str
     run: Callable[[Outside], BenchResult]
+    repeat: Callable[[int], BenchResult] | None = None
+    counts: str = ""
+
+
+def _on_live_hive(module: str, *count: int) -> BenchResult:
+    """Run a benchmark of the package blackboard on a ROS master of its own."""
+    with (
+        tempfile.TemporaryDirectory(prefix="robo-hive-bench-") as folder,
+        local_hive(Path(folder)),
+    ):
+        found: dict[str, dict[str, float]] = import_module(f"blackboard.ros.{module}").run(*count)
+    return BenchResult(found["figures"], found["aims"])
+
+
+_failover = partial(_on_live_hive, "bench_failover")
+_soak = partial(_on_live_hive, "bench_soak")
 
 
 def _system(outside: Outside) -> BenchResult:
@@ -51,6 +78,11 @@ def _system(outside: Outside) -> BenchResult:
 
 def _plan(_outside: Outside) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("robot_description.bench_plan").run()
+    return BenchResult(found["figures"], found["aims"])
+
+
+def _localization(_outside: Outside) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("simenv.bench_localization").run()
     return BenchResult(found["figures"], found["aims"])
 
 
@@ -64,18 +96,61 @@ def _allocation(_outside: Outside) -> BenchResult:
     return result
 
 
+_SCHEDULES = 1000
+
+
+def _faults(schedules: int = _SCHEDULES) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("blackboard.bench_faults").run(
+        schedules, say=partial(click.echo, err=True)
+    )
+    return BenchResult(found["figures"], found["aims"], found["figures"]["violations"] > 0)
+
+
+def _flake(runs: int) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.flake").run(runs)
+    return result
+
+
 BENCHES: Mapping[str, Bench] = {
     "allocation": Bench(
         "plans over the best known ones, and times to done [s] of tasks that arrive over time",
         _allocation,
     ),
+    "faults": Bench(
+        "simulated schedules of faults [1/s], and the properties they break; --schedules N",
+        lambda _outside: _faults(),
+        _faults,
+        "schedules",
+    ),
+    "failover": Bench(
+        "time [s] without an active blackboard after a crash and after a freeze, on real ROS",
+        lambda _outside: _failover(),
+        _failover,
+        "runs",
+    ),
+    "flake": Bench(
+        "passes, failures and times [s] of each case of the test plan in 20 runs, or in --runs",
+        lambda _outside: _flake(20),
+        _flake,
+        "runs",
+    ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
         _gui,
     ),
+    "localization": Bench(
+        "the particle filter's errors [m, degrees], lost robots not found [0..1], CPU [s per s]",
+        _localization,
+    ),
     "plan": Bench(
         "planning time [s] and length of the way over the shortest one, 200 pairs on each map",
         _plan,
+    ),
+    "soak": Bench(
+        "tasks not done [1] and growth [MB, threads, files] of a hive that is broken each minute",
+        lambda _outside: _soak(),
+        _soak,
+        "minutes",
     ),
     "system": Bench(
         "CPU [s per s] and memory [GB] of four robots that all drive, without RViz, in real time",

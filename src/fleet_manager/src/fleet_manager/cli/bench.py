@@ -15,6 +15,9 @@ from fleet_manager.cli.outside import pass_outside
 from fleet_manager.machine import machine
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from fleet_manager.bench.registry import Bench
     from fleet_manager.cli.outside import Outside
 
 
@@ -27,30 +30,60 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Write the figures to a file as well.",
 )
+@click.option(
+    "--runs", type=click.IntRange(min=1), metavar="N", help="How often, for failover and flake."
+)
+@click.option(
+    "--schedules",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many are simulated, for faults.",
+)
+@click.option("--minutes", type=click.IntRange(min=2), metavar="N", help="How long, for soak.")
 @pass_outside
-def bench(outside: Outside, name: str | None, file: Path | None) -> None:
+def bench(outside: Outside, name: str | None, file: Path | None, **counts: int | None) -> None:
     """Measure; without a NAME, list what can be measured.
 
     \b
     Examples:
       hive bench
       hive bench system --json system.json
+      hive bench failover --runs 20
+      hive bench soak --minutes 30
+      hive bench faults --schedules 10000
+      hive bench flake --runs 5
 
-    Ends with 0 when the measurement ran, whatever it found.
+    Ends with 0 when the measurement ran, whatever it found; faults ends with 1 when a property
+    was broken.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:
             raise click.UsageError("--json needs the NAME of a benchmark")
         for known, entry in sorted(BENCHES.items()):
-            click.echo(f"{known:<10} {entry.line}")
+            click.echo(f"{known:<12} {entry.line}")
         return
-    result = BENCHES[name].run(outside)
+    result = _measure(BENCHES[name], name, outside, counts)
     here = machine()
     words = f"{here['processor']}, {here['cores']} cores, {here['memory']} GB, {here['system']}"
     date = datetime.now().astimezone().isoformat(timespec="seconds")
     click.echo("\n".join(_table(result)))
     if file is not None:
         _write(file, json.dumps(as_json(name, result, words, date), indent=2) + "\n")
+    if result.broken:
+        click.get_current_context().exit(1)
+
+
+def _measure(
+    entry: Bench, name: str, outside: Outside, counts: Mapping[str, int | None]
+) -> BenchResult:
+    """Measure, with the count that the user chose where there is one."""
+    for option, count in counts.items():
+        if count is None:
+            continue
+        if entry.repeat is None or option != entry.counts:
+            raise click.UsageError(f"{name} takes no --{option}")
+        return entry.repeat(count)
+    return entry.run(outside)
 
 
 def _table(result: BenchResult) -> list[str]:

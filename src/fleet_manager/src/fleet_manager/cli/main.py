@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from blackboard.errors import BlackboardError
-from fleet_manager.cli import asking, bench, demo, looking, why
+from fleet_manager.cli import asking, bench, demo, looking, why, world
 from fleet_manager.errors import FleetManagerError
 from robot_description.errors import RobotDescriptionError
 
@@ -58,7 +58,7 @@ def hive() -> None:
 
 for _command in (
     asking.add, asking.cancel, asking.run, looking.tasks, looking.robots, looking.watch,
-    looking.events, why.why, why.replay, demo.demo, bench.bench,
+    looking.events, why.why, why.replay, demo.demo, bench.bench, world.world,
 ):  # fmt: skip
     hive.add_command(_command)
 

@@ -14,16 +14,18 @@ from typing import TYPE_CHECKING
 
 import rospy
 
+from blackboard.ros.master_watch import MasterState, MasterWatch
 from fleet_manager.desk.facts import LinkChange, LinkState, PlacesKnown
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.ros.hive_topics import HiveTopics
-from fleet_manager.ros.master_watch import MasterWatch
 from fleet_manager.ros.world_places import world_places
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from fleet_manager.desk.facts import Command, Fact
+
+_LINKS = {MasterState.LOST: LinkState.LOST, MasterState.BACK: LinkState.UP}
 
 _TURN = 0.5  # [s] between two looks at the master, and between two task lists
 
@@ -87,8 +89,9 @@ class RosDeskLink:
         self._report_master(LinkState.UP)
         self._inbox.put(PlacesKnown(world_places(rospy.get_param("~world", ""))))
         while not self._stopped.is_set():
-            for state in self._watch.look():
-                self._report_master(state)
+            change = self._watch.look()
+            if change is not None:
+                self._report_master(_LINKS[change])
             self._topics.read_list()
             self._work_until(time.monotonic() + _TURN)
 

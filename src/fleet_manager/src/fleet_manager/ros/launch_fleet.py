@@ -14,7 +14,7 @@ from fleet_manager.fleet_launch import launch_text
 from robot_description.errors import RobotDescriptionError
 from simenv.errors import SimenvError
 from simenv.map_file import load_map
-from simenv.world import load_world
+from simenv.world_file import load_world
 
 _BAD_INPUT = 2
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Point32, PoseStamped, Quaternion, Twist
+from geometry_msgs.msg import Point, Point32, PoseStamped, Quaternion, TransformStamped, Twist
+from geometry_msgs.msg import Pose as PoseMsg
 from nav_msgs.msg import Path
 from std_msgs.msg import Header
 
@@ -18,12 +19,20 @@ from robot_description.msg import Traffic
 from robot_description.right_of_way import Announcement, Right
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
 
     from robot_description.follower import Velocity
 
 OCCUPIED_FROM = 50
 """Cells of a map at least this occupied [%] count as blocked, and so do unknown ones."""
+
+PLANAR = (0, 1, 5)
+"""Where x, y and yaw are in a covariance of x, y, z, roll, pitch, yaw."""
+
+SMALL = 1e-9
+"""An eigenvalue this far below 0 is rounding."""
 
 
 def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)
@@ -59,29 +68,48 @@ def pose_from_msg(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Pose)
     return Pose(x, y, yaw_of(msg.orientation))
 
 
+def planar_pose(pose: Sequence[float]) -> PoseMsg:
+    """Make a geometry_msgs/Pose of x, y, yaw [m, m, rad]."""
+    x, y, yaw = pose
+    return PoseMsg(Point(x, y, 0.0), quaternion_of(yaw))
+
+
+def covariance_to_msg(covariance: NDArray[np.float64]) -> list[float]:
+    """Return the 36 numbers of a PoseWithCovariance for (3, 3) of x, y, yaw [m^2, rad^2]."""
+    full = np.zeros((6, 6))
+    full[np.ix_(PLANAR, PLANAR)] = covariance
+    return [float(value) for value in full.ravel()]
+
+
+def covariance_from_msg(msg: Any) -> NDArray[np.float64]:  # noqa: ANN401  (PoseWithCovariance)
+    """Return the covariance (3, 3) of x, y, yaw [m^2, rad^2].
+
+    Raises:
+        ValueError: It is none: not symmetric, or with a variance below 0.
+    """
+    full = np.array(msg.covariance, dtype=np.float64).reshape(6, 6)
+    found: NDArray[np.float64] = full[np.ix_(PLANAR, PLANAR)]
+    good = np.isfinite(found).all() and np.allclose(found, found.T)
+    if not good or np.linalg.eigvalsh(found).min() < -SMALL:
+        raise ValueError(
+            "the covariance is none; send variances of at least 0 for x, y and yaw [m^2, rad^2]"
+        )
+    return found
+
+
 def pose_from_transform(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Transform)
     """Read a geometry_msgs/Transform in the plane."""
     return Pose(msg.translation.x, msg.translation.y, yaw_of(msg.rotation))
 
 
-def compose(frame: Pose, pose: Pose) -> Pose:
-    """Return where a pose, given in a frame, is in the frame's own parent."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    x = frame.x + cos * pose.x - sin * pose.y
-    y = frame.y + sin * pose.x + cos * pose.y
-    return Pose(x, y, math.remainder(frame.yaw + pose.yaw, math.tau))
-
-
-def inverse(frame: Pose) -> Pose:
-    """Return the parent's pose in a frame."""
-    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
-    return Pose(-cos * frame.x - sin * frame.y, sin * frame.x - cos * frame.y, -frame.yaw)
+def cells_from_msg(msg: Any) -> NDArray[np.int8]:  # noqa: ANN401  (OccupancyGrid, numpy data)
+    """Return the cells (rows, columns) of a nav_msgs/OccupancyGrid: -1 unknown, else 0..100."""
+    return np.asarray(msg.data, dtype=np.int8).reshape(msg.info.height, msg.info.width)
 
 
 def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with numpy data)
     """Read a nav_msgs/OccupancyGrid whose origin is not turned, as map_server writes it."""
-    shape = (msg.info.height, msg.info.width)
-    occupied = np.asarray(msg.data, dtype=np.int8).reshape(shape)
+    occupied = cells_from_msg(msg)
     blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)
     corner = msg.info.origin.position
     return GridMap(blocked, msg.info.resolution, (corner.x, corner.y))
@@ -92,6 +120,14 @@ def pose_to_msg(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:
     msg = PoseStamped(header=Header(stamp=stamp, frame_id=frame))
     msg.pose.position.x, msg.pose.position.y = pose.x, pose.y
     msg.pose.orientation = quaternion_of(pose.yaw)
+    return msg
+
+
+def transform_to_msg(pose: Pose, frame: str, child: str, stamp: rospy.Time) -> TransformStamped:
+    """Make a TransformStamped: where the frame `child` is in `frame`."""
+    msg = TransformStamped(header=Header(stamp=stamp, frame_id=frame), child_frame_id=child)
+    msg.transform.translation.x, msg.transform.translation.y = pose.x, pose.y
+    msg.transform.rotation = quaternion_of(pose.yaw)
     return msg
 
 

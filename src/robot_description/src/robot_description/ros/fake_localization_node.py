@@ -4,19 +4,17 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
 
 import message_filters
 import rospy
 import tf2_ros
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
-from robot_description.ros.conversions import compose, inverse, pose_from_msg, quaternion_of
+from robot_description.poses import compose, inverse
+from robot_description.ros.conversions import pose_from_msg, transform_to_msg
+from robot_description.ros.links import mend_links
 from robot_description.ros.params import ParameterError, hive_and_robot
-
-if TYPE_CHECKING:
-    from robot_description.follower import Pose
 
 _TRANSFORM_PERIOD = 0.1
 _POSE_PERIOD = 0.2
@@ -25,6 +23,7 @@ _POSE_PERIOD = 0.2
 def main() -> None:
     """Run one robot's localization until the node is shut down; see `FakeLocalization`."""
     rospy.init_node("fake_localization")
+    mend_links()
     try:
         _, name = hive_and_robot()
     except ParameterError as error:
@@ -64,19 +63,11 @@ class FakeLocalization:
         here = pose_from_msg(truth.pose.pose)
         if not self._transform_due - 1.0 <= now < self._transform_due:
             self._transform_due = now + _TRANSFORM_PERIOD
-            self._send_transform(stamp, compose(here, inverse(pose_from_msg(odometry.pose.pose))))
+            odom = compose(here, inverse(pose_from_msg(odometry.pose.pose)))
+            self._broadcaster.sendTransform(transform_to_msg(odom, "map", self._odom_frame, stamp))
         if not self._pose_due - 1.0 <= now < self._pose_due:
             self._pose_due = now + _POSE_PERIOD
             pose = PoseWithCovarianceStamped()
             pose.header.stamp, pose.header.frame_id = stamp, "map"
             pose.pose.pose = truth.pose.pose
             self._poses.publish(pose)
-
-    def _send_transform(self, stamp: rospy.Time, odom: Pose) -> None:
-        message = TransformStamped()
-        message.header.stamp, message.header.frame_id = stamp, "map"
-        message.child_frame_id = self._odom_frame
-        message.transform.translation.x = odom.x
-        message.transform.translation.y = odom.y
-        message.transform.rotation = quaternion_of(odom.yaw)
-        self._broadcaster.sendTransform(message)

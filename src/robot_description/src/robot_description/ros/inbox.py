@@ -50,3 +50,16 @@ class Inbox:
         """Do everything that has come in; only the main thread calls this."""
         while not self._queue.empty():
             self._queue.get()()
+
+    def wait(self, timeout: float) -> None:
+        """Do what comes in next and all that came with it; only the main thread calls this.
+
+        Args:
+            timeout: How long to wait for something to come in [s, wall clock].
+        """
+        try:
+            action = self._queue.get(timeout=timeout)
+        except queue.Empty:
+            return
+        action()
+        self.empty()

@@ -23,9 +23,9 @@ from robot_description.follower import STOP
 from robot_description.msg import Traffic
 from robot_description.navigator import Navigator
 from robot_description.planner import PlanError
+from robot_description.poses import compose
 from robot_description.pursuit_follower import PursuitFollower
 from robot_description.ros.conversions import (
-    compose,
     path_to_msg,
     pose_from_msg,
     pose_to_msg,

@@ -4,14 +4,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 import rospy
 
+from robot_description.amcl_settings import AmclSettings
 from robot_description.errors import RobotDescriptionError
 from robot_description.model_schema import SCHEMA
 from robot_description.models import RobotModel, model_from_dict
 from robot_description.settings import Settings
+
+WITHOUT_EFFECT = frozenset({
+    "base_frame_id", "do_beamskip", "beam_skip_distance", "beam_skip_error_threshold",
+    "beam_skip_threshold", "first_map_only", "global_frame_id", "gui_publish_rate",
+    "laser_lambda_short", "laser_max_range", "laser_min_range", "laser_model_type",
+    "laser_z_max", "laser_z_short", "odom_frame_id", "save_pose_rate", "selective_resampling",
+    "tf_broadcast", "use_map_topic", "bond_enabled",
+})  # fmt: skip
+"""Parameters of ROS's amcl that a file may hold, and that change nothing here."""
 
 
 class ParameterError(RobotDescriptionError):
@@ -68,7 +79,41 @@ def read_move_base_params() -> MoveBaseParams:
     chosen = {
         name: type(default)(_above_zero(name, default)) for name, default in settings.items()
     }
-    return MoveBaseParams(_model(), Settings(**chosen), **own)
+    return MoveBaseParams(read_model(), Settings(**chosen), **own)
+
+
+def read_amcl_settings(model: RobotModel) -> AmclSettings:
+    """Read the private parameters of `amcl`.
+
+    Args:
+        model: What the robot is; says which odometry model is meant where no parameter does.
+
+    Raises:
+        ParameterError: One is unknown.
+        SettingError: One is not what it must be.
+    """
+    kinds = {field.name: type(field.default) for field in fields(AmclSettings)}
+    chosen: dict[str, Any] = {"odom_model_type": "omni" if model.base.holonomic else "diff"}
+    for name, value in rospy.get_param(rospy.get_name(), {}).items():
+        if name in WITHOUT_EFFECT:
+            rospy.logwarn(f"{rospy.get_name()}/{name} has no effect here; see config/amcl.yaml")
+        elif name not in kinds:
+            allowed = ", ".join(sorted(kinds))
+            raise ParameterError(f"{rospy.get_name()}/{name} is unknown; allowed: {allowed}")
+        else:
+            chosen[name] = _converted(name, value, kinds[name])
+    chosen["odom_model_type"] = str(chosen["odom_model_type"]).removesuffix("-corrected")
+    return AmclSettings(**chosen)
+
+
+def _converted(name: str, value: object, kind: type) -> object:
+    """Return a parameter as the kind of value that is needed: whole numbers, numbers, words."""
+    try:
+        return kind(value)
+    except (TypeError, ValueError):
+        full_name = rospy.resolve_name(f"~{name}")
+        words = {int: "a whole number", float: "a number"}.get(kind, "a word")
+        raise ParameterError(f"{full_name} is {value!r}; allowed: {words}") from None
 
 
 def _above_zero(name: str, default: float) -> float:
@@ -80,7 +125,12 @@ def _above_zero(name: str, default: float) -> float:
     return float(value)
 
 
-def _model() -> RobotModel:
+def read_model() -> RobotModel:
+    """Read what the robot is from its parameter `characteristics`.
+
+    Raises:
+        ParameterError: It is not there.
+    """
     content = rospy.get_param("characteristics", {})
     missing = [key for key in SCHEMA["required"] if key not in content]
     if missing:

@@ -11,7 +11,7 @@ import rospy
 import sensor_msgs.msg
 from geometry_msgs.msg import Quaternion, TransformStamped
 
-from simenv.geometry import Pose
+from robot_description.follower import Pose
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import Pose2D

@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import rospy
 
+from robot_description.follower import Pose
 from simenv.errors import ParameterError
-from simenv.geometry import Pose
 from simenv.noise import Noise
+
+LEAST_RTF, MOST_RTF = 0.01, 100.0
+"""Between these a real-time factor is taken."""
 
 
 @dataclass(frozen=True)
@@ -22,12 +25,14 @@ class SimulatorParams:
         rtf: Simulated time per time on the wall.
         seed: Of all noise.
         noise: How wrong the robots' senses are.
+        pick_failures: Probability that a grip fails.
     """
 
     world: str
     rtf: float
     seed: int
     noise: Noise
+    pick_failures: float
 
 
 @dataclass(frozen=True)
@@ -48,18 +53,25 @@ class SpawnParams:
 
 
 def simulator_params() -> SimulatorParams:
-    """Read the simulator's parameters.
+    """Read the simulator's parameters; `~noise_laser` and the like stand above `~noise`.
 
     Raises:
         ParameterError: One is not what it must be.
     """
     share = number("noise", least=0.0, most=100.0, default=1.0)
-    usual = Noise()
     return SimulatorParams(
         world=text("world", default="lab"),
-        rtf=number("rtf", least=0.01, most=100.0, default=1.0),
+        rtf=number("rtf", least=LEAST_RTF, most=MOST_RTF, default=1.0),
         seed=whole_number("seed", least=0, most=2**31, default=0),
-        noise=Noise(usual.laser * share, usual.distance * share, usual.heading * share),
+        noise=replace(
+            Noise().times(share),
+            **{
+                name: number(f"noise_{name}", least=0.0, most=10.0)
+                for name in (field.name for field in fields(Noise))
+                if rospy.has_param(f"~noise_{name}")
+            },
+        ),
+        pick_failures=number("pick_failures", least=0.0, most=1.0, default=0.0),
     )
 
 

@@ -9,7 +9,7 @@ import nav_msgs.msg
 import rospy
 import sensor_msgs.msg
 from geometry_msgs.msg import Twist
-from std_msgs.msg import Header
+from std_msgs.msg import Bool, Header
 
 from simenv.errors import CommandError
 from simenv.pacing import Every
@@ -39,6 +39,7 @@ class RobotTopics:
     ROS Publishers:
         <robot>/odom (nav_msgs/Odometry): 20 Hz; <robot>/base_footprint in <robot>/odom.
         <robot>/scan (sensor_msgs/LaserScan): at the rate of the model's laser; <robot>/laser.
+        <robot>/bumper (std_msgs/Bool): latched; whether it touches something.
         <robot>/ground_truth (nav_msgs/Odometry): 20 Hz; <robot>/base_footprint in map.
     ROS Subscribers:
         <robot>/cmd_vel (geometry_msgs/Twist): linear x, y [m/s] and angular z [rad/s] count.
@@ -58,6 +59,8 @@ class RobotTopics:
         self._odom = _publisher(f"{name}/odom", nav_msgs.msg.Odometry)
         self._truth = _publisher(f"{name}/ground_truth", nav_msgs.msg.Odometry)
         self._scan = _publisher(f"{name}/scan", sensor_msgs.msg.LaserScan)
+        self._bumper = rospy.Publisher(f"{name}/bumper", Bool, queue_size=1, latch=True)
+        self._touching: bool | None = None
         self._pick = PickServer(name, simulation, inbox) if simulation.arm(name).can_pick else None
         self._commands = rospy.Subscriber(
             f"{name}/cmd_vel", Twist, self._heard, queue_size=1, tcp_nodelay=True
@@ -65,7 +68,7 @@ class RobotTopics:
 
     def close(self) -> None:
         """Take the topics away."""
-        for topic in (self._commands, self._odom, self._truth, self._scan):
+        for topic in (self._commands, self._odom, self._truth, self._scan, self._bumper):
             topic.unregister()
         if self._pick is not None:
             self._pick.stop()
@@ -96,7 +99,11 @@ class RobotTopics:
         return due
 
     def report(self, nanoseconds: int) -> None:
-        """Tell the client of the arm what is new."""
+        """Tell whoever minds what the arm and the bumper have to say that is new."""
+        touching = bool(self._simulation.bumper(self._name))
+        if touching is not self._touching:
+            self._touching = touching
+            self._bumper.publish(Bool(touching))
         if self._pick is not None:
             self._pick.report()
             if self._feedback_due.due(nanoseconds):

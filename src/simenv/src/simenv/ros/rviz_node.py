@@ -18,8 +18,8 @@ import rospkg
 import rospy
 from nav_msgs.msg import MapMetaData
 
+from robot_description.follower import Pose
 from simenv.errors import SimenvError
-from simenv.geometry import Pose
 from simenv.ros.params import number, text
 from simenv.rviz_view import fitted
 

@@ -8,27 +8,43 @@ from typing import TYPE_CHECKING
 
 import rospy
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import UInt32
+from std_msgs.msg import Float64, UInt32
+from std_srvs.srv import (
+    Empty,
+    EmptyRequest,
+    EmptyResponse,
+    SetBool,
+    SetBoolRequest,
+    SetBoolResponse,
+    Trigger,
+    TriggerRequest,
+    TriggerResponse,
+)
 from tf2_msgs.msg import TFMessage
 
 from robot_description.errors import RobotDescriptionError
 from robot_description.models import load_model
 from robot_description.ros.inbox import Inbox
+from robot_description.ros.links import mend_links
 from simenv.errors import SimenvError
 from simenv.pacing import Pacer
 from simenv.ros.conversions import pose_from, stamp_of
-from simenv.ros.params import simulator_params
+from simenv.ros.params import LEAST_RTF, MOST_RTF, simulator_params
 from simenv.ros.robot_topics import RobotTopics
+from simenv.ros.world_markers import WorldMarkers
 from simenv.simulation import STEP, Simulation
 from simenv.srv import (
     Remove,
     RemoveRequest,
     RemoveResponse,
+    SetDoor,
+    SetDoorRequest,
+    SetDoorResponse,
     Spawn,
     SpawnRequest,
     SpawnResponse,
 )
-from simenv.world import load_world
+from simenv.world_file import load_world
 
 if TYPE_CHECKING:
     from simenv.ros.params import SimulatorParams
@@ -45,8 +61,14 @@ class SimulatorNode:
         simenv/collisions (std_msgs/UInt32): latched; contacts robot-wall and robot-robot so far.
     ROS Services:
         simenv/spawn (simenv/Spawn), simenv/remove (simenv/Remove)
+        simenv/reset (std_srvs/Empty): robots, people, doors, loads and contacts as at the start.
+        simenv/pause (std_srvs/SetBool): true stops the time, false lets it go on.
+        simenv/step (std_srvs/Trigger): while it is stopped, one step of it.
+        simenv/door (simenv/SetDoor): opens or shuts a door of the world.
+    ROS Subscribers:
+        simenv/rtf (std_msgs/Float64): a new real-time factor, 0.01..100.
     ROS Parameters:
-        ~world (lab), ~rtf (1), ~seed (0), ~noise (1): see simulator.launch.
+        ~world (lab), ~rtf (1), ~seed (0), ~noise (1), ~pick_failures (0): see simulator.launch.
 
     Every robot adds its own topics: see `RobotTopics`.
     """
@@ -59,6 +81,8 @@ class SimulatorNode:
         self._robots: dict[str, RobotTopics] = {}
         self._collisions = -1
         self._warned = False
+        self._paused = False
+        self._scene = WorldMarkers(simulation)
 
     def start(self) -> None:
         """Open topics and services."""
@@ -68,24 +92,31 @@ class SimulatorNode:
         self._services = (
             rospy.Service("simenv/spawn", Spawn, self._spawn_called),
             rospy.Service("simenv/remove", Remove, self._remove_called),
+            rospy.Service("simenv/door", SetDoor, self._door_called),
+            rospy.Service("simenv/reset", Empty, self._reset_called),
+            rospy.Service("simenv/pause", SetBool, self._pause_called),
+            rospy.Service("simenv/step", Trigger, self._step_called),
         )
+        rospy.Subscriber("simenv/rtf", Float64, self._rtf_heard, queue_size=1)
+        self._scene.start()
 
     def run(self) -> None:
         """Let time pass until the node is shut down."""
-        pacer = Pacer(self._rtf, STEP, time.monotonic())
+        self._pacer = Pacer(self._rtf, STEP, time.monotonic())
         while not rospy.is_shutdown():
             try:
                 self._inbox.empty()
-                self._tick(pacer.steps)
+                if not self._paused:
+                    self._tick(self._pacer.steps)
             except rospy.ROSException:
                 if rospy.is_shutdown():
                     return  # the topics were closed in the middle of the tick
                 raise
-            pause = pacer.tick_done(time.monotonic())
-            if pacer.reached is not None and not self._warned:
+            pause = self._pacer.tick_done(time.monotonic())
+            if self._pacer.reached is not None and not self._warned:
                 self._warned = True
                 rospy.logwarn(
-                    f"this machine reaches a real-time factor of {pacer.reached:.2f}, not "
+                    f"this machine reaches a real-time factor of {self._pacer.reached:.2f}, not "
                     f"{self._rtf:g}; nothing is skipped, simulated time goes slower"
                 )
             time.sleep(pause)
@@ -105,6 +136,7 @@ class SimulatorNode:
         self._clock.publish(Clock(stamp_of(self._simulation.nanoseconds)))
         for publisher, message in due:
             publisher.publish(message)
+        self._scene.tick(self._simulation.nanoseconds)
         for robot in self._robots.values():
             robot.report(self._simulation.nanoseconds)
         if self._simulation.collisions != self._collisions:
@@ -112,6 +144,52 @@ class SimulatorNode:
                 rospy.logwarn(f"collision: {contact}")
             self._collisions = self._simulation.collisions
             self._count.publish(UInt32(self._collisions))
+
+    def _reset_called(self, _request: EmptyRequest) -> EmptyResponse:
+        self._inbox.ask(self._simulation.reset, None)
+        return EmptyResponse()
+
+    def _pause_called(self, request: SetBoolRequest) -> SetBoolResponse:
+        def pause() -> SetBoolResponse:
+            self._paused = request.data
+            word = "stands still" if self._paused else "goes on"
+            return SetBoolResponse(True, f"time {word} at {self._simulation.time:.3f} s")
+
+        return self._inbox.ask(pause, SetBoolResponse(False, _BUSY))
+
+    def _step_called(self, _request: TriggerRequest) -> TriggerResponse:
+        def step() -> TriggerResponse:
+            if not self._paused:
+                return TriggerResponse(False, "time runs; stop it with simenv/pause first")
+            self._tick(1)
+            return TriggerResponse(True, f"it is {self._simulation.time:.3f} s now")
+
+        return self._inbox.ask(step, TriggerResponse(False, _BUSY))
+
+    def _rtf_heard(self, message: Float64) -> None:
+        if not LEAST_RTF <= message.data <= MOST_RTF:
+            rospy.logwarn(
+                f"real-time factor {message.data}; allowed: {LEAST_RTF:g} to {MOST_RTF:g}"
+            )
+            return
+        self._inbox.put(lambda: self._set_rtf(message.data))
+
+    def _set_rtf(self, factor: float) -> None:
+        self._rtf, self._warned = factor, False
+        self._pacer = Pacer(factor, STEP, time.monotonic())
+
+    def _door_called(self, request: SetDoorRequest) -> SetDoorResponse:
+        def door() -> SetDoorResponse:
+            try:
+                self._simulation.set_door(request.name, is_open=request.open)
+            except SimenvError as error:
+                return SetDoorResponse(False, str(error))
+            self._scene.show()
+            return SetDoorResponse(
+                True, f"'{request.name}' is {'open' if request.open else 'shut'}"
+            )
+
+        return self._inbox.ask(door, SetDoorResponse(False, _BUSY))
 
     def _spawn_called(self, request: SpawnRequest) -> SpawnResponse:
         return self._inbox.ask(lambda: self._spawn(request), SpawnResponse(False, _BUSY))
@@ -143,13 +221,17 @@ class SimulatorNode:
 def main() -> int:
     """Run the node; return its exit code."""
     rospy.init_node("simulator")
+    mend_links()
     try:
         params: SimulatorParams = simulator_params()
         world = load_world(params.world)
     except (SimenvError, RobotDescriptionError) as error:
         rospy.logfatal(str(error))
         return 1
-    node = SimulatorNode(Simulation(world, seed=params.seed, noise=params.noise), params.rtf)
+    simulation = Simulation(
+        world, seed=params.seed, noise=params.noise, pick_failures=params.pick_failures
+    )
+    node = SimulatorNode(simulation, params.rtf)
     node.start()
     rospy.loginfo(f"simulating the world '{world.name}' at a real-time factor of {params.rtf:g}")
     node.run()

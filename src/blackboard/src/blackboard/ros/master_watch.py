@@ -7,19 +7,33 @@ would find this node, so all its topics are registered again, without cutting wh
 
 from __future__ import annotations
 
+import contextlib
+import threading
 import xmlrpc.client
+from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import rosgraph
 import rospy
 from rospy.impl.registration import get_topic_manager
 
-from fleet_manager.desk.facts import LinkState
-
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable
 
-PATIENCE = 2.0  # [s] that a master may take to answer
+PATIENCE = 2.0
+"""Time that a master may take to answer [s]."""
+
+PERIOD = 2.0
+"""Time between two looks at the master [s]; a look costs it and us well under a millisecond."""
+
+
+class MasterState(Enum):
+    """What has become of the master."""
+
+    LOST = "lost"
+    """It does not answer any more."""
+    BACK = "back"
+    """It answers again."""
 
 
 class _Transport(xmlrpc.client.Transport):
@@ -56,25 +70,22 @@ class MasterWatch:
             self._pid = pid
         return pid is not None
 
-    def look(self) -> Iterator[LinkState]:
-        """Give what changed since the last look: LOST, or UP when it is back."""
+    def look(self) -> MasterState | None:
+        """Return what changed since the last look; a new master is told of this node."""
         pid = self._ask()
         if pid is None:
-            if not self._is_lost:
-                self._is_lost = True
-                yield LinkState.LOST
-            return
-        if pid != self._pid:
+            was_lost, self._is_lost = self._is_lost, True
+            return None if was_lost else MasterState.LOST
+        if pid != self._pid and self._pid is not None:
             self._register_again()
-            self._pid = pid
-        if self._is_lost:
-            self._is_lost = False
-            yield LinkState.UP
+        self._pid = pid
+        was_lost, self._is_lost = self._is_lost, False
+        return MasterState.BACK if was_lost else None
 
     def _ask(self) -> int | None:
         try:
             with xmlrpc.client.ServerProxy(self.address, _Transport()) as master:
-                answer: Any = master.getPid(f"/{self._caller}")
+                answer: Any = master.getPid(self._caller)
         except (OSError, xmlrpc.client.Error):
             return None
         return int(answer[2])
@@ -92,3 +103,24 @@ class MasterWatch:
                         node.publisherUpdate("/master", topic, answer[2])
         except (OSError, xmlrpc.client.Error) as error:
             rospy.logwarn(f"the new ROS master at {self.address} did not take this node: {error}")
+
+
+def watch_master(tell: Callable[[MasterState], None]) -> None:
+    """Watch the master in a thread of its own for as long as this node runs.
+
+    Args:
+        tell: Called from that thread when the master is lost and when it is back.
+    """
+    watch = MasterWatch(rospy.get_name())
+    watch.is_up()
+    ended = threading.Event()
+    rospy.on_shutdown(ended.set)
+
+    def look() -> None:
+        while not ended.wait(PERIOD):
+            with contextlib.suppress(rospy.ROSException):
+                change = watch.look()
+                if change is not None:
+                    tell(change)
+
+    threading.Thread(target=look, name="master watch", daemon=True).start()

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a member refuses to take in at all, whatever topic it comes on.
+
+ROS makes sure that a number is a number and a text is a text; that it can be calculated with, and
+kept, is looked at here. What an operator posts is let through: the blackboard answers that, with
+the reason, see `task.analyze_task`. So are bids, which the auction answers.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from blackboard.errors import TaskRefusedError
+from blackboard.talker import (
+    BB_ENTRIES,
+    NEW_TASK,
+    ROBOT_STATUS,
+    SYNC,
+    TASK_ASSIGN,
+    TASK_BROADCAST,
+    TASK_COST,
+    TASK_STATE,
+)
+from blackboard.task import MAX_ID_LENGTH, TaskType, analyze_task, split_task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from blackboard.backup import TaskList
+    from blackboard.characteristics import RobotStatus
+    from blackboard.record import Broadcast, Order, TaskUpdate
+    from blackboard.replication import Entries
+    from blackboard.task import Task
+
+LONGEST_NAME = 256
+"""Characters of a name or an id."""
+
+LONGEST_TEXT = 10_000
+"""Characters of a reason: it may say something of each of a hundred robots."""
+
+_ROBOT = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}", re.ASCII)
+"""ROS's own rule for a name that is a namespace."""
+
+_TYPES = frozenset(kind.value for kind in TaskType)
+
+MOST_ITEMS = 10_000
+"""Names in one message; a hive has no more robots, nor a robot more tasks."""
+
+
+def why_refused(topic: str, message: object) -> str:
+    """Return why a message is not taken in, in words for a person; empty where it is.
+
+    Args:
+        topic: On which it came.
+        message: One of the core's values.
+    """
+    check = _CHECKS.get(topic)
+    return _flaw(message, type(message).__name__) if check is None else check(message)
+
+
+def _answered_by_others(_message: object) -> str:
+    return ""
+
+
+def _broadcast_flaw(broadcast: Broadcast) -> str:
+    return next(filter(None, (_task_flaw(*offer) for offer in broadcast.tasks)), "")
+
+
+def _order_flaw(order: Order) -> str:
+    if not order.take_back:
+        return _task_flaw(order.task, order.step) or _flaw(order.heard, "Order.heard")
+    return _kind_flaw(order.task) or _flaw(order, "Order")
+
+
+def _entries_flaw(entries: Entries) -> str:
+    records = [record for entry in entries.entries for record in entry.records]
+    records += entries.whole.records.values() if entries.whole else ()
+    flaws = (_task_flaw(record.task, record.step) for record in records if not record.parts)
+    return next(filter(None, flaws), "") or _flaw(entries.sent, "Entries.sent")
+
+
+def _list_flaw(known: TaskList) -> str:
+    flaws = (_kind_flaw(record.task) for record in known.records)
+    return next(filter(None, flaws), "")
+
+
+def _update_flaw(update: TaskUpdate) -> str:
+    if not update.task_id:
+        return "task_id is empty; it says whom the message is about"
+    return _flaw(update, "TaskUpdate")
+
+
+def _status_flaw(status: RobotStatus) -> str:
+    if not _ROBOT.fullmatch(status.robot_id):
+        return (
+            f"robot_id {status.robot_id[:MAX_ID_LENGTH]!r} is no name; "
+            "allowed: letters, digits and underscores, a letter first"
+        )
+    if not 0.0 <= status.charge <= 1.0:
+        return f"RobotStatus.charge of {status.robot_id} is {status.charge:g}; allowed: 0 to 1"
+    return _flaw(status, "RobotStatus")
+
+
+_CHECKS: Mapping[str, Callable[[Any], str]] = MappingProxyType(
+    {
+        NEW_TASK: _answered_by_others,
+        TASK_COST: _answered_by_others,
+        TASK_BROADCAST: _broadcast_flaw,
+        TASK_ASSIGN: _order_flaw,
+        BB_ENTRIES: _entries_flaw,
+        SYNC: _list_flaw,
+        TASK_STATE: _update_flaw,
+        ROBOT_STATUS: _status_flaw,
+    }
+)
+"""What is looked at on which topic; on the others, only that all can be calculated with."""
+
+
+def _kind_flaw(task: Task) -> str:
+    return "" if task.type in _TYPES else f"type {task.type} is unknown"
+
+
+def _task_flaw(task: Task, step: int) -> str:
+    """Return what is wrong with a task that is offered, given, or on the list."""
+    try:
+        analyze_task(task)
+    except TaskRefusedError as error:
+        return str(error)
+    steps = len(split_task(task))
+    return "" if step <= steps else f"step {step} of {task.id} is beyond its {steps} steps"
+
+
+def _flaw(value: object, name: str) -> str:
+    """Return what is wrong with a value and all that is in it; empty where nothing is."""
+    if isinstance(value, str) and not isinstance(value, Enum):
+        longest = LONGEST_TEXT if name.endswith(".reason") else LONGEST_NAME
+        flawed = len(value) > longest
+        return f"{name} has {len(value)} characters; allowed: at most {longest}" * flawed
+    if isinstance(value, float):
+        return f"{name} is {value}; allowed: finite numbers" * (not math.isfinite(value))
+    inner: Iterable[tuple[object, str]] = ()
+    if isinstance(value, tuple):
+        if len(value) > MOST_ITEMS:
+            return f"{name} has {len(value)} items; allowed: at most {MOST_ITEMS}"
+        inner = ((each, name) for each in value)
+    elif is_dataclass(value):
+        inner = ((getattr(value, each.name), f"{name}.{each.name}") for each in fields(value))
+    return next(filter(None, (_flaw(*each) for each in inner)), "")

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Records, changes of the list and reports as JSON, as they stand in journals."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord, TaskUpdate
+from blackboard.replication import Entry
+from blackboard.task import Task, TaskState
+
+
+def to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
+    """Return a value as JSON."""
+    return json.dumps(asdict(value))
+
+
+def entry_from(text: str) -> Entry:
+    """Return a change of the list.
+
+    Raises:
+        ValueError: It is no JSON, or a state in it is none.
+        KeyError: A field is missing.
+        TypeError: A field is unknown.
+    """
+    values = json.loads(text)
+    records = tuple(map(_record, values["records"]))
+    members = None if values["members"] is None else tuple(values["members"])
+    return Entry(values["epoch"], values["version"], records, members)
+
+
+def record_from(text: str) -> TaskRecord:
+    """Return a record; raises what `entry_from` does."""
+    return _record(json.loads(text))
+
+
+def report_from(text: str) -> TaskUpdate:
+    """Return a robot's report; raises what `entry_from` does."""
+    values = json.loads(text)
+    return TaskUpdate(state=TaskState(values.pop("state")), **values)
+
+
+def _record(values: dict[str, Any]) -> TaskRecord:
+    task = values.pop("task")
+    goals = tuple(Pose(**goal) for goal in task.pop("goals"))
+    state = TaskState(values.pop("state"))
+    others: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
+    }
+    return TaskRecord(Task(goals=goals, **task), state, **others)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Keeps book of what a member refuses to take in: each reason is said once, and counted.
+
+A program that goes wrong sends the same nonsense a thousand times. So a reason is said the first
+time, then the tenth, the hundredth and so on, and how often it came stands in the book.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+MOST_REASONS = 100
+"""Reasons in the book; what comes after them is counted for each topic, under `OTHERS`."""
+
+LONGEST_REASON = 300
+"""Characters of a reason; it may repeat what was refused."""
+
+OTHERS = "for other reasons"
+
+
+class Refusals:
+    """Counts refusals by topic and reason.
+
+    Args:
+        say: Tells the person who runs this member.
+    """
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+        self._counts: dict[tuple[str, str], int] = {}
+
+    @property
+    def counts(self) -> Mapping[tuple[str, str], int]:
+        """How often something was refused, by topic and reason."""
+        return MappingProxyType(self._counts)
+
+    @property
+    def total(self) -> int:
+        """How often anything was refused."""
+        return sum(self._counts.values())
+
+    def by_topic(self) -> dict[str, int]:
+        """Return how often something was refused on each topic."""
+        sums: dict[str, int] = {}
+        for (topic, _), count in self._counts.items():
+            sums[topic] = sums.get(topic, 0) + count
+        return sums
+
+    def refuse(self, topic: str, reason: str) -> None:
+        """Note that a message was refused.
+
+        Args:
+            topic: On which it came.
+            reason: Why, in words for a person.
+        """
+        key = (topic, reason[:LONGEST_REASON])
+        if key not in self._counts and len(self._counts) >= MOST_REASONS:
+            key = (topic, OTHERS)
+        count = self._counts[key] = self._counts.get(key, 0) + 1
+        if count == 1:
+            self._say(f"a message on {topic} is refused: {key[1]}")
+        elif _is_power_of_ten(count):
+            self._say(f"{count} messages on {topic} were refused so far: {key[1]}")
+
+
+def _is_power_of_ten(number: int) -> bool:
+    return str(number).rstrip("0") == "1"

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs a hive on real ROS for a long time while something goes wrong every minute.
+
+Tasks keep coming. Every minute a member, drawn with a seed, is killed or frozen. In the end every
+task has to be done, and no process may have grown.
+"""
+
+from __future__ import annotations
+
+import itertools
+import random
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import psutil
+
+from blackboard.msg import TaskState
+from blackboard.ros.bench_hive import bench_hive
+from blackboard.ros.live_operator import make_task
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from blackboard.ros.live_hive import LiveHive
+    from blackboard.ros.live_operator import LiveOperator
+
+MINUTES = 60
+"""How long, unless said otherwise."""
+
+AIMS = {"tasks_not_done": 0.0, "memory_growth": 5.0, "thread_growth": 2.0, "file_growth": 10.0}
+"""What a process may grow by after its first minute [MB, threads, open files]."""
+
+_FAULT_EVERY = 60.0
+_TASK_EVERY = 2.0
+_FREEZE = 5.0
+_WARM = 60.0
+"""Age from which a process is not expected to grow any more [s]."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """What a process holds.
+
+    Attributes:
+        memory: Resident [MB].
+        threads: How many.
+        files: Open files and connections.
+    """
+
+    memory: float
+    threads: float
+    files: float
+
+    @classmethod
+    def of(cls, pid: int) -> Size:
+        """Look at a process.
+
+        Raises:
+            psutil.Error: It has ended.
+        """
+        process = psutil.Process(pid)
+        memory = process.memory_info().rss / 1e6
+        return cls(memory, float(process.num_threads()), float(process.num_fds()))
+
+    def __sub__(self, other: Size) -> Size:
+        return Size(
+            self.memory - other.memory, self.threads - other.threads, self.files - other.files
+        )
+
+
+class Growth:
+    """Follows how much each process grows after its first minute."""
+
+    def __init__(self) -> None:
+        self._born: dict[int, float] = {}
+        self._grown_up: dict[int, Size] = {}
+        self.worst = Size(0.0, 0.0, 0.0)
+
+    def look(self, pids: Iterable[int]) -> None:
+        """Take the size of the processes that live."""
+        for pid in pids:
+            born = self._born.setdefault(pid, time.monotonic())
+            if time.monotonic() - born < _WARM:
+                continue
+            size = Size.of(pid)
+            growth = size - self._grown_up.setdefault(pid, size)
+            self.worst = Size(
+                max(self.worst.memory, growth.memory),
+                max(self.worst.threads, growth.threads),
+                max(self.worst.files, growth.files),
+            )
+
+
+def _faults(hive: LiveHive, draw: random.Random) -> Iterator[str]:
+    """Do one thing after another to members of the hive; yield what was done."""
+    while True:
+        node = draw.choice(hive.members)
+        kind = draw.choice(("kill", "freeze"))
+        if kind == "kill":
+            hive.kill(node)
+            hive.start(node)
+        else:
+            hive.freeze(node)
+            time.sleep(_FREEZE)
+            hive.thaw(node)
+        yield f"{kind} {node}"
+
+
+def _work(hive: LiveHive, operator: LiveOperator, minutes: float) -> dict[str, float]:
+    draw = random.Random(1)  # noqa: S311  (not for secrets)
+    faults, growth, names = _faults(hive, draw), Growth(), itertools.count()
+    begun = time.monotonic()
+    next_fault, posted = begun + _FAULT_EVERY, []
+    done = 0
+    while time.monotonic() - begun < 60.0 * minutes:
+        posted.append(f"soak{next(names)}")
+        operator.post(make_task(posted[-1], (draw.uniform(-9.0, 9.0), draw.uniform(-9.0, 9.0))))
+        if time.monotonic() > next_fault:
+            next_fault += _FAULT_EVERY
+            done += 1
+            sys.stderr.write(f"{time.monotonic() - begun:6.0f} s  {next(faults)}\n")
+        growth.look(hive.pids())
+        time.sleep(_TASK_EVERY)
+    ended = [operator.follow(name) for name in posted]
+    epochs = {beat.epoch for _, beat in operator.beats}
+    return {
+        "minutes": minutes,
+        "faults": float(done),
+        "takeovers": float(len(epochs) - 1),
+        "tasks": float(len(posted)),
+        "tasks_not_done": float(sum(state != TaskState.DONE for state in ended)),
+        "memory_growth": round(growth.worst.memory, 1),
+        "thread_growth": growth.worst.threads,
+        "file_growth": growth.worst.files,
+    }
+
+
+def run(minutes: int = MINUTES) -> dict[str, dict[str, float]]:
+    """Run a hive of a blackboard node and four robots, on a ROS master of its own.
+
+    Args:
+        minutes: How long.
+
+    Returns:
+        `figures`: counts, and the worst growth of a process after its first minute;
+        `aims`: see `AIMS`.
+    """
+    with bench_hive("bench_soak") as (hive, operator):
+        operator.wait_until_whole()
+        figures = _work(hive, operator, minutes)
+    return {"figures": figures, "aims": dict(AIMS)}

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Says on /diagnostics how a member of the hive is, for rqt_runtime_monitor and the like.
+
+The messages are made here and not by diagnostic_updater, which asks the ROS master for a parameter
+at every update: a member has to go on without one.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from blackboard.member import Role, name_of
+from blackboard.ros.master_watch import MasterState, watch_master
+
+if TYPE_CHECKING:
+    from blackboard.backup import Backup
+    from blackboard.ros.talker import RosTalker
+    from blackboard.standstill import Standstill
+
+_PERIOD = 1.0
+"""Between two messages, as is usual on /diagnostics [s]."""
+
+
+class Diagnostics:
+    """Tells everyone who carries the blackboard here, what is missing, and what was refused.
+
+    Args:
+        talker: Whose thread it lives in.
+        backup: The member.
+        standstill: Knows whether the hive waits.
+
+    ROS Publishers: `/diagnostics` (diagnostic_msgs/DiagnosticArray): OK; WARN while the ROS master
+        is gone; ERROR while the hive stands still or the member's disk cannot be written.
+    """
+
+    def __init__(self, talker: RosTalker, backup: Backup, standstill: Standstill) -> None:
+        self._talker = talker
+        self._backup = backup
+        self._standstill = standstill
+        self._master_is_lost = False
+        self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
+
+    def start(self) -> None:
+        """Begin to speak, and to watch the master."""
+        watch_master(lambda state: self._talker.call(lambda: self._hear_master(state)))
+        self._talker.steady.every(_PERIOD, self._speak)
+        rospy.on_shutdown(self._sum_up)
+
+    def _hear_master(self, state: MasterState) -> None:
+        self._master_is_lost = state is MasterState.LOST
+        if self._master_is_lost:
+            rospy.logerr(
+                "the ROS master does not answer: the hive goes on without it and fails over, but "
+                "nobody who is started now can join; start a master again at the same address"
+            )
+        else:
+            rospy.logwarn("the ROS master answers again, and knows this node")
+
+    def _speak(self) -> None:
+        message = DiagnosticArray(status=[self._status()])
+        message.header.stamp = rospy.Time.now()
+        self._publisher.publish(message)
+
+    def _status(self) -> DiagnosticStatus:
+        member = self._backup.member
+        refusals = self._talker.refusals
+        level, text = self._verdict()
+        values = {
+            "role": member.role.value,
+            "epoch": member.epoch,
+            "active": member.active,
+            "members": ", ".join(map(name_of, member.members)),
+            "refused": refusals.total,
+            **{f"refused on {topic}": n for topic, n in sorted(refusals.by_topic().items())},
+        }
+        return DiagnosticStatus(
+            level=level,
+            name=f"{rospy.get_name().strip('/')}: hive",
+            message=text,
+            hardware_id="none",
+            values=[KeyValue(key, str(value)) for key, value in values.items()],
+        )
+
+    def _verdict(self) -> tuple[int, str]:
+        member = self._backup.member
+        if self._standstill.text:
+            return DiagnosticStatus.ERROR, self._standstill.text
+        if self._master_is_lost:
+            return DiagnosticStatus.WARN, "the ROS master does not answer"
+        if member.role is Role.ACTIVE:
+            return DiagnosticStatus.OK, "carries the blackboard"
+        return DiagnosticStatus.OK, f"follows {member.active}" if member.active else "waits"
+
+    def _sum_up(self) -> None:
+        for (topic, reason), count in self._talker.refusals.counts.items():
+            rospy.loginfo(f"refused on {topic}, {count} times: {reason}")

@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The processes of a real hive without a world, for tests and benchmarks that end them.
+
+A hive is a blackboard node and some robot nodes in a namespace of their own, so that several hives
+share a ROS master. What drives the robots is `stand_in.StandIn`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+import rosgraph
+import rospy
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+ROBOTS = ("robot1", "robot2", "robot3", "robot4")
+
+MODEL: dict[str, Any] = {
+    "base": {
+        "mass": 50.0,
+        "max_speed": 1.0,
+        "friction_coefficient": 0.02,
+        "footprint": [[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]],
+    },
+    "payload": 20.0,
+    "battery": {
+        "capacity": 20.0,
+        "voltage_full": 28.0,
+        "voltage_empty": 22.0,
+        "charging_time": 3600.0,
+        "idle_power": 20.0,
+    },
+    "capabilities": ["GA", "GAB"],
+}
+"""A robot without an arm; see robot_description/models for real ones."""
+
+_MASTER_WITHIN = 60.0
+_LOOK_EVERY = 0.05
+
+
+class LiveHiveError(Exception):
+    """The hive did not do what whoever runs it waits for; the text says what was seen."""
+
+
+class LiveHive:
+    """The processes of one hive, by the names of their nodes.
+
+    Args:
+        folder: For journals and logs.
+        namespace: Of the hive, beginning and ending in a slash.
+        robots: Names of its robots.
+        blackboard: Private parameters of the blackboard node, beside those that it needs here.
+        robot: Private parameters of every robot node, beside those that it needs here.
+
+    Attributes:
+        namespace: Of the hive.
+        robots: Names of its robots.
+        blackboard: Name of its blackboard node.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        namespace: str = "/",
+        robots: Sequence[str] = ROBOTS,
+        blackboard: Mapping[str, Any] | None = None,
+        robot: Mapping[str, Any] | None = None,
+    ) -> None:
+        self._folder = folder
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.namespace = namespace
+        self.robots = tuple(robots)
+        self.blackboard = f"{namespace}blackboard"
+        common = {"distance": "euclidean", "journal": str(self.journals)}
+        self._parameters: dict[str, Any] = {self.blackboard: {**common, **(blackboard or {})}}
+        for name in self.robots:
+            self._parameters[f"{namespace}{name}/characteristics"] = MODEL
+            self._parameters[self.node_of(name)] = {**common, **(robot or {})}
+        self.set_parameters()
+
+    def set_parameters(self) -> None:
+        """Tell the ROS master the parameters of all nodes; a new master does not know them."""
+        for name, value in self._parameters.items():
+            rospy.set_param(name, value)
+
+    @property
+    def journals(self) -> Path:
+        """The folder of all journals."""
+        return self._folder / "journals"
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """Names of all nodes that the hive begins with."""
+        return (self.blackboard, *map(self.node_of, self.robots))
+
+    def node_of(self, robot: str) -> str:
+        """Return the name of a robot's node."""
+        return f"{self.namespace}{robot}/robot"
+
+    def robot_of(self, node: str) -> str:
+        """Return the name of the robot that a node belongs to; empty for the blackboard node."""
+        return node.rsplit("/", 2)[-2] if node.endswith("/robot") else ""
+
+    def journal_of(self, node: str) -> Path:
+        """Return the file in which a node keeps its copy of the list."""
+        return self.journals / f"{node.strip('/').replace('/', '-')}.sqlite3"
+
+    def log_of(self, node: str) -> str:
+        """Return what a node has printed so far."""
+        return self._log(node).read_text(errors="replace")
+
+    def start_all(self) -> None:
+        """Start every node of the hive."""
+        for name in self.members:
+            self.start(name)
+
+    def start(
+        self,
+        node: str,
+        *arguments: str,
+        program: Sequence[str] = (),
+        prefix: Sequence[str] = (),
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        """Start a node.
+
+        Args:
+            node: Its name; one that ends in `/robot` is a robot's, every other a blackboard's.
+            arguments: Further ones, for example remappings.
+            program: What to run instead of the package's own node.
+            prefix: Command that runs it, for example `ip netns exec robot1`.
+            environment: What differs from this process's own.
+        """
+        space, _, name = node.rpartition("/")
+        kind = "robot_node" if name == "robot" else "blackboard_node"
+        code = f"from blackboard.ros.{kind} import main; main()"
+        command = [*prefix, *(program or (sys.executable, "-c", code))]
+        command += [f"__ns:={space or '/'}", f"__name:={name}", *arguments]
+        self._folder.mkdir(parents=True, exist_ok=True)
+        with self._log(node).open("ab") as log:
+            self._processes[node] = subprocess.Popen(  # noqa: S603  (our own nodes)
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", **(environment or {})},
+                start_new_session=True,
+            )
+
+    def signal(self, node: str, what: signal.Signals) -> None:
+        """Send a signal to a node and to whatever runs it; wait for its end where that ends it."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._processes[node].pid, what)
+        if what is signal.SIGKILL:
+            self._processes[node].wait()
+
+    def kill(self, *nodes: str) -> None:
+        """End nodes as `kill -9` does."""
+        for node in nodes:
+            self.signal(node, signal.SIGKILL)
+
+    def freeze(self, node: str) -> None:
+        """Stop a node without ending it (SIGSTOP)."""
+        self.signal(node, signal.SIGSTOP)
+
+    def thaw(self, node: str) -> None:
+        """Have a frozen node go on (SIGCONT)."""
+        self.signal(node, signal.SIGCONT)
+
+    def ended(self) -> tuple[str, ...]:
+        """Return the names of the nodes that were started and do not run any more."""
+        return tuple(name for name, each in self._processes.items() if each.poll() is not None)
+
+    def pids(self) -> tuple[int, ...]:
+        """Return the process numbers of the nodes that run."""
+        return tuple(each.pid for each in self._processes.values() if each.poll() is None)
+
+    def restart_ended(self) -> None:
+        """Start those again that do not run any more."""
+        for name in self.ended():
+            self.start(name)
+
+    def end(self) -> None:
+        """End all."""
+        for name in self._processes:
+            self.kill(name)
+
+    def _log(self, node: str) -> Path:
+        return self._folder / f"{node.strip('/').replace('/', '-')}.log"
+
+
+class Master:
+    """A ROS master at the address of the environment.
+
+    Args:
+        folder: For its log.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has been started and not ended."""
+        return self._process is not None and self._process.poll() is None
+
+    def start(self) -> None:
+        """Start it and wait until it answers.
+
+        Raises:
+            LiveHiveError: It does not.
+        """
+        uri = rosgraph.get_master_uri()
+        command = ["rosmaster", "--core", "-p", uri.rstrip("/").rpartition(":")[2]]
+        with (self._folder / "rosmaster.log").open("ab") as log:
+            self._process = subprocess.Popen(  # noqa: S603  (ROS's own)
+                command, stdout=log, stderr=log, start_new_session=True
+            )
+        end = time.monotonic() + _MASTER_WITHIN
+        while not rosgraph.is_master_online():
+            if time.monotonic() > end:
+                raise LiveHiveError(f"no ROS master answers at {uri}")
+            time.sleep(_LOOK_EVERY)
+
+    def kill(self) -> None:
+        """End it as `kill -9` does."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+
+
+@contextlib.contextmanager
+def own_master(folder: Path) -> Iterator[Master]:
+    """Run a ROS master at the address of the environment; end it afterwards."""
+    master = Master(folder)
+    try:
+        master.start()
+        yield master
+    finally:
+        master.kill()

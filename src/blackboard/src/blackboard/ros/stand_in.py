@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Stands in for what moves a robot, where a real hive is tried out without a world.
+
+    python3 -m blackboard.ros.stand_in /robot1 0.5 2.0
+
+runs one in a process of its own: the robot's namespace, how long each drive takes [s], and where
+the robot stands at first (x [m]).
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from typing import Any
+
+import actionlib
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
+
+_LOOK_EVERY = 0.02
+"""Time between two looks whether the goal was cancelled [s]."""
+
+
+class StandIn:
+    """A robot's localization and its `move_base`, which arrives anywhere after a while.
+
+    Make it after `rospy.init_node`.
+
+    Args:
+        namespace: Of the robot.
+        seconds: How long a drive takes [s].
+        x: Where it stands at first [m], with y = 0.
+
+    Attributes:
+        seconds: How long the next drives take [s].
+        fails: Whether the next drives are aborted instead of arriving.
+        arrivals: Goals that were reached so far, x [m] and y [m].
+        begun: How many drives have begun.
+
+    ROS Actions: server of `move_base` (move_base_msgs/MoveBaseAction).
+    ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), latched.
+    """
+
+    def __init__(self, namespace: str, seconds: float = 0.1, x: float = 0.0) -> None:
+        self.seconds = seconds
+        self.fails = False
+        self.arrivals: list[tuple[float, float]] = []
+        self.begun = 0
+        self._cancelled = 0
+        self._pose = rospy.Publisher(
+            f"{namespace}/amcl_pose", PoseWithCovarianceStamped, latch=True, queue_size=1
+        )
+        self._say_pose(x, 0.0)
+        self._server = actionlib.SimpleActionServer(
+            f"{namespace}/move_base", MoveBaseAction, self._drive, auto_start=False
+        )
+        self._server.start()
+
+    def cancel_all(self) -> None:
+        """Give up the drive under way, as a base does whose own watchdog misses its robot."""
+        self._cancelled += 1
+
+    def _drive(self, goal: Any) -> None:  # noqa: ANN401  (a MoveBaseGoal)
+        self.begun += 1
+        run = self._cancelled
+        for _ in range(math.ceil(self.seconds / _LOOK_EVERY)):
+            given_up = run != self._cancelled or rospy.is_shutdown()
+            if given_up or self._server.is_preempt_requested():
+                self._server.set_preempted()
+                return
+            threading.Event().wait(_LOOK_EVERY)
+        if self.fails:
+            self._server.set_aborted(text="the stand-in was told to fail")
+            return
+        place = goal.target_pose.pose.position
+        self.arrivals.append((place.x, place.y))
+        self._say_pose(place.x, place.y)
+        self._server.set_succeeded(MoveBaseResult())
+
+    def _say_pose(self, x: float, y: float) -> None:
+        message = PoseWithCovarianceStamped()
+        message.header.frame_id = "map"
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
+        message.pose.pose.orientation.w = 1.0
+        self._pose.publish(message)
+
+
+def main() -> None:
+    """Stand in for one robot until the node is shut down."""
+    namespace, seconds, x = rospy.myargv()[1:4]
+    rospy.init_node("stand_in", anonymous=True)
+    StandIn(namespace, float(seconds), float(x))
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Schedules written by hand, for moments that chance hardly ever brings about."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from blackboard.pose import Pose
+from blackboard.settings import BackupSettings
+from blackboard.simulation.schedule import (
+    BLACKBOARD,
+    OPERATOR,
+    Crash,
+    Cut,
+    Moment,
+    Point,
+    Post,
+    Schedule,
+    Strike,
+)
+from blackboard.task import Task, TaskType
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from blackboard.simulation.schedule import Happening
+
+_SEED = 19
+"""Of the small delays; the schedules are written for this one."""
+
+
+def _schedule(name: str, *faults: Happening, stagger: float = 0.25) -> Schedule:
+    """Return what happens to the blackboard node and two robots."""
+    post = Post(8.0, Task("T1", TaskType.GA, (Pose(1.0, 2.0),)))
+    settings = BackupSettings(kept_changes=4, stagger=stagger)
+    return Schedule(_SEED, 2, (post, *faults), settings, mood=name)
+
+
+# Both the blackboard node and robot2 ask robot1 for its vote in epoch 2. The blackboard node wins
+# and can tell nobody; robot2 learns only then that robot1 would have voted for it, and stands.
+_RIVALS = (
+    Cut(12.0, (BLACKBOARD,), 3.0, others=("robot1",)),
+    Cut(12.0, (BLACKBOARD,), 20.0, others=("robot2",)),
+    Cut(12.0, ("robot1",), 5.6, one_way=True, others=("robot2",), holds=True),
+    Strike(13.0, Moment.TAKES_OVER, Cut(0.0, (), 10.0), Point.BEFORE_SAYING),
+)
+
+# Robot2 stands long after robot1; its question for a vote arrives 2.5 s after it was asked.
+_LATE_VOTE = (
+    Cut(12.0, (BLACKBOARD,), 12.0),
+    Cut(12.0, ("robot1",), 5.5, others=("robot2",)),
+    Strike(16.0, Moment.STANDS, Cut(0.0, (), 2.5, one_way=True, holds=True), Point.BEFORE_SAYING),
+)
+
+# A change of epoch 1 reaches a majority in epoch 3, and a member that holds another one of epoch 2
+# in its place is elected in epoch 4.
+_FIGURE_8 = (
+    Cut(12.0, (BLACKBOARD, OPERATOR), 4.0),
+    Post(12.5, Task("T2", TaskType.GA, (Pose(1.0, 2.0),))),
+    Strike(12.6, Moment.TAKES_OVER, Crash(0.0, "", 6.0), Point.BEFORE_SAYING),
+    Strike(16.0, Moment.WRITES, Cut(0.0, (), 3.0)),
+    Crash(19.0, BLACKBOARD, 12.0),
+)
+
+DIRECTED: Mapping[str, Schedule] = MappingProxyType(
+    {
+        each.mood: each
+        for each in (
+            _schedule("rivals", *_RIVALS),
+            _schedule(
+                "forgetful rivals", *_RIVALS, Strike(13.0, Moment.VOTES, Crash(0.0, "", 0.05))
+            ),
+            _schedule("late vote", *_LATE_VOTE, stagger=3.5),
+            _schedule("figure 8", *_FIGURE_8),
+        )
+    }
+)
+"""By name; the last is figure 8 of the Raft paper, for messages of one change each."""

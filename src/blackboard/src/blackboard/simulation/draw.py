@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Draws schedules: a few tasks, a hive, and trouble of one mood.
+
+Faults that come singly and at any time seldom meet in the short moments that a protocol is made
+for. So half of the schedules have a mood that brings such moments about; see `moods`.
+"""
+
+from __future__ import annotations
+
+from random import Random
+from typing import TYPE_CHECKING
+
+from blackboard.pose import Pose
+from blackboard.simulation.faults import any_fault
+from blackboard.simulation.moods import MOODS, Setting
+from blackboard.simulation.schedule import SETTLE, TROUBLE, Cancel, Post, Schedule
+from blackboard.task import Task, TaskType
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_CANCELLED = 0.1
+"""Share of the tasks that an operator cancels."""
+
+_IN_A_MOOD = 0.5
+"""Share of the schedules that have a mood."""
+
+
+def draw(seed: int, mood: str = "") -> Schedule:
+    """Draw a schedule.
+
+    Args:
+        seed: The same seed gives the same schedule.
+        mood: A name of `MOODS`; drawn too where it is left out.
+    """
+    random = Random(seed)
+    if not mood and random.random() >= _IN_A_MOOD:
+        return _ordinary(seed, random)
+    name = mood or random.choice(list(MOODS))
+    setting: Setting = MOODS[name](random)
+    posts = _posts(random)
+    return Schedule(
+        seed,
+        setting.robots,
+        (*posts, *_cancels(random, posts), *setting.faults),
+        setting.settings,
+        setting.late,
+        setting.far_clocks,
+        setting.proofs,
+        name,
+    )
+
+
+def _ordinary(seed: int, random: Random) -> Schedule:
+    """Draw a few faults of any kind at any time."""
+    robots = random.randint(2, 4)
+    members = Schedule(seed, robots, ()).members
+    posts = _posts(random)
+    faults = [
+        fault
+        for _ in range(random.randint(1, 6))
+        for fault in any_fault(random, members, SETTLE + random.uniform(0.0, TROUBLE))
+    ]
+    happenings = (*posts, *_cancels(random, posts), *faults)
+    return Schedule(seed, robots, happenings, mood="anything at any time")
+
+
+def _posts(random: Random) -> Sequence[Post]:
+    return [_post(random, number) for number in range(random.randint(4, 8))]
+
+
+def _post(random: Random, number: int) -> Post:
+    kind = random.choice(list(TaskType))
+    goals = tuple(
+        Pose(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0))
+        for _ in range(random.randint(kind.goals_needed, 3))
+    )
+    priority, payload = random.choice([0, 0, 5, 9]), random.uniform(0.0, 5.0)
+    task = Task(f"T{number + 1}", kind, goals, priority, payload)
+    return Post(SETTLE + random.uniform(0.0, 0.7 * TROUBLE), task)
+
+
+def _cancels(random: Random, posts: Sequence[Post]) -> Sequence[Cancel]:
+    return [
+        Cancel(post.at + random.uniform(0.0, 15.0), post.task.id)
+        for post in posts
+        if random.random() < _CANCELLED
+    ]

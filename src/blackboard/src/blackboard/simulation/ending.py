@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What must be so when all has been calm for long: one hive decides, and every task has ended."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, NoReturn
+
+from blackboard.member import Role
+from blackboard.task import TaskState
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping
+
+    from blackboard.record import TaskRecord
+    from blackboard.simulation.history import History
+    from blackboard.simulation.hive import SimulatedMember
+
+
+class Ending:
+    """Knows where every task stands, and whether it is over.
+
+    Args:
+        members: All that there are, by name.
+        hives: What each hive has committed, by id.
+        tasks: Ids of all that are posted.
+        broken: Ends the run; told which property does not hold, and what was seen.
+    """
+
+    def __init__(
+        self,
+        members: Mapping[str, SimulatedMember],
+        hives: Mapping[str, History],
+        tasks: Collection[str],
+        broken: Callable[[str, str], NoReturn],
+    ) -> None:
+        self._members = members
+        self._hives = hives
+        self._tasks = tasks
+        self._broken = broken
+
+    @property
+    def truth(self) -> Mapping[str, TaskRecord]:
+        """Every task as it was last committed in the hive that most members belong to.
+
+        What has ended in a hive that is no more stays as it ended there.
+        """
+        ended = {
+            name: record
+            for hive in self._hives.values()
+            for name, record in hive.truth.items()
+            if record.state.is_terminal
+        }
+        return {**ended, **self._hives[self._greatest()].truth}
+
+    def is_over(self) -> bool:
+        """Return whether one hive decides, and every task has ended or is left behind."""
+        if not self.is_one_hive():
+            return False
+        truth = self.truth
+        ended = {task_id for task_id, record in truth.items() if record.state.is_terminal}
+        return set(self._tasks) <= ended | self.left_behind()
+
+    def _greatest(self) -> str:
+        known = [each.disk.durable for each in self._members.values()]
+        hives = Counter(durable.hive for durable in known if durable is not None and durable.hive)
+        return max(hives, key=lambda hive: (hives[hive], hive), default="")
+
+    def check(self) -> None:
+        """Check, when all has been calm for long, that there is one hive and all has ended."""
+        if not self.is_one_hive():
+            self._broken("one hive", f"there are {', '.join(self._running_hives())}")
+        for task_id in sorted(self._tasks):
+            record = self.truth.get(task_id)
+            if task_id in self.left_behind():
+                continue
+            if record is None:
+                self._broken("it goes on", f"{task_id} was never taken in")
+            elif not record.state.is_terminal:
+                self._broken(
+                    "it goes on",
+                    f"{task_id} is {record.state.name}: {record.reason or 'no reason'}",
+                )
+            elif record.state is TaskState.FAILED and not record.reason:
+                self._broken("it goes on", f"{task_id} has FAILED and does not say why")
+
+    def left_behind(self) -> set[str]:
+        """Return the tasks that only a hive knows which gives way to another, and has said so.
+
+        It has several members and waits for a person to end it, who then posts them again.
+        """
+        known = self.truth
+        return {
+            task_id
+            for hive in self._running_hives()
+            if hive != self._greatest() and self._is_reported(hive)
+            for task_id in self._hives[hive].truth
+            if task_id not in known
+        }
+
+    def _is_reported(self, hive: str) -> bool:
+        return any(
+            f"belongs to hive {hive}" in warning
+            for member in self._members.values()
+            for warning in member.host.warnings
+        )
+
+    def is_one_hive(self) -> bool:
+        """Return whether one hive decides, and lone founders of others have joined it.
+
+        Others may be left whose members wait for a person.
+        """
+        return not any(
+            hive != self._greatest() and (members <= 1 or active)
+            for hive, (members, active) in self._running_hives().items()
+        )
+
+    def _running_hives(self) -> dict[str, tuple[int, int]]:
+        """Return how many members of each hive are listed, and how many of them are active."""
+        found: dict[str, tuple[int, int]] = {}
+        for each in self._members.values():
+            if each.host.up and each.backup is not None:
+                member = each.backup.member
+                listed, active = found.get(member.hive, (0, 0))
+                active += member.role is Role.ACTIVE
+                found[member.hive] = max(listed, len(member.members)), active
+        return found

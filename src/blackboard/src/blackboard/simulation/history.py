@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What one simulated hive has committed, and that nobody contradicts it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from blackboard.member import Member
+    from blackboard.record import TaskRecord
+    from blackboard.replication import Entry, Position
+
+
+class Violation(AssertionError):  # noqa: N818  (the word the docs use)
+    """A property does not hold; the text says which, when, and what was seen."""
+
+
+class History:
+    """Everything that one hive has committed; a founder that has lost its disk begins another.
+
+    Args:
+        broken: Ends the run; told which property does not hold, and what was seen.
+
+    Attributes:
+        truth: Every task as it was last committed.
+    """
+
+    def __init__(self, broken: Callable[[str, str], NoReturn]) -> None:
+        self._broken = broken
+        self._active_of: dict[int, str] = {}
+        self._committed: dict[int, Position] = {}
+        self._written: dict[Position, Entry] = {}
+        self._applied = 0
+        self.truth: dict[str, TaskRecord] = {}
+
+    def follow(
+        self, member: Member, before: Member | None
+    ) -> Iterator[tuple[TaskRecord, TaskRecord]]:
+        """Check that what a member holds as committed is what everyone else does.
+
+        Args:
+            member: Its state.
+            before: Its state when it was looked at last.
+
+        Yields:
+            Records that have changed: as they were, and as they are.
+        """
+        log = member.log
+        for entry in log.entries:
+            self._written[entry.position] = entry
+        first = 0 if before is None else before.log.committed
+        base = log.base.position
+        folded = before.log if before and before.log.at(base.version) == base else log
+        for version in range(first, log.committed + 1):
+            # What has been folded in this very event was still to be seen before it.
+            position = log.at(version) or folded.at(version)
+            if position is None:
+                continue
+            known = self._committed.setdefault(version, position)
+            if known != position:
+                self._broken(
+                    "one history",
+                    f"{member.id} has committed {position} where another committed {known}",
+                )
+            if position in self._written and version > self._applied:
+                self._applied = version
+                yield from self._apply(member, self._written[position].records)
+
+    def _apply(
+        self, member: Member, records: tuple[TaskRecord, ...]
+    ) -> Iterator[tuple[TaskRecord, TaskRecord]]:
+        for record in records:
+            known = self.truth.get(record.task.id)
+            self.truth[record.task.id] = record
+            if known is None:
+                continue
+            yield known, record
+            if known.state.is_terminal and record.state != known.state:
+                self._broken(
+                    "done once",
+                    f"{member.id} turns {record.task.id} from {known.state.name} "
+                    f"to {record.state.name}",
+                )
+
+    def take_over(self, member: Member) -> None:
+        """Check that a member that becomes active is alone in its epoch and lacks nothing."""
+        rival = self._active_of.setdefault(member.epoch, member.id)
+        if rival != member.id:
+            self._broken(
+                "one authority", f"{rival} and {member.id} are both active in epoch {member.epoch}"
+            )
+        held = member.log.at(self._applied)
+        known = self._committed.get(self._applied)
+        if held is not None and known is not None and held != known:
+            self._broken(
+                "one history",
+                f"{member.id} becomes active with {held} where {known} was committed",
+            )
+        missing = self._applied - member.log.position.version
+        lost = [task_id for task_id in self.truth if task_id not in member.log.latest.records]
+        if missing > 0 or lost:
+            self._broken(
+                "nothing is lost",
+                f"{member.id} becomes active and lacks {missing} changes; tasks missing: {lost}",
+            )

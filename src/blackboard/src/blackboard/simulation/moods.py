@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kinds of trouble that bring about the moments which a rule of the protocol is made for.
+
+Each mood draws a hive and faults that belong together: who crashes right after it has voted, what
+arrives long after its epoch, two members that are started at once while the others are cut off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from blackboard.settings import BackupSettings
+from blackboard.simulation.network import Quality
+from blackboard.simulation.schedule import (
+    BLACKBOARD,
+    OPERATOR,
+    SETTLE,
+    THE_ACTIVE_ONE,
+    TROUBLE,
+    BadLinks,
+    Crash,
+    Cut,
+    Freeze,
+    Moment,
+    Point,
+    Schedule,
+    SetState,
+    Strike,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from random import Random
+
+    from blackboard.simulation.schedule import Happening
+
+
+@dataclass
+class Setting:
+    """A hive in a mood; the fields are those of `Schedule`."""
+
+    robots: int
+    faults: list[Happening]
+    settings: BackupSettings = field(default_factory=lambda: BackupSettings(kept_changes=4))
+    late: tuple[tuple[str, float], ...] = ()
+    far_clocks: bool = False
+    proofs: float = 0.9
+
+
+def _members(robots: int) -> tuple[str, ...]:
+    return Schedule(0, robots, ()).members
+
+
+def _times(random: Random, most: int) -> list[float]:
+    """Draw when trouble comes [s]."""
+    count = random.randint(2, most)
+    return sorted(SETTLE + random.uniform(0.0, 0.8 * TROUBLE) for _ in range(count))
+
+
+def _close(random: Random) -> BackupSettings:
+    """Draw timers with which members stand almost at once."""
+    stagger = random.choice([0.01, 0.05, 0.25])
+    return BackupSettings(kept_changes=4, stagger=stagger)
+
+
+def _short(random: Random) -> float:
+    """Draw the length of trouble that fits into an election [s]."""
+    return random.choice([0.05, 0.2, 0.5, 2.0]) * random.random() + 0.005
+
+
+def _unseat(random: Random, at: float, members: tuple[str, ...]) -> Happening:
+    """Draw what takes the active one away for long enough."""
+    kind = random.choice(["crash", "freeze", "cut", "cut", "link", "deaf"])
+    lasts = random.uniform(2.3, 7.0)
+    if kind == "crash":
+        return Crash(at, THE_ACTIVE_ONE, random.choice([_short(random), lasts]))
+    if kind == "freeze":
+        return Freeze(at, THE_ACTIVE_ONE, lasts)
+    if kind == "link":
+        some = random.sample(members, random.randint(1, len(members) - 1))
+        return Cut(at, (THE_ACTIVE_ONE,), lasts, others=tuple(some))
+    return Cut(at, (THE_ACTIVE_ONE,), lasts, one_way=kind == "deaf")
+
+
+def _strike(random: Random, at: float, members: tuple[str, ...]) -> Strike:
+    """Draw a short fault at a turning point."""
+    moment, lasts = random.choice(list(Moment)), _short(random)
+    kind = random.choice(["crash", "crash", "freeze", "cut", "link"])
+    if kind == "crash":
+        point = random.choice(list(Point))
+        return Strike(at, moment, Crash(at, "", lasts), point)
+    if kind == "freeze":
+        return Strike(at, moment, Freeze(at, "", lasts * random.choice([1.0, 4.0])))
+    lasts = random.uniform(0.2, 6.0)
+    others = () if kind == "cut" else (random.choice(members),)
+    return Strike(at, moment, Cut(at, (), lasts, random.choice([True, False]), others))
+
+
+def _storm(random: Random) -> Setting:
+    """Again and again the active one is lost, and whoever is about to follow it is hit too."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    faults: list[Happening] = []
+    for at in _times(random, 5):
+        faults.append(_unseat(random, at, members))
+        faults += [_strike(random, at, members) for _ in range(random.randint(1, 3))]
+    return Setting(
+        robots,
+        faults,
+        _close(random),
+        far_clocks=random.choice([True, False]),
+        proofs=random.choice([0.0, 0.9]),
+    )
+
+
+def _late_messages(random: Random) -> Setting:
+    """Messages arrive after the epoch in which they were sent, singly or all at once."""
+    robots = random.choice([2, 4])
+    members = _members(robots)
+    quality = Quality(
+        random.choice([0.0, 0.2, 0.4]),
+        random.choice([0.0, 0.5]),
+        random.choice([0.02, 0.2, 2.0]),
+        random.choice([0.0, 0.05, 0.5]),
+        random.choice([1.0, 3.0, 9.0]),
+    )
+    faults: list[Happening] = [BadLinks(SETTLE, TROUBLE - 4.0, quality)]
+    for at in _times(random, 8):
+        way, lasts = random.choice([True, False]), random.uniform(2.0, 4.0)
+        cut = Cut(at, (THE_ACTIVE_ONE,), lasts, way, holds=True)
+        faults.append(random.choice([cut, cut, _unseat(random, at, members)]))
+        # What a robot hands back is written down, and again when it is given away.
+        robot = random.choice(members[1:])
+        faults.append(SetState(at + 2 * _short(random), robot, "defect"))
+        faults.append(SetState(at + random.uniform(1.0, 3.0), robot, "idle"))
+    far = random.choice([True, False])
+    return Setting(robots, faults, _close(random), far_clocks=far)
+
+
+def _restarts(random: Random) -> Setting:
+    """Members that are needed to vote are started again while somebody misses the active one."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    faults: list[Happening] = []
+    for at in _times(random, 4):
+        lasts = random.uniform(3.0, 8.0)
+        some = random.sample(members, random.randint(1, len(members) - 1))
+        faults.append(Cut(at, (THE_ACTIVE_ONE,), lasts, random.choice([True, False]), tuple(some)))
+        for _ in range(random.randint(1, 4)):
+            when = at + random.uniform(0.0, lasts)
+            faults.append(Crash(when, random.choice(members), _short(random)))
+    proofs = random.choice([0.0, 0.9])
+    return Setting(robots, faults, _close(random), far_clocks=True, proofs=proofs)
+
+
+def _come_and_go(random: Random) -> Setting:
+    """Members are taken off and on by twos while the hive is cut in halves."""
+    robots = random.randint(3, 5)
+    members = _members(robots)
+    first = SETTLE + random.uniform(0.0, 8.0)
+    late = tuple(
+        (name, first + random.uniform(0.0, 0.4))
+        for name in random.sample(members[1:], random.randint(1, 3))
+    )
+    faults: list[Happening] = []
+    for at in (first, *_times(random, 4)):
+        pair = random.sample(members, 2)
+        back = random.uniform(0.5, 8.0)
+        if random.choice([True, False]):
+            faults += [Crash(at + random.uniform(0.0, 0.3), name, back) for name in pair]
+        half = tuple(random.sample(members, random.randint(1, len(members) // 2)))
+        lasts = random.uniform(2.5, 8.0)
+        if random.choice([True, False]):
+            cut = Cut(at, (), lasts, others=half)
+            faults.append(Strike(at, Moment.CHANGES_MEMBERS, cut))
+        else:
+            faults.append(Cut(at + random.uniform(0.0, 4.0), half, lasts))
+    settings = BackupSettings(kept_changes=4, member_timeout=random.choice([2.5, 4.0, 10.0]))
+    return Setting(robots, faults, settings, late)
+
+
+def _lost_disks(random: Random) -> Setting:
+    """Disks are lost while some members lag behind, and the active one ends right after."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    faults: list[Happening] = []
+    for at in _times(random, 4):
+        behind, lost = random.sample(members, 2)
+        lasts = random.uniform(1.0, 6.0)
+        faults.append(Cut(at, (behind,), lasts))
+        when = at + random.uniform(0.0, lasts)
+        faults.append(Crash(when, lost, _short(random), disk_lost=True))
+        faults.append(_unseat(random, when + _short(random), members))
+    return Setting(robots, faults, _close(random))
+
+
+def _founder_alone(random: Random) -> Setting:
+    """The blackboard node loses its disk while it hears nobody, perhaps but for the operator."""
+    robots = random.randint(2, 4)
+    at = SETTLE + random.uniform(0.0, 0.4 * TROUBLE)
+    alone = (BLACKBOARD, OPERATOR) if random.choice([True, False]) else (BLACKBOARD,)
+    lasts = random.uniform(3.0, 15.0)
+    faults: list[Happening] = [
+        Cut(at, alone, lasts, random.choice([True, False, False])),
+        Crash(at + random.uniform(0.0, 1.0), BLACKBOARD, _short(random), disk_lost=True),
+    ]
+    if random.choice([True, False]):
+        faults.append(_unseat(random, at + random.uniform(0.0, lasts), _members(robots)))
+    return Setting(robots, faults)
+
+
+MOODS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
+    {
+        "election storm": _storm,
+        "late messages": _late_messages,
+        "quick restarts": _restarts,
+        "members come and go": _come_and_go,
+        "lost disks": _lost_disks,
+        "a founder alone": _founder_alone,
+    }
+)
+"""What each is for, its docstring says."""

@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Does to a simulated hive what a schedule says: crashes, freezes, cuts, bad links."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from blackboard.member import Role, majority_of
+from blackboard.simulation.network import Quality
+from blackboard.simulation.schedule import (
+    THE_ACTIVE_ONE,
+    BadLinks,
+    Crash,
+    Cut,
+    Freeze,
+    Moment,
+    Point,
+    PowerCut,
+    Strike,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from blackboard.journal import Durable
+    from blackboard.simulation.hive import SimulatedMember
+    from blackboard.simulation.host import Host
+    from blackboard.simulation.network import Network
+    from blackboard.simulation.properties import Properties
+
+
+class Trouble:
+    """Everything that goes wrong in one hive.
+
+    Args:
+        network: What connects the members.
+        members: All of them by name.
+        properties: Is told of what ends and of disks that are lost.
+
+    Attributes:
+        faults: How many there were of each kind.
+    """
+
+    def __init__(
+        self, network: Network, members: Mapping[str, SimulatedMember], properties: Properties
+    ) -> None:
+        self._network = network
+        self._members = members
+        self._properties = properties
+        self._bad_links: list[BadLinks] = []
+        self._cuts: list[Cut] = []
+        self._strikes: list[Strike] = []
+        self.faults: Counter[str] = Counter()
+        for member in members.values():
+            member.disk.watched_by = partial(self._watch, member)
+
+    def happen(self, fault: object) -> None:
+        """Let a fault happen."""
+        self.faults[type(fault).__name__] += 1
+        if isinstance(fault, Crash):
+            self._crash(replace(fault, member=self._who(fault.member)))
+        elif isinstance(fault, PowerCut):
+            for name in self._members:
+                lasts = fault.lasts + self._network.random.uniform(0.0, 2.0)
+                self._end(Crash(fault.at, name, lasts))
+        elif isinstance(fault, Freeze):
+            self._freeze(replace(fault, member=self._who(fault.member)))
+        elif isinstance(fault, Cut):
+            self._cut_off(fault)
+        elif isinstance(fault, BadLinks):
+            self._bad_links.append(fault)
+            self._network.quality = fault.quality
+            self._network.schedule(fault.lasts, None, self._mend, fault)
+        elif isinstance(fault, Strike):
+            self._strikes.append(fault)
+
+    def boot(self, member: SimulatedMember) -> None:
+        """Start a member unless it runs or is gone."""
+        if member.host.up or member.gone:
+            return
+        member.boot()
+        self._properties.after_event(member.host)
+
+    def calm_down(self) -> None:
+        """End all trouble: links are good, and who is not gone comes back."""
+        self._cuts.clear()
+        self._bad_links.clear()
+        self._strikes.clear()
+        self._network.quality = Quality()
+        self._apply_cuts(None)
+        for member in self._members.values():
+            member.disk.crashes = False
+            if member.host.frozen:
+                self._thaw((member.host, member.host.generation))
+            self.boot(member)
+
+    def _who(self, name: str) -> str:
+        if name != THE_ACTIVE_ONE:
+            return name
+        active = [
+            (member.backup.epoch, member.name)
+            for member in self._members.values()
+            if member.backup is not None
+            and member.host.up
+            and member.backup.member.role is Role.ACTIVE
+        ]
+        return max(active)[1] if active else self._network.random.choice(sorted(self._members))
+
+    def _watch(self, member: SimulatedMember, before: Durable | None, after: Durable) -> Point:
+        """Have a strike that waited for what a member writes happen; return when it does."""
+        if before is not None and before.member != after.member:
+            self._properties.disk_given_up(before)
+        for strike in self._strikes:
+            if before is not None and strike.moment in moments(before, after):
+                self._strikes.remove(strike)
+                self.faults["struck"] += 1
+                if isinstance(strike.fault, Cut) and strike.point is Point.BEFORE_SAYING:
+                    self._strike((strike.fault, member.name))
+                    return Point.AFTER
+                self._network.schedule(0.0, None, self._strike, (strike.fault, member.name))
+                return strike.point if isinstance(strike.fault, Crash) else Point.AFTER
+        return Point.AFTER
+
+    def _strike(self, what: tuple[Crash | Freeze | Cut, str]) -> None:
+        fault, name = what
+        if isinstance(fault, Crash):
+            self._end(replace(fault, member=name))
+        elif isinstance(fault, Freeze):
+            self._freeze(replace(fault, member=name))
+        else:
+            self._cut_off(replace(fault, members=(name,)))
+
+    def _cut_off(self, cut: Cut) -> None:
+        members = tuple(dict.fromkeys(map(self._who, cut.members)))
+        others = tuple(name for name in map(self._who, cut.others) if name not in members)
+        if cut.others and not others:
+            others = (self._network.random.choice(sorted(set(self._members) - set(members))),)
+        cut = replace(cut, members=members, others=others)
+        self._cuts.append(cut)
+        self._apply_cuts(None)
+        self._network.schedule(cut.lasts, None, self._heal, cut)
+
+    def _crash(self, crash: Crash) -> None:
+        member = self._members[crash.member]
+        if crash.while_writing and member.host.up:
+            member.disk.crashes = True
+            self._network.schedule(1.0, None, self._end_unless_crashed, crash)
+        else:
+            self._end(crash)
+
+    def _end_unless_crashed(self, crash: Crash) -> None:
+        """Go on with a crash that was to happen at a write, whether there was one or not."""
+        self._members[crash.member].disk.crashes = False
+        self._end(crash)
+
+    def _end(self, crash: Crash) -> None:
+        member = self._members[crash.member]
+        if (crash.back_after is None or crash.disk_lost) and self._would_lose_majority(member):
+            crash = replace(crash, back_after=crash.back_after or 1.0, disk_lost=False)
+        if member.host.up:
+            member.host.crash()
+        self._properties.after_event(member.host)
+        self._properties.stopped(member.name)
+        if crash.disk_lost:
+            self.faults["disks lost"] += 1
+            self._properties.disk_lost(member.name, member.disk.durable)
+            member.disk.durable, member.disk.reports = None, ()
+        if crash.back_after is None:
+            member.gone = True
+        else:
+            self._network.schedule(crash.back_after, None, self.boot, member)
+
+    def _would_lose_majority(self, lost: SimulatedMember) -> bool:
+        """Return whether a disk is one that a majority needs: to lose it is not promised for."""
+        durable = lost.disk.durable
+        if durable is None:
+            return False
+        disks = {
+            each.disk.durable.member
+            for each in self._members.values()
+            if each.disk.durable is not None and not each.gone and each is not lost
+        }
+        for each in self._members.values():
+            known = each.disk.durable
+            if known is None or durable.member not in known.log.latest.members:
+                continue
+            for listed in (known.log.latest.members, known.log.stable.members):
+                if sum(one in disks for one in listed) < majority_of(listed):
+                    return True
+        return False
+
+    def _freeze(self, freeze: Freeze) -> None:
+        host = self._members[freeze.member].host
+        if host.up and not host.frozen:
+            host.frozen = True
+            # A frozen host sends no velocities, so the base's own watchdog stops it.
+            self._properties.stopped(freeze.member)
+            self._network.schedule(freeze.lasts, None, self._thaw, (host, host.generation))
+
+    def _thaw(self, what: tuple[Host, int]) -> None:
+        host, generation = what
+        if host.frozen and host.generation == generation:
+            host.thaw()
+            drive = self._members[host.name].drive
+            if drive is not None and host.generation == generation:
+                drive.go_on()
+
+    def _heal(self, cut: Cut) -> None:
+        if cut in self._cuts:
+            self._cuts.remove(cut)
+        self._apply_cuts(None)
+
+    def _apply_cuts(self, _: object) -> None:
+        self._network.cut.clear()
+        self._network.holding.clear()
+        for cut in self._cuts:
+            everyone = self._network.hosts
+            others = cut.others or [name for name in everyone if name not in cut.members]
+            pairs = set(itertools.product(cut.members, others))
+            if not cut.one_way:
+                pairs |= {(there, here) for here, there in pairs}
+            self._network.cut |= pairs
+            if cut.holds:
+                self._network.holding |= pairs
+        self._network.release()
+
+    def _mend(self, bad: BadLinks) -> None:
+        if bad in self._bad_links:
+            self._bad_links.remove(bad)
+        worst = self._bad_links[-1].quality if self._bad_links else Quality()
+        self._network.quality = worst
+
+
+def moments(before: Durable, after: Durable) -> set[Moment]:
+    """Return what happens to a member that writes one after the other to its disk."""
+    found: set[Moment] = set()
+    if after.vote and after.vote != before.vote:
+        found.add(Moment.STANDS if after.vote == after.member else Moment.VOTES)
+    was, is_now = before.log.latest, after.log.latest
+    if is_now.position != was.position:
+        own = after.vote == after.member and is_now.position.epoch == after.epoch
+        begins = own and was.position.epoch < after.epoch
+        found.add(Moment.TAKES_OVER if begins else Moment.WRITES)
+    if is_now.members != was.members:
+        found.add(Moment.CHANGES_MEMBERS)
+    return found

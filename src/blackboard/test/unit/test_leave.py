@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A robot's leave to work, as its timers see it."""
+
+from random import Random
+
+from blackboard.active import Heartbeat
+from blackboard.leave import Leave
+from blackboard.talker import BACKUP
+from blackboard.testing import Network, NetworkTalker
+
+
+class SlowClock(NetworkTalker):
+    """The talker of a member whose clock loses 0.3 %."""
+
+    def now(self):
+        return 0.997 * super().now()
+
+    def after(self, delay, action):
+        return super().after(delay / 0.997, action)
+
+
+def last_word(begin, length):
+    """Return whether a lease holds when its timer says for the last time that it changed."""
+    network = Network()
+    network.run(begin)
+    said = []
+    leave = Leave(
+        SlowClock(network, "robot1"),
+        "robot1",
+        1.0,
+        changed=lambda: said.append(leave.holds()),
+        unheard=lambda: None,
+        fence=None,
+    )
+    leave.start()
+    beat = Heartbeat(1, "blackboard", heard=(("robot1", 0.997 * begin),), robot_lease=length)
+    network.send(BACKUP, beat)
+    network.run(2 * length)
+    return said[-1]
+
+
+def test_whatever_rounding_does_a_lease_has_ended_when_its_timer_says_so():
+    random = Random(1)
+    times = [(random.uniform(0.0, 1000.0), random.uniform(1.0, 5.0)) for _ in range(200)]
+
+    assert not any(last_word(begin, length) for begin, length in times)

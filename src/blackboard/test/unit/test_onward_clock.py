@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from blackboard.ros.onward_clock import OnwardClock
+
+
+class SetClock:
+    """A clock that shows what it is set to [s]."""
+
+    time = 1100.0
+
+    def read(self):
+        return self.time
+
+
+def test_it_runs_with_the_other_clock():
+    other = SetClock()
+    clock = OnwardClock(other.read)
+    other.time += 2.5
+
+    assert clock.now() == 1102.5
+
+
+def test_it_goes_on_where_the_other_clock_is_reset():
+    other = SetClock()
+    clock = OnwardClock(other.read)
+    other.time = 500.0
+    at_reset = clock.now()
+    other.time += 2.5
+
+    assert at_reset == 1100.0
+    assert clock.now() == 1102.5
+
+
+def test_a_reset_is_not_taken_for_one_twice():
+    other = SetClock()
+    clock = OnwardClock(other.read)
+    for other.time in (500.0, 500.0, 3.0, 4.0):
+        clock.now()
+
+    assert clock.now() == 1101.0

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Two nodes that speak as the same robot."""
+
+import pytest
+
+pytest.importorskip("rospy", reason="the package of the border needs ROS")
+
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.pose import Pose
+from blackboard.ros.speakers import SILENCE, Speakers
+
+IDLE = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), charge=1.0)
+OFFLINE = RobotStatus("robot1", RobotState.OFFLINE, Pose(0.0, 0.0), charge=1.0)
+
+
+def test_the_first_node_that_speaks_as_a_robot_is_believed_and_the_second_refused():
+    speakers = Speakers()
+
+    assert not speakers.why_refused(IDLE, "/robot1/robot", 0.0)
+    assert speakers.why_refused(IDLE, "/other/robot", 1.0) == (
+        "/other/robot speaks as robot1, which /robot1/robot does already; "
+        "give the robots names of their own"
+    )
+    assert not speakers.why_refused(IDLE, "/robot1/robot", 2.0)
+
+
+def test_a_node_that_has_fallen_silent_gives_the_name_up():
+    speakers = Speakers()
+    speakers.why_refused(IDLE, "/robot1/robot", 0.0)
+
+    assert not speakers.why_refused(IDLE, "/other/robot", SILENCE)
+
+
+def test_what_the_blackboard_says_about_a_lost_robot_is_believed():
+    speakers = Speakers()
+    speakers.why_refused(IDLE, "/robot1/robot", 0.0)
+
+    assert not speakers.why_refused(OFFLINE, "/blackboard", 1.0)

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs the test plan again and again, to see whether it says the same every time."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ET
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fleet_manager.bench.registry import BenchResult
+from fleet_manager.errors import InputError
+from fleet_manager.resources import package_folder
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+AIMS = {"failures": 0.0}
+
+
+@dataclass(frozen=True)
+class CaseRun:
+    """One run of one case.
+
+    Attributes:
+        name: `FILE: TEST`.
+        passed: Whether it passed.
+        time: What it took on the wall clock [s].
+    """
+
+    name: str
+    passed: bool
+    time: float
+
+
+def run(runs: int) -> BenchResult:
+    """Run the test plan several times; a line for each run is told on the way.
+
+    Args:
+        runs: How many times, above 0.
+
+    Returns:
+        `runs`, `failures` (runs with a failed or missing case) and for each case `passes`,
+        `failures`, and its median and longest time [s].
+
+    Raises:
+        InputError: The test plan is not there, because this is an installed copy.
+    """
+    root = package_folder("fleet_manager").parents[1]
+    files = sorted((root / "test" / "rostest").glob("plan_*.test"))
+    if not files:
+        raise InputError(f"no test plan in {root}; run this from a clone of the repository")
+    results = []
+    for number in range(1, runs + 1):
+        cases = list(_run_once(root, files))
+        results.append(cases)
+        failed = [case.name for case in cases if not case.passed]
+        word = f"failed: {', '.join(failed)}" if failed else f"{len(cases)} cases passed"
+        click.echo(f"run {number} of {runs}: {word}", err=True)
+    return BenchResult(figures(results), AIMS)
+
+
+def _run_once(root: Path, files: Iterable[Path]) -> Iterator[CaseRun]:
+    with tempfile.TemporaryDirectory(prefix="robo-hive-flake-") as folder:
+        pytest = [sys.executable, "-m", "pytest", "-c", str(root / "pyproject.toml")]
+        options = ["-q", "-o", "pythonpath=", "-p", "no:cacheprovider", "--results", folder]
+        subprocess.run(  # noqa: S603  (our own tests)
+            [*pytest, *options, *map(str, files)],
+            env={k: v for k, v in os.environ.items() if k != "ROS_MASTER_URI"},
+            stdout=subprocess.DEVNULL,
+            check=False,
+        )
+        for file in files:
+            result = Path(folder) / f"{file.stem}.xml"
+            yield from cases_of(result) if result.exists() else [CaseRun(file.stem, False, 0.0)]
+
+
+def cases_of(file: Path) -> list[CaseRun]:
+    """Return the cases of a JUnit file.
+
+    Args:
+        file: As pytest writes it.
+    """
+    return [
+        CaseRun(
+            name=f"{file.stem}: {case.get('name')}",
+            passed=case.find("failure") is None and case.find("error") is None,
+            time=float(case.get("time", "0")),
+        )
+        for case in ET.parse(file).iter("testcase")  # noqa: S314  (our own results)
+    ]
+
+
+def figures(results: Iterable[Iterable[CaseRun]]) -> dict[str, float]:
+    """Return the figures of several runs, by name.
+
+    Args:
+        results: The cases of each run.
+    """
+    by_case: defaultdict[str, list[CaseRun]] = defaultdict(list)
+    runs = failures = 0
+    for cases in results:
+        all_passed = True
+        for case in cases:
+            by_case[case.name].append(case)
+            all_passed = all_passed and case.passed
+        runs += 1
+        failures += not all_passed
+    found: dict[str, float] = {"runs": runs, "failures": failures}
+    for name, cases in by_case.items():
+        times = [case.time for case in cases]
+        found[f"{name} passes"] = sum(case.passed for case in cases)
+        found[f"{name} failures"] = sum(not case.passed for case in cases)
+        found[f"{name} median"] = statistics.median(times)
+        found[f"{name} longest"] = max(times)
+    return found

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A robot's localization: which scans count, and what map -> odom follows from them.
+
+Between two scans the odometry is believed. So the transform map -> odom stays as it is until the
+next scan has been weighed, and the robot's pose is that transform and the latest odometry.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from robot_description.poses import between, compose, inverse
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from robot_description.amcl_settings import AmclSettings
+    from robot_description.follower import Pose
+    from robot_description.likelihood_field import BeamChooser
+    from robot_description.particle_filter import Estimate, ParticleFilter
+
+    Array = NDArray[np.float64]
+
+EARLY = 0.01
+"""By how much a scan may come before it is due [s]."""
+
+
+class Localizer:
+    """The localization of one robot.
+
+    Args:
+        particles: The filter, started.
+        chooser: Chooses the beams that count.
+        settings: What was chosen.
+
+    Attributes:
+        estimate: Where the robot was at the last scan that counted; None before the first.
+        map_to_odom: Where the odometry's origin is, frame map; None before the first scan.
+    """
+
+    def __init__(
+        self, particles: ParticleFilter, chooser: BeamChooser, settings: AmclSettings
+    ) -> None:
+        self.estimate: Estimate | None = None
+        self.map_to_odom: Pose | None = None
+        self._filter = particles
+        self._chooser = chooser
+        self._settings = settings
+        self._odometry: Pose | None = None
+        self._looked_at = -math.inf
+        self._due = True
+        self._count = 0
+
+    def restart_at(self, pose: Pose, covariance: Array) -> None:
+        """Begin anew around a pose, frame map; `covariance` (3, 3) [m^2, rad^2]."""
+        self._filter.start_at(pose, covariance)
+        self._due = True
+
+    def restart_anywhere(self) -> None:
+        """Begin anew with no idea where the robot is."""
+        self._filter.start_anywhere()
+        self._due = True
+
+    def update_once(self) -> None:
+        """Have the next scan count even if the robot does not move."""
+        self._due = True
+
+    def pose(self, odometry: Pose) -> Pose:
+        """Return where the robot is, frame map, by its odometry, once a scan has counted."""
+        if self.map_to_odom is None:
+            raise ValueError("no scan has counted yet; show one with see()")
+        return compose(self.map_to_odom, odometry)
+
+    def see(self, time: float, odometry: Pose, ranges: Array) -> bool:
+        """Take in a scan.
+
+        Args:
+            time: When it was taken [s].
+            odometry: Where the odometry had the base then, frame odom.
+            ranges: (beams,) [m].
+
+        Returns:
+            Whether it counted; then `estimate` and `map_to_odom` are new.
+        """
+        if self._odometry is None:
+            self._odometry = odometry
+        if time < self._looked_at:  # a simulation began anew
+            self._looked_at = -math.inf
+        move = between(self._odometry, odometry)
+        if not self._due and not self._worth(time, move):
+            return False
+        self._odometry, self._looked_at, self._due = odometry, time, False
+        self._filter.move(move)
+        self._filter.weigh(self._chooser.of(ranges))
+        self.estimate = self._filter.estimate()
+        self.map_to_odom = compose(self.estimate.pose, inverse(odometry))
+        self._count += 1
+        if self._count % self._settings.resample_interval == 0 and self._filter.depleted:
+            self._filter.resample()
+        return True
+
+    def _worth(self, time: float, move: Pose) -> bool:
+        """Return whether a scan after a move is worth weighing."""
+        if time - self._looked_at < 1.0 / self._settings.update_rate - EARLY:
+            return False
+        far = math.hypot(move.x, move.y) >= self._settings.update_min_d
+        return far or abs(move.yaw) >= self._settings.update_min_a

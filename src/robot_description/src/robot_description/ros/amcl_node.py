@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A robot's localization by laser and map, with the topics and services of ROS's `amcl`."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rospy
+import tf2_ros
+from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rospy.numpy_msg import numpy_msg
+from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
+
+from robot_description.errors import RobotDescriptionError
+from robot_description.likelihood_field import BeamChooser, LikelihoodField
+from robot_description.localizer import Localizer
+from robot_description.odometry_history import OdometryHistory
+from robot_description.particle_filter import ParticleFilter
+from robot_description.ros.conversions import (
+    cells_from_msg,
+    covariance_from_msg,
+    covariance_to_msg,
+    planar_pose,
+    pose_from_msg,
+    transform_to_msg,
+)
+from robot_description.ros.inbox import Inbox
+from robot_description.ros.links import mend_links
+from robot_description.ros.map_topic import wait_for_map
+from robot_description.ros.params import hive_and_robot, read_amcl_settings, read_model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from nav_msgs.msg import OccupancyGrid
+
+    from robot_description.amcl_settings import AmclSettings
+    from robot_description.models import RobotModel
+
+MAP_FRAME = "map"
+
+_MOST_SHOWN = 500
+"""So many particles are shown at most: RViz gains nothing from more."""
+
+
+class Amcl:
+    """Localizes one robot.
+
+    ROS Subscribers: `scan` (sensor_msgs/LaserScan), `odom` (nav_msgs/Odometry), `initialpose`
+        (geometry_msgs/PoseWithCovarianceStamped, frame map).
+    ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped, latched, with every scan
+        that counted), `particlecloud` (geometry_msgs/PoseArray), tf from map to the robot's odom
+        with every scan.
+    ROS Services: `global_localization`, `request_nomotion_update` (std_srvs/Empty).
+    ROS Parameters: see config/amcl.yaml.
+    """
+
+    def __init__(
+        self, name: str, model: RobotModel, settings: AmclSettings, chart: OccupancyGrid
+    ) -> None:
+        """Start at the initial pose of the settings, on a map whose origin is not turned."""
+        self._odom_frame = f"{name}/odom"
+        self._tolerance = rospy.Duration.from_sec(settings.transform_tolerance)
+        corner = chart.info.origin.position
+        field = LikelihoodField(
+            cells_from_msg(chart), chart.info.resolution, (corner.x, corner.y), settings
+        )
+        self._filter = ParticleFilter(field, settings, np.random.default_rng())
+        self._localizer = Localizer(
+            self._filter, BeamChooser(model.laser, settings.laser_max_beams), settings
+        )
+        self._localizer.restart_at(settings.initial_pose, settings.initial_covariance)
+        self._history = OdometryHistory()
+        self._scan: LaserScan | None = None
+        self._inbox = Inbox()
+
+    def start(self) -> None:
+        """Open topics and services."""
+        self._broadcaster = tf2_ros.TransformBroadcaster()
+        self._poses = rospy.Publisher(
+            "amcl_pose", PoseWithCovarianceStamped, queue_size=1, latch=True
+        )
+        self._cloud = rospy.Publisher("particlecloud", PoseArray, queue_size=1)
+        topics: dict[str, tuple[type, Callable[..., None]]] = {
+            "odom": (Odometry, self._drive),
+            "scan": (numpy_msg(LaserScan), self._see),
+            "initialpose": (PoseWithCovarianceStamped, self._restart_at),
+        }
+        for topic, (kind, take_in) in topics.items():
+            rospy.Subscriber(topic, kind, self._later(take_in), queue_size=5)
+        rospy.Service("global_localization", Empty, self._restart_anywhere)
+        rospy.Service("request_nomotion_update", Empty, self._update_once)
+
+    def run(self) -> None:
+        """Localize until the node is shut down."""
+        while not rospy.is_shutdown():
+            self._inbox.wait(timeout=0.5)
+
+    def _later(self, take_in: Callable[..., None]) -> Callable[..., None]:
+        """Return a callback that has the main thread take in a message."""
+        return lambda msg: self._inbox.put(lambda: take_in(msg))
+
+    def _restart_anywhere(self, _request: EmptyRequest) -> EmptyResponse:
+        self._inbox.put(self._localizer.restart_anywhere)
+        return EmptyResponse()
+
+    def _update_once(self, _request: EmptyRequest) -> EmptyResponse:
+        self._inbox.put(self._localizer.update_once)
+        return EmptyResponse()
+
+    def _restart_at(self, msg: PoseWithCovarianceStamped) -> None:
+        frame = msg.header.frame_id.lstrip("/")
+        try:
+            pose, covariance = pose_from_msg(msg.pose.pose), covariance_from_msg(msg.pose)
+        except ValueError as error:
+            rospy.logwarn(f"initialpose is ignored: {error}")
+            return
+        if frame not in {"", MAP_FRAME}:
+            rospy.logwarn(f"initialpose in frame '{frame}' is ignored; send it in {MAP_FRAME}")
+            return
+        self._localizer.restart_at(pose, covariance)
+
+    def _drive(self, msg: Odometry) -> None:
+        self._history.add(msg.header.stamp.to_sec(), pose_from_msg(msg.pose.pose))
+        if self._scan is not None:
+            self._weigh(self._scan)
+
+    def _see(self, msg: LaserScan) -> None:
+        self._scan = msg
+        self._weigh(msg)
+
+    def _weigh(self, scan: LaserScan) -> None:
+        """Take in a scan, unless the odometry of its moment is still to come."""
+        odometry = self._history.at(scan.header.stamp.to_sec())
+        if odometry is None:
+            return
+        self._scan = None
+        ranges = np.asarray(scan.ranges, dtype=np.float64)
+        if self._localizer.see(scan.header.stamp.to_sec(), odometry, ranges):
+            self._say(scan.header.stamp)
+        frame = self._localizer.map_to_odom
+        if frame is not None:
+            stamp = scan.header.stamp + self._tolerance
+            self._broadcaster.sendTransform(
+                transform_to_msg(frame, MAP_FRAME, self._odom_frame, stamp)
+            )
+
+    def _say(self, stamp: rospy.Time) -> None:
+        estimate = self._localizer.estimate
+        if estimate is None:
+            return
+        pose = PoseWithCovarianceStamped()
+        pose.header.stamp, pose.header.frame_id = stamp, MAP_FRAME
+        pose.pose.pose = planar_pose(estimate.pose)
+        pose.pose.covariance = covariance_to_msg(estimate.covariance)
+        self._poses.publish(pose)
+        if self._cloud.get_num_connections():
+            self._show(stamp)
+
+    def _show(self, stamp: rospy.Time) -> None:
+        cloud = PoseArray()
+        cloud.header.stamp, cloud.header.frame_id = stamp, MAP_FRAME
+        every = max(1, len(self._filter.particles) // _MOST_SHOWN)
+        cloud.poses = [planar_pose(pose) for pose in self._filter.particles[::every].tolist()]
+        self._cloud.publish(cloud)
+
+
+def main() -> None:
+    """Run one robot's localization until the node is shut down; see `Amcl`."""
+    rospy.init_node("amcl")
+    mend_links()
+    try:
+        hive, name = hive_and_robot()
+        model = read_model()
+        node = Amcl(name, model, read_amcl_settings(model), wait_for_map(f"{hive}map"))
+    except RobotDescriptionError as error:
+        rospy.logfatal(str(error))
+        sys.exit(1)
+    except rospy.ROSInterruptException:
+        return
+    node.start()
+    node.run()

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is in the robots' way today: people who walk, doors that are shut, things put down.
+
+Walls are sought in a table that never changes (`geometry.Nearby`). What is here may come, move and
+go in every step; there is little of it, so all of it is looked at.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simenv.errors import ObstacleError
+from simenv.geometry import outline
+from simenv.world import outline_of
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from shapely.geometry.base import BaseGeometry
+
+    from robot_description.follower import Pose
+    from simenv.geometry import Array, Footprint
+    from simenv.world import Person, World
+
+MANNERS = 0.3
+"""A person stops so far from a robot [m]."""
+
+SIDES = 16
+"""A person is a polygon with so many sides."""
+
+CIRCLE = np.stack([f(np.arange(SIDES) * 2 * np.pi / SIDES) for f in (np.cos, np.sin)], axis=1)
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """Something solid that need not be there tomorrow.
+
+    Attributes:
+        name: What people call it.
+        edges: (k, 2, 2) its outline, frame map [m].
+        middle: Of a circle around it, frame map [m].
+        radius: Of that circle [m].
+    """
+
+    name: str
+    edges: Array
+    middle: tuple[float, float]
+    radius: float
+
+
+class Walker:
+    """One person on their route."""
+
+    def __init__(self, person: Person) -> None:
+        """Stand at the beginning of the route."""
+        self._person = person
+        self._corners = [*person.route, person.route[0]]
+        lengths = [math.dist(a, b) for a, b in itertools.pairwise(self._corners)]
+        self._ends = list(itertools.accumulate(lengths))
+        self._gone = 0.0
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """Where the person is, frame map [m]."""
+        return self._at(self._gone)
+
+    @property
+    def obstacle(self) -> Obstacle:
+        """The person as something that is in the way."""
+        here, radius = self.position, self._person.radius
+        return Obstacle(self._person.name, outline(CIRCLE * radius + here), here, radius)
+
+    def step(self, dt: float, robots: Collection[tuple[Footprint, Pose]]) -> None:
+        """Walk on for `dt` [s], unless that leads into a robot."""
+        ahead = (self._gone + self._person.speed * dt) % self._ends[-1]
+        here, there = self.position, self._at(ahead)
+        keep = self._person.radius + MANNERS
+        for footprint, pose in robots:
+            nearer = math.dist(there, pose[:2]) < math.dist(here, pose[:2])
+            if nearer and math.dist(there, pose[:2]) < footprint.radius + keep:
+                return
+        self._gone = ahead
+
+    def _at(self, gone: float) -> tuple[float, float]:
+        leg = next(i for i, end in enumerate(self._ends) if gone <= end)
+        start = self._ends[leg - 1] if leg else 0.0
+        share = (gone - start) / max(self._ends[leg] - start, 1e-9)
+        (x0, y0), (x1, y1) = self._corners[leg], self._corners[leg + 1]
+        return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+
+
+class Obstacles:
+    """Everything of a world that need not stay where it is."""
+
+    def __init__(self, world: World) -> None:
+        """Begin as the world's file says."""
+        self._world = world
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to how it was at the start; what was put down since is gone."""
+        self._walkers = [Walker(person) for person in self._world.people]
+        self._shut = {door.name for door in self._world.doors if not door.open}
+        self._put: dict[str, BaseGeometry] = {}
+        self._collect()
+
+    @property
+    def people(self) -> dict[str, tuple[float, float]]:
+        """Where everybody is, frame map [m]."""
+        names = (person.name for person in self._world.people)
+        return dict(zip(names, (walker.position for walker in self._walkers), strict=True))
+
+    @property
+    def shut(self) -> frozenset[str]:
+        """The doors that are shut, and the things that were put down."""
+        return frozenset(self._shut | set(self._put))
+
+    def step(self, dt: float, robots: Collection[tuple[Footprint, Pose]]) -> None:
+        """Let people walk for `dt` [s], among robots that stand where they stand, frame map."""
+        for walker in self._walkers:
+            walker.step(dt, robots)
+        self._now = [*self._still, *(walker.obstacle for walker in self._walkers)]
+
+    def near(self, x: float, y: float, reach: float) -> list[Obstacle]:
+        """Return what comes within `reach` [m] of a point, frame map [m]."""
+        return [o for o in self._now if math.dist(o.middle, (x, y)) <= reach + o.radius]
+
+    def set_door(self, name: str, *, is_open: bool) -> None:
+        """Open or shut a door; who calls this sees to it that nobody stands in it.
+
+        Raises:
+            ObstacleError: There is no such door.
+        """
+        self.door_area(name)
+        (self._shut.discard if is_open else self._shut.add)(name)
+        self._collect()
+
+    def door_area(self, name: str) -> BaseGeometry:
+        """Return what a door covers when it is shut, frame map [m].
+
+        Raises:
+            ObstacleError: There is no such door.
+        """
+        areas = {door.name: door.area for door in self._world.doors}
+        if name not in areas:
+            known = ", ".join(areas) or "none"
+            raise ObstacleError(f"door '{name}': not known; in this world: {known}")
+        return areas[name]
+
+    def put(self, name: str, area: BaseGeometry) -> None:
+        """Put something down; who calls this sees to it that nobody stands there."""
+        self._put[name] = area
+        self._collect()
+
+    def take(self, name: str) -> None:
+        """Take something away that was put down.
+
+        Raises:
+            ObstacleError: No such thing was put down.
+        """
+        if name not in self._put:
+            known = ", ".join(self._put) or "nothing"
+            raise ObstacleError(f"obstacle '{name}': not there; put down so far: {known}")
+        del self._put[name]
+        self._collect()
+
+    def _collect(self) -> None:
+        areas = {door.name: door.area for door in self._world.doors if door.name in self._shut}
+        self._still = [_obstacle(name, area) for name, area in (areas | self._put).items()]
+        self._now = [*self._still, *(walker.obstacle for walker in self._walkers)]
+
+
+def _obstacle(name: str, area: BaseGeometry) -> Obstacle:
+    x_min, y_min, x_max, y_max = area.bounds
+    middle = ((x_min + x_max) / 2, (y_min + y_max) / 2)
+    return Obstacle(name, outline_of(area), middle, math.dist(middle, (x_max, y_max)))

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Thousands of messages that nobody should send reach a hive at work, on every topic."""
+
+import math
+import random
+
+import pytest
+
+from blackboard.backup import Heartbeat, TaskList
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.cost import Bid, Bids
+from blackboard.election import Ballot, BallotKind
+from blackboard.intake import LONGEST_NAME, why_refused
+from blackboard.pose import Pose
+from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.replication import Ack, Entries, Entry, Position
+from blackboard.talker import (
+    BACKUP,
+    BB_ACK,
+    BB_ENTRIES,
+    BB_VOTE,
+    NEW_TASK,
+    ROBOT_STATUS,
+    SET_STATE,
+    SYNC,
+    TASK_ASSIGN,
+    TASK_BROADCAST,
+    TASK_CANCEL,
+    TASK_COST,
+    TASK_STATE,
+)
+from blackboard.task import Task, TaskState, TaskType
+from blackboard.testing import Hive
+
+MESSAGES = 5000
+HUGE = "x" * 10_000_000
+NUMBERS = (math.nan, math.inf, -math.inf, -1.0, 0.0, 1e308, 5e-324)
+TEXTS = ("", "nobody", "\x00", "\ufffd\ufffd", "a b", "../..", HUGE)
+COUNTS = (0, 1, 2, 255, 65_535, 2**32 - 1)
+
+
+class Nonsense:
+    """Makes messages of every topic out of odd values.
+
+    Args:
+        seed: Of the choice.
+    """
+
+    def __init__(self, seed):
+        self.draw = random.Random(seed)
+        self.kinds = {
+            NEW_TASK: self.task,
+            TASK_CANCEL: self.text,
+            TASK_BROADCAST: lambda: Broadcast(self.count(), self.count(), self.offers()),
+            TASK_COST: self.bids,
+            TASK_ASSIGN: self.order,
+            TASK_STATE: self.update,
+            ROBOT_STATUS: self.status,
+            SYNC: lambda: TaskList(0, self.count(), (self.record(),)),
+            BACKUP: lambda: Heartbeat(
+                2**32 - 1, self.text(), self.text(), (self.text(),), sent=self.number()
+            ),
+            BB_ENTRIES: self.entries,
+            BB_ACK: lambda: Ack(self.text(), 2**32 - 1, self.count(), self.number()),
+            BB_VOTE: self.ballot,
+            f"robot1/{SET_STATE}": self.text,
+        }
+
+    def message(self):
+        topic = self.draw.choice(sorted(self.kinds))
+        return topic, self.kinds[topic]()
+
+    def number(self):
+        return self.draw.choice(NUMBERS)
+
+    def text(self):
+        return self.draw.choice(TEXTS)
+
+    def count(self):
+        return self.draw.choice(COUNTS)
+
+    def pose(self):
+        return Pose(self.number(), self.number(), self.number())
+
+    def task(self):
+        kind, priority = self.draw.choice((0, 1, 7, 255)), self.draw.randint(11, 255)
+        goals = tuple(self.pose() for _ in range(self.draw.randint(0, 3)))
+        return Task(self.text(), kind, goals, priority, self.number(), self.text(), self.number())
+
+    def offers(self):
+        return tuple((self.task(), self.count()) for _ in range(self.draw.randint(0, 2)))
+
+    def bids(self):
+        robot = self.draw.choice((*TEXTS, "robot1"))
+        bid = Bid(robot, self.text(), self.number(), self.number(), self.number(), self.text())
+        return Bids(robot, self.count(), self.count(), (bid,))
+
+    def order(self):
+        robot = self.draw.choice((*TEXTS, "robot1"))
+        return Order(
+            self.task(),
+            robot,
+            take_back=self.draw.random() < 0.5,
+            step=self.count(),
+            epoch=self.count(),
+            assignment=self.count(),
+            hand_back=self.draw.random() < 0.5,
+            heard=self.number(),
+        )
+
+    def update(self):
+        task_id = self.draw.choice((*TEXTS, "real"))
+        state = self.draw.choice(tuple(TaskState))
+        return TaskUpdate(
+            task_id, state, self.text(), self.count(), self.count(), self.number(), self.count()
+        )
+
+    def status(self):
+        return RobotStatus(
+            self.text(),
+            self.draw.choice(tuple(RobotState)),
+            self.pose(),
+            self.number(),
+            self.number(),
+            self.text(),
+            self.text(),
+            (self.text(),),
+            self.number(),
+        )
+
+    def record(self):
+        return TaskRecord(self.task(), self.draw.choice(tuple(TaskState)), self.text())
+
+    def entries(self):
+        entry = Entry(2**32 - 1, 1, (self.record(),))
+        return Entries(2**32 - 1, self.text(), Position(0, 0), (entry,), 1, self.number())
+
+    def ballot(self):
+        kind = self.draw.choice(tuple(BallotKind))
+        where = Position(self.count(), self.count())
+        return Ballot(kind, 2**32 - 1, self.text(), self.text(), where, granted=True)
+
+
+@pytest.fixture
+def hive():
+    """A hive with one robot that is on its way to a task called `real`."""
+    hive = Hive()
+    hive.add_robot("robot1", Pose(0.0, 0.0, 0.0))
+    hive.post(Task("real", TaskType.GAB, (Pose(1.0, 0.0, 0.0), Pose(2.0, 0.0, 0.0))))
+    hive.network.run(1.0)
+    return hive
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nonsense_on_every_topic_changes_nothing_and_stops_nobody(hive, seed):
+    nonsense = Nonsense(seed)
+    for _ in range(MESSAGES):
+        hive.network.send(*nonsense.message())
+        hive.network.run(0.002)
+    hive.network.run(60.0)
+    hive.post(Task("after", TaskType.GA, (Pose(3.0, 0.0, 0.0),)))
+    hive.network.run(60.0)
+
+    assert hive.record("real").state is TaskState.DONE
+    assert hive.record("real").robot == "robot1"
+    assert hive.record("after").state is TaskState.DONE
+    book = hive.talkers["blackboard"].refusals
+    assert book.total > MESSAGES / 3
+    assert len(hive.talkers["blackboard"].warnings) < book.total / 10
+
+
+def test_a_burst_of_a_thousand_messages_at_once_is_worked_through(hive):
+    for number in range(1000):
+        hive.network.send(
+            NEW_TASK, Task(f"burst{number % 5}", TaskType.GA, (Pose(4.0, 0.0, 0.0),))
+        )
+    hive.network.run(600.0)
+
+    assert {hive.record(f"burst{n}").state for n in range(5)} == {TaskState.DONE}
+
+
+def test_an_unknown_robot_wins_no_auction(hive):
+    hive.network.listen(
+        TASK_BROADCAST,
+        lambda said: hive.network.send(
+            TASK_COST,
+            Bids(
+                "ghost",
+                said.epoch,
+                said.auction,
+                tuple(Bid("ghost", task.id, 0.0, 0.0, 0.0) for task, _ in said.tasks),
+            ),
+        ),
+    )
+    hive.post(Task("next", TaskType.GA, (Pose(5.0, 0.0, 0.0),)))
+    hive.network.run(120.0)
+
+    assert hive.record("next").robot == "robot1"
+    counts = hive.talkers["blackboard"].refusals.counts
+    assert counts[TASK_COST, "no robot 'ghost' has been heard"] >= 1
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_a_number_that_cannot_be_calculated_with_is_refused_by_its_name(number):
+    status = RobotStatus("robot1", RobotState.IDLE, Pose(number, 0.0, 0.0), 1.0)
+
+    assert why_refused(ROBOT_STATUS, status) == (
+        f"RobotStatus.pose.x is {number}; allowed: finite numbers"
+    )
+
+
+def test_a_text_of_ten_megabytes_is_refused_by_its_length():
+    update = TaskUpdate("T1", TaskState.DONE, robot_id=HUGE)
+
+    assert why_refused(TASK_STATE, update) == (
+        f"TaskUpdate.robot_id has 10000000 characters; allowed: at most {LONGEST_NAME}"
+    )
+
+
+def test_an_order_for_a_task_of_unknown_type_is_refused():
+    order = Order(Task("T1", 77, (Pose(0.0, 0.0, 0.0),)), "robot1")
+
+    assert "type 77 is unknown" in why_refused(TASK_ASSIGN, order)
+    assert "type 77 is unknown" in why_refused(
+        TASK_ASSIGN, Order(Task("T1", 77, ()), "robot1", take_back=True)
+    )

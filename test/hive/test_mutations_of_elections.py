@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# ruff: noqa: SLF001  (a mutation reaches inside)
+"""Rules of elections, each of which, left out, breaks a property for some schedule.
+
+The table in docs/protocol.md lists these mutations. A seed replays with
+`python3 -m blackboard.simulation.run SEED --mood MOOD`, which finds nothing as long as the rule is
+there.
+"""
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard import active, backup, consensus, election
+from blackboard.election import BallotKind
+from blackboard.fence import Border
+from blackboard.founding import Handover
+from blackboard.member import name_of
+from blackboard.simulation.hive import Disk
+
+
+def vote_for_any_list(patch):
+    patch.setattr(election, "is_up_to_date", lambda *_: True)
+
+
+def vote_although_the_active_one_is_heard(patch):
+    patch.setattr(election, "misses_active", lambda *_: True)
+
+
+def vote_twice_in_an_epoch(patch):
+    patch.setattr(election, "has_vote_for", lambda *_: True)
+
+
+def do_not_take_a_vote_for_a_promise(patch):
+    hear_question = election.hear_question
+
+    def loose(member, ballot, now):
+        after, said = hear_question(member, ballot, now)
+        if after.vote != member.vote and after.vote:
+            after = after.but(heard=member.heard, active=member.active)
+        return after, said
+
+    patch.setattr(election, "hear_question", loose)
+
+
+def forget_the_vote_over_a_restart(patch):
+    load = Disk.load
+
+    def forgetful(self):
+        durable = load(self)
+        return durable and replace(durable, vote="", epoch=durable.log.position.epoch)
+
+    patch.setattr(Disk, "load", forgetful)
+
+
+def vote_at_once_after_a_restart(patch):
+    awake = backup.awake
+
+    def hasty(durable, settings, now):
+        return awake(durable, settings, now).but(heard=float("-inf"), quiet_until=float("-inf"))
+
+    patch.setattr(backup, "awake", hasty)
+
+
+def elect_with_half_of_the_members(patch):
+    def half(voters, members):
+        return sum(voter in members for voter in voters) >= max(1, len(members) // 2)
+
+    patch.setattr(election, "is_majority", half)
+
+
+def count_a_vote_however_late(patch):
+    hear_answer = election.hear_answer
+    patch.setattr(
+        election,
+        "hear_answer",
+        lambda member, ballot, _: hear_answer(member, ballot, member.asked),
+    )
+
+
+def obey_an_active_one_of_any_epoch(patch):
+    heed = consensus._heed
+
+    def meek(member, epoch, speaker, hive, now):
+        return heed(member, max(epoch, member.epoch), speaker, hive, now)
+
+    patch.setattr(consensus, "_heed", meek)
+
+
+def count_answers_of_any_epoch(patch):
+    hear_ack, hear_answer = active.hear_ack, election.hear_answer
+
+    def count_ack(member, ack, now):
+        return hear_ack(member, replace(ack, epoch=member.epoch), now)
+
+    def count_vote(member, ballot, now):
+        if ballot.kind is BallotKind.ANSWER:
+            ballot = replace(ballot, epoch=member.epoch)
+        return hear_answer(member, ballot, now)
+
+    patch.setattr(active, "hear_ack", count_ack)
+    patch.setattr(election, "hear_answer", count_vote)
+
+
+def ignore_epochs(patch):
+    obey_an_active_one_of_any_epoch(patch)
+    count_answers_of_any_epoch(patch)
+    patch.setattr(Border, "refuses", lambda *_: False)
+
+
+def count_when_an_answer_came(patch):
+    hear_ack = active.hear_ack
+
+    def generous(member, ack, now):
+        return hear_ack(member, replace(ack, echo=now), now)
+
+    patch.setattr(active, "hear_ack", generous)
+
+
+def go_on_without_a_majority(patch):
+    patch.setattr(active, "has_lease", lambda *_: True)
+    patch.setattr(consensus, "has_lease", lambda *_: True)
+
+
+def change_members_without_waiting(patch):
+    patch.setattr(active, "may_change_members", lambda *_: True)
+
+
+def keep_the_id_when_the_disk_is_lost(patch):
+    awake = backup.awake
+
+    def same(durable, settings, now):
+        return awake(replace(durable, member=name_of(durable.member)), settings, now)
+
+    patch.setattr(backup, "awake", same)
+
+
+def listen_to_every_hive(patch):
+    patch.setattr(Border, "lets_in", lambda *_: True)
+    patch.setattr(Border, "refuses", lambda _self, _hive, epoch, own: epoch < own.epoch)
+
+
+def join_without_handing_over(patch):
+    patch.setattr(Handover, "is_done", True)
+
+
+STORM, LATE, RESTARTS = "election storm", "late messages", "quick restarts"
+CHURN, DISKS, ALONE = "members come and go", "lost disks", "a founder alone"
+
+CAUGHT_BY = {
+    vote_for_any_list: (30, STORM),
+    vote_although_the_active_one_is_heard: (7, STORM),
+    vote_twice_in_an_epoch: "rivals",
+    do_not_take_a_vote_for_a_promise: (8, STORM),
+    forget_the_vote_over_a_restart: "forgetful rivals",
+    vote_at_once_after_a_restart: (2, RESTARTS),
+    elect_with_half_of_the_members: (1, STORM),
+    count_a_vote_however_late: "late vote",
+    obey_an_active_one_of_any_epoch: (76, LATE),
+    ignore_epochs: (6, LATE),
+    count_when_an_answer_came: (35, LATE),
+    go_on_without_a_majority: (0, STORM),
+    change_members_without_waiting: (39, CHURN),
+    keep_the_id_when_the_disk_is_lost: (1, DISKS),
+    listen_to_every_hive: (1, ALONE),
+    join_without_handing_over: (1, DISKS),
+}
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
+
+
+@pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
+def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
+    assert caught(mutate, CAUGHT_BY[mutate])

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: BSD-3-Clause
+
+"""Rules of the list, of reports and of leases, each of which, left out, breaks a property.
+
+As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
+"""
+
+import pytest
+
+from blackboard import active, consensus
+from blackboard.backup import _TOPICS, Backup
+from blackboard.consensus import Write
+from blackboard.lease import Lease, Leases
+from blackboard.leave import Leave
+from blackboard.reports import Reports
+from blackboard.simulation.hive import Disk
+from blackboard.watch import Watch
+
+
+def commit_with_half_of_the_members(patch):
+    half = lambda members: max(1, len(members) // 2)  # noqa: E731  (one rule in one line)
+    patch.setattr(active, "majority_of", half)
+
+
+def commit_by_count_what_an_earlier_epoch_left(patch):
+    def count(log, _, held, majority):
+        return max(log.committed, sorted(held, reverse=True)[majority - 1])
+
+    patch.setattr(active, "committed_version", count)
+
+
+def announce_before_a_majority_holds_it(patch):
+    def hasty(self, records, then):
+        if self.may_act():
+            if records:
+                self._step(Write(records))
+            then()
+
+    patch.setattr(Backup, "commit", hasty)
+
+
+def answer_before_writing_to_disk(patch):
+    def hasty(self, event):
+        before = self._member
+        after, said = consensus.step(before, event, self._talker.now())
+        for message in said:
+            self._talker.publish(_TOPICS[type(message)], self._with_leases(message))
+        if self._write_down(before, after):
+            self._member = after
+            self._notice(before, after)
+
+    patch.setattr(Backup, "_step", hasty)
+
+
+def drop_the_journal(patch):
+    patch.setattr(Disk, "load", lambda _: None)
+
+
+def acknowledge_what_is_missing(patch):
+    extend = consensus.extend
+
+    def blind(log, message):
+        return extend(log, message) or log
+
+    patch.setattr(consensus, "extend", blind)
+
+
+def keep_what_the_new_active_one_lacks(patch):
+    extend = consensus.extend
+
+    def stubborn(log, message):
+        longer = extend(log, message)
+        return log if longer and longer.position.version <= log.position.version else longer
+
+    patch.setattr(consensus, "extend", stubborn)
+
+
+def forget_reports_over_a_restart(patch):
+    patch.setattr(Disk, "load_reports", lambda _: ())
+
+
+def forget_who_has_reported(patch):
+    patch.setattr(Reports, "add", lambda self, report: self._talker.publish("task_state", report))
+
+
+def carry_out_an_order_again(patch):
+    patch.setattr(Reports, "answer", lambda *_: False)
+
+
+def work_on_without_a_lease(patch):
+    patch.setattr(Leave, "holds", lambda _: True)
+
+
+def renew_a_lease_after_its_end(patch):
+    def generous(self, beat, now):
+        if self._robot_id not in dict(beat.heard):
+            return False
+        self._length = beat.robot_lease
+        before, self._end = self._end, now + beat.robot_lease
+        return self._end > before
+
+    patch.setattr(Lease, "renew", generous)
+
+
+def reassign_before_the_lease_has_ended(patch):
+    patch.setattr(Leases, "is_lost", lambda self, robot, now: self.unheard_for(robot, now) > 1.5)
+
+
+def count_leases_from_before_the_takeover(patch):
+    begin = Watch.begin
+
+    def hasty(self):
+        begin(self)
+        self._leases = Leases(self._settings.reassign, since=float("-inf"))
+
+    patch.setattr(Watch, "begin", hasty)
+
+
+STORM, ANY = "election storm", ""
+
+CAUGHT_BY = {
+    commit_with_half_of_the_members: (0, STORM),
+    announce_before_a_majority_holds_it: (0, STORM),
+    answer_before_writing_to_disk: (375, STORM),
+    drop_the_journal: (0, STORM),
+    acknowledge_what_is_missing: (0, STORM),
+    keep_what_the_new_active_one_lacks: (6, STORM),
+    forget_reports_over_a_restart: (4, ANY),
+    forget_who_has_reported: (0, STORM),
+    carry_out_an_order_again: (20, ANY),
+    work_on_without_a_lease: (327, STORM),
+    renew_a_lease_after_its_end: (34, ANY),
+    reassign_before_the_lease_has_ended: (28, ANY),
+    count_leases_from_before_the_takeover: (3, STORM),
+}
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
+
+
+@pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
+def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
+    assert caught(mutate, CAUGHT_BY[mutate])
+
+
+def test_what_an_earlier_epoch_left_is_not_committed_by_count(caught, monkeypatch):
+    monkeypatch.setattr(active, "MOST_ENTRIES", 1)  # else the changes come in one message
+
+    assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A robot hears that a goal was reached, even while it is still sending it."""
+
+import threading
+import time
+
+import actionlib
+import pytest
+import rospy
+from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult
+
+from blackboard.controller import CommandState
+from blackboard.pose import Pose
+from blackboard.ros.commands import MoveBaseCommand
+from blackboard.task import StepKind, TaskStep
+
+PATIENCE = 20.0
+
+
+class Talker:
+    """Does at once what the robot's own does in its thread."""
+
+    now = staticmethod(time.monotonic)
+
+    def call(self, action):
+        action()
+
+    def after(self, _delay, action):
+        threading.Timer(0.05, action).start()
+
+
+@pytest.fixture
+def server():
+    """A base that is always there already."""
+    rospy.init_node("robot")
+    server = actionlib.SimpleActionServer(
+        "move_base", MoveBaseAction, lambda _goal: server.set_succeeded(), auto_start=False
+    )
+    server.start()
+    return server
+
+
+@pytest.mark.usefixtures("server")
+def test_a_goal_that_is_reached_while_it_is_being_sent_ends():
+    command = MoveBaseCommand(Talker(), 5.0)
+    reached, ended, results = threading.Event(), threading.Event(), []
+    rospy.Subscriber("move_base/result", MoveBaseActionResult, lambda _: reached.set())
+    client = command._client  # noqa: SLF001  (where a busy machine stops for a while)
+    send = client.manager.send_goal_fn
+
+    def send_slowly(goal):
+        send(goal)
+        assert reached.wait(PATIENCE)
+
+    client.manager.register_send_goal_fn(send_slowly)
+    assert client.wait_for_server(rospy.Duration(PATIENCE))
+    command.start(
+        TaskStep(StepKind.MOVE, Pose(1.0, 2.0, 0.0), 0.0, "T1"),
+        lambda result: (results.append(result.state), ended.set()),
+    )
+
+    assert ended.wait(PATIENCE)
+    assert results == [CommandState.SUCCEEDED]

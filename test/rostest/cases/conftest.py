@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the cases share: the operator's program, and how a case of the test plan is written down.
+
+A case of the test plan carries the mark `plan(case, asks, expected)`. It and what the case says it
+has observed go into the results as properties, from which docs/test-plan.md is made.
+"""
+
+import sys
+
+import pytest
+import rospy
+from hive_operator import ROBOTS, Operator
+from launching import hears, publishers_of, wait_until_empty
+
+
+def pytest_configure(config):
+    """Make the mark known."""
+    config.addinivalue_line("markers", "plan(case, asks, expected): a case of docs/test-plan.md")
+
+
+def pytest_runtest_logreport(report):
+    """Tell at once why a case failed: nobody does when the time-limit ends the file."""
+    if report.failed:
+        sys.stdout.write(f"\n{report.longreprtext}\n")
+        sys.stdout.flush()
+
+
+@pytest.fixture(scope="session")
+def operator():
+    """The operator's program, once the fleet is there and connected.
+
+    It listens only when all have told the master what they publish: rospy overlooks a publisher
+    that registers at the same moment as a subscriber. A node that has overlooked one finds it a
+    little later, so it posts nothing before every robot hears who may ask it for a bid.
+    """
+    rospy.init_node("operator")
+    members = len(ROBOTS) + 1
+    speakers = dict.fromkeys(("/task_state", "/bb_backup", "/bb_sync"), members)
+    speakers |= dict.fromkeys(("/robot_status", "/task_cost"), len(ROBOTS))
+    speakers |= {f"/{robot}/ground_truth": 1 for robot in ROBOTS}
+    wait_until_empty(lambda: {t: n for t, n in speakers.items() if publishers_of(t) < n})
+    operator = Operator()
+    operator.expect(
+        lambda: set(ROBOTS) <= set(operator.robots),
+        f"a status of {', '.join(ROBOTS)}",
+        lambda: sorted(operator.robots),
+    )
+    links = [(f"/{robot}/robot", "/task_bc", members) for robot in ROBOTS]
+    links += [(f"/{robot}/robot", "/task_assign", members) for robot in ROBOTS]
+    links += [(f"/{robot}/robot", f"/{robot}/move_base/status", 1) for robot in ROBOTS]
+    links += [("/blackboard", "/task_cost", len(ROBOTS))]
+    wait_until_empty(lambda: [link for link in links if not hears(*link)])
+    return operator
+
+
+@pytest.fixture(autouse=True)
+def observed(request, record_property):
+    """Return a function that writes down what was observed, in words."""
+    mark = request.node.get_closest_marker("plan")
+    if mark is not None:
+        case, asks, expected = mark.args
+        record_property("case", case)
+        record_property("asks", asks)
+        record_property("expected", expected)
+        record_property("file", request.node.path.name)
+    return lambda text: record_property("observed", text)

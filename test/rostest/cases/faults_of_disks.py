@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What happens to a hive of real nodes that lose power, or whose disks are lost, torn or full."""
+
+import contextlib
+import os
+import subprocess
+
+import pytest
+import rospy
+from blackboard.msg import TaskState
+
+from blackboard.ros.live_hive import ROBOTS, LiveHive
+from blackboard.ros.live_operator import LiveOperator, make_task
+from blackboard.ros.stand_in import StandIn
+
+SIZE = 16
+"""Of the small disk [MB]: SQLite's write-ahead log alone may grow to 4 MB."""
+
+
+@pytest.fixture(scope="session")
+def small_disk(tmp_path_factory):
+    """A file system that is soon full; None where none can be mounted."""
+    folder = tmp_path_factory.mktemp("disk")
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={SIZE}m", "robo-hive-test", str(folder)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        yield None
+        return
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", "-l", str(folder)], check=False)
+
+
+@pytest.fixture(scope="session")
+def hive(small_disk, tmp_path_factory):
+    """A hive whose blackboard node writes to the small disk where there is one."""
+    rospy.init_node("faults", anonymous=True, disable_signals=True)
+    disk = {"journal": str(small_disk)} if small_disk else {}
+    hive = LiveHive(tmp_path_factory.mktemp("hive"), "/disks/", blackboard=disk)
+    hive.drives = [StandIn(f"/disks/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.operator = LiveOperator(hive.namespace, hive.members)
+    try:
+        hive.start_all()
+        yield hive
+    finally:
+        hive.end()
+
+
+@pytest.fixture
+def operator(hive):
+    """Who looks at the hive, once it is whole."""
+    for drive in hive.drives:
+        drive.seconds = 0.1
+    hive.operator.wait_until_whole()
+    yield hive.operator
+    hive.operator.forget_answers()
+    hive.restart_ended()
+
+
+def a_follower(hive, operator):
+    busy = {operator.last.active, operator.last.backup}
+    return next(hive.node_of(r) for r in hive.robots if hive.node_of(r) not in busy)
+
+
+def test_an_active_blackboard_whose_disk_is_full_steps_down_and_says_so(
+    hive, operator, small_disk
+):
+    if small_disk is None:
+        pytest.skip("a file system can be mounted by root only")
+    assert operator.last.active == hive.blackboard
+    filler = small_disk / "filler"
+    try:
+        with filler.open("wb", buffering=0) as file, contextlib.suppress(OSError):
+            while file.write(bytes(4096)):
+                pass
+        answer = operator.post(make_task("full", (1.0, 1.0)))
+        log = hive.log_of(hive.blackboard)
+    finally:
+        filler.unlink()
+
+    assert answer.state == TaskState.WAITING
+    assert operator.last.active != hive.blackboard
+    assert operator.follow("full") == TaskState.DONE
+    assert "cannot take part in the hive" in log
+    assert "free the disk" in log
+
+
+def test_after_a_power_cut_of_all_every_task_that_was_taken_in_is_done(hive, operator):
+    for drive in hive.drives:
+        drive.seconds = 3.0
+    tasks = [f"power{i}" for i in range(8)]
+    answers = [operator.post(make_task(t, (float(i), 1.0))) for i, t in enumerate(tasks)]
+    hive.kill(*hive.members)
+    for drive in hive.drives:
+        drive.cancel_all()
+        drive.seconds = 0.1
+    operator.forget_answers()
+    hive.restart_ended()
+    operator.wait_until_whole()
+
+    assert {answer.state for answer in answers} == {TaskState.WAITING}
+    assert {operator.follow(task) for task in tasks} == {TaskState.DONE}
+
+
+def test_a_robot_whose_disk_was_lost_comes_back_as_a_new_member(hive, operator):
+    node = a_follower(hive, operator)
+    before = operator.lives[node]
+    hive.kill(node)
+    for file in hive.journals.glob(f"{hive.journal_of(node).stem}.*"):
+        file.unlink()
+    operator.forget_answers()
+    hive.start(node)
+    operator.demand(lambda: operator.lives[node] != before, f"{node} has another id")
+    operator.wait_until_whole()
+
+    assert operator.post(make_task("new-disk", (2.0, 2.0))).state == TaskState.WAITING
+    assert operator.follow("new-disk") == TaskState.DONE
+    operator.demand(
+        lambda: operator.acknowledged[node] == operator.last.version, f"{node} has the list again"
+    )
+
+
+def test_a_journal_that_is_torn_is_set_aside_and_said(hive, operator):
+    node = a_follower(hive, operator)
+    path = hive.journal_of(node)
+    hive.kill(node)
+    for file in hive.journals.glob(f"{path.name}-*"):
+        file.unlink()
+    torn = path.read_bytes()[:1000] + b"\xff" * 3000
+    path.write_bytes(torn)
+    operator.forget_answers()
+    hive.start(node)
+    operator.wait_until_whole()
+    kept = [f for f in hive.journals.iterdir() if f.name.startswith(path.stem) and f != path]
+
+    assert torn in [file.read_bytes() for file in kept]
+    assert "could not read its journal and has moved it" in hive.log_of(node)
+    assert node not in hive.ended()

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Thousands of messages that nobody should send reach a hive of real nodes, on every topic."""
+
+import io
+import math
+import random
+import socket
+import subprocess
+import sys
+import xmlrpc.client
+from pathlib import Path
+
+import blackboard.msg as bb_msgs
+import pytest
+import rosgraph
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from std_msgs.msg import String
+
+from blackboard.ros.live_hive import LiveHive
+from blackboard.ros.live_operator import LiveOperator, make_task
+from blackboard.ros.stand_in import StandIn
+
+MESSAGES = 5000
+PER_SECOND = 400
+ROBOTS = ("robot1", "robot2")
+TOPICS = {
+    "new_task": bb_msgs.TaskMsg,
+    "task_bc": bb_msgs.TaskMsgArray,
+    "task_cost": bb_msgs.TaskCostArray,
+    "task_assign": bb_msgs.TaskMsg,
+    "task_state": bb_msgs.TaskState,
+    "robot_status": bb_msgs.RobotStatus,
+    "bb_backup": bb_msgs.BbBackup,
+    "bb_sync": bb_msgs.BbSynch,
+    "bb_entries": bb_msgs.BbEntries,
+    "bb_ack": bb_msgs.BbAck,
+    "bb_vote": bb_msgs.BbVote,
+    "task_cancel": String,
+    "robot1/set_state": String,
+}
+FLOATS = (math.nan, math.inf, -math.inf, -1.0, 0.0, 1e308)
+NOT_UTF_8 = b"\xff\xfe\x80"
+PLACEHOLDER = "\x01\x01\x01"
+"""Stands for NOT_UTF_8, which genpy refuses to send, until it is on the wire."""
+TEXTS = ("", "nobody", PLACEHOLDER, "\x00", "a b", "../..")
+EPOCHS = (0, 2**32 - 1)
+LIMITS = {"uint8": 255, "uint16": 65_535, "uint32": 2**32 - 1}
+
+
+class Nonsense:
+    """Fills messages of any type with odd values, and truncates some on the wire.
+
+    Args:
+        seed: Of the choice.
+    """
+
+    def __init__(self, seed):
+        self.draw = random.Random(seed)
+
+    def fill(self, message):
+        for slot, kind in zip(message.__slots__, message._slot_types, strict=True):  # noqa: SLF001  (genpy's name for them)
+            setattr(message, slot, self.value(slot, kind, getattr(message, slot)))
+        if isinstance(message, bb_msgs.TaskMsg):
+            message.priority = self.draw.randint(11, 255)  # so that none of it is a task
+        if isinstance(message, bb_msgs.TaskState):
+            message.assignment = 0
+        return message
+
+    def value(self, slot, kind, default):
+        if kind.endswith("[]"):
+            inner = kind[:-2]
+            return [
+                self.value(slot, inner, self.new(inner)) for _ in range(self.draw.randint(0, 2))
+            ]
+        if kind in {"time", "std_msgs/Header"}:
+            return default
+        choices = {"string": TEXTS, "bool": (True, False), "float64": FLOATS}.get(kind)
+        if slot in {"epoch", "list_epoch", "seen", "before_epoch"}:
+            choices = EPOCHS
+        elif kind in LIMITS:
+            choices = (0, 1, 2, LIMITS[kind])
+        return self.fill(default) if choices is None else self.draw.choice(choices)
+
+    @staticmethod
+    def new(kind):
+        package, _, name = kind.partition("/")
+        if not name:
+            return ""
+        module = __import__(f"{package}.msg", fromlist=[name])
+        return getattr(module, name)()
+
+
+def on_the_wire(kind, change):
+    """Return a class of the same type whose messages are changed where they are bytes."""
+
+    class Changed(kind):
+        def serialize(self, buff):
+            whole = io.BytesIO()
+            super().serialize(whole)
+            buff.write(change(whole.getvalue()))
+
+    return Changed
+
+
+def no_text(data):
+    return data.replace(PLACEHOLDER.encode(), NOT_UTF_8)
+
+
+ODD = {topic: on_the_wire(kind, no_text) for topic, kind in TOPICS.items()}
+
+
+@pytest.fixture(scope="module")
+def hive(tmp_path_factory):
+    """A hive of three members."""
+    rospy.init_node("faults", anonymous=True, disable_signals=True)
+    hive = LiveHive(tmp_path_factory.mktemp("hive"), "/input/", ROBOTS)
+    hive.drives = [StandIn(f"/input/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.operator = LiveOperator(hive.namespace, hive.members)
+    hive.speak = {
+        topic: rospy.Publisher(f"/input/{topic}", kind, queue_size=1000)
+        for topic, kind in TOPICS.items()
+    }
+    hive.told = {}
+    rospy.Subscriber("/diagnostics", DiagnosticArray, lambda said: note(hive.told, said))
+    try:
+        hive.start_all()
+        hive.operator.wait_until_whole()
+        yield hive
+    finally:
+        hive.end()
+
+
+def note(told, said):
+    for status in said.status:
+        told[status.name] = {value.key: value.value for value in status.values}
+
+
+def still_works(hive, task_id):
+    """Check that nobody has died, nobody has taken over, and a task is done."""
+    operator = hive.operator
+    goal = (1.0, float(len(operator.updates)))
+
+    assert hive.ended() == ()
+    assert operator.post(make_task(task_id, goal)).state == bb_msgs.TaskState.WAITING
+    assert operator.follow(task_id) == bb_msgs.TaskState.DONE
+    assert sum(drive.arrivals.count(goal) for drive in hive.drives) == 1
+
+
+def test_a_second_robot_of_the_same_name_is_refused(hive):
+    status = hive.operator.robots["robot1"]
+    for _ in range(5):
+        hive.speak["robot_status"].publish(status)
+    active = hive.operator.last.active
+    hive.operator.demand(
+        lambda: "speaks as robot1, which /input/robot1/robot does already" in hive.log_of(active),
+        "the second robot1 is named",
+    )
+    still_works(hive, "after-double")
+
+
+def test_thousands_of_odd_messages_change_nothing_and_are_counted(hive):
+    nonsense = Nonsense(seed=1)
+    epoch, active = hive.operator.last.epoch, hive.operator.last.active
+    rate = rospy.Rate(PER_SECOND)
+    for _ in range(MESSAGES):
+        topic = nonsense.draw.choice(sorted(TOPICS))
+        hive.speak[topic].publish(nonsense.fill(ODD[topic]()))
+        rate.sleep()
+    still_works(hive, "after-nonsense")
+
+    assert (hive.operator.last.epoch, hive.operator.last.active) == (epoch, active)
+    name = f"{active.strip('/')}: hive"
+    hive.operator.wait(lambda: int(hive.told.get(name, {}).get("refused", 0)) > MESSAGES / 4, 5.0)
+    assert int(hive.told[name]["refused"]) > MESSAGES / 4
+    assert hive.log_of(active).count("refused") < MESSAGES / 10
+
+
+def test_a_burst_of_a_thousand_odd_messages_is_worked_through(hive):
+    nonsense = Nonsense(seed=2)
+    for _ in range(1000):
+        hive.speak["task_state"].publish(nonsense.fill(ODD["task_state"]()))
+    still_works(hive, "after-burst")
+
+
+def test_texts_of_ten_megabytes_are_refused(hive):
+    huge = "x" * 10_000_000
+    hive.speak["new_task"].publish(make_task(huge, (1.0, 1.0)))
+    hive.speak["task_state"].publish(bb_msgs.TaskState(task_id=huge))
+    hive.speak["task_cancel"].publish(huge)
+    hive.speak["robot_status"].publish(bb_msgs.RobotStatus(robot_id=huge))
+    hive.speak["bb_ack"].publish(bb_msgs.BbAck(member=huge))
+    still_works(hive, "after-huge")
+
+
+def say_too_little(hive):
+    """Publish messages that lack their end on every topic."""
+    rospy.init_node("truncating", anonymous=True)
+    for topic, kind in TOPICS.items():
+        speak = rospy.Publisher(f"{hive}{topic}", kind, queue_size=10)
+        while speak.get_num_connections() == 0 and not rospy.is_shutdown():
+            rospy.sleep(0.05)
+        for share in (0.0, 0.3, 0.9):
+            cut = on_the_wire(kind, lambda data, share=share: data[: int(share * len(data))])
+            speak.publish(Nonsense(seed=3).fill(cut()))
+
+
+def test_messages_that_end_too_early_cost_only_their_sender_its_connection(hive):
+    code = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); "
+    code += "import faults_of_input; faults_of_input.say_too_little('/input/')"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=30)
+    still_works(hive, "after-truncated")
+
+
+def test_random_bytes_and_a_wrong_md5_on_the_port_of_a_topic_end_nothing(hive):
+    active = hive.operator.last.active
+    node = xmlrpc.client.ServerProxy(rosgraph.Master("/faults").lookupNode(active))
+    _, _, (_, host, port) = node.requestTopic("/faults", "/input/bb_backup", [["TCPROS"]])
+    fields = [
+        "callerid=/faults",
+        "topic=/input/bb_backup",
+        "type=blackboard/BbBackup",
+        "md5sum=0123456789abcdef0123456789abcdef",
+    ]
+    header = b"".join(len(f).to_bytes(4, "little") + f.encode() for f in fields)
+    draw = random.Random(4)
+    for data in (
+        len(header).to_bytes(4, "little") + header,
+        *(draw.randbytes(draw.randint(1, 4000)) for _ in range(20)),
+    ):
+        with socket.create_connection((host, port), timeout=5) as connection:
+            connection.sendall(data)
+    still_works(hive, "after-bytes")

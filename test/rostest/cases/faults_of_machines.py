@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What happens to a hive of real nodes when clocks jump or stop, or the processors are taken."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rospy
+from blackboard.msg import TaskState
+from rosgraph_msgs.msg import Clock
+
+from blackboard.ros.live_hive import ROBOTS, LiveHive
+from blackboard.ros.live_operator import PATIENCE, LiveOperator, make_task
+from blackboard.ros.stand_in import StandIn
+
+NODES = Path(__file__).resolve().parents[1] / "nodes"
+LONGER = 6.0
+"""Longer than a lease, an election and the silence after which a robot is lost [s]."""
+MANY = tuple(f"robot{number}" for number in range(1, 13))
+GREEDY = 10
+"""Programs that want a processor all the time."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def ros():
+    """Make this process a node."""
+    rospy.init_node("faults", anonymous=True, disable_signals=True)
+
+
+def make_hive(folder, namespace, robots):
+    """Make a hive, which has to be started, with whom to ask."""
+    hive = LiveHive(folder, namespace, robots)
+    hive.drives = [StandIn(f"{namespace}{name}", x=float(i)) for i, name in enumerate(robots)]
+    return hive, LiveOperator(namespace, hive.members)
+
+
+def pass_time(operator, seconds):
+    """Let time pass while messages are taken in."""
+    end = time.monotonic() + seconds
+    operator.wait(lambda: time.monotonic() > end, seconds + 1.0)
+
+
+def arrivals(hive, goal):
+    return sum(drive.arrivals.count(goal) for drive in hive.drives)
+
+
+def test_a_wall_clock_that_jumps_an_hour_changes_nothing(tmp_path):
+    shift = tmp_path / "shift"
+    shift.write_text("0")
+    hive, operator = make_hive(tmp_path, "/wall/", ROBOTS[:2])
+    for node in hive.members:
+        kind = "robot_node" if hive.robot_of(node) else "blackboard_node"
+        clock = [str(NODES / "jumping_clock"), f"blackboard.ros.{kind}", str(shift)]
+        hive.start(node, program=[sys.executable, *clock])
+    try:
+        operator.wait_until_whole()
+        epoch = operator.last.epoch
+        for number, jump in enumerate(("3600", "-3600")):
+            operator.post(make_task(f"jump{number}", (float(number), 1.0)))
+            said = operator.last.header.stamp.to_sec()
+            shift.write_text(jump)
+            pass_time(operator, LONGER)
+
+            assert abs(operator.last.header.stamp.to_sec() - said) > 1800.0  # the jump was heard
+            assert operator.follow(f"jump{number}") == TaskState.DONE
+            assert arrivals(hive, (float(number), 1.0)) == 1
+        assert operator.last.epoch == epoch
+    finally:
+        hive.end()
+
+
+def test_ten_programs_that_take_the_processors_cost_twelve_robots_no_takeover(tmp_path):
+    hive, operator = make_hive(tmp_path, "/busy/", MANY)
+    greedy = []
+    try:
+        hive.start_all()
+        operator.demand(operator.all_answer, "twelve robots answer", 2 * PATIENCE)
+        epoch = operator.last.epoch
+        loop = [sys.executable, "-c", "while True: pass"]
+        greedy += [subprocess.Popen(loop) for _ in range(GREEDY)]
+        operator.post(make_task("busy", (1.0, 1.0)))
+        pass_time(operator, 2 * LONGER)
+
+        assert operator.follow("busy") == TaskState.DONE
+        assert operator.last.epoch == epoch
+    finally:
+        for program in greedy:
+            program.kill()
+            program.wait()
+        hive.end()
+
+
+def test_a_simulated_clock_that_stops_or_jumps_back_changes_nothing(tmp_path):
+    rospy.set_param("/use_sim_time", True)
+    clock = rospy.Publisher("/clock", Clock, queue_size=1, latch=True)
+    clock.publish(rospy.Time(1000))
+    hive, operator = make_hive(tmp_path, "/simulated/", ROBOTS[:2])
+    try:
+        hive.start_all()
+        run_clock(operator, clock, 1000.0, operator.is_whole)
+        epoch = operator.last.epoch
+        pass_time(operator, LONGER)  # the clock stands
+
+        assert operator.last.epoch == epoch
+
+        for number, begins in enumerate((1100.0, 500.0)):
+            operator.post_once(make_task(f"clock{number}", (float(number), 1.0)))
+            ended = lambda n=number: operator.state_of(f"clock{n}") == TaskState.DONE  # noqa: E731  (a sentence)
+            run_clock(operator, clock, begins, ended)
+
+            assert arrivals(hive, (float(number), 1.0)) == 1
+        assert operator.last.epoch == epoch
+    finally:
+        hive.end()
+        rospy.set_param("/use_sim_time", False)
+
+
+def run_clock(operator, clock, begins, until):
+    """Run the simulated clock in steps of 50 ms until something is so."""
+    for step in range(1200):
+        clock.publish(rospy.Time.from_sec(begins + 0.05 * step))
+        if operator.wait(until, 0.05):
+            return
+    pytest.fail(f"it did not become so within a minute of simulated time; {operator.last}")

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What happens to a hive of real nodes when its ROS master is killed and started anew.
+
+The master is one of its own, because rostest does not survive the loss of the one it has started.
+"""
+
+import os
+import socket
+import time
+
+import pytest
+import rosgraph
+import rospy
+from blackboard.msg import TaskState
+
+from blackboard.ros.live_hive import ROBOTS, LiveHive, own_master
+from blackboard.ros.live_operator import LiveOperator, make_task
+from blackboard.ros.master_watch import watch_master
+from blackboard.ros.stand_in import StandIn
+
+CRASH = 3.0
+"""By then another carries the blackboard [s]."""
+KNOWN_AGAIN = 10.0
+"""By then a new master knows every node [s]."""
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def master(tmp_path_factory):
+    """A ROS master that may be killed."""
+    os.environ["ROS_MASTER_URI"] = f"http://127.0.0.1:{free_port()}"
+    with own_master(tmp_path_factory.mktemp("master")) as master:
+        yield master
+
+
+@pytest.fixture(scope="module")
+def hive(master, tmp_path_factory):
+    """A hive on that master."""
+    assert master.is_running
+    rospy.init_node("faults", anonymous=True, disable_signals=True)
+    watch_master(lambda _state: None)
+    hive = LiveHive(tmp_path_factory.mktemp("hive"), "/master/")
+    hive.drives = [StandIn(f"/master/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.operator = LiveOperator(hive.namespace, hive.members)
+    try:
+        hive.start_all()
+        yield hive
+    finally:
+        hive.end()
+        rospy.signal_shutdown("what follows ends the master")
+
+
+def publishers(topic):
+    """Return who publishes a topic as far as the master knows; nobody while there is none."""
+    try:
+        known, _, _ = rosgraph.Master("/faults").getSystemState()
+    except (OSError, rosgraph.MasterException):
+        return set()
+    return set(dict(known).get(topic, ()))
+
+
+def test_without_a_master_tasks_go_on_and_failover_works_and_a_new_master_knows_all(hive, master):
+    operator = hive.operator
+    operator.wait_until_whole()
+    for drive in hive.drives:
+        drive.seconds = 3.0
+    operator.post(make_task("under-way", (5.0, 1.0)))
+    operator.demand(lambda: TaskState.STARTED in operator.states_of("under-way"), "it is begun")
+    master.kill()
+
+    assert operator.follow("under-way") == TaskState.DONE
+
+    active = operator.last.active
+    since = time.monotonic()
+    hive.kill(active)
+
+    assert operator.wait_for_another(active, since) < CRASH
+    assert operator.post(make_task("no-master", (6.0, 1.0))).state == TaskState.WAITING
+    assert operator.follow("no-master") == TaskState.DONE
+
+    living = set(hive.members) - {active}
+    operator.demand(
+        lambda: all("the ROS master does not answer" in hive.log_of(name) for name in living),
+        "every member says that the master is gone",
+    )
+    master.start()
+    back = time.monotonic()
+    operator.demand(lambda: publishers("/master/bb_backup") >= living, "the master knows them")
+
+    assert time.monotonic() - back < KNOWN_AGAIN
+
+    hive.set_parameters()
+    operator.forget_answers()
+    hive.restart_ended()
+    operator.wait_until_whole()
+    assert operator.post(make_task("new-master", (7.0, 1.0))).state == TaskState.WAITING
+    assert operator.follow("new-master") == TaskState.DONE

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Starts launch files as an operator does, and kills nodes as nobody should."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+import xmlrpc.client
+
+import rosgraph
+from hive_operator import PATIENCE
+
+TIME_TO_STOP = 25.0
+"""roslaunch gives its nodes 15 s after SIGINT and 2 s after SIGTERM [s]."""
+POLL = 0.2
+
+
+class Launches:
+    """What has been launched and has to be ended again."""
+
+    def __init__(self):
+        self._running = []
+
+    def start(self, package, file, **arguments):
+        """Launch a file with arguments; return the process."""
+        words = [f"{name}:={value}" for name, value in arguments.items()]
+        return self.run("roslaunch", package, file, *words)
+
+    def run(self, *words):
+        """Start a command, without waiting for it; return the process."""
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, start_new_session=True)
+        self._running.append(process)
+        return process
+
+    def stop(self, *processes):
+        """End processes as Ctrl-C would, all of them where none is named; wait until they end."""
+        chosen = processes or tuple(self._running)
+        for process in chosen:
+            self._running.remove(process)
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+        for process in chosen:
+            try:
+                process.wait(TIME_TO_STOP)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def pid_of(node):
+    """Return the process id of a node."""
+    uri = rosgraph.Master("/operator").lookupNode(node)
+    with xmlrpc.client.ServerProxy(uri) as slave:
+        return slave.getPid("/operator")[2]
+
+
+def kill(*nodes):
+    """Kill nodes, so that they can say no more."""
+    for pid in [pid_of(node) for node in nodes]:
+        os.kill(pid, signal.SIGKILL)
+
+
+def hears(node, topic, publishers):
+    """Return whether a node is connected to at least so many publishers of a topic."""
+    with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
+        uri = rosgraph.Master("/operator").lookupNode(node)
+        with xmlrpc.client.ServerProxy(uri) as slave:
+            links = slave.getBusInfo("/operator")[2]
+        return sum(link[2] == "i" and link[4] == topic for link in links) >= publishers
+    return False
+
+
+def publishers_of(topic):
+    """Return how many nodes have told the master that they publish a topic."""
+    return len(dict(rosgraph.Master("/operator").getSystemState()[0]).get(topic, ()))
+
+
+def wait_until_empty(look, since=None):
+    """Wait until a look finds nothing missing; return how long that took since a time [s].
+
+    Args:
+        look: Returns what is missing.
+        since: A time on the monotonic clock [s]; None: now.
+    """
+    since = time.monotonic() if since is None else since
+    while left := look():
+        passed = time.monotonic() - since
+        assert passed < PATIENCE, f"still missing after {passed:.0f} s: {left}"
+        time.sleep(POLL)  # the master tells nobody what is new
+    return time.monotonic() - since

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A connection that rospy has lost is made: the news of a publisher came in before "nobody"."""
+
+import sys
+import threading
+
+import pytest
+import rospy
+from launching import Launches
+from rospy.impl.registration import RegManager
+from std_msgs.msg import String
+
+from blackboard.ros import links as of_blackboard
+from robot_description.ros import links as of_robots
+
+SPEAKER = """
+import rospy, std_msgs.msg
+rospy.init_node("speaker", anonymous=True)
+speaker = rospy.Publisher("{topic}", std_msgs.msg.String, latch=True, queue_size=1)
+speaker.publish("here")
+rospy.spin()
+"""
+PATIENCE = 20.0
+
+
+@pytest.fixture
+def launches():
+    launches = Launches()
+    yield launches
+    launches.stop()
+
+
+@pytest.mark.parametrize("links", [of_blackboard, of_robots])
+def test_a_publisher_that_rospy_has_overlooked_is_connected(links, launches, monkeypatch):
+    rospy.init_node("listener")
+    topic, heard, overlooked = f"/{links.__name__.replace('.', '_')}", [], threading.Event()
+    believed = RegManager.publisher_update
+
+    def overlook(manager, name, uris):
+        if name == topic and uris:
+            overlooked.set()
+        else:
+            believed(manager, name, uris)
+
+    monkeypatch.setattr(RegManager, "publisher_update", overlook)
+    came = threading.Event()
+    rospy.Subscriber(topic, String, lambda message: (heard.append(message.data), came.set()))
+    launches.run(sys.executable, "-c", SPEAKER.format(topic=topic))
+    assert overlooked.wait(PATIENCE)
+    monkeypatch.undo()
+    assert heard == []
+
+    links.look_again()
+
+    assert came.wait(PATIENCE)
+    assert heard == ["here"]
