@@ -4,6 +4,12 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["blackboard", "blackboard.ros", "blackboard.simulation"], package_dir={"": "src"}
+        packages=[
+            "blackboard",
+            "blackboard.allocation",
+            "blackboard.ros",
+            "blackboard.simulation",
+        ],
+        package_dir={"": "src"},
     )
 )

@@ -7,6 +7,7 @@ setup(
         packages=[
             "fleet_manager",
             "fleet_manager.bench",
+            "fleet_manager.bench.allocation",
             "fleet_manager.cli",
             "fleet_manager.demo",
             "fleet_manager.desk",

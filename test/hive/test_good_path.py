@@ -50,7 +50,9 @@ def test_forty_tasks_of_all_kinds_are_done_once_each_by_four_robots():
     hive.network.run(5.0)
 
     assert ended
-    assert all(hive.states(name) == DONE_IN_ORDER for name in names)
+    # A task that has not begun may change hands, so it may be assigned more than once.
+    assert all(hive.states(name)[:2] == DONE_IN_ORDER[:2] for name in names)
+    assert all(hive.states(name)[-2:] == DONE_IN_ORDER[-2:] for name in names)
     assert properties.unfinished() == {}
     done = {update for name in names for update in hive.updates(name) if update.state == 3}
     assert max(Counter(update.task_id for update in done).values()) == 1

@@ -128,9 +128,9 @@ CAUGHT_BY = {
     forget_reports_over_a_restart: (4, ANY),
     forget_who_has_reported: (0, STORM),
     carry_out_an_order_again: (20, ANY),
-    work_on_without_a_lease: (327, STORM),
+    work_on_without_a_lease: (8, STORM),
     renew_a_lease_after_its_end: (34, ANY),
-    reassign_before_the_lease_has_ended: (28, ANY),
+    reassign_before_the_lease_has_ended: (55, ANY),
     count_leases_from_before_the_takeover: (3, STORM),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One round of bidding: who was asked for what, who answered, and who gets which task.
+"""One auction of all that waits: who was asked for what, who answered, and who gets which task.
 
-A round gives each robot one task at most, because a bid holds only for the list that the robot had
-when it was made; what is left goes into the next round.
+A sequential single-item auction with bids for the best place in the robot's list. It goes in
+rounds. In each, the best pairs of robot and task are given out, one to each robot; then only those
+who have won bid again, because the lists of all others, and so their bids, are as they were. A
+task whose best robot has just won another waits for that robot's next bid. Tasks that few robots
+can do are given out before those that many can, so that strong robots are left for heavy tasks.
 """
 
 from __future__ import annotations
@@ -30,60 +33,115 @@ class Result:
     Attributes:
         awards: The winning bids, no two of one robot.
         impossible: Tasks that nobody can take, each with the reason.
-        bids: What was bid on those, by their ids.
+        bids: What was bid on all of these, by their ids.
+        silent: The robots that were waited for in vain.
+        auction: Epoch, number of the auction, and round; zeros where none was held.
     """
 
     awards: tuple[Bid, ...]
     impossible: tuple[tuple[str, str], ...]
     bids: Mapping[str, tuple[Bid, ...]] = field(default_factory=dict)
+    silent: frozenset[str] = frozenset()
+    auction: tuple[int, int, int] = (0, 0, 0)
 
 
 class Auction:
-    """One round of bidding.
+    """One auction, from its first broadcast until nothing more can be given out.
 
     Args:
         epoch: Of the blackboard that asks.
-        number: Of the round within the epoch.
-        records: The tasks that are offered.
-        expected: The robots whose answers are waited for.
+        number: Of the auction within the epoch.
     """
 
-    def __init__(
-        self, epoch: int, number: int, records: Iterable[TaskRecord], expected: Iterable[str]
-    ) -> None:
+    def __init__(self, epoch: int, number: int) -> None:
         self.epoch = epoch
         self.number = number
-        self._records = {record.task.id: record for record in records}
-        self._offered = frozenset(self._records)
-        self._missing = set(expected)
+        self.round = 0
+        self._records: dict[str, TaskRecord] = {}
+        self._offered: frozenset[str] = frozenset()
+        self._missing: set[str] = set()
         self._bids: dict[str, dict[str, Bid]] = {}
         self._answered: set[str] = set()
+        self._asked_in: dict[str, int] = {}
+        self._all_asked_in = 0
 
     @property
     def missing(self) -> frozenset[str]:
         """The robots that have not answered yet."""
         return frozenset(self._missing)
 
-    def take(self, answer: Bids) -> None:
-        """Take in a robot's bids; a second answer of the same robot replaces its first.
+    def ask(self, records: Iterable[TaskRecord], robots: frozenset[str]) -> frozenset[str] | None:
+        """Begin the next round.
+
+        Args:
+            records: The tasks that are offered.
+            robots: Those whose bids count; what others have bid is forgotten.
+
+        Returns:
+            Who has to bid; None where everybody has to, because of a task that is new.
+        """
+        self._records = {record.task.id: record for record in records}
+        is_new = not self._records.keys() <= self._offered
+        self._offered = frozenset(self._records)
+        self.round += 1
+        self._bids = {robot: bids for robot, bids in self._bids.items() if robot in robots}
+        if is_new:
+            self._bids.clear()
+            self._asked_in.clear()
+            self._all_asked_in = self.round
+        asked = robots - self._bids.keys()
+        self._asked_in |= dict.fromkeys(asked, self.round)
+        self._answered -= asked
+        self._missing = set(asked)
+        return None if is_new else asked
+
+    def excuse(self, robots: frozenset[str]) -> None:
+        """Wait for these no longer, unless nobody else bids."""
+        if self._missing - robots or self._bids:
+            self._missing -= robots
+
+    def exclude_others(self, robots: frozenset[str]) -> None:
+        """Let no others win: they are not in service any more. What they refused still counts."""
+        for robot in self._bids.keys() - robots:
+            bids = self._bids[robot].items()
+            self._bids[robot] = {task: bid for task, bid in bids if not bid.is_able}
+        self._missing &= robots
+
+    def take(self, answer: Bids, in_service: frozenset[str] | None = None) -> None:
+        """Take in a robot's bids; the same answer again changes nothing.
 
         A robot whose answer is refused is not waited for any longer: it would send the same again.
 
+        Args:
+            answer: What it bids.
+            in_service: The robots that may take a task; all, where it is left out.
+
         Raises:
-            BidRefusedError: It answers another round, or one of its bids is no cost.
+            BidRefusedError: It answers another auction or an earlier round, it has answered, it is
+                not in service, or one of its bids is no cost.
         """
-        if (answer.epoch, answer.auction) != (self.epoch, self.number):
+        robot = answer.robot_id
+        asked = (self.epoch, self.number, self._asked_in.get(robot, self._all_asked_in))
+        if (answer.epoch, answer.auction, answer.round) != asked:
             raise BidRefusedError(
-                f"{answer.robot_id} answers auction {answer.epoch}/{answer.auction}, "
-                f"open is {self.epoch}/{self.number}"
+                f"{robot} answers auction {answer.epoch}/{answer.auction}/{answer.round}, "
+                f"it was asked in {'/'.join(map(str, asked))}"
             )
-        if not answer.robot_id:
+        if not robot:
             raise BidRefusedError("bids without a robot's name; robot_id says who bids")
-        self._missing.discard(answer.robot_id)
-        self._answered.add(answer.robot_id)
+        bids = {bid.task_id: bid for bid in answer.bids}
+        offers = any(bid.is_able for bid in answer.bids)
+        if offers and in_service is not None and robot not in in_service:
+            raise BidRefusedError(f"{robot[:64]!r} bids and is not in service")
+        if self._bids.get(robot, bids) != bids:
+            raise BidRefusedError(f"{robot} answers twice; allowed: one answer in a round")
+        self._missing.discard(robot)
+        self._answered.add(robot)
+        if len(bids) < len(answer.bids):
+            raise BidRefusedError(f"{robot} bids twice on one task; allowed: one bid on each")
         for bid in answer.bids:
             self._check(bid)
-        self._bids[answer.robot_id] = {bid.task_id: bid for bid in answer.bids}
+        self._bids[robot] = bids
 
     def _check(self, bid: Bid) -> None:
         if bid.task_id not in self._offered:
@@ -103,19 +161,37 @@ class Auction:
         """Offer a task no more; bids on it are still heard, and change nothing."""
         self._records.pop(task_id, None)
 
+    def forget(self, robot_id: str) -> None:
+        """Have a robot bid again in the next round: its list has changed."""
+        if self._bids.pop(robot_id, None) is not None:
+            self._asked_in[robot_id] = self.round + 1
+
+    def offers(self) -> list[tuple[TaskRecord, list[Bid]]]:
+        """Return what is still offered, with what was bid on it."""
+        return [(record, self._of(task_id)) for task_id, record in self._records.items()]
+
     def result(self) -> Result:
-        """Decide on what has been bid so far: the best robot gets the most urgent task."""
-        awards: dict[str, Bid] = {}
+        """Decide on what has been bid so far."""
+        best = {}
         impossible = []
-        urgent_first = sorted(self._records.values(), key=lambda record: -record.task.priority)
-        for record in urgent_first:
-            best = best_bid(record, filter(attrgetter("is_able"), self._of(record.task.id)))
-            if best is None:
+        for record in self._records.values():
+            bid = best_bid(record, filter(attrgetter("is_able"), self._of(record.task.id)))
+            if bid is None:
                 impossible.append((record.task.id, self._refusals(record.task.id)))
-            elif best.robot_id not in awards:
-                awards[best.robot_id] = best
-        bids = {task_id: tuple(self._of(task_id)) for task_id, _ in impossible}
-        return Result(tuple(awards.values()), tuple(impossible), bids)
+            else:
+                best[record.task.id] = bid
+        awards: dict[str, Bid] = {}
+        for bid in sorted(best.values(), key=self._rank):
+            awards.setdefault(bid.robot_id, bid)
+        decided = [bid.task_id for bid in awards.values()] + [task_id for task_id, _ in impossible]
+        bids = {task_id: tuple(self._of(task_id)) for task_id in decided}
+        number = (self.epoch, self.number, self.round)
+        return Result(tuple(awards.values()), tuple(impossible), bids, self.missing, number)
+
+    def _rank(self, bid: Bid) -> tuple[int, int, float]:
+        """Return what comes first: what is urgent, what few can do, and then the best pair."""
+        able = sum(other.is_able for other in self._of(bid.task_id))
+        return -self._records[bid.task_id].task.priority, able, bid.cost
 
     def _refusals(self, task_id: str) -> str:
         given = {bid.robot_id: bid.reason for bid in self._of(task_id)}

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.backup import Backup
-    from blackboard.cost import Bids
+    from blackboard.cost import Bid, Bids
+    from blackboard.improving import Improving
+    from blackboard.record import TaskRecord
     from blackboard.talker import Talker, Timer
 
 
@@ -27,8 +29,9 @@ class Auctioneer:
         backup: Knows what waits.
         in_service: Says which robots take tasks.
         bid_timeout: Longest time that an auction stays open [s].
-        decide: Called with the result of each auction; what it leaves waiting is not offered again
-            before something changes.
+        improving: Chooses what is offered while nothing waits.
+        decide: Called with the result of each round, and with what is to follow once it is carried
+            out; what it leaves as impossible is not offered again before something changes.
     """
 
     def __init__(
@@ -37,13 +40,16 @@ class Auctioneer:
         backup: Backup,
         in_service: Callable[[], frozenset[str]],
         bid_timeout: float,
-        decide: Callable[[Result], None],
+        improving: Improving,
+        decide: Callable[[Result, Callable[[], None]], None],
     ) -> None:
         self._talker = talker
         self._backup = backup
         self._in_service = in_service
         self._bid_timeout = bid_timeout
+        self._improving = improving
         self._decide = decide
+        self._improves = False
         self._auction: Auction | None = None
         self._closing: Timer | None = None
         self._auctions = 0
@@ -59,29 +65,25 @@ class Auctioneer:
 
     def open(self) -> None:
         """Ask for bids on all that waits, unless an auction is under way."""
-        waiting = [
-            record
-            for record in self._backup.records
-            if record.state is TaskState.WAITING
-            and not record.parts
-            and record.task.id not in self._parked
-        ]
-        if self._auction is not None or not waiting or not self._backup.may_act():
+        if self._auction is not None or not self._backup.may_act():
             return
-        robots = self._in_service()
-        if not robots:
+        self._changed = False
+        waiting = self._waiting()
+        if waiting and not self._in_service():
             reason = "no robot is in service"
             self._settle(Result((), tuple((record.task.id, reason) for record in waiting)))
+        elif waiting:
+            self._begin(improves=False)
+            self._begin_round(())
+
+    def improve(self) -> None:
+        """Have some of what has not begun offered again, while there is nothing else to do."""
+        if self._auction is not None or not self._backup.may_act() or self._waiting():
             return
-        self._auctions += 1
-        self._changed = False
-        epoch = self._backup.epoch
-        self._auction = Auction(epoch, self._auctions, waiting, robots - self._slow or robots)
-        offers = tuple((record.task, record.step) for record in waiting)
-        self._closing = self._talker.after(self._bid_timeout, self._close)
-        self._talker.publish(
-            TASK_BROADCAST, Broadcast(epoch, self._auctions, offers, self._backup.hive)
-        )
+        offers = self._improving.offers(self._in_service())
+        if offers:
+            self._begin(improves=True)
+            self._ask(offers, self._in_service(), ())
 
     def try_again(self) -> None:
         """Offer again what nobody could take: something has changed.
@@ -90,6 +92,7 @@ class Auctioneer:
         """
         self._parked.clear()
         self._changed = True
+        self._improving.note_change()
         self.open()
 
     def withdraw(self, task_id: str) -> None:
@@ -97,32 +100,96 @@ class Auctioneer:
         if self._auction is not None:
             self._auction.withdraw(task_id)
 
+    def list_changed(self, robot_id: str) -> None:
+        """Note that a robot's list is not what it was: what it has bid holds no more."""
+        self._improving.note_change()
+        if self._auction is not None:
+            self._auction.forget(robot_id)
+
     def take_bids(self, bids: Bids) -> None:
-        """Take in a robot's bids; the last one expected closes the auction."""
+        """Take in a robot's bids; the last one expected closes the round."""
         self._slow.discard(bids.robot_id)
         if self._auction is None:
             return
         try:
-            self._auction.take(bids)
+            self._auction.take(bids, self._in_service())
         except BidRefusedError as error:
             self._talker.refuse(TASK_COST, str(error))
             return
-        if not self._auction.missing:
-            self._close()
+        if self._closing is not None and not self._auction.missing:
+            self._close_round()
 
-    def _close(self) -> None:
-        auction = self._auction
-        if auction is None:
+    def _waiting(self) -> list[TaskRecord]:
+        return [
+            record
+            for record in self._backup.records
+            if record.state is TaskState.WAITING
+            and not record.parts
+            and record.task.id not in self._parked
+        ]
+
+    def _begin(self, *, improves: bool) -> None:
+        self._auctions += 1
+        self._auction = Auction(self._backup.epoch, self._auctions)
+        self._improves = improves
+
+    def _begin_round(self, awards: tuple[Bid, ...]) -> None:
+        """Ask those for bids whose bids do not hold, or end the auction where nothing is left."""
+        auction, waiting, robots = self._auction, self._waiting(), self._in_service()
+        if auction is None or not self._backup.may_act():
             return
-        if self._closing is not None:
-            self._closing.cancel()
-        self._auction = None
+        if not waiting or not robots or self._changed:
+            self._auction = None
+            self.open()
+            return
+        self._ask(waiting, robots, awards)
+
+    def _ask(
+        self, records: list[TaskRecord], robots: frozenset[str], awards: tuple[Bid, ...]
+    ) -> None:
+        auction = self._auction
+        assert auction is not None  # noqa: S101  (whoever asks has begun one)
+        asked = auction.ask(records, robots)
+        auction.excuse(frozenset(self._slow))
+        self._closing = self._talker.after(self._bid_timeout, self._close_round)
+        if not auction.missing:
+            self._close_round()
+            return
+        given = {bid.robot_id: bid.task_id for bid in awards}
+        named = None if asked is None else {robot: given.get(robot, "") for robot in sorted(asked)}
+        offers = tuple((record.task, record.step) for record in records)
+        self._talker.publish(
+            TASK_BROADCAST,
+            Broadcast(
+                auction.epoch,
+                auction.number,
+                offers,
+                self._backup.hive,
+                round=auction.round,
+                asked=named,
+            ),
+        )
+
+    def _close_round(self) -> None:
+        auction = self._auction
+        if auction is None or self._closing is None:
+            return
+        self._closing.cancel()
+        self._closing = None
+        auction.exclude_others(self._in_service())
         self._slow |= auction.missing
-        self._settle(auction.result())
-        if self._changed:
-            self._parked.clear()
-        self._talker.after(0.0, self.open)
+        if self._improves:
+            self._auction = None
+            self._improving.decide(auction.offers())
+            self.open()
+            return
+        result = auction.result()
+        for bid in result.awards:
+            auction.forget(bid.robot_id)
+            self._improving.note_change()
+        self._settle(result)
 
     def _settle(self, result: Result) -> None:
-        self._parked |= {task_id for task_id, _ in result.impossible}
-        self._decide(result)
+        if not self._changed:
+            self._parked |= {task_id for task_id, _ in result.impossible}
+        self._decide(result, lambda: self._begin_round(result.awards))

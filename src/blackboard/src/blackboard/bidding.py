@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
+from blackboard.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
 from blackboard.preemption import interruption, may_put_off
 from blackboard.task import TaskType
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from blackboard.battery import Battery
     from blackboard.cost import CostModel
     from blackboard.itinerary import Entry, Itinerary
+    from blackboard.placement import Route
     from blackboard.pose import Pose
     from blackboard.record import Broadcast
     from blackboard.robot import RobotCharacteristics
@@ -56,17 +57,25 @@ class Bidder:
     def answer(self, broadcast: Broadcast, here: Pose, refusal: str, *, at_work: bool) -> Bids:
         """Return the bids on all that was broadcast.
 
+        What is on its own list is offered to others: it bids for the list without all of these.
+
         Args:
             broadcast: What is offered.
             here: Where the robot stands.
             refusal: Why it takes nothing now; empty where it is in service.
             at_work: Whether the first task on its list is being done.
         """
+        offered = {task.id for task, _ in broadcast.tasks}
+        first = self._itinerary.first() if at_work else None
+        kept = {first.task.id} if first is not None else set()
+        route = self._itinerary.route(here, at_work=at_work, without=offered - kept)
         bids = tuple(
-            self.refuse(task, refusal) if refusal else self.bid(task, step, here, at_work=at_work)
+            self.refuse(task, refusal or "has begun with it", Exclusion.SERVICE)
+            if refusal or task.id in kept
+            else self._bid(task, step, here, route, at_work=at_work)
             for task, step in broadcast.tasks
         )
-        return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids)
+        return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids, broadcast.round)
 
     def bid(self, task: Task, step: int, here: Pose, *, at_work: bool) -> Bid:
         """Return the cost of a task at its best place in the robot's list.
@@ -77,13 +86,30 @@ class Bidder:
             here: Where the robot stands.
             at_work: Whether the first task on its list is being done.
         """
+        route = self._itinerary.route(here, at_work=at_work)
+        return self._bid(task, step, here, route, at_work=at_work)
+
+    def refuse(self, task: Task, reason: str, exclusion: Exclusion) -> Bid:
+        """Return the bid of a robot that cannot or should not do a task."""
+        return Bid(
+            self._robot_id,
+            task.id,
+            MAX_COST,
+            reason=reason,
+            most_payload=self._characteristics.most_payload(TaskType(task.type)),
+            exclusion=exclusion.value,
+        )
+
+    def _bid(self, task: Task, step: int, here: Pose, route: Route, *, at_work: bool) -> Bid:
         if reason := self._characteristics.excludes(task):
-            return self.refuse(task, reason)
-        place = self._itinerary.best_place(task, step, here, keep_first=at_work)
+            does_such = TaskType(task.type) in self._characteristics.capabilities
+            exclusion = Exclusion.PAYLOAD if does_such else Exclusion.TYPE
+            return self.refuse(task, reason, exclusion)
+        place = route.best_place(task, step)
         if not math.isfinite(place.before.way + place.effort.way):
             radius = self._characteristics.radius
             reason = f"finds no way there from {place.before.end} for its radius of {radius:.2f} m"
-            return self.refuse(task, reason)
+            return self.refuse(task, reason, Exclusion.WAY)
         charge_left = self._battery.charge_left - self._battery.charge_for(place.before.energy)
         charge = self._battery.charge_for(place.effort.energy)
         reserve = self._reserve(place.effort.end)
@@ -91,12 +117,21 @@ class Bidder:
         if share < CHARGE_TOLERANCE:
             way = " on the way to a charger" if reserve else ""
             reason = f"its charge would fall to {share:.0%}{way}, it keeps {CHARGE_TOLERANCE:.0%}"
-            return self.refuse(task, reason)
+            return self.refuse(task, reason, Exclusion.CHARGE)
         eta = place.before.duration + place.effort.duration
-        terms = CostTerms(charge, charge_left, place.index + 1, place.added_way, eta)
+        terms = CostTerms(
+            charge,
+            charge_left,
+            place.index + 1,
+            place.added_way,
+            eta,
+            place.finish,
+            place.added_waiting,
+        )
         cost = self._model.cost(terms)
         if cost >= MAX_COST:
-            return self.refuse(task, f"its cost of {cost:.0f} is not under {MAX_COST:.0f}")
+            reason = f"its cost of {cost:.0f} is not under {MAX_COST:.0f}"
+            return self.refuse(task, reason, Exclusion.COST)
         under_way = self._itinerary.first() if at_work else None
         return Bid(
             self._robot_id,
@@ -107,12 +142,8 @@ class Bidder:
             under_way=under_way.task.id if under_way else "",
             interrupt_cost=self._interrupt_cost(task, step, here, under_way),
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
+            terms=terms,
         )
-
-    def refuse(self, task: Task, reason: str) -> Bid:
-        """Return the bid of a robot that cannot or should not do a task."""
-        most = self._characteristics.most_payload(TaskType(task.type))
-        return Bid(self._robot_id, task.id, MAX_COST, reason=reason, most_payload=most)
 
     def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:
         if under_way is None or not may_put_off(under_way, task):

@@ -14,11 +14,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from blackboard.auctioneer import Auctioneer
-from blackboard.errors import SplitRefusedError, TaskRefusedError
+from blackboard.awarding import Awarding
+from blackboard.decision_book import NoBook
+from blackboard.errors import TaskRefusedError
+from blackboard.improving import Improving
 from blackboard.orders import Orders
 from blackboard.record import TaskRecord, TaskUpdate
 from blackboard.release import put_back
-from blackboard.splitting import split, unfinished_parts, with_wholes
+from blackboard.splitting import unfinished_parts, with_wholes
 from blackboard.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
 from blackboard.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
 from blackboard.watch import Watch
@@ -26,10 +29,10 @@ from blackboard.watch import Watch
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.auction import Result
     from blackboard.backup import Backup
     from blackboard.characteristics import RobotStatus
-    from blackboard.cost import Bid, Bids
+    from blackboard.cost import Bids
+    from blackboard.decision_book import DecisionBook
     from blackboard.settings import BlackboardSettings
     from blackboard.talker import Talker, Timer
     from blackboard.task import Task
@@ -55,10 +58,16 @@ class Blackboard:
         backup: Keeps the task list.
         ways: Knows where a robot can stand.
         settings: How patient it is.
+        book: Where it notes why each task went to whom; nowhere, where it is left out.
     """
 
     def __init__(
-        self, talker: Talker, backup: Backup, ways: Ways, settings: BlackboardSettings
+        self,
+        talker: Talker,
+        backup: Backup,
+        ways: Ways,
+        settings: BlackboardSettings,
+        book: DecisionBook | None = None,
     ) -> None:
         self._talker = talker
         self._backup = backup
@@ -66,8 +75,20 @@ class Blackboard:
         self._settings = settings
         self._orders = Orders(talker, backup, settings.order_timeout)
         self._watch = Watch(talker, backup, self._orders, settings)
+        in_service = self._watch.in_service
+        awarding = Awarding(
+            backup, self._orders, in_service, self._commit, talker, book or NoBook()
+        )
+        self._improving = Improving(
+            self._orders.held, self._orders.recall_unbegun, settings.improve_threshold
+        )
         self._auctioneer = Auctioneer(
-            talker, backup, self._watch.in_service, settings.bid_timeout, self._decide
+            talker,
+            backup,
+            in_service,
+            settings.bid_timeout,
+            self._improving,
+            awarding.carry_out,
         )
         self._done_twice: set[str] = set()
         self._timers: list[Timer] = []
@@ -94,6 +115,7 @@ class Blackboard:
         self._timers = [
             self._talker.every(self._settings.reassign / _LOOKS_IN_TIME, self._look_after_robots),
             self._talker.every(self._settings.retry_period, self._auctioneer.try_again),
+            self._talker.every(self._settings.improve_period, self._auctioneer.improve),
         ]
         self._look_after_robots()
         self._auctioneer.try_again()
@@ -151,41 +173,6 @@ class Blackboard:
 
         self._commit(*changed, then=stop)
 
-    def _decide(self, result: Result) -> None:
-        """Give tasks to the robots that have won them, and split what is too heavy for all."""
-        for bid in result.awards:
-            self._assign(bid)
-        for task_id, reason in result.impossible:
-            record = self._backup.get(task_id)
-            if record is not None and record.state is TaskState.WAITING:
-                self._split(record, result.bids.get(task_id, ()), reason)
-
-    def _split(self, record: TaskRecord, bids: Iterable[Bid], reason: str) -> None:
-        taken = (known.task.id for known in self._backup.records)
-        try:
-            divided = split(record, bids, self._watch.in_service(), taken)
-        except SplitRefusedError as error:
-            divided, reason = (), f"{reason}; {error}"
-        if divided:
-            self._commit(*divided)
-        elif record.reason != reason:
-            self._commit(replace(record, reason=reason))
-
-    def _assign(self, bid: Bid) -> None:
-        record = self._backup.get(bid.task_id)
-        if record is None:
-            return
-        assigned = record.after(
-            TaskEvent.ASSIGN,
-            robot=bid.robot_id,
-            assignment=record.assignment + 1,
-            eta=bid.eta,
-            step_eta=0.0,
-            reason=unused_goals(record.task),
-        )
-        if assigned is not None:
-            self._commit(assigned, then=lambda: self._orders.give(assigned))
-
     def _take_bids(self, bids: Bids) -> None:
         if self._is_known(TASK_COST, bids.robot_id):
             self._auctioneer.take_bids(bids)
@@ -208,6 +195,8 @@ class Blackboard:
         # The robot repeats it until a copy of the list shows that it is known.
         self._backup.tell()
         holds = (update.robot_id, update.assignment) == (record.robot, record.assignment)
+        if event is not TaskEvent.START:
+            self._auctioneer.list_changed(update.robot_id)
         once_held = 1 <= update.assignment <= record.assignment
         if event is TaskEvent.FINISH and not holds and once_held:
             self._believe(record, update)
@@ -242,7 +231,8 @@ class Blackboard:
         """Have a task that a robot handed back done by another, or give it up."""
         if late := self._watch.lateness(record):
             update = replace(update, reason=f"{update.reason} ({late})")
-        released = put_back(record, update, self._settings.most_hand_backs)
+        most = self._settings.most_hand_backs
+        released = put_back(record, update, most, tried=not self._improving.has_recalled(record))
         if released is not None:
             self._commit(released)
             self._auctioneer.open()

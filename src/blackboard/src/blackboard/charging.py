@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from blackboard.characteristics import RobotState
 from blackboard.charger_claims import NEAR, Claim, Claims
 from blackboard.controller import CommandState
-from blackboard.itinerary import effort
+from blackboard.effort import effort
 from blackboard.settings import ChargingSettings
 from blackboard.talker import CHARGER_CLAIM
 from blackboard.task import Task, TaskType

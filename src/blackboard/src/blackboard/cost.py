@@ -8,6 +8,7 @@ energy [J], an energy over 3600 s/h and the voltage is a charge [Ah].
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
@@ -36,6 +37,9 @@ class CostTerms:
         place: Its place in the robot's list; 1 is next.
         way: How much further the robot drives because of it [m].
         eta: Time from now until it would be done [s].
+        finish: Time from now until the robot would have done its whole list [s].
+        waiting: How much longer all tasks of the list wait until they are done, its own wait
+            included, summed [s].
     """
 
     energy_charge: float
@@ -43,6 +47,8 @@ class CostTerms:
     place: int
     way: float
     eta: float
+    finish: float = 0.0
+    waiting: float = 0.0
 
 
 class CostModel(Protocol):
@@ -82,10 +88,59 @@ class TimeCost:
         return MAX_COST * terms.eta / (terms.eta + self.HALF_SCALE)
 
 
+class MakespanCost:
+    """All done soonest: `1000 * t / (t + 3600 s)`, t until the robot has done its whole list.
+
+    The robot whose list ends first takes the task, so that no list becomes much longer than the
+    others.
+    """
+
+    HALF_SCALE = 3600.0
+
+    def cost(self, terms: CostTerms) -> float:
+        """Return the final cost; see `CostModel`."""
+        return MAX_COST * terms.finish / (terms.finish + self.HALF_SCALE)
+
+
+class LatencyCost:
+    """Shortest mean time to done: `1000 * w / (w + 3600 s)`, w what all wait longer in all."""
+
+    HALF_SCALE = 3600.0
+
+    def cost(self, terms: CostTerms) -> float:
+        """Return the final cost; see `CostModel`."""
+        return MAX_COST * terms.waiting / (terms.waiting + self.HALF_SCALE)
+
+
 COST_MODELS: Mapping[str, CostModel] = MappingProxyType(
-    {"report": ReportCost(), "energy": EnergyCost(), "time": TimeCost()}
+    {
+        "report": ReportCost(),
+        "energy": EnergyCost(),
+        "time": TimeCost(),
+        "makespan": MakespanCost(),
+        "latency": LatencyCost(),
+    }
 )
 """The cost models by the names that fleet files use."""
+
+
+class Exclusion(str, Enum):
+    """Why a robot does not take a task."""
+
+    NONE = ""
+    """It takes it, or it does not say."""
+    TYPE = "type"
+    """It does not do such tasks."""
+    PAYLOAD = "payload"
+    """It is too heavy for its body or its arm."""
+    WAY = "way"
+    """There is no way for a robot of its radius."""
+    CHARGE = "charge"
+    """Too little charge would be left."""
+    SERVICE = "service"
+    """It is out of service."""
+    COST = "cost"
+    """Its cost model says that it should not, or it has begun with it already."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +159,8 @@ class Bid:
             `MAX_COST`, which says that what is under way cannot be put off for it.
         most_payload: The most that the robot can carry of such a task [kg]; -1 where it can carry
             nothing of it, 0 where it does not say.
+        terms: What the cost was worked out from; None where the robot takes no part.
+        exclusion: Why the cost is `MAX_COST`, one of `Exclusion`.
     """
 
     robot_id: str
@@ -115,6 +172,8 @@ class Bid:
     under_way: str = ""
     interrupt_cost: float = MAX_COST
     most_payload: float = 0.0
+    terms: CostTerms | None = None
+    exclusion: str = ""
 
     @property
     def is_able(self) -> bool:
@@ -131,9 +190,11 @@ class Bids:
         epoch: Of the broadcast that is answered.
         auction: Of the broadcast that is answered.
         bids: One for each task.
+        round: Of the broadcast that is answered.
     """
 
     robot_id: str
     epoch: int
     auction: int
     bids: tuple[Bid, ...]
+    round: int = 1

@@ -14,6 +14,10 @@ class CharacteristicsError(BlackboardError):
     """A robot is described by a value that no robot can have; the text names it."""
 
 
+class AllocationError(BlackboardError):
+    """Robots and tasks to be allocated do not fit together."""
+
+
 class SettingsError(BlackboardError):
     """A parameter has a value that is not allowed; the text names it and what is."""
 

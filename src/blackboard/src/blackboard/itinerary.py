@@ -1,93 +1,36 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The ordered list of a robot's tasks, and what adding one more to it would take.
 
-The list is ordered by priority; among equals a new task goes where it lengthens the robot's way
-least. What is being done now keeps its place.
+The list is ordered by priority; among equals a new task goes to the best place: where it lengthens
+the robot's way least, unless the cost model asks for another. What is being done now keeps its
+place.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from blackboard.cost import friction_force
+from blackboard.aging import Aging
+from blackboard.effort import Effort, Job, effort
+from blackboard.placement import Route, Stop, place_rule
 from blackboard.record import TaskUpdate
 from blackboard.task import (
     StepKind,
     TaskState,
     is_picked,
-    load_during,
     split_task,
     step_to_go_on,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from blackboard.pose import Pose
     from blackboard.record import Order, TaskRecord
     from blackboard.robot import RobotCharacteristics
     from blackboard.task import Task
     from blackboard.ways import Ways
-
-# A robot accelerates, turns on the spot and gives way to others: the mean of its speed over the
-# drives of the demo is about this share of its greatest speed (docs/benchmarks.md).
-MEAN_SPEED_SHARE = 0.6
-
-
-@dataclass(frozen=True, slots=True)
-class Effort:
-    """What it takes a robot to do a task from a place on.
-
-    Attributes:
-        way: How far it drives [m]; infinite where there is no way.
-        energy: What it draws [J].
-        duration: How long it takes [s].
-        end: Where it stands afterwards.
-    """
-
-    way: float
-    energy: float
-    duration: float
-    end: Pose
-
-
-def effort(
-    task: Task,
-    first_step: int,
-    start: Pose,
-    robot: RobotCharacteristics,
-    ways: Ways,
-    steps: int | None = None,
-) -> Effort:
-    """Predict what it takes a robot to do the rest of a task, or the next steps of it.
-
-    Args:
-        task: A task that `analyze_task` has passed.
-        first_step: The first step that is still to be done.
-        start: Where the robot begins.
-        robot: What the robot is.
-        ways: Knows how far it is.
-        steps: How many steps count; all that are left where none is given.
-    """
-    last_step = math.inf if steps is None else first_step + steps
-    way = energy = duration = 0.0
-    here = start
-    for index, step in enumerate(split_task(task)):
-        if not first_step <= index < last_step:
-            continue
-        if step.kind is StepKind.MOVE:
-            leg = ways.length(here, step.goal)
-            mass = robot.mass + load_during(task, index)
-            way += leg
-            energy += friction_force(robot.friction_coefficient, mass) * leg
-            duration += leg / (MEAN_SPEED_SHARE * robot.max_speed)
-            here = step.goal
-        else:
-            energy += robot.arm_power * robot.arm_time(step.kind)
-            duration += robot.arm_time(step.kind)
-    return Effort(way, energy + robot.idle_power * duration, duration, here)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +68,16 @@ class Entry:
             return True
         return max(self.known, self.order.step) >= self.step
 
+    def yields_to(self, order: Order, under_way: Entry | None) -> bool:
+        """Return whether an order to take the task back means this assignment of it, as it is.
+
+        Args:
+            order: To drop it, or to hand it back.
+            under_way: What the robot has begun.
+        """
+        begun = self is under_way
+        return self.order.assignment <= order.assignment and not (begun and order.if_unbegun)
+
     def update(self, state: TaskState, **fields: object) -> TaskUpdate:
         """Return what the robot reports of it; further fields by name."""
         report = TaskUpdate(
@@ -139,34 +92,27 @@ class Entry:
         return replace(report, **fields)  # type: ignore[arg-type]  # fields by name
 
 
-@dataclass(frozen=True, slots=True)
-class Placement:
-    """The best place for one more task.
-
-    Attributes:
-        index: In the list, 0 is first.
-        effort: What the task itself takes there.
-        added_way: How much further the robot drives because of it [m].
-        before: What the robot does before its turn comes.
-    """
-
-    index: int
-    effort: Effort
-    added_way: float
-    before: Effort
-
-
 class Itinerary:
     """A robot's tasks in the order it will do them.
 
     Args:
         robot: What the robot is.
         ways: Knows how far it is.
+        cost_model: By its name; says what is to be least at the best place for one more task.
+        aging: Says what a second of waiting counts; the same for all, where it is left out.
     """
 
-    def __init__(self, robot: RobotCharacteristics, ways: Ways) -> None:
+    def __init__(
+        self,
+        robot: RobotCharacteristics,
+        ways: Ways,
+        cost_model: str = "report",
+        aging: Aging | None = None,
+    ) -> None:
         self._robot = robot
         self._ways = ways
+        self._rule = place_rule(cost_model)
+        self._aging = aging or Aging()
         self._entries: list[Entry] = []
 
     def __iter__(self) -> Iterator[Entry]:
@@ -188,7 +134,8 @@ class Itinerary:
         step = step_to_go_on(order.task, order.step)
         index = 0
         if not is_picked(order.task, step):
-            index = self.best_place(order.task, step, here, keep_first=keep_first).index
+            route = self.route(here, at_work=keep_first)
+            index = route.best_place(order.task, step).index
         self._entries.insert(index, Entry(order, step))
 
     def remove(self, task_id: str) -> None:
@@ -211,25 +158,32 @@ class Itinerary:
         """Note that a task on the list has been ordered anew; what was done of it stays done."""
         self._change(order.task.id, order=order, known=-1)
 
-    def best_place(self, task: Task, step: int, here: Pose, *, keep_first: bool) -> Placement:
-        """Find where one more task lengthens the way least without passing a higher priority.
+    def route(self, here: Pose, *, at_work: bool, without: Collection[str] = ()) -> Route:
+        """Return the list as it is now, to work out where one more task goes best.
 
         Args:
-            task: A task that `analyze_task` has passed.
-            step: Its first step that is still to be done.
             here: Where the robot stands.
-            keep_first: Whether the first task on the list is being done and stays there.
+            at_work: Whether the first task on the list is being done and stays there.
+            without: Ids of tasks that are left out.
         """
-        ahead = sum(
-            1
-            for index, entry in enumerate(self._entries)
-            if entry.task.priority > task.priority or (keep_first and index == 0)
-        )
-        equals = sum(1 for entry in self._entries[ahead:] if entry.task.priority == task.priority)
-        places = [
-            self._place(index, task, step, here) for index in range(ahead, ahead + equals + 1)
+        stops = [
+            Stop(
+                entry.task.priority,
+                Job(entry.task, entry.step, self._robot, self._ways),
+                self._aging.weight(entry.task),
+            )
+            for entry in self._entries
+            if entry.task.id not in without
         ]
-        return min(places, key=lambda place: (place.added_way, place.index))
+        return Route(
+            here,
+            stops,
+            self._robot,
+            self._ways,
+            self._rule,
+            keep_first=at_work,
+            aging=self._aging,
+        )
 
     def next_step(self, here: Pose) -> Effort:
         """Return what the next step of the first task on the list takes; there has to be one."""
@@ -242,33 +196,10 @@ class Itinerary:
 
     def ahead(self, here: Pose) -> list[Effort]:
         """Return, for each task on the list, what the robot has done from here when it is done."""
-        return self._run(self._entries, here)
+        return list(self.route(here, at_work=False).before[1:])
 
     def _change(self, task_id: str, **changes: object) -> None:
         self._entries = [
             replace(entry, **changes) if entry.task.id == task_id else entry  # type: ignore[arg-type]  # fields by name
             for entry in self._entries
         ]
-
-    def _place(self, index: int, task: Task, step: int, here: Pose) -> Placement:
-        done = self._run(self._entries[:index], here)
-        before = done[-1] if done else Effort(0.0, 0.0, 0.0, here)
-        own = effort(task, step, before.end, self._robot, self._ways)
-        added = own.way
-        if index < len(self._entries):
-            follower = self._entries[index]
-            rest = follower.task, follower.step
-            added += effort(*rest, own.end, self._robot, self._ways).way
-            added -= effort(*rest, before.end, self._robot, self._ways).way
-        return Placement(index, own, added, before)
-
-    def _run(self, entries: list[Entry], here: Pose) -> list[Effort]:
-        """Return the running totals of doing some entries one after the other."""
-        totals = []
-        way = energy = duration = 0.0
-        for entry in entries:
-            part = effort(entry.task, entry.step, here, self._robot, self._ways)
-            way, energy, duration = way + part.way, energy + part.energy, duration + part.duration
-            here = part.end
-            totals.append(Effort(way, energy, duration, here))
-        return totals

@@ -58,6 +58,11 @@ class Orders:
         order = replace(self._order(record), take_back=True, hand_back=True)
         self._talker.publish(TASK_ASSIGN, order)
 
+    def recall_unbegun(self, record: TaskRecord) -> None:
+        """Have the robot that holds a task hand it back if it has not begun with it."""
+        order = replace(self._order(record), take_back=True, hand_back=True, if_unbegun=True)
+        self._talker.publish(TASK_ASSIGN, order)
+
     def forget(self, task_id: str) -> None:
         """Note that no robot has to have a task any more."""
         self._given.pop(task_id, None)

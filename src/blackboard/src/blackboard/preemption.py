@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from blackboard.battery import Battery
     from blackboard.cost import Bid
-    from blackboard.itinerary import Effort, Entry
+    from blackboard.effort import Effort
+    from blackboard.itinerary import Entry
     from blackboard.pose import Pose
     from blackboard.record import TaskRecord
     from blackboard.task import Task

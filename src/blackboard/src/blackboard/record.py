@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from blackboard.task import TRANSITIONS, TaskState, split_task
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from blackboard.task import Task, TaskEvent
 
 
@@ -132,12 +134,25 @@ class Broadcast:
         auction: Number of the auction within the epoch; bids repeat it.
         tasks: Each with the first step that is still to be done.
         hive: Id of the blackboard's hive.
+        round: Of the auction, from 1 on; bids repeat it.
+        asked: The robots that are asked, each with the task that it has just been given and that
+            has to be on its list when it bids, empty where there is none. All are asked if None.
     """
 
     epoch: int
     auction: int
     tasks: tuple[tuple[Task, int], ...]
     hive: str = ""
+    round: int = 1
+    asked: Mapping[str, str] | None = None
+
+    def asks(self, robot_id: str) -> bool:
+        """Return whether a robot has to answer."""
+        return self.asked is None or robot_id in self.asked
+
+    def given_to(self, robot_id: str) -> str:
+        """Return the task that a robot has to have heard of before it answers, or nothing."""
+        return (self.asked or {}).get(robot_id, "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +169,7 @@ class Order:
         hand_back: Whether a robot that is to drop it also has to report how far it has come.
         heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
         hive: Id of the blackboard's hive.
+        if_unbegun: Whether a robot that has begun with it keeps it in spite of `take_back`.
     """
 
     task: Task
@@ -165,3 +181,4 @@ class Order:
     hand_back: bool = False
     heard: float = 0.0
     hive: str = ""
+    if_unbegun: bool = False

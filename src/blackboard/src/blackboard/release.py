@@ -16,7 +16,9 @@ ON_ROBOT_LOST = ("reassign", "wait", "operator")
 back, or given up for a person to look."""
 
 
-def put_back(record: TaskRecord, update: TaskUpdate, most_tries: int) -> TaskRecord | None:
+def put_back(
+    record: TaskRecord, update: TaskUpdate, most_tries: int, *, tried: bool = True
+) -> TaskRecord | None:
     """Return a task that its robot has handed back, or None where that changes nothing.
 
     A robot that has put it off for a more urgent one has not tried in vain.
@@ -25,10 +27,12 @@ def put_back(record: TaskRecord, update: TaskUpdate, most_tries: int) -> TaskRec
         record: Where it stood.
         update: What the robot has said.
         most_tries: After that many vain tries it is given up.
+        tried: Whether the robot has tried it in vain; not where it was asked for it.
     """
-    tried = record.tried if update.put_off_for else (*record.tried, update.robot_id)
+    in_vain = tried and not update.put_off_for
+    tries = (*record.tried, update.robot_id) if in_vain else record.tried
     step = min(update.step, record.steps)
-    return _waiting(record, step, tried, update.reason, most_tries)
+    return _waiting(record, step, tries, update.reason, most_tries)
 
 
 def after_loss(

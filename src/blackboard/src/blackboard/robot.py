@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from blackboard.aging import Aging
+from blackboard.answering import Answering
 from blackboard.bidding import Bidder
 from blackboard.characteristics import RobotCharacteristics, RobotState, RobotStatus
 from blackboard.charging import Charging, ChargingPlan
@@ -88,7 +90,8 @@ class Robot:
         self._battery = battery
         self._pose = pose
         self._settings = settings
-        self._list = Itinerary(characteristics, ways)
+        aging = Aging(talker.now, settings.aging)
+        self._list = Itinerary(characteristics, ways, settings.cost_model, aging)
         self._service = Service()
         self._reports = Reports(talker, robot_id, journal)
         period, say = settings.status_period, self._say_status
@@ -106,10 +109,11 @@ class Robot:
             self._step_done,
             self._task_ended,
         )
+        self._answering = Answering(robot_id, self._bid)
 
     def start(self) -> None:
         """Begin to listen and to say how it is."""
-        self._talker.subscribe(TASK_BROADCAST, self._bid)
+        self._talker.subscribe(TASK_BROADCAST, self._answering.hear)
         self._talker.subscribe(TASK_ASSIGN, self._obey)
         self._talker.subscribe(SYNC, self._compare)
         self._leave.start()
@@ -138,9 +142,8 @@ class Robot:
     @property
     def state(self) -> RobotState:
         """Whether it can be counted on."""
-        if self._service.state is not None:
-            return self._service.state
-        return RobotState.IDLE if self._work.current is None else RobotState.BUSY
+        in_service = RobotState.IDLE if self._work.current is None else RobotState.BUSY
+        return in_service if self._service.state is None else self._service.state
 
     def set_pose(self, pose: Pose) -> None:
         """Note where it stands [map frame]."""
@@ -156,8 +159,8 @@ class Robot:
     def set_state(self, word: str) -> None:
         """Obey an operator who says `idle`, `defect` or `charging`; see `Service.set`."""
         if word not in WORDS:
-            allowed = ", ".join(WORDS)
-            self._talker.refuse(SET_STATE, f"{word[:40]!r} is unknown; allowed: {allowed}")
+            reason = f"{word[:40]!r} is unknown; allowed: {', '.join(WORDS)}"
+            self._talker.refuse(SET_STATE, reason)
             return
         self.charging.abandon()
         self._service.set(word)
@@ -168,8 +171,8 @@ class Robot:
         if not self._leave.obeys(broadcast.hive, broadcast.epoch):
             return
         at_work, refusal = self._work.current is not None, self.charging.refusal
-        answer = self._bidder.answer(broadcast, self._pose, refusal, at_work=at_work)
-        self._talker.publish(TASK_COST, answer)
+        bids = self._bidder.answer(broadcast, self._pose, refusal, at_work=at_work)
+        self._talker.publish(TASK_COST, bids)
 
     def _obey(self, order: Order) -> None:
         if order.robot_id != self._id or not self._leave.allows(order):
@@ -177,7 +180,8 @@ class Robot:
         entry = self._list.get(order.task.id)
         if order.take_back:
             self._let_go(order, entry)
-        elif entry is not None:
+            return
+        if entry is not None:
             if order.assignment > entry.order.assignment:
                 self._list.renew(order)
         elif not self._reports.answer(order):
@@ -185,14 +189,14 @@ class Robot:
             if is_picked(order.task, order.step):
                 # In an earlier life of this process it was on its way with this load.
                 self._work.stop()
-            keep_first = self._work.current is not None
-            self._list.insert(order, self._pose, keep_first=keep_first)
+            self._list.insert(order, self._pose, keep_first=self._work.current is not None)
             self._go_on()
             self._say_status()
+        self._answering.note_order(order.task.id)
 
     def _let_go(self, order: Order, entry: Entry | None) -> None:
         """Drop a task that is to be taken back; say how far it has come where that is asked."""
-        if entry is not None and entry.order.assignment > order.assignment:
+        if entry is not None and not entry.yields_to(order, self._work.current):
             return
         if order.hand_back:
             if entry is not None or not self._reports.answer(order):
@@ -216,9 +220,7 @@ class Robot:
         self._reports.acknowledge(known)
         for record in known.records:
             entry = self._list.get(record.task.id)
-            if entry is None:
-                continue
-            if record.has_ended(self._id, entry.order.assignment):
+            if entry is not None and record.has_ended(self._id, entry.order.assignment):
                 self._drop(entry)
             else:
                 self._list.note_known(record)
@@ -303,9 +305,9 @@ class Robot:
 
     def _say_started(self, entry: Entry) -> None:
         eta = self._list.ahead(self._pose)[0].duration
-        times = {"eta": eta, "step_eta": self._list.next_step(self._pose).duration}
-        known = times if math.isfinite(eta) else {}
-        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **known))
+        step_eta = self._list.next_step(self._pose).duration
+        times = {"eta": eta, "step_eta": step_eta} if math.isfinite(eta) else {}
+        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **times))
 
     def _say_status(self) -> None:
         self._talker.publish(ROBOT_STATUS, self.status)

@@ -109,6 +109,10 @@ class BlackboardSettings(Settings):
         retry_period: What nobody could take is auctioned again after this time, even if nothing
             seems to have changed [s].
         most_hand_backs: A task that robots have tried in vain this often is given up.
+        improve_period: Time between two steps in which tasks that have not begun are offered to
+            other robots [s].
+        improve_threshold: They change hands only where that lowers what the offers cost by more
+            than this share; at 1 or more nothing changes hands.
     """
 
     bid_timeout: float = 2.0
@@ -121,6 +125,8 @@ class BlackboardSettings(Settings):
     order_timeout: float = 2.0
     retry_period: float = 30.0
     most_hand_backs: int = 5
+    improve_period: float = 2.0
+    improve_threshold: float = 0.1
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -139,10 +145,13 @@ class RobotSettings(Settings):
 
     Attributes:
         cost_model: A name of `COST_MODELS`.
+        aging: A task that has waited this long [s] counts twice as much under `latency` as a new
+            one, after twice that time four times, and so on.
         status_period: Time between two statuses, and before a report is repeated [s].
     """
 
     cost_model: str = "report"
+    aging: float = 120.0
     status_period: float = 1.0
 
 

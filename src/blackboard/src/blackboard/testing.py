@@ -212,6 +212,7 @@ class Hive:
         charge: float = 1.0,
         cost_model: str = "report",
         charging: ChargingPlan | None = None,
+        aging: float = 120.0,
     ) -> Robot:
         """Let a robot join, or a new process take the place of a robot's old one.
 
@@ -224,7 +225,7 @@ class Hive:
         battery = Battery(characteristics.battery, charge)
         command = TimedCommand(self.network, lambda _: 10.0)
         controller = Controller(dict.fromkeys(StepKind, command), talker, ControllerSettings())
-        settings = RobotSettings(cost_model=cost_model)
+        settings = RobotSettings(cost_model=cost_model, aging=aging)
         robot = Robot(
             talker,
             name,

@@ -13,6 +13,8 @@ from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from blackboard.pose import Pose
@@ -24,6 +26,8 @@ _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
 _MOST_CELLS = 60_000
 
 _FIELDS_KEPT = 200
+
+_STANDS_KEPT = 4000
 
 # A pose this close to the free floor [m] counts as on it: no robot knows exactly where it is.
 _STEP_ASIDE = 0.15
@@ -45,6 +49,13 @@ class StraightWays:
     def length(self, start: Pose, goal: Pose) -> float:
         """Return the distance [m]."""
         return start.distance_to(goal)
+
+    def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
+        """Return all distances, (starts, goals) [m]."""
+        here = np.array([(pose.x, pose.y) for pose in starts]).reshape(-1, 1, 2)
+        there = np.array([(pose.x, pose.y) for pose in goals]).reshape(1, -1, 2)
+        lengths: NDArray[np.float64] = np.hypot(*np.moveaxis(there - here, -1, 0))
+        return lengths
 
     def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
         """Return the empty text: without a map, one can stand anywhere."""
@@ -95,6 +106,7 @@ class GridWays:
         """Go by another map from now on."""
         self._floor = grid
         self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
+        self._stands: dict[tuple[float, float], _Stand | None] = {}
         self._made: _Roads | None = None
 
     def length(self, start: Pose, goal: Pose) -> float:
@@ -106,6 +118,24 @@ class GridWays:
         if ends[0] in self._fields and ends[1] not in self._fields:
             ends.reverse()
         return max(float(self._field(ends[1])[ends[0]]), start.distance_to(goal))
+
+    def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
+        """Return the lengths of all ways, (starts, goals) [m]; see `length`.
+
+        One field for each goal answers for all starts, so there should be fewer goals than starts.
+        """
+        straight = StraightWays().lengths(starts, goals)
+        stands = [self._stand(pose) for pose in starts]
+        nodes = np.array([stand.node if stand else 0 for stand in stands], dtype=int)
+        parts = np.array([stand.part if stand else 0 for stand in stands], dtype=int)
+        found = np.full(straight.shape, math.inf)
+        for column, goal in enumerate(goals):
+            end = self._stand(goal)
+            if end is not None:
+                reached = parts == end.part
+                field = self._field(end.node)[nodes[reached]]
+                found[reached, column] = np.maximum(field, straight[reached, column])
+        return found
 
     def refusal(self, pose: Pose) -> str:
         """Say why nobody can stand at a pose; empty where one can."""
@@ -140,6 +170,14 @@ class GridWays:
 
     def _stand(self, pose: Pose) -> _Stand | None:
         """Return where on the free floor a pose is, or None where it is nowhere near."""
+        place = pose.x, pose.y
+        if place not in self._stands:
+            if len(self._stands) >= _STANDS_KEPT:
+                self._stands.clear()
+            self._stands[place] = self._find_stand(pose)
+        return self._stands[place]
+
+    def _find_stand(self, pose: Pose) -> _Stand | None:
         cell = self._floor.cell(pose)
         if cell is None:
             return None

@@ -21,18 +21,26 @@ def record(name, priority=0, tried=()):
     return TaskRecord(task, tried=tried)
 
 
-def answer(robot, number=1, epoch=1, **costs):
+def answer(robot, number=1, epoch=1, round_=1, **costs):
     """Return a robot's bids by task; MAX_COST comes with a reason."""
     bids = tuple(
         Bid(robot, name, cost, eta=10.0, reason="too far" if cost == MAX_COST else "")
         for name, cost in costs.items()
     )
-    return Bids(robot, epoch, number, bids)
+    return Bids(robot, epoch, number, bids, round_)
 
 
 def auction(*records, expected=("robot1", "robot2")):
-    """Return an open auction."""
-    return Auction(1, 1, records, expected)
+    """Return an open auction in its first round."""
+    opened = Auction(1, 1)
+    opened.ask(records, frozenset(expected))
+    return opened
+
+
+def give_out(round_):
+    """Give out what has been won."""
+    for bid in round_.result().awards:
+        round_.forget(bid.robot_id)
 
 
 def winners(round_):
@@ -71,19 +79,112 @@ def test_each_robot_gets_one_task_and_the_most_urgent_is_given_first():
     assert not round_.result().impossible
 
 
-def test_among_equal_priorities_the_first_posted_is_given_first():
+def test_among_equal_priorities_the_best_pair_is_given_first():
     round_ = auction(record("first", 5), record("second", 5))
     round_.take(answer("robot1", first=9.0, second=1.0))
+
+    assert winners(round_) == {"second": "robot1"}
+
+
+def test_what_only_one_robot_can_do_is_given_before_what_several_can():
+    round_ = auction(record("light"), record("heavy"))
+    round_.take(answer("robot1", light=1.0, heavy=5.0))
+    round_.take(answer("robot2", light=2.0, heavy=MAX_COST))
+
+    assert winners(round_) == {"heavy": "robot1"}
+
+
+def test_among_equal_bids_the_first_posted_is_given_first():
+    round_ = auction(record("first", 5), record("second", 5))
+    round_.take(answer("robot1", first=1.0, second=1.0))
 
     assert winners(round_) == {"first": "robot1"}
 
 
-def test_two_robots_get_two_tasks_in_one_round():
+def test_a_task_waits_for_the_next_bid_of_the_robot_that_is_best_for_it():
     round_ = auction(record("T1"), record("T2"))
     round_.take(answer("robot1", T1=1.0, T2=2.0))
-    round_.take(answer("robot2", T1=2.0, T2=3.0))
+    round_.take(answer("robot2", T1=8.0, T2=9.0))
 
     assert winners(round_) == {"T1": "robot1"}
+    assert not round_.result().impossible
+
+
+def test_only_who_has_won_bids_again_and_the_bids_of_the_others_still_hold():
+    tasks = [record("T1"), record("T2")]
+    round_ = auction(*tasks)
+    round_.take(answer("robot1", T1=1.0, T2=2.0))
+    round_.take(answer("robot2", T1=8.0, T2=9.0))
+    give_out(round_)
+
+    asked = round_.ask(tasks[1:], frozenset({"robot1", "robot2"}))
+    round_.take(answer("robot1", round_=2, T2=10.0))
+
+    assert asked == {"robot1"}
+    assert not round_.missing
+    assert winners(round_) == {"T2": "robot2"}
+
+
+def test_bids_for_the_list_that_a_robot_had_before_it_won_are_refused():
+    tasks = [record("T1"), record("T2")]
+    round_ = auction(*tasks, expected=["robot1"])
+    round_.take(answer("robot1", T1=1.0, T2=2.0))
+    give_out(round_)
+    round_.ask(tasks[1:], frozenset({"robot1"}))
+
+    with pytest.raises(BidRefusedError, match="answers auction 1/1/1, it was asked in 1/1/2"):
+        round_.take(answer("robot1", T1=1.0, T2=2.0))
+
+    assert round_.missing == {"robot1"}
+
+
+def test_a_task_that_is_new_is_bid_on_by_all():
+    round_ = auction(record("T1"))
+    round_.take(answer("robot1", T1=1.0))
+    round_.take(answer("robot2", T1=2.0))
+    give_out(round_)
+
+    assert round_.ask([record("T2")], frozenset({"robot1", "robot2"})) is None
+    assert round_.missing == {"robot1", "robot2"}
+
+
+def test_a_robot_whose_list_has_changed_bids_again():
+    tasks = [record("T1"), record("T2")]
+    round_ = auction(*tasks, expected=["robot1", "robot2", "robot3"])
+    for robot, cost in (("robot1", 1.0), ("robot2", 2.0), ("robot3", 3.0)):
+        round_.take(answer(robot, T1=cost, T2=cost))
+    give_out(round_)
+    round_.forget("robot2")
+
+    asked = round_.ask(tasks[1:], frozenset({"robot1", "robot2", "robot3"}))
+
+    assert asked == {"robot1", "robot2"}
+
+
+def test_the_bids_of_a_robot_that_is_no_longer_in_service_count_no_more():
+    round_ = auction(record("T1"))
+    round_.take(answer("robot1", T1=1.0))
+    round_.take(answer("robot2", T1=2.0))
+    round_.exclude_others(frozenset({"robot2"}))
+
+    assert winners(round_) == {"T1": "robot2"}
+
+
+def test_slow_robots_are_waited_for_only_where_nobody_else_bids():
+    round_ = auction(record("T1"))
+    round_.excuse(frozenset({"robot2"}))
+    assert round_.missing == {"robot1"}
+
+    round_.excuse(frozenset({"robot1", "robot2"}))
+    assert round_.missing == {"robot1"}
+
+
+def test_two_robots_get_two_tasks_in_one_round():
+    round_ = auction(record("T1"), record("T2"))
+    round_.take(answer("robot1", T1=1.0, T2=4.0))
+    round_.take(answer("robot2", T1=2.0, T2=3.0))
+
+    assert winners(round_) == {"T1": "robot1", "T2": "robot2"}
     assert not round_.result().impossible
 
 
@@ -127,12 +228,32 @@ def test_a_task_nobody_can_take_says_why_for_every_robot():
     )
 
 
-def test_a_second_answer_replaces_the_first():
+def test_a_second_answer_is_refused_and_the_first_still_holds():
     round_ = auction(record("T1"))
-    round_.take(answer("robot1", T1=MAX_COST))
+    round_.take(answer("robot1", T1=3.0))
+
+    with pytest.raises(BidRefusedError, match="robot1 answers twice"):
+        round_.take(answer("robot1", T1=1.0))
+
+    assert [bid.cost for bid in round_.result().awards] == [3.0]
+
+
+def test_the_same_answer_again_is_harmless():
+    round_ = auction(record("T1"))
+    round_.take(answer("robot1", T1=3.0))
     round_.take(answer("robot1", T1=3.0))
 
     assert winners(round_) == {"T1": "robot1"}
+
+
+def test_two_bids_on_one_task_are_refused():
+    round_ = auction(record("T1"))
+    bid = Bid("robot1", "T1", 1.0, eta=10.0)
+
+    with pytest.raises(BidRefusedError, match="robot1 bids twice on one task"):
+        round_.take(Bids("robot1", 1, 1, (bid, bid)))
+
+    assert not winners(round_)
 
 
 def test_a_task_that_is_withdrawn_is_not_given_and_bids_on_it_do_no_harm():
@@ -147,7 +268,7 @@ def test_a_task_that_is_withdrawn_is_not_given_and_bids_on_it_do_no_harm():
 def test_an_answer_to_another_auction_is_refused(epoch, number):
     round_ = auction(record("T1"))
 
-    with pytest.raises(BidRefusedError, match=f"answers auction {epoch}/{number}, open is 1/1"):
+    with pytest.raises(BidRefusedError, match=f"answers auction {epoch}/{number}/1, it was asked"):
         round_.take(answer("robot1", number, epoch, T1=1.0))
 
     assert round_.missing == {"robot1", "robot2"}

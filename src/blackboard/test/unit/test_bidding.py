@@ -35,7 +35,7 @@ def bid(
     at_work=False,
 ):
     """Return what a robot bids that has some tasks on its list already."""
-    itinerary = Itinerary(robot, ways or StraightWays())
+    itinerary = Itinerary(robot, ways or StraightWays(), model)
     for earlier in before:
         itinerary.insert(Order(earlier, "robot1"), here, keep_first=at_work)
     battery = Battery(robot.battery, charge)
@@ -78,6 +78,26 @@ def test_by_energy_what_waits_before_only_lessens_the_charge_that_is_left():
     offer = bid(back, before=[earlier], at_work=True, model="energy")
 
     assert offer.cost == pytest.approx(1000.0 * GO_CHARGE / (20.0 - GO_CHARGE))
+
+
+def test_by_latency_a_short_task_goes_first_and_costs_what_it_delays_the_other_too():
+    long = Task("T0", TaskType.GA, (Pose(-60.0, 0.0),))
+
+    offer = bid(GO, before=[long], model="latency")
+
+    # 20 s to 12 m; the other one, 60 m the other way, is done 2 x 20 s later.
+    assert offer.eta == pytest.approx(20.0)
+    assert offer.cost == pytest.approx(1000.0 * 60.0 / (60.0 + 3600.0))
+
+
+def test_by_makespan_a_task_costs_the_time_until_all_is_done():
+    far = Task("T0", TaskType.GA, (Pose(60.0, 0.0),))
+
+    on_the_way = bid(GO, before=[far], model="makespan")
+    idle = bid(GO, model="makespan")
+
+    assert on_the_way.cost == pytest.approx(1000.0 * 100.0 / (100.0 + 3600.0))
+    assert idle.cost == pytest.approx(1000.0 * 20.0 / (20.0 + 3600.0))
 
 
 def test_an_urgent_task_is_bid_for_as_the_next_one():

@@ -71,12 +71,13 @@ class Rig:
 
     def bid(self, robot, auction=None, **costs):
         """Answer the last broadcast, or another one."""
-        number = auction or self.said(TASK_BROADCAST)[-1].auction
+        asked = self.said(TASK_BROADCAST)[-1]
+        number = auction or asked.auction
         bids = tuple(
             Bid(robot, name, cost, eta=10.0, reason="cannot" if cost == MAX_COST else "")
             for name, cost in costs.items()
         )
-        self.network.send(TASK_COST, Bids(robot, 1, number, bids))
+        self.network.send(TASK_COST, Bids(robot, 1, number, bids, asked.round))
         self.wait()
 
     def report(self, robot, task, state, assignment=1, **fields):
@@ -280,11 +281,63 @@ def test_several_tasks_are_spread_over_the_robots_one_in_each_round():
     rig.post(CARRY, ROUND)
     rig.bid("robot1", T1=1.0)
     rig.bid("robot2", T1=2.0)
+    rig.bid("robot1", T2=1.0, T3=2.0)
+    rig.bid("robot2", T2=2.0, T3=1.0)
+
+    assert rig.orders() == [("T1", "robot1"), ("T2", "robot1"), ("T3", "robot2")]
+
+
+def test_only_the_winner_is_asked_again_and_told_what_it_has_won():
+    rig = Rig()
+    rig.join("robot1", "robot2")
+    rig.post(GO)
+    rig.post(CARRY, ROUND)
+    rig.bid("robot1", T1=1.0)
+    rig.bid("robot2", T1=2.0)
     rig.bid("robot1", T2=1.0, T3=1.0)
     rig.bid("robot2", T2=2.0, T3=2.0)
 
-    assert rig.orders() == [("T1", "robot1"), ("T2", "robot1")]
+    asked = rig.said(TASK_BROADCAST)[-1]
+    assert asked.asked == {"robot1": "T2"}
     assert rig.offered == ["T3"]
+    assert (asked.auction, asked.round) == (rig.said(TASK_BROADCAST)[-2].auction, 3)
+
+
+def test_a_robot_that_has_finished_a_task_meanwhile_is_asked_again():
+    rig = Rig()
+    rig.join("robot1", "robot2")
+    rig.post(GO)
+    rig.post(CARRY, ROUND)
+    rig.bid("robot1", T1=2.0)
+    rig.bid("robot2", T1=1.0)
+    rig.bid("robot2", T2=2.0, T3=9.0)
+    rig.report("robot2", GO, DONE, steps=1, step=1)
+    rig.bid("robot1", T2=1.0, T3=1.0)
+
+    assert rig.said(TASK_BROADCAST)[-1].asked == {"robot1": "T2", "robot2": ""}
+
+
+def test_a_robot_that_is_out_of_service_gives_no_bid_that_counts():
+    rig = Rig()
+    rig.join("robot1")
+    rig.status("robot2", RobotState.DEFECT)
+    rig.post(GO)
+    rig.bid("robot2", T1=1.0)
+    rig.bid("robot1", T1=5.0)
+
+    assert rig.orders() == [("T1", "robot1")]
+    assert "is not in service" in rig.talker.warnings[0]
+
+
+def test_a_robot_that_breaks_down_after_its_bid_is_given_nothing():
+    rig = Rig()
+    rig.join("robot1", "robot2")
+    rig.post(GO)
+    rig.bid("robot2", T1=1.0)
+    rig.status("robot2", RobotState.DEFECT)
+    rig.bid("robot1", T1=5.0)
+
+    assert rig.orders() == [("T1", "robot1")]
 
 
 def test_the_most_urgent_task_is_given_first():
@@ -364,6 +417,23 @@ def test_a_change_while_the_auction_is_open_is_not_lost():
     rig.join("robot2")
     rig.bid("robot1", T1=MAX_COST)
 
+    assert len(rig.said(TASK_BROADCAST)) == 2
+
+
+def test_after_a_change_while_the_auction_is_open_all_bid_again_and_then_it_rests():
+    rig = Rig()
+    rig.status("robot1", tasks=["T0"])
+    rig.join("robot2")
+    rig.post(GO)
+    rig.bid("robot1", T1=MAX_COST)
+    rig.status("robot1")
+    rig.bid("robot2", T1=MAX_COST)
+    asked = rig.said(TASK_BROADCAST)
+    rig.bid("robot1", T1=MAX_COST)
+    rig.bid("robot2", T1=MAX_COST)
+    rig.wait(1.0)
+
+    assert [each.asked for each in asked] == [None, None]
     assert len(rig.said(TASK_BROADCAST)) == 2
 
 

@@ -8,7 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.itinerary import Itinerary, effort
+from blackboard.aging import Aging
+from blackboard.allocation.testing import figures, on_a_road
+from blackboard.effort import MEAN_SPEED_SHARE, effort
+from blackboard.itinerary import Itinerary
 from blackboard.pose import Pose
 from blackboard.record import Order
 from blackboard.task import Task, TaskType
@@ -103,7 +106,7 @@ def test_what_is_not_under_way_yields_to_a_higher_priority():
 def test_a_place_in_the_list_knows_what_comes_before():
     itinerary = listed(go("first", 6.0, 5))
 
-    place = itinerary.best_place(go("second", 12.0, 1), 0, HERE, keep_first=True)
+    place = itinerary.route(HERE, at_work=True).best_place(go("second", 12.0, 1), 0)
 
     assert place.index == 1
     assert place.before.way == pytest.approx(6.0)
@@ -115,7 +118,7 @@ def test_a_place_in_the_list_knows_what_comes_before():
 def test_a_task_on_the_way_adds_nothing_to_it():
     itinerary = listed(go("far", 10.0))
 
-    place = itinerary.best_place(go("on the way", 4.0), 0, HERE, keep_first=False)
+    place = itinerary.route(HERE, at_work=False).best_place(go("on the way", 4.0), 0)
 
     assert place.index == 0
     assert place.added_way == pytest.approx(0.0)
@@ -151,6 +154,34 @@ def test_an_empty_list_has_no_first_task():
     assert listed().first() is None
 
 
+@given(
+    st.lists(st.tuples(st.integers(-20, 20), st.integers(-20, 20)), min_size=1, max_size=6),
+    st.sampled_from(["makespan", "latency"]),
+)
+def test_the_best_place_is_the_one_that_the_allocation_of_whole_fleets_finds(legs, name):
+    tasks = [
+        Task(f"T{index}", TaskType.GAB, (Pose(start, 0.0), Pose(end, 0.0)))
+        for index, (start, end) in enumerate(legs)
+    ]
+    itinerary = Itinerary(ROBOT, WAYS, name)
+    for task in tasks[:-1]:
+        itinerary.insert(Order(task, "robot1"), HERE, keep_first=False)
+    starts, ends = ([task.goals[goal].x for task in tasks] for goal in (0, 1))
+    instance = on_a_road([0.0], starts, ends, speed=[MEAN_SPEED_SHARE * ROBOT.max_speed])
+    plan = (tuple(int(entry.task.id[1:]) for entry in itinerary),)
+
+    place = itinerary.route(HERE, at_work=False).best_place(tasks[-1], 0)
+
+    lists = []
+    for index in range(len(tasks)):
+        row = [*plan[0]]
+        row.insert(index, len(tasks) - 1)
+        lists.append(figures(instance, (tuple(row),))[name])
+    best = min(lists) - (figures(instance, plan)[name] if name == "latency" else 0.0)
+    found = place.added_waiting if name == "latency" else place.finish
+    assert found == pytest.approx(best)
+
+
 TASKS = st.lists(
     st.tuples(st.floats(-20.0, 20.0), st.integers(0, 10)), min_size=1, max_size=7
 ).map(lambda numbers: [go(f"T{i}", x, priority) for i, (x, priority) in enumerate(numbers)])
@@ -180,7 +211,7 @@ def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
     before = itinerary.ahead(HERE)[-1].way
     order = [entry.task for entry in itinerary]
 
-    place = itinerary.best_place(go("new", x, 5), 0, HERE, keep_first=False)
+    place = itinerary.route(HERE, at_work=False).best_place(go("new", x, 5), 0)
 
     added = []
     for index in range(len(order) + 1):
@@ -188,4 +219,24 @@ def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
         road.insert(index + 1, Pose(x, 0.0))
         way = sum(a.distance_to(b) for a, b in pairwise(road))
         added.append(way - before)
-    assert place.added_way == pytest.approx(min(added), abs=1e-9)
+    assert place.added_way == pytest.approx(min(added), abs=1e-6)
+
+
+def test_among_places_that_are_as_good_a_task_does_not_pass_what_is_on_the_list_already():
+    itinerary = listed(go("first", 8.0))
+
+    place = itinerary.route(HERE, at_work=False).best_place(go("same place", 8.0), 0)
+
+    assert place.index == 1
+
+
+def test_what_has_waited_long_is_not_passed_by_what_is_new():
+    def place_of_the_new(waited):
+        itinerary = Itinerary(ROBOT, WAYS, "latency", Aging(lambda: 1000.0, 120.0))
+        old = replace(go("old", 60.0), posted=1000.0 - waited)
+        itinerary.insert(Order(old, "robot1"), HERE, keep_first=False)
+        new = replace(go("new", -12.0), posted=1000.0)
+        return itinerary.route(HERE, at_work=False).best_place(new, 0).index
+
+    assert place_of_the_new(waited=0.0) == 0
+    assert place_of_the_new(waited=600.0) == 1

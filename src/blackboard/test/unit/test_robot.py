@@ -139,6 +139,45 @@ def test_out_of_service_it_bids_max_cost_and_says_why(word):
     assert (bid.cost, bid.reason) == (MAX_COST, f"{word}, set by an operator")
 
 
+def test_asked_for_a_task_that_has_not_begun_it_hands_it_back():
+    rig = Rig()
+    rig.order(GO)
+    rig.order(CARRY)
+    rig.order(CARRY, take_back=True, hand_back=True, if_unbegun=True)
+
+    assert rig.reports(CARRY) == [(WAITING, 0)]
+    assert rig.status.tasks == ("T1",)
+
+
+def test_asked_for_a_task_that_has_begun_it_keeps_it():
+    rig = Rig()
+    rig.order(GO)
+    rig.order(GO, take_back=True, hand_back=True, if_unbegun=True)
+
+    assert rig.reports(GO) == [(STARTED, 0)]
+    assert rig.status.task_id == "T1"
+
+
+def test_what_is_on_its_own_list_it_bids_on_for_the_list_without_it():
+    rig = Rig()
+    rig.order(GO)
+    alone = rig.bids(CARRY).bids[0].eta
+    rig.order(CARRY)
+
+    offered = rig.bids(CARRY).bids[0].eta
+
+    assert offered == pytest.approx(alone)
+
+
+def test_what_it_has_begun_it_does_not_offer():
+    rig = Rig()
+    rig.order(GO)
+
+    (bid,) = rig.bids(GO).bids
+
+    assert (bid.cost, bid.reason) == (MAX_COST, "has begun with it")
+
+
 def test_a_task_is_begun_at_once_and_reported_step_by_step():
     rig = Rig()
     rig.order(CARRY, assignment=3)

@@ -5,17 +5,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from blackboard.decision import ranked
 from blackboard.task import TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from blackboard.characteristics import RobotStatus
+    from blackboard.cost import Bid
+    from blackboard.decision import Decision
     from blackboard.pose import Pose
     from blackboard.record import TaskRecord
     from fleet_manager.hive_view import HiveView
 
 _TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "ETA", "REASON")
+_BID_HEAD = ("ROBOT", "COST", "WAY", "PLACE", "ENERGY", "LEFT", "DONE IN", "REASON")
 _ROBOT_HEAD = ("ROBOT", "STATE", "BATTERY", "LOAD", "PLACE", "TASK", "QUEUE", "REASON")
 
 
@@ -54,6 +58,36 @@ def robots_table(robots: Iterable[RobotStatus]) -> list[str]:
         for robot in robots
     ]
     return _table(_ROBOT_HEAD, rows)
+
+
+def bids_table(bids: Iterable[Bid]) -> list[str]:
+    """Return a table of the bids on one task, the cheapest first."""
+    return _table(_BID_HEAD, [_bid_row(bid) for bid in ranked(bids)])
+
+
+def _bid_row(bid: Bid) -> tuple[str, ...]:
+    terms = bid.terms
+    if not bid.is_able or terms is None:
+        known = f"{bid.cost:.2f}" if bid.is_able else "-"
+        return (bid.robot_id, known, "-", "-", "-", "-", "-", bid.reason)
+    return (
+        bid.robot_id,
+        f"{bid.cost:.2f}",
+        f"{terms.way:.1f} m",
+        str(terms.place),
+        f"{terms.energy_charge:.3f} Ah",
+        f"{terms.charge_left:.1f} Ah",
+        f"{terms.eta:.0f} s",
+        bid.reason,
+    )
+
+
+def decided(decision: Decision) -> str:
+    """Return in words what an auction has decided about a task."""
+    what = f"was given to {decision.winner}" if decision.winner else decision.reason
+    silent = f"; no answer from {', '.join(decision.silent)}" if decision.silent else ""
+    number = f"auction {decision.epoch}/{decision.auction}, round {decision.round}"
+    return f"{decision.task_id} at {decision.at:.1f} s, {number}: {what}{silent}"
 
 
 def who_leads(view: HiveView) -> str:

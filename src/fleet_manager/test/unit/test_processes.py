@@ -177,4 +177,12 @@ def test_a_result_is_written_in_the_agreed_form():
         "aims": {"cpu": 1.0, "memory": 1.5},
         "met": {"cpu": True, "memory": False},
     }
-    assert set(BENCHES) >= {"faults", "flake", "gui", "localization", "plan", "system"}
+    assert set(BENCHES) >= {
+        "allocation",
+        "faults",
+        "flake",
+        "gui",
+        "localization",
+        "plan",
+        "system",
+    }

@@ -19,7 +19,7 @@ import blackboard.msg as bb_msgs
 from blackboard import talker as topics
 from blackboard.backup import TaskList
 from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
 from blackboard.record import Broadcast, Order, TaskUpdate
 from blackboard.ros.charger_conversions import CHARGER_WIRES
 from blackboard.ros.hive_conversions import HIVE_WIRES
@@ -58,6 +58,8 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
     msg.order = msg.ASSIGN
     if order.take_back:
         msg.order = msg.HAND_BACK if order.hand_back else msg.TAKE_BACK
+    if order.if_unbegun:
+        msg.order = msg.HAND_BACK_UNBEGUN
     msg.step = order.step
     msg.epoch = order.epoch
     msg.assignment = order.assignment
@@ -76,9 +78,10 @@ def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
         step=msg.step,
         epoch=msg.epoch,
         assignment=msg.assignment,
-        hand_back=msg.order == msg.HAND_BACK,
+        hand_back=msg.order in {msg.HAND_BACK, msg.HAND_BACK_UNBEGUN},
         heard=msg.heard,
         hive=msg.hive,
+        if_unbegun=msg.order == msg.HAND_BACK_UNBEGUN,
     )
 
 
@@ -88,34 +91,62 @@ def _broadcast_to_msg(broadcast: Broadcast) -> bb_msgs.TaskMsgArray:
         msg = task_to_msg(task)
         msg.step = step
         tasks.append(msg)
-    header = _header()
-    return bb_msgs.TaskMsgArray(header, broadcast.epoch, broadcast.auction, tasks, broadcast.hive)
+    return bb_msgs.TaskMsgArray(
+        header=_header(),
+        epoch=broadcast.epoch,
+        auction=broadcast.auction,
+        tasks=tasks,
+        hive=broadcast.hive,
+        round=broadcast.round,
+        robots=list(broadcast.asked or ()),
+        given=list((broadcast.asked or {}).values()),
+    )
 
 
 def _broadcast_from_msg(msg: bb_msgs.TaskMsgArray) -> Broadcast:
     tasks = tuple((task_from_msg(task), task.step) for task in msg.tasks)
-    return Broadcast(msg.epoch, msg.auction, tasks, msg.hive)
+    asked = dict(zip(msg.robots, msg.given, strict=True)) if msg.robots else None
+    return Broadcast(msg.epoch, msg.auction, tasks, msg.hive, round=msg.round, asked=asked)
+
+
+def _bid_to_msg(bid: Bid, header: Header, epoch: int) -> bb_msgs.TaskCost:
+    msg = bb_msgs.TaskCost(
+        header=header,
+        robot_id=bid.robot_id,
+        task_id=bid.task_id,
+        cost=bid.cost,
+        energy_cost=bid.energy_cost,
+        eta=bid.eta,
+        epoch=epoch,
+        reason=bid.reason,
+        under_way=bid.under_way,
+        interrupt_cost=bid.interrupt_cost,
+        most_payload=bid.most_payload,
+        exclusion=bid.exclusion,
+    )
+    if bid.terms is not None:
+        msg.place = bid.terms.place
+        msg.way = bid.terms.way
+        msg.charge_left = bid.terms.charge_left
+        msg.finish = bid.terms.finish
+        msg.waiting = bid.terms.waiting
+    return msg
+
+
+def _terms_from_msg(msg: bb_msgs.TaskCost) -> CostTerms | None:
+    if not msg.place:
+        return None
+    return CostTerms(
+        msg.energy_cost, msg.charge_left, msg.place, msg.way, msg.eta, msg.finish, msg.waiting
+    )
 
 
 def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
     header = _header()
-    costs = [
-        bb_msgs.TaskCost(
-            header,
-            bid.robot_id,
-            bid.task_id,
-            bid.cost,
-            bid.energy_cost,
-            bid.eta,
-            bids.epoch,
-            bid.reason,
-            bid.under_way,
-            bid.interrupt_cost,
-            bid.most_payload,
-        )
-        for bid in bids.bids
-    ]
-    return bb_msgs.TaskCostArray(header, bids.robot_id, bids.epoch, bids.auction, costs)
+    costs = [_bid_to_msg(bid, header, bids.epoch) for bid in bids.bids]
+    return bb_msgs.TaskCostArray(
+        header, bids.robot_id, bids.epoch, bids.auction, costs, bids.round
+    )
 
 
 def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
@@ -130,10 +161,12 @@ def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
             cost.under_way,
             cost.interrupt_cost if cost.under_way else MAX_COST,
             cost.most_payload,
+            _terms_from_msg(cost),
+            cost.exclusion,
         )
         for cost in msg.costs
     )
-    return Bids(msg.robot_id, msg.epoch, msg.auction, bids)
+    return Bids(msg.robot_id, msg.epoch, msg.auction, bids, msg.round)
 
 
 def _update_to_msg(update: TaskUpdate) -> bb_msgs.TaskState:

@@ -15,6 +15,7 @@ import rospy
 from blackboard import talker as topics
 from blackboard.backup import Backup
 from blackboard.blackboard import Blackboard
+from blackboard.decision_book import ENDING, SqliteBook
 from blackboard.errors import SettingsError
 from blackboard.journal import SqliteJournal
 from blackboard.ros import params
@@ -54,7 +55,7 @@ def open_journal() -> SqliteJournal:
     ROS Parameters: `~journal`, else `journal` of the hive: the folder. Default: a folder of this
         ROS master below ROS_HOME.
     """
-    journal = SqliteJournal(_journal_path())
+    journal = SqliteJournal(_file(".sqlite3"))
     if journal.set_aside is not None:
         rospy.logwarn(
             f"{rospy.get_name()} could not read its journal and has moved it to "
@@ -63,18 +64,20 @@ def open_journal() -> SqliteJournal:
     return journal
 
 
-def _journal_path() -> Path:
+def _file(ending: str) -> Path:
+    """Return the path of a file of this node in the folder that the parameters name."""
     folder = rospy.get_param("~journal", "") or rospy.get_param("/journal", "")
     if not isinstance(folder, str):
         raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
-    path = Path(folder) if folder else _default_folder()
+    path = Path(folder) if folder else default_folder()
     name = rospy.get_name().strip("/").replace("/", "-")
-    return path / f"{name}.sqlite3"
+    return path / f"{name}{ending}"
 
 
-def _default_folder() -> Path:
-    master = urlsplit(rosgraph.get_master_uri())
-    return Path(rospkg.get_ros_home()) / "robo-hive" / f"{master.hostname}-{master.port}"
+def default_folder() -> Path:
+    """Return the folder of the journals where no parameter names one, by the ROS master."""
+    address = urlsplit(rosgraph.get_master_uri())
+    return Path(rospkg.get_ros_home()) / "robo-hive" / f"{address.hostname}-{address.port}"
 
 
 def join(
@@ -93,14 +96,16 @@ def join(
 
     Raises:
         SettingsError: A parameter is not allowed; the text names it.
+        JournalError: The file for decisions cannot be used.
     """
     node = f"{hive}blackboard"
     settings = params.read(BackupSettings, node)
     backup = Backup(
         talker.steady, rospy.get_name(), settings, journal, random.SystemRandom(), founds=founds
     )
-    Blackboard(talker, backup, ways, params.read(BlackboardSettings, node)).start()
-    standstill = Standstill(talker.steady, lambda: backup.member, str(_journal_path()))
+    book = SqliteBook(_file(ENDING))
+    Blackboard(talker, backup, ways, params.read(BlackboardSettings, node), book).start()
+    standstill = Standstill(talker.steady, lambda: backup.member, str(_file(".sqlite3")))
     talker.steady.every(_LOOK_EVERY, standstill.look)
     Diagnostics(talker, backup, standstill).start()
     return backup

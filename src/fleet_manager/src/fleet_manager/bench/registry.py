@@ -101,6 +101,11 @@ def _gui(_outside: Outside) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
+def _allocation(_outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.allocation.measure").measure()
+    return result
+
+
 _SCHEDULES = 1000
 
 
@@ -117,6 +122,10 @@ def _flake(runs: int) -> BenchResult:
 
 
 BENCHES: Mapping[str, Bench] = {
+    "allocation": Bench(
+        "plans over the best known ones, and times to done [s] of tasks that arrive over time",
+        _allocation,
+    ),
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
         lambda _outside: _faults(),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from blackboard.errors import BlackboardError
-from fleet_manager.cli import asking, bench, demo, fault, looking, world
+from fleet_manager.cli import asking, bench, demo, fault, looking, why, world
 from fleet_manager.errors import FleetManagerError
 from robot_description.errors import RobotDescriptionError
 
@@ -43,6 +43,7 @@ Examples:
   hive demo
   hive add GAB --goal 3,4 --goal 8,2 --priority 5 --payload 20
   hive watch
+  hive why T7
 
 {EXIT_CODES}
 
@@ -57,7 +58,7 @@ def hive() -> None:
 
 for _command in (
     asking.add, asking.cancel, asking.run, looking.tasks, looking.robots, looking.watch,
-    looking.events, demo.demo, bench.bench, world.world, fault.fault,
+    looking.events, why.why, why.replay, demo.demo, bench.bench, world.world, fault.fault,
 ):  # fmt: skip
     hive.add_command(_command)
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -31,9 +32,12 @@ class Outside:
         connect: Opens a link to the hive of ROS_MASTER_URI that also hands over what the demo
             records of the robots named, none for most commands. Raises NoHiveError where no ROS
             master answers.
+        journals: Names the folder in which the members of that hive keep their journals, unless a
+            parameter names another.
     """
 
     connect: Callable[[Sequence[str]], AbstractContextManager[Link]]
+    journals: Callable[[], Path] = Path
 
 
 pass_outside = click.make_pass_decorator(Outside)

@@ -14,6 +14,7 @@ from fleet_manager.cli.outside import Outside
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractContextManager
+    from pathlib import Path
     from types import FrameType
 
     from fleet_manager.client import Link
@@ -31,6 +32,12 @@ def connect(record: Sequence[str]) -> AbstractContextManager[Link]:
     return link
 
 
+def journals() -> Path:
+    """Return where the members of the hive of ROS_MASTER_URI keep their journals by default."""
+    folder: Path = import_module("blackboard.ros.membership").default_folder()
+    return folder
+
+
 def main() -> None:
     """Run the command line of this process and end with its exit code.
 
@@ -40,7 +47,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
-    sys.exit(run(Outside(connect)))
+    sys.exit(run(Outside(connect, journals)))
 
 
 def _end(number: int, _frame: FrameType | None) -> None:

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One round of offers between robots, the step of the search.
+
+Every robot of a group takes one piece of its list back and offers it on the blackboard: one task,
+some that follow each other, its list from some place on, or nothing. Every robot bids on every
+piece for the best place in what is left of its own list. The pieces are given out so that the sum
+of the bids is least, one to each robot (the assignment problem). As every robot may get its own
+piece back at its old place, a round never makes the whole worse.
+
+Moving a task, swapping two, exchanging the ends of two lists (2-opt*) and passing tasks on in a
+ring are all such rounds.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from blackboard.allocation.plan import cut_out, put_in, without
+from blackboard.allocation.timetable import Insertions, Timetable, make_pieces
+
+if TYPE_CHECKING:
+    from blackboard.allocation.objectives import Objective
+    from blackboard.allocation.timetable import Book, Floats, Numbers, Pieces
+
+_REFUSED = 1e30
+"""What no robot would bid; the assignment needs finite numbers."""
+
+
+def best_places(table: Timetable, pieces: Pieces, objective: Objective) -> tuple[Floats, Numbers]:
+    """Return the bids on pieces and the places that they are for.
+
+    Args:
+        table: Of the lists, shaped (..., lists).
+        pieces: Shaped (..., pieces).
+        objective: What is to be made small.
+
+    Returns:
+        Marginal cost and place, each shaped (..., pieces, lists); infinite where refused.
+    """
+    options = Insertions(table, pieces)
+    scores = np.where(options.refused(), np.inf, objective.score(options))
+    place = scores.argmin(axis=-1)
+    best = np.take_along_axis(scores, place[..., None], axis=-1)[..., 0]
+    return best - objective.score(table)[..., None, :], place
+
+
+def exchange(
+    book: Book,
+    objective: Objective,
+    robot: Numbers,
+    order: Numbers,
+    start: Numbers,
+    size: Numbers,
+    factor: Floats | float = 1.0,
+) -> Numbers:
+    """Hold one round of offers in each of several groups at once.
+
+    Args:
+        book: The figures.
+        objective: What is to be made small.
+        robot: (groups, members) whose list each is.
+        order: (groups, members, places) their lists.
+        start: (groups, members) place of the first task that each offers.
+        size: (groups, members) how many it offers.
+        factor: (groups, pieces, members) that the bids are multiplied by before the pieces are
+            given out. Where it is not 1, a round may make the whole worse.
+
+    Returns:
+        The lists afterwards, (groups, members, places or more).
+    """
+    nothing = book.nothing
+    rest = without(order, start, size, nothing)
+    pieces = make_pieces(book, cut_out(order, start, size, nothing))
+    cost, place = best_places(Timetable(book, robot, rest), pieces, objective)
+    cost = np.minimum(cost * factor, _REFUSED)
+    groups, members = robot.shape
+    takes = np.empty((groups, members), dtype=int)
+    for group in range(groups):
+        piece, taker = linear_sum_assignment(cost[group])
+        takes[group, taker] = piece
+    rows = np.arange(groups)[:, None]
+    chosen = place[rows, takes, np.arange(members)]
+    given = make_pieces(book, pieces.tasks[rows, takes])
+    return put_in(rest, chosen, given, nothing)

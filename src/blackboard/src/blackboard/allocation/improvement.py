@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The search: round after round of offers between robots, for as long as there is time.
+
+Which pieces are offered in a round is left to chance. Rounds never make the whole worse, so the
+search can be stopped at any time. Several copies of the plan are searched side by side where there
+are few robots: a numpy call for twenty lists takes hardly longer than one for four.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blackboard.allocation.exchange import exchange
+from blackboard.allocation.plan import narrow, to_order, to_plan
+from blackboard.allocation.timetable import Book, Timetable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.allocation.instance import Instance
+    from blackboard.allocation.objectives import Objective
+    from blackboard.allocation.plan import Plan
+    from blackboard.allocation.timetable import Floats, Numbers
+
+
+@dataclass(frozen=True)
+class Search:
+    """How the search goes about it; the figures were chosen by trying on the bench's instances.
+
+    Attributes:
+        lists: About so many lists are searched side by side, in copies of the plan.
+        longest: A piece is the whole rest of a list, or has at most so many tasks.
+        ends: Share of the rounds in which every robot offers the rest of its list from some place
+            on (2-opt*).
+        idle: Share of the other offers that are empty: such a robot only takes.
+        heat: Where there are several copies, bids are misread by up to this share at the start of
+            a period, so that copies leave what no round can make better.
+        period: Rounds after which all copies begin again with the best plan so far.
+        cool: Share of a period after which bids are read as they are.
+        threshold: A plan is changed only where that gains more than this share of its score, so
+            that assignments do not flutter.
+    """
+
+    lists: int = 24
+    longest: int = 3
+    ends: float = 0.35
+    idle: float = 0.3
+    heat: float = 1.0
+    period: int = 40
+    cool: float = 0.5
+    threshold: float = 0.0
+
+    def heat_in(self, number: int) -> float:
+        """Return by what share bids are misread in a round."""
+        phase = number % self.period / self.period
+        return self.heat * max(0.0, 1.0 - phase / self.cool)
+
+
+def improve(
+    instance: Instance,
+    objective: Objective,
+    plan: Plan,
+    random: np.random.Generator,
+    go_on: Callable[[], bool],
+    search: Search | None = None,
+) -> Plan:
+    """Return a plan that is at least as good.
+
+    Args:
+        instance: Robots and tasks.
+        objective: What is to be made small.
+        plan: Lists to begin with; what is on none stays on none.
+        random: Chooses the offers.
+        go_on: Asked before each round whether there is another.
+        search: How to go about it.
+    """
+    if not any(plan):
+        return plan
+    hunt = _Hunt(Book(instance), objective, plan, random, search or Search())
+    before = hunt.best_score
+    while go_on():
+        hunt.step()
+    hunt.note_best()
+    if before - hunt.best_score <= hunt.search.threshold * before:
+        return plan
+    return to_plan(hunt.best, hunt.book.nothing)
+
+
+class _Hunt:
+    """The copies of a plan that are searched side by side, and the best one seen."""
+
+    def __init__(
+        self,
+        book: Book,
+        objective: Objective,
+        plan: Plan,
+        random: np.random.Generator,
+        search: Search,
+    ) -> None:
+        self.book = book
+        self.search = search
+        self.best = to_order(plan, book.nothing)
+        self._objective = objective
+        self._random = random
+        self._number = 0
+        self._copies = max(1, search.lists // len(plan))
+        self._robots = np.tile(np.arange(len(plan)), (self._copies, 1))
+        self._lists = np.tile(self.best, (self._copies, 1, 1))
+        self.best_score = float(self._scores()[0])
+
+    def step(self) -> None:
+        """Hold a round in each copy."""
+        heat = self.search.heat_in(self._number) if self._copies > 1 else 0.0
+        if self._copies > 1 and self._number % self.search.period == 0:
+            self.note_best()
+            self._lists = np.tile(self.best, (self._copies, 1, 1))
+        self._number += 1
+        start, size = self._offers()
+        shape = (*self._robots.shape, self._robots.shape[-1])
+        factor = 1.0 + heat * self._random.random(shape) if heat else 1.0
+        lists = exchange(
+            self.book, self._objective, self._robots, self._lists, start, size, factor
+        )
+        self._lists = narrow(lists, self.book.nothing)
+
+    def note_best(self) -> None:
+        """Keep the best of the copies if none was better before."""
+        scores = self._scores()
+        if scores.min() < self.best_score:
+            self.best = self._lists[int(scores.argmin())]
+            self.best_score = float(scores.min())
+
+    def _scores(self) -> Floats:
+        """Return what the copies come to, (copies): the sum over their lists."""
+        table = Timetable(self.book, self._robots, self._lists)
+        scores: Floats = self._objective.score(table).sum(axis=-1)
+        return scores
+
+    def _offers(self) -> tuple[Numbers, Numbers]:
+        """Return where each piece that is offered starts and how many tasks it has."""
+        search = self.search
+        length = (self._lists != self.book.nothing).sum(axis=-1)
+        where, how_many, who = self._random.random((3, *length.shape))
+        if self._random.random() < search.ends:
+            start = (where * (length + 1)).astype(int)
+            return start, length - start
+        start = (where * length).astype(int)
+        size = 1 + (how_many * search.longest).astype(int)
+        return start, np.where(who < search.idle, 0, np.minimum(size, length - start))

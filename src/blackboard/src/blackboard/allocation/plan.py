@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Lists of tasks, one for each robot, and their form as one array."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from blackboard.allocation.timetable import Numbers, Pieces
+
+Plan = tuple[tuple[int, ...], ...]
+"""The tasks of each robot in the order in which it does them."""
+
+
+def to_order(plan: Sequence[Sequence[int]], nothing: int) -> Numbers:
+    """Return a plan as an array (robots, places) with one spare place at the end at least."""
+    most = max(map(len, plan), default=0)
+    order = np.full((len(plan), most + 1), nothing)
+    for row, tasks in zip(order, plan, strict=True):
+        row[: len(tasks)] = tasks
+    return order
+
+
+def to_plan(order: Numbers, nothing: int) -> Plan:
+    """Return the plan that an array (robots, places) holds."""
+    return tuple(tuple(int(task) for task in row if task != nothing) for row in order)
+
+
+def without(order: Numbers, start: Numbers, size: Numbers, nothing: int) -> Numbers:
+    """Return lists with a piece taken out of each.
+
+    Args:
+        order: (..., places) lists.
+        start: (...) place of the first task to take out.
+        size: (...) how many.
+        nothing: What stands behind the last task of a list.
+    """
+    places = np.arange(order.shape[-1])
+    source = places + np.where(places < start[..., None], 0, size[..., None])
+    padded = np.concatenate([order, np.full((*order.shape[:-1], 1), nothing)], axis=-1)
+    source = np.minimum(source, order.shape[-1])
+    return np.take_along_axis(padded, source, axis=-1)
+
+
+def cut_out(order: Numbers, start: Numbers, size: Numbers, nothing: int) -> Numbers:
+    """Return what `without` takes out, shaped (..., longest)."""
+    places = np.arange(max(1, int(size.max())))
+    source = np.minimum(start[..., None] + places, order.shape[-1] - 1)
+    taken = np.take_along_axis(order, source, axis=-1)
+    return np.where(places < size[..., None], taken, nothing)
+
+
+def put_in(order: Numbers, place: Numbers, pieces: Pieces, nothing: int) -> Numbers:
+    """Return lists with a piece put into each.
+
+    Args:
+        order: (..., places) lists.
+        place: (...) where the piece's first task goes.
+        pieces: (...) one for each list.
+        nothing: What stands behind the last task of a list.
+    """
+    width = order.shape[-1] + pieces.tasks.shape[-1]
+    places = np.arange(width)
+    place, size = place[..., None], pieces.size[..., None]
+    source = np.where(places < place, places, places - size)
+    kept = np.take_along_axis(order, np.clip(source, 0, order.shape[-1] - 1), axis=-1)
+    kept = np.where(source < order.shape[-1], kept, nothing)
+    within = np.clip(places - place, 0, pieces.tasks.shape[-1] - 1)
+    added = np.take_along_axis(pieces.tasks, within, axis=-1)
+    return np.where((places >= place) & (places < place + size), added, kept)
+
+
+def narrow(order: Numbers, nothing: int) -> Numbers:
+    """Return lists as narrow as they can be with one spare place."""
+    most = int((order != nothing).sum(axis=-1).max(initial=0))
+    return np.ascontiguousarray(order[..., : most + 1])

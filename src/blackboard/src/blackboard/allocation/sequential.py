@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The auction: one task after the other goes to the robot whose bid on it is the best of all.
+
+A sequential single-item auction with bids for the cheapest place in the list (Lagoudakis et al.,
+"Auction-based multi-robot routing", 2005). Only the robot that has won bids again, because the
+lists of all others are as they were.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blackboard.allocation.exchange import best_places
+from blackboard.allocation.timetable import Book, Timetable, make_pieces
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from blackboard.allocation.instance import Instance
+    from blackboard.allocation.objectives import Objective
+    from blackboard.allocation.plan import Plan
+    from blackboard.allocation.timetable import Floats, Numbers
+
+
+def auction(
+    instance: Instance,
+    objective: Objective,
+    plan: Plan | None = None,
+    tasks: Iterable[int] | None = None,
+) -> Plan:
+    """Give out tasks.
+
+    Args:
+        instance: Robots and tasks.
+        objective: What the bids are on.
+        plan: What the robots have on their lists already; nothing where none is given.
+        tasks: Which tasks are given out; all that are on no list where none is given.
+
+    Returns:
+        The lists. A task that no robot may do is on none.
+    """
+    lists = [list(row) for row in plan or [()] * len(instance.robots)]
+    listed = {task for row in lists for task in row}
+    open_tasks = np.array(
+        sorted(set(range(len(instance.tasks)) if tasks is None else tasks) - listed), dtype=int
+    )
+    rounds = _Rounds(Book(instance), objective, lists, open_tasks)
+    while rounds.give_out():
+        pass
+    return tuple(tuple(row) for row in rounds.lists)
+
+
+class _Rounds:
+    """The bids of all robots on all open tasks, kept while they hold."""
+
+    def __init__(
+        self, book: Book, objective: Objective, lists: list[list[int]], tasks: Numbers
+    ) -> None:
+        self.lists = lists
+        self._book = book
+        self._objective = objective
+        self._tasks = tasks
+        self._open = np.ones(tasks.size, dtype=bool)
+        shape = (len(lists), tasks.size)
+        self._bids, self._places = np.full(shape, np.inf), np.zeros(shape, dtype=int)
+        for robot in range(len(lists)):
+            self._bid(robot)
+
+    def give_out(self) -> bool:
+        """Give out the best of the most urgent tasks; return whether there was one."""
+        if not self._open.any():
+            return False
+        bids = self._urgent() if self._book.has_order else self._bids
+        robot, column = divmod(int(bids.argmin()), self._tasks.size)
+        if not np.isfinite(bids[robot, column]):
+            return False
+        self.lists[robot].insert(int(self._places[robot, column]), int(self._tasks[column]))
+        self._open[column] = False
+        self._bids[:, column] = np.inf
+        self._bid(robot)
+        return True
+
+    def _urgent(self) -> Floats:
+        """Return the bids on the most urgent tasks that somebody can do."""
+        urgency = self._book.priority[self._tasks]
+        able = np.isfinite(self._bids).any(axis=0)
+        return np.where(urgency == urgency[able].max(initial=0), self._bids, np.inf)
+
+    def _bid(self, robot: int) -> None:
+        """Ask a robot for its bids on all that is open."""
+        columns = np.flatnonzero(self._open)
+        if not columns.size:
+            return
+        order = np.array([[*self.lists[robot], self._book.nothing]])
+        table = Timetable(self._book, np.array([robot]), order)
+        pieces = make_pieces(self._book, self._tasks[columns, None])
+        cost, place = best_places(table, pieces, self._objective)
+        self._bids[robot, columns], self._places[robot, columns] = cost[:, 0], place[:, 0]

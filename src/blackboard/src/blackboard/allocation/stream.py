@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tasks that arrive one after the other, on virtual time, and what a policy makes of them.
+
+A policy is asked whenever a task arrives or a robot becomes free. It may change every list; what a
+robot has begun is no longer on one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from blackboard.allocation.instance import Instance, Robots, Tasks
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from blackboard.allocation.plan import Plan
+    from blackboard.allocation.timetable import Floats, Numbers
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a policy is asked.
+
+    Attributes:
+        instance: The tasks that have not begun, in the order of their posting.
+        plan: The lists as they are.
+        age: (tasks,) time since each was posted [s].
+        has_arrival: Whether there is a new task, which is on no list; else a robot is free.
+    """
+
+    instance: Instance
+    plan: Plan
+    age: Floats
+    has_arrival: bool
+
+
+class Policy(Protocol):
+    """Decides on the lists."""
+
+    def decide(self, moment: Moment) -> Plan:
+        """Return the lists from now on. A task may be on none, and is asked about again."""
+
+
+@dataclass(frozen=True)
+class Stream:
+    """Tasks by the time of their arrival.
+
+    Attributes:
+        instance: All robots and tasks.
+        posted: (tasks,) when each arrives [s], ascending.
+    """
+
+    instance: Instance
+    posted: Floats
+
+    @classmethod
+    def poisson(cls, instance: Instance, load: float, random: np.random.Generator) -> Stream:
+        """Return a Poisson stream.
+
+        Args:
+            instance: All robots and tasks.
+            load: Share of the robots' time that the tasks would take in a random order; above 1
+                waiting grows as long as tasks arrive, unless they are put in a better order.
+            random: Draws the times between arrivals.
+        """
+        tasks = len(instance.tasks)
+        mean = float(instance.way[:tasks].mean() + instance.tasks.inner.mean())
+        rate = load * float(instance.robots.speed.sum()) / mean
+        return cls(instance, random.exponential(1 / rate, size=tasks).cumsum())
+
+
+def simulate(stream: Stream, policy: Policy) -> Floats:
+    """Return the time from posting to done of each task [s]; infinite where it was never done."""
+    floor = _Floor(stream)
+    for now, has_arrival in floor.events():
+        floor.ask(policy, now, has_arrival=has_arrival)
+    return floor.done - stream.posted
+
+
+class _Floor:
+    """Who is where, and what has not begun."""
+
+    def __init__(self, stream: Stream) -> None:
+        self._stream = stream
+        robots = len(stream.instance.robots)
+        self._node = np.arange(robots) + len(stream.instance.tasks)
+        self._free = stream.instance.robots.ready.copy()
+        self._lists: list[list[int]] = [[] for _ in range(robots)]
+        self._arrived = 0
+        self._waiting: list[int] = []
+        self.done = np.full(len(stream.instance.tasks), np.inf)
+
+    def events(self) -> Iterator[tuple[float, bool]]:
+        """Yield every arrival and every time at which a robot becomes free, in their order."""
+        now = -np.inf
+        while True:
+            left = self._stream.posted[self._arrived :]
+            arrival = float(left[0]) if left.size else np.inf
+            busy = self._free[self._free > now]
+            now = min(arrival, float(busy.min(initial=np.inf)))
+            if not np.isfinite(now) or not (left.size or self._waiting):
+                return
+            if now == arrival:
+                self._waiting.append(self._arrived)
+                self._arrived += 1
+            yield now, now == arrival
+
+    def ask(self, policy: Policy, now: float, *, has_arrival: bool) -> None:
+        """Let a policy decide, and let who is free begin."""
+        if not self._waiting:
+            return
+        waiting = np.array(self._waiting)
+        number = {task: index for index, task in enumerate(self._waiting)}
+        plan = tuple(tuple(number[task] for task in row) for row in self._lists)
+        age = now - self._stream.posted[waiting]
+        moment = Moment(self._now(waiting, now), plan, age, has_arrival)
+        self._lists = [[int(waiting[index]) for index in row] for row in policy.decide(moment)]
+        for robot, row in enumerate(self._lists):
+            if row and self._free[robot] <= now:
+                self._begin(robot, row.pop(0), now)
+
+    def _now(self, waiting: Numbers, now: float) -> Instance:
+        whole = self._stream.instance
+        tasks = [getattr(whole.tasks, name)[waiting] for name in Tasks.__dataclass_fields__]
+        ready = np.maximum(self._free - now, 0.0)
+        robots = Robots(whole.robots.speed, ready, whole.robots.draw)
+        rows = np.concatenate([waiting, self._node])
+        return Instance(
+            robots, Tasks(*tasks), whole.way[np.ix_(rows, waiting)], whole.able[:, waiting]
+        )
+
+    def _begin(self, robot: int, task: int, now: float) -> None:
+        whole = self._stream.instance
+        way = whole.way[self._node[robot], task] + whole.tasks.inner[task]
+        end = now + way / whole.robots.speed[robot] + whole.tasks.work[task]
+        self._free[robot] = self.done[task] = end
+        self._node[robot] = task
+        self._waiting.remove(task)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What an auction has decided about one task, with all that was bid: the answer to "why?"."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from blackboard.cost import COST_MODELS, MAX_COST, Bid, CostTerms
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What one round of an auction has decided about one task.
+
+    Attributes:
+        task_id: About which task.
+        epoch: Of the blackboard that has decided.
+        auction: Its number within the epoch.
+        round: Of the auction.
+        at: When [s].
+        winner: The robot that was given the task; empty where nobody could take it.
+        reason: In words, where nobody could take it.
+        bids: What the robots had bid, in the order of their names.
+        silent: The robots that were waited for in vain.
+    """
+
+    task_id: str
+    epoch: int
+    auction: int
+    round: int
+    at: float
+    winner: str = ""
+    reason: str = ""
+    bids: tuple[Bid, ...] = ()
+    silent: tuple[str, ...] = ()
+
+
+def ranked(bids: Iterable[Bid]) -> list[Bid]:
+    """Return bids, the cheapest first."""
+    return sorted(bids, key=lambda bid: (bid.cost, bid.eta, bid.robot_id))
+
+
+def replayed(decision: Decision, model: str) -> list[Bid]:
+    """Return what the robots would have bid by another cost model, the cheapest first.
+
+    The places in the lists stay those that were bid for.
+
+    Args:
+        decision: As it was made.
+        model: A name of `COST_MODELS`.
+    """
+    return ranked(_by_model(bid, model) for bid in decision.bids)
+
+
+def _by_model(bid: Bid, model: str) -> Bid:
+    if not bid.is_able or bid.terms is None:
+        return bid
+    return replace(bid, cost=min(COST_MODELS[model].cost(bid.terms), MAX_COST))
+
+
+def to_plain(decision: Decision) -> dict[str, Any]:
+    """Return a decision as plain data for JSON."""
+    return asdict(decision)
+
+
+def from_plain(values: dict[str, Any]) -> Decision:
+    """Return the decision that plain data stand for.
+
+    Raises:
+        KeyError, TypeError: They stand for none.
+    """
+    bids = tuple(
+        Bid(**{**bid, "terms": CostTerms(**bid["terms"]) if bid["terms"] else None})
+        for bid in values["bids"]
+    )
+    return Decision(**{**values, "bids": bids, "silent": tuple(values["silent"])})

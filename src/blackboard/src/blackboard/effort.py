@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What it takes a robot to do a task, from wherever it begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from blackboard.cost import friction_force
+from blackboard.task import StepKind, load_during, split_task
+
+if TYPE_CHECKING:
+    from blackboard.characteristics import RobotCharacteristics
+    from blackboard.pose import Pose
+    from blackboard.task import Task
+    from blackboard.ways import Ways
+
+# A robot accelerates, turns on the spot and gives way to others: the mean of its speed over the
+# drives of the demo is about this share of its greatest speed (docs/benchmarks.md).
+MEAN_SPEED_SHARE = 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What it takes a robot to do a task from a place on.
+
+    Attributes:
+        way: How far it drives [m]; infinite where there is no way.
+        energy: What it draws [J].
+        duration: How long it takes [s].
+        end: Where it stands afterwards.
+    """
+
+    way: float
+    energy: float
+    duration: float
+    end: Pose
+
+    def then(self, other: Effort) -> Effort:
+        """Return what it takes to do this and then another."""
+        return Effort(
+            self.way + other.way,
+            self.energy + other.energy,
+            self.duration + other.duration,
+            other.end,
+        )
+
+
+class Job:
+    """The rest of a task for one robot: the drive to where it begins, and what follows from there.
+
+    What follows is the same wherever the robot comes from, so it is worked out once for all the
+    places in a list that the task could have.
+
+    Args:
+        task: A task that `analyze_task` has passed.
+        first_step: The first step that is still to be done.
+        robot: What the robot is.
+        ways: Knows how far it is.
+        steps: How many steps count; all that are left where none is given.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        first_step: int,
+        robot: RobotCharacteristics,
+        ways: Ways,
+        steps: int | None = None,
+    ) -> None:
+        self._robot = robot
+        self._ways = ways
+        self._speed = MEAN_SPEED_SHARE * robot.max_speed
+        last_step = None if steps is None else first_step + steps
+        todo = list(enumerate(split_task(task)))[first_step:last_step]
+        self._begin: Pose | None = None
+        self._force = 0.0
+        self._rest: Effort | None = None
+        if not todo:
+            return
+        index, step = todo[0]
+        if step.kind is StepKind.MOVE:
+            self._begin = step.goal
+            self._force = self._friction(task, index)
+            todo = todo[1:]
+        rest = Effort(0.0, 0.0, 0.0, step.goal)
+        for index, step in todo:
+            if step.kind is StepKind.MOVE:
+                rest = rest.then(self._drive(rest.end, step.goal, self._friction(task, index)))
+            else:
+                time = robot.arm_time(step.kind)
+                energy = (robot.arm_power + robot.idle_power) * time
+                rest = rest.then(Effort(0.0, energy, time, rest.end))
+        self._rest = rest
+
+    def effort_from(self, start: Pose) -> Effort:
+        """Return what it takes from a place on; a robot that is at work is where it works."""
+        if self._rest is None:
+            return Effort(0.0, 0.0, 0.0, start)
+        if self._begin is None:
+            return self._rest
+        return self._drive(start, self._begin, self._force).then(self._rest)
+
+    def reach(self, start: Pose) -> tuple[float, float]:
+        """Return way [m] and duration [s] from a place on; see `effort_from`."""
+        if self._rest is None:
+            return 0.0, 0.0
+        if self._begin is None:
+            return self._rest.way, self._rest.duration
+        way = self._ways.length(start, self._begin)
+        return way + self._rest.way, way / self._speed + self._rest.duration
+
+    def end_from(self, start: Pose) -> Pose:
+        """Return where the robot stands afterwards."""
+        return start if self._rest is None else self._rest.end
+
+    def _friction(self, task: Task, step: int) -> float:
+        mass = self._robot.mass + load_during(task, step)
+        return friction_force(self._robot.friction_coefficient, mass)
+
+    def _drive(self, start: Pose, goal: Pose, force: float) -> Effort:
+        way = self._ways.length(start, goal)
+        duration = way / self._speed
+        return Effort(way, force * way + self._robot.idle_power * duration, duration, goal)
+
+
+def effort(
+    task: Task,
+    first_step: int,
+    start: Pose,
+    robot: RobotCharacteristics,
+    ways: Ways,
+    steps: int | None = None,
+) -> Effort:
+    """Predict what it takes a robot to do the rest of a task, or its next steps; see `Job`."""
+    return Job(task, first_step, robot, ways, steps).effort_from(start)

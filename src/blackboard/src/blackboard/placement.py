@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where in a robot's list one more task goes best, and what it takes there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import accumulate
+from operator import attrgetter
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+from blackboard.effort import Effort, Job
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from blackboard.aging import Aging
+    from blackboard.characteristics import RobotCharacteristics
+    from blackboard.pose import Pose
+    from blackboard.task import Task
+    from blackboard.ways import Ways
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A place for one more task.
+
+    Attributes:
+        index: In the list, 0 is first.
+        effort: What the task itself takes there.
+        added_way: How much further the robot drives because of it [m].
+        before: What the robot does before its turn comes.
+        finish: Time from now until the whole list is done with it [s].
+        added_waiting: How much longer all tasks of the list wait until they are done, the wait
+            of the task itself included, summed [s]; old tasks count more, see `aging`.
+    """
+
+    index: int
+    effort: Effort
+    added_way: float
+    before: Effort
+    finish: float
+    added_waiting: float
+
+
+_DIGITS = 6
+"""Places are as good as each other if they differ by less than a micrometre or a microsecond."""
+
+
+class Gain(NamedTuple):
+    """What a place changes; see `Placement`."""
+
+    added_way: float
+    finish: float
+    added_waiting: float
+
+
+PlaceRule = Callable[[Gain], float]
+"""What is to be least at the best place."""
+
+_LEAST_WAY: PlaceRule = attrgetter("added_way")
+
+_PLACE_RULES: Mapping[str, PlaceRule] = MappingProxyType(
+    {"makespan": attrgetter("finish"), "latency": attrgetter("added_waiting")}
+)
+
+
+def place_rule(cost_model: str) -> PlaceRule:
+    """Return what is to be least at the best place under a cost model, by its name."""
+    return _PLACE_RULES.get(cost_model, _LEAST_WAY)
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A task on the list.
+
+    Attributes:
+        priority: Of the task.
+        job: What is left to do of it.
+        weight: What a second of waiting for it counts.
+    """
+
+    priority: int
+    job: Job
+    weight: float = 1.0
+
+
+class Route:
+    """A robot's list at one moment, for all bids on what is offered then.
+
+    Args:
+        here: Where the robot stands.
+        stops: What it has to do, in this order.
+        robot: What the robot is.
+        ways: Knows how far it is.
+        rule: What is to be least at the best place.
+        keep_first: Whether the first stop is being done and stays there.
+        aging: Says what a second of waiting counts.
+
+    Attributes:
+        before: What the robot has done from here before each place of the list, and before the
+            place behind all.
+    """
+
+    def __init__(
+        self,
+        here: Pose,
+        stops: Sequence[Stop],
+        robot: RobotCharacteristics,
+        ways: Ways,
+        rule: PlaceRule,
+        *,
+        keep_first: bool,
+        aging: Aging,
+    ) -> None:
+        self._stops = stops
+        self._robot = robot
+        self._ways = ways
+        self._rule = rule
+        self._keep_first = keep_first
+        self._aging = aging
+        weights = [stop.weight for stop in reversed(stops)]
+        self._weight_behind = [*accumulate(weights, initial=0.0)][::-1]
+        self._own: list[Effort] = []
+        self.before = [Effort(0.0, 0.0, 0.0, here)]
+        for stop in stops:
+            self._own.append(stop.job.effort_from(self.before[-1].end))
+            self.before.append(self.before[-1].then(self._own[-1]))
+
+    def best_place(self, task: Task, step: int) -> Placement:
+        """Find the best place for one more task that does not pass a higher priority.
+
+        Where several are as good, it does not pass what is on the list already.
+
+        Args:
+            task: A task that `analyze_task` has passed.
+            step: Its first step that is still to be done.
+        """
+        ahead = sum(
+            1
+            for index, stop in enumerate(self._stops)
+            if stop.priority > task.priority or (self._keep_first and index == 0)
+        )
+        equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
+        job = Job(task, step, self._robot, self._ways)
+        weight = self._aging.weight(task)
+        gains = [self._gain(index, job, weight) for index in range(ahead, ahead + equals + 1)]
+        best, nearest = 0, math.inf
+        for number, gain in enumerate(gains):
+            value = round(self._rule(gain), _DIGITS)
+            if value <= nearest:
+                best, nearest = number, value
+        index, gain = ahead + best, gains[best]
+        before = self.before[index]
+        own = job.effort_from(before.end)
+        return Placement(index, own, gain.added_way, before, gain.finish, gain.added_waiting)
+
+    def _gain(self, index: int, job: Job, weight: float) -> Gain:
+        before = self.before[index]
+        own_way, own_duration = job.reach(before.end)
+        added, longer = own_way, own_duration
+        if index < len(self._stops):
+            way, duration = self._stops[index].job.reach(job.end_from(before.end))
+            added += way - self._own[index].way
+            longer += duration - self._own[index].duration
+        waiting = weight * (before.duration + own_duration)
+        if behind := self._weight_behind[index]:
+            waiting += behind * longer
+        return Gain(added, self.before[-1].duration + longer, waiting)

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Auction, bids, search and optimum: small cases by hand, and what holds of all."""
+
+from itertools import permutations, product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from blackboard.allocation.exact import optimum
+from blackboard.allocation.exchange import best_places
+from blackboard.allocation.improvement import Search, improve
+from blackboard.allocation.instance import Instance
+from blackboard.allocation.objectives import OBJECTIVES
+from blackboard.allocation.plan import to_order
+from blackboard.allocation.rules import RULES
+from blackboard.allocation.sequential import auction
+from blackboard.allocation.testing import figures, on_a_road
+from blackboard.allocation.timetable import Book, Timetable, make_pieces
+from blackboard.errors import AllocationError
+
+SUMS = ("energy", "latency", "report")
+PLACE = st.integers(-20, 20).map(float)
+
+
+@st.composite
+def situations(draw, most=7, priorities=1):
+    """Draw up to three robots and some tasks on a road."""
+    robots = draw(st.integers(1, 3))
+    tasks = draw(st.integers(1, most))
+    place = st.lists(PLACE, min_size=tasks, max_size=tasks)
+    per_robot = {"min_size": robots, "max_size": robots}
+    return on_a_road(
+        draw(st.lists(PLACE, **per_robot)),
+        draw(place),
+        draw(place),
+        priority=draw(st.lists(st.integers(0, priorities - 1), min_size=tasks, max_size=tasks)),
+        speed=draw(st.lists(st.sampled_from([0.5, 1.0, 2.0]), **per_robot)),
+        ready=draw(st.lists(st.integers(0, 9).map(float), **per_robot)),
+    )
+
+
+def rounds(number):
+    """Return a `go_on` that allows some rounds."""
+    left = iter(range(number))
+    return lambda: next(left, None) is not None
+
+
+def searched(instance, name, plan, number=12, seed=1):
+    """Return what some rounds of the search make of a plan."""
+    random = np.random.default_rng(seed)
+    return improve(instance, OBJECTIVES[name], plan, random, rounds(number))
+
+
+def listed(plan):
+    """Return all tasks on the lists of a plan, sorted."""
+    return sorted(task for row in plan for task in row)
+
+
+def test_each_task_goes_to_the_robot_it_lies_by():
+    instance = on_a_road([0.0, 100.0], [101.0, 1.0, 99.0, 2.0])
+
+    plan = auction(instance, OBJECTIVES["energy"])
+
+    assert set(plan[0]) == {1, 3}
+    assert set(plan[1]) == {0, 2}
+
+
+def test_a_task_goes_in_between_where_it_lengthens_the_way_least():
+    instance = on_a_road([0.0], [10.0, 5.0])
+
+    plan = auction(instance, OBJECTIVES["energy"], plan=((0,),))
+
+    assert plan == ((1, 0),)
+
+
+def test_for_all_done_soonest_a_second_robot_shares_the_work():
+    instance = on_a_road([0.0, 0.0], [10.0, 11.0], [20.0, 21.0])
+
+    by_energy = auction(instance, OBJECTIVES["energy"])
+    by_makespan = auction(instance, OBJECTIVES["makespan"])
+
+    assert sorted(map(len, by_makespan)) == [1, 1]
+    assert figures(instance, by_makespan)["makespan"] == pytest.approx(21.0)
+    assert sorted(map(len, by_energy)) == [1, 1] or figures(instance, by_energy)["energy"] <= 41.0
+
+
+def test_for_the_mean_time_to_done_the_short_task_goes_first():
+    instance = on_a_road([0.0], [0.0, 0.0], [20.0, 2.0])
+
+    plan = auction(instance, OBJECTIVES["latency"])
+
+    assert plan == ((1, 0),)
+
+
+def test_a_robot_that_is_busy_for_long_gets_what_another_can_have_done_before():
+    instance = on_a_road([0.0, 30.0], [1.0], ready=[100.0, 0.0])
+
+    assert auction(instance, OBJECTIVES["latency"]) == ((), (0,))
+    assert auction(instance, OBJECTIVES["energy"]) == ((0,), ())
+
+
+def test_at_the_end_of_a_list_the_reports_bid_is_place_times_way():
+    instance = on_a_road([0.0], [5.0, 9.0], [5.0, 12.0])
+    book = Book(instance)
+    table = Timetable(book, np.array([0]), to_order(((0,),), book.nothing))
+
+    cost, place = best_places(table, make_pieces(book, np.array([[1]])), OBJECTIVES["report"])
+
+    assert place[0, 0] == 1
+    assert cost[0, 0] == pytest.approx(2 * (4.0 + 3.0))
+
+
+def test_a_task_that_no_robot_may_do_is_on_no_list_and_holds_up_no_other():
+    whole = on_a_road([0.0], [1.0, 2.0], priority=[9, 0])
+    able = np.array([[False, True]])
+    instance = Instance(whole.robots, whole.tasks, whole.way, able)
+
+    assert auction(instance, OBJECTIVES["energy"]) == ((1,),)
+
+
+def test_a_way_that_does_not_exist_is_taken_by_nobody_who_has_another():
+    whole = on_a_road([0.0, 50.0], [1.0])
+    way = np.array([[0.0], [np.inf], [49.0]])
+    instance = Instance(whole.robots, whole.tasks, way, np.array([[False], [True]]))
+
+    assert auction(instance, OBJECTIVES["latency"]) == ((), (0,))
+
+
+@pytest.mark.parametrize(
+    ("way", "message"),
+    [
+        (np.zeros((2, 3)), r"way is an array of \(2, 3\); needed: \(3, 2\)"),
+        (np.array([[0.0, 1.0], [1.0, 0.0], [-1.0, 2.0]]), "allowed: from 0 m"),
+        (np.array([[0.0, 1.0], [1.0, 0.0], [np.nan, 2.0]]), "allowed: from 0 m"),
+    ],
+)
+def test_numbers_that_make_no_sense_are_refused_by_name(way, message):
+    whole = on_a_road([0.0], [1.0, 2.0])
+
+    with pytest.raises(AllocationError, match=message):
+        Instance(whole.robots, whole.tasks, way, whole.able)
+
+
+def test_a_robot_without_speed_is_refused():
+    with pytest.raises(AllocationError, match=r"speed holds 0\.0; allowed"):
+        on_a_road([0.0], [1.0], speed=[0.0])
+
+
+@given(situations(priorities=3), st.sampled_from(sorted(OBJECTIVES)))
+def test_the_auction_gives_out_every_task_once_and_higher_priorities_first(instance, name):
+    plan = auction(instance, OBJECTIVES[name])
+
+    assert listed(plan) == list(range(len(instance.tasks)))
+    for row in plan:
+        priorities = instance.tasks.priority[list(row)].tolist()
+        assert priorities == sorted(priorities, reverse=True)
+
+
+@given(situations(), st.sampled_from(SUMS))
+def test_a_bid_is_what_the_best_place_adds_to_the_whole(instance, name):
+    plan = auction(instance, OBJECTIVES[name], tasks=range(1, len(instance.tasks)))
+    book = Book(instance)
+    table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
+    before = figures(instance, plan)[name]
+
+    cost, _ = best_places(table, make_pieces(book, np.array([[0]])), OBJECTIVES[name])
+
+    for robot, row in enumerate(plan):
+        added = []
+        for place in range(len(row) + 1):
+            lists = list(plan)
+            lists[robot] = (*row[:place], 0, *row[place:])
+            added.append(figures(instance, lists)[name] - before)
+        assert cost[0, robot] == pytest.approx(min(added), abs=1e-6)
+
+
+@settings(max_examples=40)
+@given(situations(priorities=3), st.sampled_from(sorted(OBJECTIVES)), st.integers(0, 9))
+def test_the_search_loses_no_task_keeps_priorities_and_makes_nothing_worse(instance, name, seed):
+    plan = auction(instance, OBJECTIVES[name])
+
+    better = searched(instance, name, plan, seed=seed)
+
+    assert listed(better) == listed(plan)
+    for row in better:
+        priorities = instance.tasks.priority[list(row)].tolist()
+        assert priorities == sorted(priorities, reverse=True)
+    if name == "makespan":
+        score = [_power_sum(instance, lists) for lists in (better, plan)]
+    else:
+        score = [figures(instance, lists)[name] for lists in (better, plan)]
+    assert score[0] <= score[1] * (1 + 1e-9) + 1e-9
+
+
+def _power_sum(instance, plan):
+    """Return the sum over robots that the makespan's search makes small."""
+    book = Book(instance)
+    table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
+    return float(OBJECTIVES["makespan"].score(table).sum())
+
+
+@settings(max_examples=20)
+@given(situations(), st.integers(0, 9))
+def test_the_same_seed_gives_the_same_answer(instance, seed):
+    plan = auction(instance, OBJECTIVES["latency"])
+
+    first = searched(instance, "latency", plan, seed=seed)
+
+    assert searched(instance, "latency", plan, seed=seed) == first
+
+
+@settings(max_examples=30)
+@given(situations(most=3), st.sampled_from(["energy", "makespan", "latency"]))
+def test_the_optimum_is_the_best_of_all_plans(instance, name):
+    robots, tasks = len(instance.robots), len(instance.tasks)
+    found = np.inf
+    for order in permutations(range(tasks)):
+        for takers in product(range(robots), repeat=tasks):
+            pairs = list(zip(order, takers, strict=True))
+            rows = [[task for task, taker in pairs if taker == robot] for robot in range(robots)]
+            found = min(found, figures(instance, rows)[name])
+
+    assert optimum(instance, name) == pytest.approx(found)
+
+
+@settings(max_examples=20)
+@given(situations(most=6), st.sampled_from(["energy", "latency"]))
+def test_no_plan_is_better_than_the_optimum(instance, name):
+    best = optimum(instance, name)
+    plan = searched(instance, name, auction(instance, OBJECTIVES[name]))
+
+    assert figures(instance, plan)[name] >= best - 1e-9
+
+
+def test_the_search_swaps_what_the_auction_gave_to_the_wrong_robots():
+    instance = on_a_road([0.0, 10.0], [1.0, 9.0])
+
+    assert searched(instance, "energy", ((1,), (0,))) == ((0,), (1,))
+
+
+def test_a_gain_below_the_threshold_changes_nothing():
+    instance = on_a_road([0.0, 0.2], [-5.0, 5.1])
+    plan = ((1,), (0,))
+    random = np.random.default_rng(1)
+
+    kept = improve(
+        instance, OBJECTIVES["energy"], plan, random, rounds(30), Search(threshold=0.05)
+    )
+
+    assert kept == plan
+    assert searched(instance, "energy", plan) != plan
+
+
+def test_too_many_tasks_for_the_optimum_are_refused():
+    instance = on_a_road([0.0], list(range(15)))
+
+    with pytest.raises(AllocationError, match="allowed: at most 14"):
+        optimum(instance, "energy")
+
+
+@given(situations())
+def test_every_rule_gives_out_every_task_once(instance):
+    for rule in RULES.values():
+        assert listed(rule(instance)) == list(range(len(instance.tasks)))
+
+
+def test_the_reports_rule_prefers_an_empty_list_to_a_near_one():
+    instance = on_a_road([0.0, 10.0], [1.0, 4.0])
+
+    assert RULES["nearest"](instance) == ((0, 1), ())
+    # Second in the list of the first robot: 2 x 3 m; first in the other one: 1 x 6 m, a draw that
+    # goes to the first robot; a little nearer to the other one it changes hands.
+    nearer = on_a_road([0.0, 9.9], [1.0, 4.0])
+    assert RULES["report"](nearer) == ((0,), (1,))
+
+
+def test_idle_robots_are_matched_for_the_least_sum():
+    instance = on_a_road([0.0, 3.0], [2.0, 8.0])
+
+    assert RULES["hungarian"](instance) == ((0,), (1,))

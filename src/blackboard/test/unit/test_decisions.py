@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Why a task went to whom: noted, kept, read again and worked out anew."""
+
+import json
+
+import pytest
+
+from blackboard.advice import what_would_help
+from blackboard.cost import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.decision import Decision, from_plain, replayed, to_plain
+from blackboard.decision_book import ENDING, SqliteBook, read_decisions
+from blackboard.errors import JournalError
+from blackboard.pose import Pose
+from blackboard.task import Task, TaskType
+
+CARRY = Task("T1", TaskType.GPAB, (Pose(1.0, 1.0), Pose(2.0, 1.0)), payload=40.0)
+
+
+def bid(robot, cost=1.0, exclusion="", **terms):
+    """Return a bid; terms by name."""
+    known = {"energy_charge": 0.1, "charge_left": 10.0, "place": 1, "way": 5.0, "eta": 9.0}
+    basis = CostTerms(**{**known, **terms}) if cost < MAX_COST else None
+    return Bid(robot, "T1", cost, eta=9.0, terms=basis, exclusion=exclusion)
+
+
+def decision(task="T1", auction=1, **fields):
+    """Return what was decided about a task."""
+    bids = (bid("robot1", 2.0), bid("robot2", MAX_COST, "charge"))
+    return Decision(task, 1, auction, 1, 12.5, "robot1", bids=bids, silent=("robot3",), **fields)
+
+
+def test_a_decision_survives_being_written_as_json():
+    made = decision()
+
+    assert from_plain(json.loads(json.dumps(to_plain(made)))) == made
+
+
+def test_the_decisions_on_a_task_are_read_from_all_files_of_a_folder_oldest_first(tmp_path):
+    first, second = (SqliteBook(tmp_path / f"{name}{ENDING}") for name in ("a", "b"))
+    first.note([decision(auction=2), decision("T2")])
+    second.note([decision(auction=1)])
+
+    found = read_decisions(tmp_path, "T1")
+
+    assert [each.auction for each in found] == [1, 2]
+    assert found[1] == decision(auction=2)
+
+
+def test_a_book_goes_on_where_it_was_left(tmp_path):
+    for number in (1, 2):
+        book = SqliteBook(tmp_path / f"a{ENDING}")
+        book.note([decision(auction=number)])
+        book.close()
+
+    assert len(read_decisions(tmp_path, "T1")) == 2
+
+
+def test_the_oldest_decisions_make_way(tmp_path, monkeypatch):
+    monkeypatch.setattr("blackboard.decision_book.MOST_KEPT", 3)
+    book = SqliteBook(tmp_path / f"a{ENDING}")
+    for number in range(1, 6):
+        book.note([decision(auction=number)])
+
+    assert [each.auction for each in read_decisions(tmp_path, "T1")] == [3, 4, 5]
+
+
+def test_a_file_that_is_no_book_is_named(tmp_path):
+    path = tmp_path / f"a{ENDING}"
+    path.write_text("no database, but long enough to be looked at " * 10)
+
+    with pytest.raises(JournalError, match=r"a\.auctions\.sqlite3 cannot be read"):
+        read_decisions(tmp_path, "T1")
+    with pytest.raises(JournalError, match="cannot be used"):
+        SqliteBook(path)
+
+
+def test_a_book_that_cannot_be_written_says_so(tmp_path):
+    book = SqliteBook(tmp_path / f"a{ENDING}")
+    book.close()
+
+    with pytest.raises(JournalError, match="cannot be used"):
+        book.note([decision()])
+
+
+def test_another_model_may_have_chosen_another():
+    near_but_late = bid("robot1", 1.0, eta=100.0, energy_charge=0.1)
+    far_but_soon = bid("robot2", 2.0, eta=10.0, energy_charge=0.5)
+    made = Decision("T1", 1, 1, 1, 0.0, "robot1", bids=(near_but_late, far_but_soon))
+
+    by_energy, by_time = replayed(made, "energy"), replayed(made, "time")
+
+    assert [each.robot_id for each in by_energy] == ["robot1", "robot2"]
+    assert [each.robot_id for each in by_time] == ["robot2", "robot1"]
+    assert by_time[0].cost == pytest.approx(1000 * 10 / 610)
+
+
+def test_who_could_not_could_not_by_any_model():
+    made = decision()
+
+    assert replayed(made, "time")[-1] == made.bids[1]
+
+
+@pytest.mark.parametrize(
+    ("exclusions", "words"),
+    [
+        (["payload", "payload"], "a robot that carries 40 kg with its arm"),
+        (["payload", "type"], "a robot that carries 40 kg with its arm"),
+        (["type"], "a robot that does GPAB"),
+        (["charge", "payload"], "to charge robot0, or a robot that carries 40 kg with its arm"),
+        (["service"], "to put robot0 back in service"),
+        (["way"], "to clear the way, or another goal"),
+        (["cost"], ""),
+        ([], ""),
+    ],
+)
+def test_what_would_help_follows_from_why_each_robot_is_excluded(exclusions, words):
+    bids = [bid(f"robot{i}", MAX_COST, exclusion) for i, exclusion in enumerate(exclusions)]
+
+    assert what_would_help(CARRY, bids) == words
+
+
+def test_an_exclusion_that_nobody_knows_helps_nobody():
+    assert what_would_help(CARRY, [bid("robot1", MAX_COST, "whim")]) == ""
+    assert Exclusion("") is Exclusion.NONE

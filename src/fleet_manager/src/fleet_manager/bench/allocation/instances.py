@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The seeded instances: robots and tasks at random places of the warehouse.
+
+Starts and ends are drawn uniformly from the free cells of the map; what they cost is the length of
+the way. Robots drive at 1 m/s, so that a way in metres is a time in seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import ndimage
+
+from blackboard.allocation.instance import Instance
+from blackboard.pose import Pose
+from blackboard.ways import Grid, GridWays
+from robot_description.bench_plan import maps_folder
+from robot_description.map_reader import read_map
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+RADIUS = 0.3
+"""Of every robot [m]."""
+
+KINDS = ("bring", "go")
+"""Pick and bring (from a start to an end), and go there (both are one place)."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How many robots and tasks, and how many instances of them.
+
+    Attributes:
+        robots: Number of robots.
+        tasks: Number of tasks.
+        seeds: Number of instances.
+        seconds: Processor time that the search may take [s].
+    """
+
+    robots: int
+    tasks: int
+    seeds: int
+    seconds: float
+
+    @property
+    def name(self) -> str:
+        """Robots x tasks."""
+        return f"{self.robots}x{self.tasks}"
+
+
+SIZES = (
+    Size(3, 10, 10, 0.1),
+    Size(4, 20, 6, 0.2),
+    Size(20, 100, 3, 1.0),
+    Size(100, 1000, 1, 1.5),
+)
+
+
+class Floor:
+    """The free places of the warehouse and how far they are from each other."""
+
+    def __init__(self) -> None:
+        known = read_map(maps_folder() / "warehouse.yaml")
+        self._grid = Grid(known.blocked, known.resolution, *known.origin)
+        padded = np.pad(known.blocked, 1, constant_values=True)
+        clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * known.resolution
+        self._cells = np.argwhere(clearance > RADIUS)
+        self.ways = GridWays(self._grid, RADIUS)
+
+    def places(self, random: np.random.Generator, number: int) -> list[Pose]:
+        """Return the middles of random free cells [map frame]."""
+        chosen = self._cells[random.integers(len(self._cells), size=number)] + 0.5
+        side = self._grid.resolution
+        return [
+            Pose(self._grid.x + column * side, self._grid.y + row * side) for row, column in chosen
+        ]
+
+
+def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:
+    """Yield all instances of a size, each with its name; the kinds share their places."""
+    for seed in range(size.seeds):
+        random = np.random.default_rng([size.robots, size.tasks, seed])
+        robots = floor.places(random, size.robots)
+        starts = floor.places(random, size.tasks)
+        ends = floor.places(random, size.tasks)
+        way = floor.ways.lengths([*ends, *starts, *robots], starts)
+        from_end, from_start, from_robot = np.split(way, [size.tasks, 2 * size.tasks])
+        inner = {"bring": from_end.diagonal(), "go": from_start.diagonal()}
+        after = {"bring": from_end, "go": from_start}
+        for kind in KINDS:
+            to_start = np.concatenate([after[kind], from_robot])
+            yield f"{size.name}/{kind}/{seed}", Instance.plain(to_start, inner[kind])

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a plan comes to, and how the auction with the search behind it makes one."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blackboard.allocation.improvement import improve
+from blackboard.allocation.objectives import OBJECTIVES
+from blackboard.allocation.plan import to_order
+from blackboard.allocation.sequential import auction
+from blackboard.allocation.timetable import Book, Timetable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from blackboard.allocation.improvement import Search
+    from blackboard.allocation.instance import Instance
+    from blackboard.allocation.plan import Plan
+
+SEED = 1
+
+
+def figures(instance: Instance, plan: Plan) -> dict[str, float]:
+    """Return what a plan comes to.
+
+    Returns:
+        `energy`, the way of all robots [m]; `makespan` [s]; `latency` and `p95`, mean and 95th
+        percentile of the time to done [s].
+    """
+    book = Book(instance)
+    table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
+    done = table.done[:, 1:][table.order != book.nothing]
+    if done.size != len(instance.tasks):
+        raise ValueError(f"{done.size} tasks on the lists, {len(instance.tasks)} to be given out")
+    return {
+        "energy": float(table.energy.sum()),
+        "makespan": float(done.max()),
+        "latency": float(done.mean()),
+        "p95": float(np.percentile(done, 95)),
+    }
+
+
+def searched(
+    instance: Instance,
+    objective: str,
+    plan: Plan | None,
+    seconds: float,
+    search: Search | None = None,
+) -> Plan:
+    """Return what auction and search make within some processor time [s]."""
+    end = time.process_time() + seconds
+    known = OBJECTIVES[objective]
+    begun = plan or auction(instance, known)
+    random = np.random.default_rng(SEED)
+    return improve(instance, known, begun, random, lambda: time.process_time() < end, search)
+
+
+def mean_and_worst(name: str, ratios: Iterable[float]) -> dict[str, float]:
+    """Return mean and worst of some ratios, as figures with a name each."""
+    values = list(ratios)
+    return {f"{name} mean": float(np.mean(values)), f"{name} worst": max(values)}

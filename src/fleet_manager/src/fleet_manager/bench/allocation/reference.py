@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The best figures known of the instances, and the long search that some of them come from.
+
+Run as `python -m fleet_manager.bench.allocation.reference SOLVERS TABLE`; see setup/reference.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from blackboard.allocation.exact import optimum
+from blackboard.allocation.improvement import Search
+from fleet_manager.bench.allocation.instances import SIZES, Floor, instances
+from fleet_manager.bench.allocation.plans import figures, searched
+from fleet_manager.resources import package_folder
+
+if TYPE_CHECKING:
+    from blackboard.allocation.instance import Instance
+
+OBJECTIVES = ("latency", "makespan", "energy")
+
+_TABLE = "allocation_reference.json"
+
+_LONG_SEARCH = {20: 3.0, 100: 12.0, 1000: 24.0}
+"""Processor time of the long search for each instance and objective, by number of tasks [s]."""
+
+_MOST_EXACT = 10
+
+
+def read_best() -> dict[str, dict[str, float]]:
+    """Return the least figure known, by instance and objective [s] [m]; see `plans.figures`."""
+    path = package_folder("fleet_manager") / "resource" / _TABLE
+    table = json.loads(path.read_text(encoding="utf-8"))["figures"]
+    return {
+        name: {objective: min(values.values()) for objective, values in found.items()}
+        for name, found in table.items()
+    }
+
+
+def best_of(instance: Instance, objective: str) -> tuple[str, float]:
+    """Return how a figure was found, and the figure: exactly, or by a long search."""
+    tasks = len(instance.tasks)
+    if tasks <= _MOST_EXACT:
+        best = optimum(instance, objective)
+        return "exact", best / tasks if objective == "latency" else best
+    half = _LONG_SEARCH[tasks] / 2
+    plan = searched(instance, objective, None, half)
+    plan = searched(instance, objective, plan, half, Search(lists=96, heat=0.3))
+    return "search", figures(instance, plan)[objective]
+
+
+def make_table(solvers: Path, table: Path) -> None:
+    """Add the optimum and the long search to what solvers found, and write the whole."""
+    made: dict[str, Any] = json.loads(solvers.read_text(encoding="utf-8"))
+    made["search_seconds"] = {str(tasks): limit for tasks, limit in _LONG_SEARCH.items()}
+    floor = Floor()
+    for size in SIZES:
+        for name, instance in instances(size, floor):
+            found = made["figures"].setdefault(name, {})
+            for objective in OBJECTIVES:
+                how, value = best_of(instance, objective)
+                found.setdefault(objective, {})[how] = round(value, 3)
+    made["figures"] = dict(sorted(made["figures"].items()))
+    table.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    make_table(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands that tell why a task went to a robot: `why`, `replay`.
+
+They read what the members of the hive have noted on this machine, so they work when the hive is
+gone as well.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from blackboard.cost import COST_MODELS
+from blackboard.decision import replayed, to_plain
+from blackboard.decision_book import read_decisions
+from fleet_manager import tables
+from fleet_manager.cli.outside import pass_outside
+from fleet_manager.errors import NotDoneError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.decision import Decision
+    from fleet_manager.cli.outside import Outside
+
+_journal = click.option(
+    "--journal",
+    "folder",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="The folder of the journals, where the parameter journal names one.",
+)
+
+
+@click.command()
+@click.argument("task")
+@_journal
+@click.option("--all", "everything", is_flag=True, help="Show earlier decisions as well.")
+@click.option("--json", "as_json", is_flag=True, help="Print a JSON list instead of tables.")
+@pass_outside
+def why(outside: Outside, task: str, folder: Path | None, everything: bool, as_json: bool) -> None:
+    """Tell why TASK went to a robot, or why nobody can take it: all bids with their terms.
+
+    \b
+    Examples:
+      hive why T7
+      hive why T7 --all --json
+    """  # noqa: D301  (to click, \b means: keep the lines)
+    decisions = _decisions(outside.journals, task, folder)
+    shown = decisions if everything else decisions[-1:]
+    if as_json:
+        click.echo(json.dumps([to_plain(each) for each in shown], indent=2))
+        return
+    for decision in shown:
+        click.echo(tables.decided(decision))
+        click.echo("\n".join(tables.bids_table(decision.bids)))
+    if hidden := len(decisions) - len(shown):
+        click.echo(f"{hidden} earlier: hive why {task} --all", err=True)
+
+
+@click.command()
+@click.argument("task")
+@click.option(
+    "--model",
+    type=click.Choice(sorted(COST_MODELS)),
+    required=True,
+    help="The cost model to work the bids out by.",
+)
+@_journal
+@pass_outside
+def replay(outside: Outside, task: str, model: str, folder: Path | None) -> None:
+    """Work out again who would have got TASK by another cost model.
+
+    The lists of the robots, and the places in them that were bid for, stay as they were.
+
+    \b
+    Examples:
+      hive replay T7 --model latency
+    """  # noqa: D301  (to click, \b means: keep the lines)
+    decision = _decisions(outside.journals, task, folder)[-1]
+    bids = replayed(decision, model)
+    able = [bid.robot_id for bid in bids if bid.is_able]
+    then = able[0] if able else "nobody"
+    now = decision.winner or "nobody"
+    changed = f"{then} instead of {now}" if then != now else f"{now} all the same"
+    click.echo(f"{task} by {model}: {changed}")
+    click.echo("\n".join(tables.bids_table(bids)))
+
+
+def _decisions(journals: Callable[[], Path], task: str, folder: Path | None) -> list[Decision]:
+    """Return what is known about a task, oldest first; at least one.
+
+    Raises:
+        NotDoneError: Nothing is known.
+    """
+    where = folder or journals()
+    decisions = read_decisions(where, task)
+    if not decisions:
+        raise NotDoneError(
+            f"nothing is noted about {task} in {where}; name another with --journal"
+        )
+    return decisions

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`hive why` and `hive replay`, on what members have noted in a folder."""
+
+import contextlib
+import json
+
+import pytest
+
+from blackboard.cost import MAX_COST, Bid, CostTerms
+from blackboard.decision import Decision
+from blackboard.decision_book import ENDING, SqliteBook
+from fleet_manager.cli.main import run
+from fleet_manager.cli.outside import Outside
+
+NEAR = Bid("robot1", "T7", 0.52, eta=300.0, terms=CostTerms(0.02, 39.5, 1, 8.25, 300.0))
+SOON = Bid("robot2", "T7", 0.71, eta=30.0, terms=CostTerms(0.03, 38.0, 2, 12.0, 30.0))
+EMPTY = Bid("robot3", "T7", MAX_COST, reason="its charge would fall to 8%", exclusion="charge")
+
+
+@pytest.fixture
+def hive(tmp_path, capsys):
+    """Run the command line on a folder in which two decisions on T7 are noted."""
+    book = SqliteBook(tmp_path / f"blackboard{ENDING}")
+    reason = "nobody can take it now: robot3: its charge would fall to 8%; what would help: ..."
+    book.note([
+        Decision("T7", 1, 4, 1, 10.0, "", reason, (EMPTY,)),
+        Decision("T7", 1, 5, 2, 12.5, "robot1", "", (NEAR, SOON, EMPTY), ("robot4",)),
+    ])  # fmt: skip
+    book.close()
+
+    def call(*words):
+        code = run(Outside(lambda _: contextlib.nullcontext(), lambda: tmp_path), list(words))
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return call
+
+
+def test_why_tells_the_last_decision_with_all_bids_the_cheapest_first(hive):
+    code, out, err = hive("why", "T7")
+
+    lines = out.splitlines()
+    assert code == 0
+    assert lines[0] == (
+        "T7 at 12.5 s, auction 1/5, round 2: was given to robot1; no answer from robot4"
+    )
+    assert [line.split()[0] for line in lines[1:]] == ["ROBOT", "robot1", "robot2", "robot3"]
+    assert lines[2].split() == [
+        "robot1", "0.52", "8.2", "m", "1", "0.020", "Ah", "39.5", "Ah", "300", "s",
+    ]  # fmt: skip
+    assert lines[4].endswith("its charge would fall to 8%")
+    assert err == "1 earlier: hive why T7 --all\n"
+
+
+def test_why_tells_all_decisions_oldest_first(hive):
+    _, out, _ = hive("why", "T7", "--all")
+
+    assert out.startswith("T7 at 10.0 s, auction 1/4, round 1: nobody can take it now")
+    assert "T7 at 12.5 s" in out
+
+
+def test_why_prints_plain_data_for_programs(hive):
+    _, out, _ = hive("why", "T7", "--all", "--json")
+
+    first, second = json.loads(out)
+    assert (first["winner"], second["winner"]) == ("", "robot1")
+    assert second["bids"][0]["terms"]["way"] == 8.25
+
+
+def test_what_nobody_has_noted_is_said_with_the_folder(hive, tmp_path):
+    code, out, err = hive("why", "T8")
+
+    assert (code, out) == (1, "")
+    assert err == (f"hive: nothing is noted about T8 in {tmp_path}; name another with --journal\n")
+
+
+def test_replay_says_who_would_have_got_it_by_another_model(hive):
+    code, out, _ = hive("replay", "T7", "--model", "time")
+
+    lines = out.splitlines()
+    assert (code, lines[0]) == (0, "T7 by time: robot2 instead of robot1")
+    assert [line.split()[0] for line in lines[2:]] == ["robot2", "robot1", "robot3"]
+
+
+def test_replay_says_where_nothing_would_have_changed(hive):
+    _, out, _ = hive("replay", "T7", "--model", "energy")
+
+    assert out.startswith("T7 by energy: robot1 all the same\n")
+
+
+def test_replay_knows_only_models_that_there_are(hive):
+    code, _, err = hive("replay", "T7", "--model", "luck")
+
+    assert code == 2
+    assert "latency" in err

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""No task waits for ever."""
+
+import pytest
+
+from blackboard.pose import Pose
+from blackboard.properties import Properties
+from blackboard.task import Task, TaskState, TaskType
+from blackboard.testing import Hive
+
+NEVER = 1e9
+
+
+@pytest.mark.parametrize(("aging", "is_done"), [(120.0, True), (NEVER, False)])
+def test_a_long_task_is_done_although_short_ones_keep_coming(aging, is_done):
+    hive = Hive()
+    Properties(hive)
+    hive.add_robot("robot1", Pose(0.0, 0.0), cost_model="latency", aging=aging)
+    hive.post(*(Task(f"N{n}", TaskType.GA, (Pose(1.0, float(n)),), posted=1.0) for n in range(2)))
+    hive.post(Task("far", TaskType.GA, (Pose(100.0, 0.0),), posted=1.0))
+    # Every step takes 10 s, so there is always a short task that waits.
+    for number in range(150):
+        hive.network.run(9.0)
+        near = Pose(1.0, number % 3)
+        hive.post(Task(f"T{number}", TaskType.GA, (near,), posted=hive.network.now))
+
+    assert (hive.record("far").state is TaskState.DONE) == is_done

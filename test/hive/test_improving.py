@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whole hives in which tasks that have not begun change hands."""
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard.pose import Pose
+from blackboard.properties import Properties
+from blackboard.settings import BlackboardSettings
+from blackboard.task import Task, TaskState, TaskType
+from blackboard.testing import Hive
+
+NEAR, FAR = Pose(5.0, 0.0), Pose(80.0, 0.0)
+WAITING, ASSIGNED, STARTED, DONE, *_ = TaskState
+
+
+def go(name, goal, priority=0):
+    """Return a task to go somewhere."""
+    return Task(name, TaskType.GA, (goal,), priority)
+
+
+def hive_with_two_tasks(**settings):
+    """Return a hive whose only robot is at one task and has another, far away, on its list."""
+    hive = Hive(replace(BlackboardSettings(), **settings))
+    Properties(hive)
+    hive.add_robot("robot1", Pose(0.0, 0.0), cost_model="latency")
+    hive.post(go("near", NEAR), go("far", FAR))
+    hive.network.run(1.0)
+    return hive
+
+
+def test_a_task_that_waits_in_a_list_goes_to_a_robot_that_joins_nearer_to_it():
+    hive = hive_with_two_tasks()
+    before = hive.record("far").robot
+    hive.add_robot("robot2", Pose(79.0, 0.0), cost_model="latency")
+    hive.network.run(60.0)
+
+    assert before == "robot1"
+    assert hive.record("far").robot == "robot2"
+    assert hive.record("far").assignment == 2
+    assert hive.record("far").tried == ()
+    assert hive.states("far") == [WAITING, ASSIGNED, WAITING, ASSIGNED, STARTED, DONE]
+    assert hive.states("near") == [WAITING, ASSIGNED, STARTED, DONE]
+
+
+def test_a_gain_that_is_too_small_moves_nothing():
+    hive = hive_with_two_tasks(improve_threshold=1.0)
+    hive.add_robot("robot2", Pose(79.0, 0.0), cost_model="latency")
+    hive.network.run(9.0)
+
+    assert hive.record("far").robot == "robot1"
+
+
+def test_a_task_that_has_begun_stays_where_it_is():
+    hive = hive_with_two_tasks()
+    hive.network.run(10.0)
+    hive.add_robot("robot2", Pose(79.0, 0.0), cost_model="latency")
+    hive.network.run(60.0)
+
+    assert hive.record("far").robot == "robot1"
+    assert hive.states("far") == [WAITING, ASSIGNED, STARTED, DONE]
+
+
+def test_the_tasks_of_two_robots_are_shared_with_a_third_and_all_are_done_once():
+    hive = Hive()
+    Properties(hive)
+    for name, x in (("robot1", 0.0), ("robot2", 40.0)):
+        hive.add_robot(name, Pose(x, 0.0), cost_model="makespan")
+    tasks = [go(f"T{number}", Pose(8.0 * number, 1.0)) for number in range(10)]
+    hive.post(*tasks)
+    hive.network.run(12.0)
+    hive.add_robot("robot3", Pose(70.0, 0.0), cost_model="makespan")
+    hive.network.run(120.0)
+
+    assert all(hive.record(task.id).state is DONE for task in tasks)
+    assert "robot3" in {hive.record(task.id).robot for task in tasks}
+
+
+@pytest.mark.parametrize("model", ["report", "energy", "time", "makespan", "latency"])
+def test_assignments_come_to_rest(model):
+    hive = Hive()
+    Properties(hive)
+    for number in range(3):
+        hive.add_robot(f"robot{number}", Pose(10.0 * number, 0.0), cost_model=model)
+    tasks = [go(f"T{number}", Pose(float(number * 7 % 31), 2.0)) for number in range(12)]
+    hive.post(*tasks)
+    hive.network.run(600.0)
+
+    assert all(hive.record(task.id).state is DONE for task in tasks)
+    assert sum(hive.record(task.id).assignment for task in tasks) <= 2 * len(tasks)
