@@ -230,7 +230,7 @@ BREAKS = {
         "plan_tasks",
         "test_a_task_too_heavy_for_one_robot_is_done_in_parts",
         "the blackboard splits nothing",
-        "blackboard.blackboard:Blackboard._split",
+        "blackboard.awarding:split",
         nothing,
     ),
     "cancel": Break(
