@@ -34,7 +34,7 @@ AIMS = {"tasks_not_done": 0.0, "memory_growth": 5.0, "thread_growth": 2.0, "file
 
 _FAULT_EVERY = 60.0
 _CALM = 50.0
-"""After a fault rospy tries for up to 32 s to reach who has gone, with a thread for each link [s]."""
+"""For up to 32 s after a fault rospy has threads that try to reach who has gone [s]."""
 _TASK_EVERY = 2.0
 _FREEZE = 5.0
 _WARM = 60.0
