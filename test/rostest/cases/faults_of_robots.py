@@ -69,7 +69,9 @@ def waiting_hive(tmp_path_factory):
 
 def ready(hive):
     """Return the operator of a hive whose members all run, answer, and stand still."""
-    hive.restart_ended()
+    if hive.ended():
+        hive.operator.forget_answers()
+        hive.restart_ended()
     for drive in hive.drives.values():
         drive.seconds, drive.fails = 0.1, False
     hive.operator.wait_until_whole()

@@ -19,7 +19,7 @@ from blackboard.controller import Controller
 from blackboard.errors import BlackboardError
 from blackboard.pose import Pose
 from blackboard.robot import Robot
-from blackboard.ros import membership, params
+from blackboard.ros import handshakes, membership, params
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
 from blackboard.ros.links import mend_links
@@ -54,6 +54,7 @@ def main() -> None:
     ROS Parameters: `characteristics` of the robot; otherwise see config/robot.yaml.
     """
     rospy.init_node("robot")
+    handshakes.take_each_apart()
     mend_links()
     try:
         _run()
