@@ -150,13 +150,23 @@ def test_the_sign_comes_and_goes_with_the_blackboards_and_a_kept_task_is_sent(
     person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
 
 
+def carrier(person, view):
+    """Return who carries the blackboard, once a backup stands by."""
+
+    def named():
+        return re.search(r"Blackboard: (\S+).*Backup: ", view.authority_label.text())
+
+    person.wait_until(named)
+    return named()[1]
+
+
 def test_the_view_goes_on_when_the_blackboard_is_killed_and_a_robot_takes_over(
     person, entry, view, hive
 ):
-    person.wait_until(lambda: "Backup: " in view.authority_label.text())
+    carrier(person, view)
     before = person.give_task(entry, TaskType.GAB, FAR, HERE)
     person.wait_until(lambda: answer(entry) == f"✔ {before}: taken in")
-    name = re.search(r"Blackboard: (\S+)", view.authority_label.text())[1]
+    name = carrier(person, view)
     node = "/blackboard" if name == "blackboard" else f"/{name}/robot"
     os.kill(hive.process_of(node), signal.SIGKILL)
     after = person.give_task(entry, TaskType.GA, HERE)

@@ -212,22 +212,43 @@ def test_messages_that_end_too_early_cost_only_their_sender_its_connection(hive)
     still_works(hive, "after-truncated")
 
 
-def test_random_bytes_and_a_wrong_md5_on_the_port_of_a_topic_end_nothing(hive):
+def heartbeat_port(hive):
+    """Return where the active one's heartbeat can be had: address and port."""
     active = hive.operator.last.active
     node = xmlrpc.client.ServerProxy(rosgraph.Master("/faults").lookupNode(active))
     _, _, (_, host, port) = node.requestTopic("/faults", "/input/bb_backup", [["TCPROS"]])
+    return host, port
+
+
+def first_words(md5):
+    """Return what a caller says who wants the heartbeat."""
     fields = [
         "callerid=/faults",
         "topic=/input/bb_backup",
         "type=blackboard/BbBackup",
-        "md5sum=0123456789abcdef0123456789abcdef",
+        f"md5sum={md5}",
     ]
     header = b"".join(len(f).to_bytes(4, "little") + f.encode() for f in fields)
+    return len(header).to_bytes(4, "little") + header
+
+
+def test_random_bytes_and_a_wrong_md5_on_the_port_of_a_topic_end_nothing(hive):
     draw = random.Random(4)
     for data in (
-        len(header).to_bytes(4, "little") + header,
+        first_words("0123456789abcdef0123456789abcdef"),
         *(draw.randbytes(draw.randint(1, 4000)) for _ in range(20)),
     ):
-        with socket.create_connection((host, port), timeout=5) as connection:
+        with socket.create_connection(heartbeat_port(hive), timeout=5) as connection:
             connection.sendall(data)
     still_works(hive, "after-bytes")
+
+
+def test_a_caller_that_stops_before_its_first_words_keeps_nobody_else_out(hive):
+    port = heartbeat_port(hive)
+    with (
+        socket.create_connection(port, timeout=5),
+        socket.create_connection(port, timeout=5) as caller,
+    ):
+        caller.sendall(first_words(bb_msgs.BbBackup._md5sum))  # noqa: SLF001  (the only way to know it)
+
+        assert b"topic=/input/bb_backup" in caller.recv(4096)

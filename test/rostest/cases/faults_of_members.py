@@ -182,7 +182,7 @@ def test_a_blackboard_that_was_frozen_comes_back_as_a_follower(hive, operator):
     assert operator.follow("z1") == TaskState.DONE
     operator.wait_until_whole()
     assert all(e > epoch or who == active for e, who in bosses_after(operator, back))
-    late = [beat for at, beat in operator.beats if at > back + 1 and beat.epoch <= epoch]
+    late = [beat for _, beat in operator.beats if beat.sent > back + 1 and beat.epoch <= epoch]
     assert late == []
     assert "no longer carries the blackboard" in hive.log_of(active)
 

@@ -69,7 +69,9 @@ def waiting_hive(tmp_path_factory):
 
 def ready(hive):
     """Return the operator of a hive whose members all run, answer, and stand still."""
-    hive.restart_ended()
+    if hive.ended():
+        hive.operator.forget_answers()
+        hive.restart_ended()
     for drive in hive.drives.values():
         drive.seconds, drive.fails = 0.1, False
     hive.operator.wait_until_whole()
@@ -84,8 +86,15 @@ def begin(hive, task_id, *goals):
     operator = hive.operator
     for drive in hive.drives.values():
         drive.seconds = LONG
+    drives = sum(drive.begun for drive in hive.drives.values())
     operator.post(make_task(task_id, *goals))
-    operator.demand(lambda: TaskState.STARTED in operator.states_of(task_id), f"{task_id} begins")
+    operator.demand(
+        lambda: (
+            TaskState.STARTED in operator.states_of(task_id)
+            and sum(drive.begun for drive in hive.drives.values()) > drives
+        ),
+        f"{task_id} begins, and a base drives",
+    )
     return next(u.robot_id for u in operator.updates[task_id] if u.state == TaskState.STARTED)
 
 

@@ -50,7 +50,7 @@ def test_a_publisher_that_rospy_has_overlooked_is_connected(links, launches, mon
     monkeypatch.undo()
     assert heard == []
 
-    links.look_again()
+    links.connect(links.overlooked())
 
     assert came.wait(PATIENCE)
     assert heard == ["here"]

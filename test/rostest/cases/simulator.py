@@ -283,8 +283,11 @@ def test_reset_puts_a_robot_back(robot1):
     rospy.wait_for_service("simenv/reset", WAIT)
     rospy.ServiceProxy("simenv/reset", Empty)()
 
-    where = Topic(f"{robot1}/ground_truth", Odometry).until(lambda _: True).pose.pose.position
-    assert (where.x, where.y) == pytest.approx((2.6, 2.0), abs=0.01)
+    def is_back(odometry):
+        where = odometry.pose.pose.position
+        return (where.x, where.y) == pytest.approx((2.6, 2.0), abs=0.01)
+
+    assert Topic(f"{robot1}/ground_truth", Odometry).until(is_back)
 
 
 def test_the_bumper_says_that_nothing_is_touched(robot1):

@@ -30,6 +30,7 @@ class Reports:
         self._robot_id = robot_id
         self._journal = journal
         self._open = {report.task_id: report for report in journal.load_reports()}
+        self._newest: TaskList | None = None
         self._known: dict[str, TaskRecord] = {}
 
     def add(self, report: TaskUpdate) -> None:
@@ -60,7 +61,13 @@ class Reports:
         return record is not None and record.has_ended(self._robot_id, order.assignment)
 
     def acknowledge(self, known: TaskList) -> None:
-        """Forget what a copy of the task list shows to be known."""
+        """Forget what a copy of the task list shows to be known.
+
+        One that comes after a newer one is left out: it shows orders as open that are not.
+        """
+        if self._newest is not None and known.is_before(self._newest):
+            return
+        self._newest = known
         self._known = {record.task.id: record for record in known.records}
         heard = [report for report in self._open.values() if self._has_been_heard(report)]
         for report in heard:

@@ -31,6 +31,11 @@ class TaskList:
     records: tuple[TaskRecord, ...] = ()
     hive: str = ""
 
+    def is_before(self, other: TaskList) -> bool:
+        """Return whether another list of the same hive is newer."""
+        mine, theirs = (self.epoch, self.version), (other.epoch, other.version)
+        return self.hive == other.hive and mine < theirs
+
 
 class Sync:
     """Tells the task list to everyone, changes within a while together.

@@ -79,9 +79,9 @@ class Rig:
         self.network.send(TASK_ASSIGN, replace(order, **fields))
         self.wait()
 
-    def know(self, task, state, robot="robot1", assignment=1):
+    def know(self, task, state, robot="robot1", assignment=1, version=1):
         record = TaskRecord(task, state, robot=robot, assignment=assignment)
-        self.network.send(SYNC, TaskList(1, 1, (record,)))
+        self.network.send(SYNC, TaskList(1, version, (record,)))
         self.wait()
 
     def set_state(self, word):
@@ -252,6 +252,18 @@ def test_an_order_that_comes_twice_is_carried_out_once():
     rig.wait(STEP)
 
     assert meanwhile == ("T1",)
+    assert len(rig.command.started) == 1
+    assert rig.status.tasks == ()
+
+
+def test_an_order_that_comes_after_its_end_is_not_carried_out_though_an_old_list_came_between():
+    rig = Rig()
+    rig.order(GO)
+    rig.wait(2 * STEP)
+    rig.know(GO, TaskState.DONE, version=2)
+    rig.know(GO, TaskState.ASSIGNED, version=1)
+    rig.order(GO)
+
     assert len(rig.command.started) == 1
     assert rig.status.tasks == ()
 

@@ -8,7 +8,7 @@ import sys
 import rospy
 
 from blackboard.errors import BlackboardError
-from blackboard.ros import membership, params
+from blackboard.ros import handshakes, membership, params
 from blackboard.ros.links import mend_links
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import make_ways
@@ -27,6 +27,7 @@ def main() -> None:
     ROS Parameters: see config/blackboard.yaml.
     """
     rospy.init_node("blackboard")
+    handshakes.take_each_apart()
     mend_links()
     try:
         kinds = (BlackboardSettings, BackupSettings, WaysSettings)

@@ -10,6 +10,7 @@ nothing says so. So every node looks again a few times after its start.
 from __future__ import annotations
 
 import contextlib
+import functools
 import threading
 import xmlrpc.client
 from collections import defaultdict
@@ -18,7 +19,7 @@ import rosgraph
 import rospy
 from rospy.impl.registration import get_topic_manager
 
-PAUSES = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+PAUSES = (4.0, 4.0, 8.0, 16.0, 32.0)
 """Between the start of a node and its looks at its connections [s, wall clock]."""
 
 
@@ -30,30 +31,55 @@ def mend_links() -> None:
 def _keep_looking() -> None:
     ended = threading.Event()
     rospy.on_shutdown(ended.set)
+    lacked: set[tuple[str, str]] = set()
     for pause in PAUSES:
         if ended.wait(pause):
             return
         with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
-            look_again()
+            lacking = overlooked()
+            # What rospy is about to connect by itself must not be connected twice: of two
+            # connections each side may drop another one.
+            connect(lacking & lacked)
+            lacked = lacking
 
 
-def look_again() -> None:
-    """Connect this node to every publisher of its topics that it is not connected to.
+def overlooked() -> set[tuple[str, str]]:
+    """Return topics, and on each the address of a node, that should be heard and is not.
 
     Raises:
-        OSError: The master or this node cannot be reached.
+        OSError: The master cannot be reached.
         rosgraph.MasterException: The master knows less than it has just said.
     """
-    master, topics = rosgraph.Master(rospy.get_name()), get_topic_manager()
-    publishers = dict(master.getSystemState()[0])
+    master = rosgraph.Master(rospy.get_name())
+    address = functools.cache(master.lookupNode)
+    publishers, linked = dict(master.getSystemState()[0]), _linked()
+    return {
+        (topic, address(node))
+        for topic, _ in get_topic_manager().get_subscriptions()
+        for node in publishers.get(topic, [])
+    } - {(topic, each) for topic, known in linked.items() for each in known}
+
+
+def connect(lacking: set[tuple[str, str]]) -> None:
+    """Connect this node to others, and keep the connections that it has.
+
+    Args:
+        lacking: Topics, and on each the address of a node.
+
+    Raises:
+        OSError: This node cannot be reached.
+    """
+    linked = _linked()
+    for topic in {topic for topic, _ in lacking}:
+        wanted = {address for each, address in lacking if each == topic}
+        with xmlrpc.client.ServerProxy(rospy.get_node_uri()) as this_node:
+            this_node.publisherUpdate("/master", topic, sorted(linked[topic] | wanted))
+
+
+def _linked() -> dict[str, set[str]]:
+    """Return the addresses that this node is connected to, by topic."""
     linked = defaultdict(set)
-    for _, node, direction, _, topic, *_ in topics.get_pub_sub_info():
+    for _, address, direction, _, topic, *_ in get_topic_manager().get_pub_sub_info():
         if direction == "i":
-            linked[topic].add(node)
-    for topic, _ in topics.get_subscriptions():
-        nodes = publishers.get(topic, [])
-        if len(linked[topic]) < len(nodes):
-            # Those that came since the master answered are not to be dropped again.
-            addresses = sorted({*linked[topic], *map(master.lookupNode, nodes)})
-            with xmlrpc.client.ServerProxy(rospy.get_node_uri()) as this_node:
-                this_node.publisherUpdate("/master", topic, addresses)
+            linked[topic].add(address)
+    return linked

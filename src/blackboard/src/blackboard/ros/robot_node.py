@@ -20,7 +20,7 @@ from blackboard.controller import Controller
 from blackboard.errors import BlackboardError
 from blackboard.pose import Pose
 from blackboard.robot import Robot
-from blackboard.ros import membership, params
+from blackboard.ros import handshakes, membership, params
 from blackboard.ros.charger_conversions import read_charging_plan
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
@@ -57,6 +57,7 @@ def main() -> None:
         thresholds); otherwise see config/robot.yaml.
     """
     rospy.init_node("robot")
+    handshakes.take_each_apart()
     mend_links()
     try:
         _run()
