@@ -11,14 +11,17 @@ from scipy import ndimage
 
 from robot_description.follower import Pose
 from robot_description.models import load_model
-from simenv.draw_map import draw_map
+from simenv.draw_map import RESOLUTION, draw_map
 from simenv.explorer import Explorer
 from simenv.map_file import FREE, OCCUPIED, UNKNOWN
-from simenv.mapper import Mapper
+from simenv.mapper import Beams, Mapper
+from simenv.occupancy import OccupancyGrid
 from simenv.simulation import Simulation
 from simenv.world_file import load_world
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from simenv.map_file import GridMap
 
 STEPS_PER_SCAN = 4
@@ -82,7 +85,8 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
     simulation = Simulation(load_world(world), seed=seed)
     body = load_model(model)
     simulation.add_robot("robot1", body, start)
-    mapper = Mapper(body.laser, Pose(*start), simulation.world.size)
+    grid = OccupancyGrid(simulation.world.size, (0.0, 0.0), RESOLUTION)
+    mapper = Mapper(Beams.of(body.laser), Pose(*start), grid)
     explorer = Explorer(body.base.circumscribed_radius, body.base.max_speed)
     lost, looks = 0.0, 0
     while not explorer.finished and simulation.time < LONGEST:
@@ -101,8 +105,13 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
 
 
 def compare(chart: GridMap, world: str) -> Agreement:
-    """Compare a map, whose lower left corner is at (0, 0), with the one of a perfect mapper."""
-    truth = draw_map(load_world(world), chart.resolution).cells
+    """Compare a map with the one of a perfect mapper.
+
+    Args:
+        chart: The map; its origin is not turned.
+        world: Name or path of the world.
+    """
+    truth = truth_for(chart, world)
     known = (chart.cells != UNKNOWN) & (truth != UNKNOWN)
     # A perfect mapper sees surfaces, not what is behind them.
     surface = (truth == OCCUPIED) & ndimage.binary_dilation(truth == FREE, np.ones((3, 3)))
@@ -114,6 +123,17 @@ def compare(chart: GridMap, world: str) -> Agreement:
         known=float((chart.cells != UNKNOWN)[visible].mean()),
         wall_error=float(np.quantile(errors, 0.99)) if errors.size else 0.0,
     )
+
+
+def truth_for(chart: GridMap, world: str) -> NDArray[np.int8]:
+    """Return what a perfect mapper would write into the cells of a map."""
+    cells = draw_map(load_world(world), chart.resolution).cells
+    found = np.full(chart.cells.shape, UNKNOWN, dtype=np.int8)
+    first = (round(chart.origin[i] / chart.resolution) for i in (1, 0))
+    rows, columns = (np.arange(n) + start for n, start in zip(found.shape, first, strict=True))
+    inside = (rows >= 0) & (rows < len(cells)), (columns >= 0) & (columns < cells.shape[1])
+    found[np.ix_(*inside)] = cells[np.ix_(rows[inside[0]], columns[inside[1]])]
+    return found
 
 
 def run() -> dict[str, dict[str, float]]:

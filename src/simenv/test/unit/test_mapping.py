@@ -4,23 +4,30 @@
 from __future__ import annotations
 
 import math
+import re
+from dataclasses import fields
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from robot_description.follower import Pose
 from robot_description.models import load_model
+from simenv.draw_map import draw_map
+from simenv.errors import ParameterError
 from simenv.explorer import Explorer
-from simenv.map_file import FREE, OCCUPIED, UNKNOWN
-from simenv.mapper import Mapper
+from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, decided
+from simenv.mapper import Beams, Mapper
+from simenv.mapper_settings import MapperSettings
 from simenv.mapping_run import compare
 from simenv.occupancy import OccupancyGrid
 from simenv.scan_matcher import ScanMatcher
 from simenv.simulation import Simulation
 from simenv.world_file import load_world
 
-LASER = load_model("ld60").laser
-ANGLES = (np.arange(720) / 720 - 0.5) * math.tau
+BEAMS = Beams.of(load_model("ld60").laser)
+ANGLES = BEAMS.angles
 START = Pose(5.0, 3.0, 0.0)
 
 
@@ -60,6 +67,43 @@ def test_a_beam_that_meets_nothing_frees_all_it_reaches() -> None:
     assert set(cells[20, 20:79]) == {FREE}
 
 
+def test_a_grid_grows_to_where_something_is_seen_and_keeps_what_it_knows() -> None:
+    grid = OccupancyGrid((2.0, 2.0), (0.0, 0.0), 0.05)
+    grid.add(Pose(1.025, 1.025, 0.0), np.zeros(1), np.array([0.5]), 3.0)
+    known = grid.odds.copy()
+
+    grid.add(Pose(1.025, 1.025, math.pi), np.zeros(1), np.array([2.0]), 3.0)
+
+    assert grid.origin == (-5.0, 0.0)
+    assert grid.odds.shape == (40, 140)
+    assert (grid.odds[:, 121:] == known[:, 21:]).all()
+    assert set(grid.as_map().cells[20, 82:120]) == {FREE}
+    assert OCCUPIED in grid.as_map().cells[20, 79:81]
+
+
+def test_a_grid_does_not_grow_beyond_what_a_map_may_have() -> None:
+    grid = OccupancyGrid((2.0, 2.0), (0.0, 0.0), 0.05)
+
+    grid.add(Pose(1e6, 1e6, 0.0), np.zeros(1), np.array([2.0]), 3.0)
+
+    assert grid.full
+    assert grid.odds.shape == (40, 40)
+
+
+def test_a_map_with_another_corner_is_compared_where_it_lies() -> None:
+    perfect = draw_map(load_world("lab"))
+    part = GridMap(
+        np.pad(perfect.cells[20:, 40:], ((0, 30), (0, 60)), constant_values=UNKNOWN),
+        0.05,
+        Pose(2.0, 1.0, 0.0),
+    )
+
+    agreement = compare(part, "lab")
+
+    assert agreement.share == 1.0
+    assert agreement.wall_error == 0.0
+
+
 def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken() -> None:
     ranges = lab().scan("robot1")
     grid = OccupancyGrid((20.0, 12.0), (0.0, 0.0), 0.05)
@@ -86,7 +130,7 @@ def test_without_anything_in_sight_the_odometry_is_believed() -> None:
 
 def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
     simulation = lab()
-    mapper = Mapper(LASER, START, simulation.world.size)
+    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     for _ in range(120):
         mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
         simulation.set_command("robot1", vx=0.3, wz=0.3)
@@ -102,7 +146,7 @@ def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
 
 def test_the_correction_puts_the_odometry_where_the_robot_is() -> None:
     simulation = lab()
-    mapper = Mapper(LASER, START, simulation.world.size)
+    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
 
     assert mapper.correction == pytest.approx(START)
@@ -110,7 +154,7 @@ def test_the_correction_puts_the_odometry_where_the_robot_is() -> None:
 
 def test_an_explorer_drives_to_where_the_map_ends() -> None:
     simulation = lab()
-    mapper = Mapper(LASER, START, simulation.world.size)
+    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     explorer = Explorer(0.43, 1.0)
     mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
 
@@ -129,3 +173,36 @@ def test_an_explorer_has_finished_where_nothing_is_unknown() -> None:
 
     assert explorer.finished
     assert explorer.steer(Pose(2.5, 2.5, 0.0)) == (0.0, 0.0)
+
+
+def test_a_map_is_saved_with_nothing_between_free_and_occupied() -> None:
+    grid = GridMap(np.array([[0, 25, 26, 64, 65, 100, -1]], dtype=np.int8), 0.05, START)
+
+    cells = decided(grid, free=25, occupied=65).cells
+
+    assert cells.tolist() == [[FREE, FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED, UNKNOWN]]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"delta": 0.0}, "delta: 0.0; allowed: a number above 0"),
+        ({"linearUpdate": -1.0}, "linearUpdate: -1.0; allowed: a number of at least 0"),
+        ({"initial_pose_x": math.nan}, "initial_pose_x: nan; allowed: a finite number"),
+        ({"xmin": 6.0}, "xmax: 5.0 is not above xmin 6.0 by a cell of 0.05 m"),
+        ({"xmax": 1e6}, "delta: 0.05 m is too fine for 1e+06 m x 10 m"),
+    ],
+)
+def test_settings_that_make_no_map_are_named(wrong: dict[str, float], said: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(said)):
+        MapperSettings(**wrong)
+
+
+def test_the_mappers_file_holds_its_defaults() -> None:
+    path = Path(__file__).parents[2] / "config" / "mapper.yaml"
+
+    chosen = yaml.safe_load(path.read_text(encoding="utf-8"))
+
+    assert MapperSettings(**chosen) == MapperSettings()
+    starts = {"initial_pose_x", "initial_pose_y", "initial_pose_a"}
+    assert set(chosen) == {field.name for field in fields(MapperSettings)} - starts
