@@ -12,6 +12,7 @@ import numpy as np
 from robot_description.follower import Pose
 from robot_description.poses import between, compose, inverse
 from simenv.scan_matcher import ScanMatcher
+from simenv.surfaces import Surfaces
 
 if TYPE_CHECKING:
     from robot_description.models import Laser
@@ -24,11 +25,8 @@ FAR_ENOUGH = 0.1
 TURNED_ENOUGH = 0.1
 """... or has turned so far [rad]."""
 
-MARGIN = 0.5
-"""By how much the map that is fitted to is larger than the laser's range [m]."""
-
-BEAMS = 240
-"""So many beams, spread evenly, are fitted; all are drawn."""
+BEAMS = 720
+"""So many beams, spread evenly, are fitted at most; all are drawn."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,8 @@ class Mapper:
         self.scans = 0
         self._beams = beams
         self._enough = far_enough, turned_enough
-        self._matcher = ScanMatcher(grid)
+        self._surfaces = Surfaces(grid.resolution)
+        self._matcher = ScanMatcher(self._surfaces)
         self._odometry: Pose | None = None
         self._taken: Pose | None = None
 
@@ -119,14 +118,15 @@ class Mapper:
         return True
 
     def _fit(self, ranges: Array) -> None:
-        """Put the robot where its scan fits the map."""
+        """Put the robot where its scan fits what is known, and keep what it shows."""
         beams = self._beams
-        chosen = np.linspace(0, len(ranges), BEAMS, endpoint=False).astype(np.intp)
-        reach, angles = ranges[chosen], beams.angles[chosen]
-        hit = (reach > 0) & (reach < beams.range_max)
-        # A surface is drawn as the cell behind it, so that is where the beams have to end.
-        reach, angles = reach[hit] + self.grid.resolution / 2, angles[hit]
+        hit = (ranges > 0) & (ranges < beams.range_max)
+        reach, angles = ranges[hit], beams.angles[hit]
         points = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=1)
-        self._matcher.look(self.pose, beams.range_max + MARGIN)
-        found = self._matcher.fit(compose(self.pose, beams.mount), points)
+        every = max(1, math.ceil(len(points) / BEAMS))
+        found = self._matcher.fit(
+            compose(self.pose, beams.mount), points[::every], beams.range_max
+        )
+        cos, sin = math.cos(found.yaw), math.sin(found.yaw)
+        self._surfaces.add(points @ np.array([[cos, sin], [-sin, cos]]) + found[:2])
         self.pose = compose(found, inverse(beams.mount))

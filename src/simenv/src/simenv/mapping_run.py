@@ -34,6 +34,9 @@ LONGEST = 1800.0
 """A run that is not finished by then is ended [s]."""
 
 
+WORLD, MODEL, START = "lab", "ld60", (2.6, 2.0, 0.0)
+"""What is explored, by which robot, and from where on [m, m, rad]."""
+
 AIMS = {"wrong": 0.03, "wall_error": 0.10}
 """At most so many of the known cells are wrong, and walls so far off [m]."""
 
@@ -48,6 +51,7 @@ class Explored:
         scans: How many scans went into the map.
         collisions: How often the robot ran into something.
         lost: The farthest that the mapper's pose was from the truth [m].
+        way: Where the mapper had the robot, frame map [m].
     """
 
     chart: GridMap
@@ -55,6 +59,7 @@ class Explored:
     scans: int
     collisions: int
     lost: float
+    way: list[tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -88,9 +93,10 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
     grid = OccupancyGrid(simulation.world.size, (0.0, 0.0), RESOLUTION)
     mapper = Mapper(Beams.of(body.laser), Pose(*start), grid)
     explorer = Explorer(body.base.circumscribed_radius, body.base.max_speed)
-    lost, looks = 0.0, 0
+    lost, looks, way = 0.0, 0, []
     while not explorer.finished and simulation.time < LONGEST:
         mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+        way.append(mapper.pose[:2])
         truth = simulation.poses["robot1"]
         lost = max(lost, float(np.hypot(truth.x - mapper.pose.x, truth.y - mapper.pose.y)))
         if looks % SCANS_PER_PLAN == 0:
@@ -101,7 +107,7 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
         for _ in range(STEPS_PER_SCAN):
             simulation.step()
     chart = mapper.grid.as_map()
-    return Explored(chart, simulation.time, mapper.scans, simulation.collisions, lost)
+    return Explored(chart, simulation.time, mapper.scans, simulation.collisions, lost, way)
 
 
 def compare(chart: GridMap, world: str) -> Agreement:
@@ -144,8 +150,8 @@ def run() -> dict[str, dict[str, float]]:
         world; `known`, share of what can be seen that is known; `wall_error` [m], see `Agreement`;
         `lost` [m], `duration` [s] and `collisions`, see `Explored`.
     """
-    found = explore("lab", "ld60", (2.6, 2.0, 0.0))
-    agreement = compare(found.chart, "lab")
+    found = explore(WORLD, MODEL, START)
+    agreement = compare(found.chart, WORLD)
     figures = {
         "wrong": 1.0 - agreement.share,
         "known": agreement.known,
