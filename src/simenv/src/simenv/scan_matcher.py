@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from simenv.geometry import Array
     from simenv.surfaces import Surfaces
 
-NEAREST = 0.1
-"""A beam that ends farther from anything known is about something new [m]."""
+NEAREST = (0.3, 0.3, 0.2, 0.1)
+"""A beam that ends farther from anything known is about something new [m], in the first rounds and
+in all that follow: at first the odometry may be off by a slip of the wheels."""
 
 NOISE = 0.02
 """How far an end is from its surface, as a standard deviation [m]."""
@@ -59,16 +60,17 @@ class ScanMatcher:
             points: (n, 2) where beams ended, seen from the laser [m].
             reach: How far from it [m].
         """
-        known = self._surfaces.around(guess.x, guess.y, reach + NEAREST)
+        known = self._surfaces.around(guess.x, guess.y, reach + NEAREST[0])
         if known is None:
             return guess
         best = np.array(guess)
         trust = np.diag([ODOMETRY[0] ** -2, ODOMETRY[0] ** -2, ODOMETRY[1] ** -2])
-        for _ in range(ROUNDS):
+        for turn in range(ROUNDS):
+            reach = NEAREST[min(turn, len(NEAREST) - 1)]
             cos, sin = np.cos(best[2]), np.sin(best[2])
             arms = points @ np.array([[cos, sin], [-sin, cos]])
             ends = arms + best[:2]
-            away, nearest = known.tree.query(ends, distance_upper_bound=NEAREST)
+            away, nearest = known.tree.query(ends, distance_upper_bound=reach)
             near = np.isfinite(away)
             if near.sum() < FEWEST:
                 return guess
@@ -84,6 +86,6 @@ class ScanMatcher:
                 -(weighed.T @ off) - trust @ (best - np.array(guess)),
             )
             best += move
-            if np.abs(move).max() < STILL:
+            if turn >= len(NEAREST) and np.abs(move).max() < STILL:
                 break
         return Pose(*best.tolist())

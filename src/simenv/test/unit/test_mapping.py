@@ -7,6 +7,7 @@ import math
 import re
 from dataclasses import fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -24,16 +25,20 @@ from simenv.mapping_run import compare
 from simenv.occupancy import OccupancyGrid
 from simenv.scan_matcher import ScanMatcher
 from simenv.simulation import Simulation
+from simenv.surfaces import Surfaces
 from simenv.world_file import load_world
+
+if TYPE_CHECKING:
+    from simenv.geometry import Array
 
 BEAMS = Beams.of(load_model("ld60").laser)
 ANGLES = BEAMS.angles
 START = Pose(5.0, 3.0, 0.0)
 
 
-def lab(seed: int = 1) -> Simulation:
-    simulation = Simulation(load_world("lab"), seed=seed)
-    simulation.add_robot("robot1", load_model("ld60"), START)
+def lab(start: Pose = START) -> Simulation:
+    simulation = Simulation(load_world("lab"), seed=1)
+    simulation.add_robot("robot1", load_model("ld60"), start)
     return simulation
 
 
@@ -104,28 +109,66 @@ def test_a_map_with_another_corner_is_compared_where_it_lies() -> None:
     assert agreement.wall_error == 0.0
 
 
-def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken() -> None:
-    ranges = lab().scan("robot1")
-    grid = OccupancyGrid((20.0, 12.0), (0.0, 0.0), 0.05)
-    grid.add(START, ANGLES, ranges, 3.0)
-    matcher = ScanMatcher(grid)
-    matcher.look(START, 3.5)
+def seen_from(pose: Pose, ranges: Array) -> Array:
+    """Return where the beams of a scan ended (n, 2), frame map [m]."""
     hit = np.isfinite(ranges) & (ranges > 0)
-    reach = ranges[hit] + 0.025
-    points = np.stack([reach * np.cos(ANGLES[hit]), reach * np.sin(ANGLES[hit])], axis=1)
-    off = Pose(START.x + 0.06, START.y - 0.05, START.yaw + 0.03)
+    turned = ANGLES[hit] + pose.yaw
+    arms = np.stack([ranges[hit] * np.cos(turned), ranges[hit] * np.sin(turned)], axis=1)
+    ends: Array = arms + pose[:2]
+    return ends
 
-    found = matcher.fit(off, points)
 
-    assert math.dist(found[:2], START[:2]) < 0.9 * math.dist(off[:2], START[:2])
-    assert abs(found.yaw - START.yaw) < 0.9 * abs(off.yaw - START.yaw)
+@pytest.mark.parametrize(
+    "off", [Pose(0.0, 0.0, 0.0), Pose(0.06, -0.05, 0.03), Pose(-0.15, 0.1, -0.05)]
+)
+def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken(off: Pose) -> None:
+    corner = Pose(1.6, 1.6, 0.0)
+    ranges = lab(corner).scan("robot1")
+    surfaces = Surfaces(0.05)
+    surfaces.add(seen_from(corner, ranges))
+    guess = Pose(corner.x + off.x, corner.y + off.y, corner.yaw + off.yaw)
+
+    found = ScanMatcher(surfaces).fit(guess, seen_from(Pose(0.0, 0.0, 0.0), ranges), 3.0)
+
+    assert math.dist(found[:2], corner[:2]) < 0.02
+    assert abs(found.yaw - corner.yaw) < 0.005
+
+
+def test_along_a_bare_wall_the_odometry_is_believed() -> None:
+    along = np.linspace(-3.0, 3.0, 300)
+    wall = np.stack([along, np.full(300, 1.0)], axis=1)
+    surfaces = Surfaces(0.05)
+    surfaces.add(wall)
+    middle = wall[60:240]
+
+    found = ScanMatcher(surfaces).fit(Pose(0.08, 0.05, 0.0), middle, 3.0)
+
+    assert found == pytest.approx((0.08, 0.0, 0.0), abs=0.005)
 
 
 def test_without_anything_in_sight_the_odometry_is_believed() -> None:
-    matcher = ScanMatcher(OccupancyGrid((5.0, 5.0), (0.0, 0.0), 0.05))
-    matcher.look(START, 3.5)
+    assert ScanMatcher(Surfaces(0.05)).fit(START, np.ones((100, 2)), 3.0) == START
 
-    assert matcher.fit(START, np.ones((100, 2))) == START
+
+def test_an_end_far_from_all_that_is_known_says_nothing_of_where_the_robot_is() -> None:
+    surfaces = Surfaces(0.05)
+    surfaces.add(np.stack([np.linspace(0.0, 3.0, 100), np.zeros(100)], axis=1))
+
+    assert ScanMatcher(surfaces).fit(START, np.ones((100, 2)), 3.0) == START
+
+
+def test_a_surface_is_the_mean_of_the_ends_in_each_square() -> None:
+    surfaces = Surfaces(0.05)
+    for height in (0.51, 0.53):
+        surfaces.add(np.stack([np.arange(0.025, 1.0, 0.05), np.full(20, height)], axis=1))
+
+    found = surfaces.around(0.5, 0.5, 1.0)
+
+    assert found is not None
+    assert found.points[:, 1] == pytest.approx(0.52)
+    assert abs(found.normals) == pytest.approx(np.tile([0.0, 1.0], (20, 1)))
+    assert found.flatness == pytest.approx(1.0)
+    assert surfaces.around(9.0, 9.0, 1.0) is None
 
 
 def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
