@@ -69,7 +69,7 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
 
 
 def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
-    if msg.order not in {msg.ASSIGN, msg.TAKE_BACK, msg.HAND_BACK}:
+    if msg.order not in {msg.ASSIGN, msg.TAKE_BACK, msg.HAND_BACK, msg.HAND_BACK_UNBEGUN}:
         raise ValueError(f"order {msg.order} is unknown")
     return Order(
         task=task_from_msg(msg),
