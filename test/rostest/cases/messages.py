@@ -6,11 +6,14 @@ import pytest
 import rospy
 from geometry_msgs.msg import Pose2D
 
+from blackboard.bid_basis import BidBasis
+from blackboard.cost import Bids
 from blackboard.pose import Pose
 from blackboard.record import Order
 from blackboard.ros.conversions import WIRES
-from blackboard.talker import TASK_ASSIGN
+from blackboard.talker import TASK_ASSIGN, TASK_COST
 from blackboard.task import Task, TaskType
+from blackboard.testing import SMALL_ROBOT
 
 # Name and type of the fields that other people's programs use. Further fields may follow them.
 FIELDS = {
@@ -144,5 +147,16 @@ def test_a_task_arrives_over_a_topic_as_it_was_sent():
 def test_an_order_of_any_kind_is_read_as_it_was_given(order):
     given = Order(Task("T1", TaskType.GA, (Pose(1.0, 2.0),)), "robot1", assignment=3, **order)
     wire = WIRES[TASK_ASSIGN]
+
+    assert wire.from_msg(wire.to_msg(given)) == given
+
+
+def test_what_a_robot_tells_of_itself_is_read_as_it_was_told():
+    tasks, chargers = (("T1", 0), ("T2", 3)), (Pose(1.0, 2.0, 3.0),)
+    told = BidBasis(
+        SMALL_ROBOT, "latency", 60.0, Pose(4.0, 5.0), 0.7, True, "it charges", tasks, chargers
+    )
+    given = Bids("robot1", 2, 3, (), 4, told)
+    wire = WIRES[TASK_COST]
 
     assert wire.from_msg(wire.to_msg(given)) == given
