@@ -9,6 +9,7 @@ place.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from blackboard.aging import Aging
@@ -24,7 +25,7 @@ from blackboard.task import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
     from blackboard.pose import Pose
     from blackboard.record import Order, TaskRecord
@@ -138,6 +139,10 @@ class Itinerary:
             index = route.best_place(order.task, step).index
         self._entries.insert(index, Entry(order, step))
 
+    def restore(self, entries: Iterable[Entry]) -> None:
+        """Take over a list as it is, in place of what was on this one."""
+        self._entries = list(entries)
+
     def remove(self, task_id: str) -> None:
         """Take a task off; harmless where it is not on the list."""
         self._entries = [entry for entry in self._entries if entry.task.id != task_id]
@@ -189,6 +194,14 @@ class Itinerary:
         """Return what the next step of the first task on the list takes; there has to be one."""
         entry = self._entries[0]
         return effort(entry.task, entry.step, here, self._robot, self._ways, steps=1)
+
+    def promise(self, here: Pose) -> dict[str, float]:
+        """Return `eta` and `step_eta` [s] of the first task on the list, which has to be there.
+
+        Empty where there is no way to it.
+        """
+        eta = self.ahead(here)[0].duration
+        return {"eta": eta, "step_eta": self.next_step(here).duration} if isfinite(eta) else {}
 
     def predict(self, task: Task, first_step: int, start: Pose) -> Effort:
         """Return what the rest of any task takes this robot; see `effort`."""
