@@ -121,13 +121,14 @@ class Explorer:
         nearest = int(np.argmin(away))
         ahead = nearest + int(np.argmax(away[nearest:] >= AHEAD))
         aim = self._way[ahead if away[ahead] >= AHEAD else -1]
-        if math.dist(self._way[-1], here[:2]) < ARRIVED:
+        left = math.dist(self._way[-1], here[:2])
+        if left < ARRIVED:
             return 0.0, 0.0
         turned = math.remainder(math.atan2(aim[1] - here.y, aim[0] - here.x) - here.yaw, math.tau)
         if abs(turned) > SHARP:
             return 0.0, math.copysign(1.0, turned)
-        # Slower the more it has to turn: a robot needs a way to stop that corners do not have.
-        return self._speed * (1.0 - abs(turned) / SHARP), TURN * turned
+        # Slower in bends and towards the end, where there may be no room for a way to stop.
+        return min(self._speed, left) * (1.0 - abs(turned) / SHARP), TURN * turned
 
     def _is_stuck(self, here: Pose) -> bool:
         """Return whether the robot was to move since the last plan and did not."""

@@ -44,7 +44,15 @@ def main() -> None:
     picture = PIL.Image.new("RGB", (2 * width + GAP, height), WHITE)
     for column, side in enumerate(sides):
         picture.paste(side, (column * (width + GAP), 0))
-    picture.save(sys.argv[1])
+    _known(picture).save(sys.argv[1])
+
+
+def _known(picture: PIL.Image.Image) -> PIL.Image.Image:
+    """Return a picture without the rows in which nothing is known."""
+    pixels = np.asarray(picture)
+    known = (pixels == BLACK).all(axis=2).any(axis=1)
+    rows = np.flatnonzero(known)
+    return picture.crop((0, int(rows[0]), picture.width, int(rows[-1]) + 1))
 
 
 def _drawn(cells: NDArray[np.int8]) -> PIL.Image.Image:
