@@ -66,18 +66,19 @@ def drive(simulation: Simulation, seconds: float, *, lasers: bool) -> float:
         seconds: How long [s, wall clock].
         lasers: Whether they take scans.
     """
-    turns: Array = np.linspace(-0.8, 0.8, len(simulation.names))
+    names = simulation.names
+    turns: Array = np.linspace(-0.8, 0.8, len(names))
     between = round(1.0 / (SCANS * STEP))
     began, start = time.perf_counter(), simulation.time
     for step in itertools.count():
         if time.perf_counter() - began >= seconds:
             break
-        for index, name in enumerate(simulation.names):
-            if step % between == 0:
+        if step % between == 0:
+            for index, name in enumerate(names):
                 stuck = bool(simulation.bumper(name))
                 simulation.set_command(name, vx=-0.3 if stuck else 0.5, wz=float(turns[index]))
-            if lasers and (step + index) % between == 0:
-                simulation.scan(name)
+        if lasers and (due := names[-step % between :: between]):
+            simulation.scans(due)
         simulation.step()
     return (simulation.time - start) / (time.perf_counter() - began) * seconds
 

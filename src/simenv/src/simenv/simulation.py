@@ -14,7 +14,6 @@ same run to the last bit.
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -25,14 +24,17 @@ from robot_description.follower import Pose
 from simenv.bodies import Bodies
 from simenv.contact import Contacts
 from simenv.errors import CommandError, ObstacleError, SpawnError, UnknownRobotError
-from simenv.geometry import Footprint, Nearby, outline
+from simenv.geometry import Footprint
 from simenv.laser import Scanner
 from simenv.noise import Noise, dice_of
-from simenv.obstacles import Obstacles
 from simenv.pick import Arm, Stock
+from simenv.sensing import take_scans
 from simenv.standing_room import robot_at, why_not_there
+from simenv.surroundings import Surroundings
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from shapely.geometry.base import BaseGeometry
 
     from robot_description.models import RobotModel
@@ -88,9 +90,9 @@ class Simulation:
         self._seed = seed
         self._noise = noise or Noise()
         self._pick_failures = pick_failures
-        self.obstacles = Obstacles(world)
-        self._near = Nearby(world.segments)
-        self._contacts = Contacts(self._near, self.obstacles)
+        self._surroundings = Surroundings(world)
+        self.obstacles = self._surroundings.obstacles
+        self._contacts = Contacts(self._surroundings)
         self._bodies = Bodies(self._contacts, self._noise)
         self._robots: dict[str, _Robot] = {}
         self._nanoseconds = 0
@@ -255,7 +257,8 @@ class Simulation:
         self._bodies.step(self.time, loads, dt)
         self._nanoseconds += round(dt * 1e9)
         for name, robot in self._robots.items():
-            robot.arm.step(self._bodies.poses[name], dt)
+            if robot.arm.busy:
+                robot.arm.step(self._bodies.poses[name], dt)
 
     def velocity(self, name: str) -> tuple[float, float, float]:
         """Return a robot's speed in its base_footprint (vx, vy, wz) [m/s, m/s, rad/s]."""
@@ -285,17 +288,17 @@ class Simulation:
         Returns:
             (beams,) distances [m], infinite where nothing is in range (`Scanner.measure`).
         """
-        robot = self._robot(name)
-        pose = self._bodies.poses[name]
-        origin = robot.scanner.origin(pose)
-        reach = robot.model.laser.range_max
-        seen = [self._near.at(origin.x, origin.y, reach)]
-        seen += [o.edges for o in self.obstacles.near(origin.x, origin.y, reach)]
-        for other, there in self._bodies.poses.items():
-            footprint = self._robots[other].footprint
-            if other != name and math.dist(origin[:2], there[:2]) <= reach + footprint.radius:
-                seen.append(outline(footprint.at(there)))
-        return robot.scanner.measure(pose, np.concatenate(seen))
+        return self.scans([name])[0]
+
+    def scans(self, names: Sequence[str]) -> list[Array]:
+        """Take a scan with each of some robots' lasers, all at once; see `scan`."""
+        return take_scans(
+            [self._robot(name).scanner for name in names],
+            [self._bodies.row(name) for name in names],
+            self._bodies.true,
+            self._contacts.footprints,
+            self._surroundings,
+        )
 
     def _robot(self, name: str) -> _Robot:
         if name not in self._robots:
