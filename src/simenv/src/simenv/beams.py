@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simenv.geometry import cos_and_sin
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from simenv.geometry import Array
+    from simenv.geometry import Array, Indices
 
 CORNER = 1e-6
 """By what share of the angle between two beams a segment counts as wider, lest a beam slips
@@ -31,19 +33,20 @@ class Fan:
 
     Attributes:
         angles: (n,) counter-clockwise from the scanner's heading [rad].
-        increment: From one to the next [rad].
+        directions: (2, n) of unit vectors that way, x and y.
+        spread: (3,) the first angle, from one to the next [rad], how many.
     """
 
     def __init__(self, first: float, increment: float, number: int) -> None:
         """Spread `number` beams from the angle `first` on, each `increment` further [rad]."""
-        self.increment = increment
         self.angles: Array = first + np.arange(number) * increment
+        self.spread: Array = np.array([first, increment, number])
         self.directions: Array = np.array([np.cos(self.angles), np.sin(self.angles)])
 
 
 def cast(
-    fans: Sequence[Fan], origins: Array, segments: Array, owners: Array
-) -> tuple[Array, Array]:
+    fans: Sequence[Fan], origins: Array, segments: Array, owners: Indices
+) -> tuple[Array, Indices]:
     """Return how far beams reach before they hit a segment.
 
     A beam `r d` meets the line through `a` and `a + e` where `r = (a x e) / (d x e)`, with `x` the
@@ -70,12 +73,13 @@ def cast(
     if not len(which):
         return nearest, starts
     layers, which, low, count = _layered(owners, which, low, count)
-    ends = np.cumsum(count)
-    beams = np.arange(ends[-1]) + np.repeat(starts[owners[which]] + low - ends + count, count)
-    cos, sin = np.concatenate([fan.directions for fan in fans], axis=1)[:, beams]
-    along_x, along_y = x[which, 1] - x[which, 0], y[which, 1] - y[which, 0]
-    cross = cos * np.repeat(along_y, count) - sin * np.repeat(along_x, count)
-    reach = np.repeat(area[which], count) / np.minimum(cross, EDGE_ON)
+    ends = count.cumsum()
+    beams = np.arange(ends[-1]) + (starts[owners[which]] + low - ends + count).repeat(count)
+    x, y, area = x[which], y[which], area[which]
+    cos, sin = np.concatenate([fan.directions for fan in fans], axis=1)
+    cross = cos[beams] * (y[:, 1] - y[:, 0]).repeat(count)
+    cross -= sin[beams] * (x[:, 1] - x[:, 0]).repeat(count)
+    reach = area.repeat(count) / np.minimum(cross, EDGE_ON)
     first = 0
     for last in ends[layers - 1]:
         here = beams[first:last]
@@ -88,47 +92,48 @@ def _seen_from(origins: Array, segments: Array) -> tuple[Array, Array]:
     """Return x and y (k, 2) of the ends of segments, each in the frame of its scanner."""
     x = segments[:, :, 0] - origins[:, 0:1]
     y = segments[:, :, 1] - origins[:, 1:2]
-    cos, sin = np.cos(origins[:, 2:]), np.sin(origins[:, 2:])
+    cos, sin = cos_and_sin(origins[:, 2:])
     return cos * x + sin * y, cos * y - sin * x
 
 
-def _hidden(fans: Sequence[Fan], owners: Array, bearings: Array) -> tuple[Array, Array, Array]:
+def _hidden(
+    fans: Sequence[Fan], owners: Indices, bearings: Array
+) -> tuple[Indices, Indices, Indices]:
     """Return what ranges of beams meet segments that face their scanner.
 
     The solid is on the left of a segment, so as the scanner sees it, it runs clockwise from its
     first end to its second. One that lies across the seam of a fan has a range at both ends.
 
     Args:
-        fans: Of m scanners.
+        fans: Of all scanners.
         owners: (k,) the scanner of each segment.
         bearings: (k, 2) of their ends in the scanner's frame [rad].
 
     Returns:
         For each range: the segment, the first beam, how many beams.
     """
-    figures = np.array([(fan.angles[0], fan.increment, len(fan.angles)) for fan in fans])
-    begin, increment, number = figures[owners].T
-    right = np.remainder(bearings[:, 1] - begin, math.tau)
-    width = np.remainder(bearings[:, 0] - bearings[:, 1], math.tau)
-    right = np.concatenate([right, right - math.tau])
-    low = np.ceil(right / np.tile(increment, 2) - CORNER)
-    high = np.floor((right + np.tile(width, 2)) / np.tile(increment, 2) + CORNER)
+    begin, increment, number = np.array([fan.spread for fan in fans])[owners].T
+    second = bearings[:, 1]
+    right = np.remainder(second - begin, math.tau) - [[0.0], [math.tau]]
+    left = right + np.remainder(bearings[:, 0] - second, math.tau)
+    low = np.ceil(right / increment - CORNER)
+    high = np.floor(left / increment + CORNER)
     low = np.maximum(low, 0.0).astype(int)
-    count = np.minimum(high, np.tile(number, 2) - 1).astype(int) - low + 1
-    which = np.flatnonzero(count > 0)
-    return which % len(owners), low[which], count[which]
+    count = np.minimum(high, number - 1.0).astype(int) - low + 1
+    seam, which = (count > 0).nonzero()
+    return which, low[seam, which], count[seam, which]
 
 
 def _layered(
-    owners: Array, which: Array, low: Array, count: Array
-) -> tuple[Array, Array, Array, Array]:
+    owners: Indices, which: Indices, low: Indices, count: Indices
+) -> tuple[Indices, Indices, Indices, Indices]:
     """Order ranges so that within a layer no beam occurs twice: one range of each scanner.
 
     Returns:
         The number of ranges up to the end of each layer; and the ranges, see `_hidden`.
     """
-    order = np.argsort(owners[which], kind="stable")
-    scanner = owners[which][order]
-    rank = np.arange(len(order)) - np.searchsorted(scanner, scanner)
-    order = order[np.argsort(rank, kind="stable")]
-    return np.cumsum(np.bincount(rank)), which[order], low[order], count[order]
+    order = owners[which].argsort(kind="stable")
+    scanner = owners[which[order]]
+    rank = np.arange(len(order)) - scanner.searchsorted(scanner)
+    order = order[rank.argsort(kind="stable")]
+    return np.bincount(rank).cumsum(), which[order], low[order], count[order]

@@ -114,6 +114,8 @@ class Bodies:
 
     def slip(self, name: str, share: float) -> None:
         """Let wheels turn without moving the base as far: by `share` (0..1) of every shift."""
+        if not 0 <= share <= 1:
+            raise CommandError(f"slip {share}; allowed: a share from 0 to 1")
         self._grip[self._rows[name]] = 1.0 - share
 
     def freeze(self, name: str, *, is_frozen: bool) -> None:
@@ -158,10 +160,11 @@ class Bodies:
         drives = driven.any(axis=1)
         ahead = moved(self._true, driven * self._grip[:, None])
         ahead = np.where(drives[:, None], ahead, self._true)
-        self._true, shares = self._contacts.advance(self._true, ahead)
+        before = self._true
+        self._true, shares = self._contacts.advance(before, ahead)
         self._poses = None
         self._velocities[shares < 1.0] = 0.0
-        self._contacts.let_go(self._true)
+        self._contacts.let_go(before, self._true)
         self._odometry = moved(self._odometry, self._wheels.felt(driven * shares[:, None]))
 
     def velocity(self, name: str) -> tuple[float, float, float]:

@@ -127,21 +127,22 @@ class Contacts:
         While a robot moves, so may the others. None of them gets farther from where it stood than
         its step is long, and by so much the first one is taken to be larger.
         """
-        radii = self._all.radii
-        turns = np.abs(np.remainder(ahead[:, 2] - poses[:, 2] + np.pi, 2 * np.pi) - np.pi)
-        steps = np.hypot(*(ahead - poses)[:, :2].T) + radii * turns
-        reach = radii[:, None] + (radii + steps)
-        apart = ((ahead[:, None, :2] - poses[None, :, :2]) ** 2).sum(axis=2)
-        near = (apart <= reach**2) & moving[:, None]
+        radii, corners = self._all.radii, self._all.corners
+        shifts = ahead - poses
+        turns = np.abs(np.remainder(shifts[:, 2] + np.pi, 2 * np.pi) - np.pi)
+        steps = np.hypot(shifts[:, 0], shifts[:, 1]) + radii * turns
+        x, y = (ahead[:, None, :2] - poses[:, :2]).transpose(2, 0, 1)
+        near = (np.hypot(x, y) <= radii[:, None] + (radii + steps)) & moving[:, None]
         np.fill_diagonal(near, val=False)
-        rows, others = np.nonzero(near)
-        edges = self._all.outlines(others, poses[others]).reshape(-1, 2, 2)
-        movers = np.flatnonzero(moving)
-        solid, owners = self._surroundings.near_all(ahead[movers], radii[movers])
-        which = np.concatenate([np.repeat(rows, self._all.corners), movers[owners]])
-        margins = np.zeros(len(which))
-        margins[: len(edges)] = np.repeat(steps[others], self._all.corners)
-        segments = np.concatenate([edges, solid])
+        rows, others = near.nonzero()
+        movers = moving.nonzero()[0]
+        segments, owners = self._surroundings.near_all(ahead[movers], radii[movers])
+        which, margins = movers[owners], np.zeros(len(owners))
+        if len(rows):
+            edges = self._all.outlines(others, poses[others]).reshape(-1, 2, 2)
+            segments = np.concatenate([segments, edges])
+            which = np.concatenate([which, rows.repeat(corners)])
+            margins = np.concatenate([margins, steps[others].repeat(corners)])
         met = self._all.touched(which, ahead[which], segments, margins)
         return np.bincount(which[met], minlength=len(poses)) > 0
 
@@ -193,9 +194,18 @@ class Contacts:
             sorted(other for pair in self._touching if name in pair for other in pair - {name})
         )
 
-    def let_go(self, poses: Array) -> None:
-        """End the contacts between which there is a gap now; `poses` (n, 3) as for `advance`."""
+    def let_go(self, before: Array, poses: Array) -> None:
+        """End the contacts between which there is a gap now.
+
+        Args:
+            before: (n, 3) where the robots stood before the step, frame map.
+            poses: (n, 3) where they stand now; no gap has come where neither side has moved.
+        """
+        moved = {self._names[row] for row in (poses != before).any(axis=1).nonzero()[0]}
+        stays = self._footprints.keys() - moved | {WALL}
         for pair in sorted(self._touching, key=sorted):
+            if pair <= stays:
+                continue
             name = max(pair & self._footprints.keys())
             row = self._names.index(name)
             pose = Pose(*poses[row].tolist())

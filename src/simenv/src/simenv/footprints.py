@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simenv.geometry import pass_through
+from simenv.geometry import cos_and_sin, pass_through
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from simenv.geometry import Array, Footprint
+    from simenv.geometry import Array, Footprint, Indices
 
 
 class Footprints:
@@ -43,7 +43,7 @@ class Footprints:
         rows = [np.concatenate([a, a[[-1] * (self.corners - len(a))]]) for a in arrays]
         return np.array(rows).reshape(len(rows), self.corners, 2)
 
-    def outlines(self, rows: Array, poses: Array) -> Array:
+    def outlines(self, rows: Indices, poses: Array) -> Array:
         """Return the edges of robots that stand somewhere.
 
         Args:
@@ -60,7 +60,7 @@ class Footprints:
         return edges
 
     def touched(
-        self, rows: Array, poses: Array, segments: Array, margins: Array
+        self, rows: Indices, poses: Array, segments: Array, margins: Array
     ) -> NDArray[np.bool_]:
         """Say in which of k pairs of a robot and a segment the segment passes through the robot.
 
@@ -81,6 +81,9 @@ class Footprints:
 
 def _turned(points: Array, angles: Array) -> Array:
     """Return points (k, c, 2) turned by angles (k,) [rad] around the origin."""
-    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    cos, sin = cos_and_sin(angles[:, None])
     x, y = points[:, :, 0], points[:, :, 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=2)
+    turned = np.empty_like(points)
+    turned[:, :, 0] = cos * x - sin * y
+    turned[:, :, 1] = sin * x + cos * y
+    return turned

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,19 +42,17 @@ def take_scans(
     where = zip(scanners, poses[list(rows)].tolist(), strict=True)
     origins = np.array([scanner.origin(Pose(*pose)) for scanner, pose in where])
     reaches = np.array([scanner.reach for scanner in scanners])
-    solid, owners = surroundings.near_all(origins, reaches)
-    apart = ((origins[:, None, :2] - poses[None, :, :2]) ** 2).sum(axis=2)
-    near = apart <= (reaches[:, None] + footprints.radii) ** 2
+    segments, owners = surroundings.near_all(origins, reaches)
+    x, y = (origins[:, None, :2] - poses[:, :2]).transpose(2, 0, 1)
+    near = np.hypot(x, y) <= reaches[:, None] + footprints.radii
     near[np.arange(len(rows)), rows] = False
-    who, others = np.nonzero(near)
-    edges = footprints.outlines(others, poses[others]).reshape(-1, 2, 2)
-    distances, starts = cast(
-        [scanner.fan for scanner in scanners],
-        origins,
-        np.concatenate([solid, edges]),
-        np.concatenate([owners, np.repeat(who, footprints.corners)]),
-    )
-    ends = zip(starts[:-1], starts[1:], strict=True)
+    who, others = near.nonzero()
+    if len(who):
+        edges = footprints.outlines(others, poses[others]).reshape(-1, 2, 2)
+        segments = np.concatenate([segments, edges])
+        owners = np.concatenate([owners, who.repeat(footprints.corners)])
+    distances, starts = cast([scanner.fan for scanner in scanners], origins, segments, owners)
+    ends = itertools.pairwise(starts)
     return [
         scanner.read(distances[first:last])
         for scanner, (first, last) in zip(scanners, ends, strict=True)

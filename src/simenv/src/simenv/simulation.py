@@ -23,7 +23,7 @@ import numpy as np
 from robot_description.follower import Pose
 from simenv.bodies import Bodies
 from simenv.contact import Contacts
-from simenv.errors import CommandError, ObstacleError, SpawnError, UnknownRobotError
+from simenv.errors import ObstacleError, SpawnError, UnknownRobotError
 from simenv.geometry import Footprint
 from simenv.laser import Scanner
 from simenv.noise import Noise, dice_of
@@ -185,12 +185,7 @@ class Simulation:
         self.obstacles.set_door(name, is_open=is_open)
 
     def block(self, name: str, area: BaseGeometry) -> None:
-        """Put something in the way.
-
-        Args:
-            name: What it is called; `obstacles.take` takes it away.
-            area: What it covers, frame map [m]; an ObstacleError says that a robot stands there.
-        """
+        """Put something down, frame map [m]; an ObstacleError says that a robot stands there."""
         self._check_nobody(name, area)
         self.obstacles.put(name, area)
 
@@ -207,8 +202,6 @@ class Simulation:
     def set_slip(self, name: str, share: float) -> None:
         """Let a robot's wheels slip: `share` (0..1) of every turn of them moves nothing."""
         self._robot(name)
-        if not 0 <= share <= 1:
-            raise CommandError(f"slip {share}; allowed: a share from 0 to 1")
         self._bodies.slip(name, share)
 
     def freeze(self, name: str, *, is_frozen: bool) -> None:
@@ -283,15 +276,14 @@ class Simulation:
         return self._robot(name).scanner
 
     def scan(self, name: str) -> Array:
-        """Take a scan with a robot's laser; it sees the walls, people, and the other robots.
-
-        Returns:
-            (beams,) distances [m], infinite where nothing is in range (`Scanner.measure`).
-        """
+        """Return the distances (beams,) that a robot's laser measures [m]; see `Scanner.read`."""
         return self.scans([name])[0]
 
     def scans(self, names: Sequence[str]) -> list[Array]:
-        """Take a scan with each of some robots' lasers, all at once; see `scan`."""
+        """Take a scan with each of some robots' lasers, all at once.
+
+        They see the walls, people, and the other robots; of each is returned what `scan` does.
+        """
         return take_scans(
             [self._robot(name).scanner for name in names],
             [self._bodies.row(name) for name in names],

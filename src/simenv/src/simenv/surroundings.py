@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simenv.geometry import Nearby
+from simenv.geometry import NO_SEGMENTS, Nearby
 from simenv.obstacles import Obstacles
 
 if TYPE_CHECKING:
-    from simenv.geometry import Array
+    from simenv.geometry import Array, Indices
     from simenv.world import World
 
 
@@ -28,7 +28,7 @@ class Surroundings:
         self.walls = Nearby(world.segments)
         self.obstacles = Obstacles(world)
 
-    def near_all(self, places: Array, reaches: Array) -> tuple[Array, Array]:
+    def near_all(self, places: Array, reaches: Array) -> tuple[Array, Indices]:
         """Return what is near each of m places.
 
         Args:
@@ -39,15 +39,12 @@ class Surroundings:
             Segments (k, 2, 2) within reach of a place, and some more, frame map [m]; and (k,) the
             index of that place. One that is near several places is there several times.
         """
-        found, owners = [np.empty((0, 2, 2))], [0]
+        found: list[Array] = [NO_SEGMENTS]
+        counts = []
         numbers = zip(places[:, 0].tolist(), places[:, 1].tolist(), reaches.tolist(), strict=True)
-        for index, (x, y, reach) in enumerate(numbers):
-            for segments in (
-                self.walls.at(x, y, reach),
-                *(obstacle.edges for obstacle in self.obstacles.near(x, y, reach)),
-            ):
-                if len(segments):
-                    found.append(segments)
-                    owners.append(index)
-        counts = [len(segments) for segments in found]
-        return np.concatenate(found), np.repeat(owners, counts)
+        for x, y, reach in numbers:
+            walls = self.walls.at(x, y, reach)
+            others = [obstacle.edges for obstacle in self.obstacles.near(x, y, reach)]
+            found += [walls, *others]
+            counts.append(len(walls) + sum(map(len, others)))
+        return np.concatenate(found), np.arange(len(counts)).repeat(counts)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from simenv.geometry import Array
+    from simenv.geometry import Array, Indices
     from simenv.noise import Noise
 
 BLOCK = 64
@@ -69,7 +69,7 @@ class Wheels:
         felt[rows, 2] += self._noise.veer * root * chance[:, 2]
         return felt
 
-    def _draw(self, rows: Array) -> Array:
+    def _draw(self, rows: Indices) -> Array:
         """Return the next normal numbers (k, DRAWS) of these robots, each from its own source."""
         for row in rows[self._used[rows] == BLOCK].tolist():
             self._drawn[row] = self._random[row].normal(size=(BLOCK, DRAWS))

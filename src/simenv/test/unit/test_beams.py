@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import itertools
 import math
 
 import numpy as np
@@ -92,7 +93,7 @@ def test_many_scanners_at_once_see_what_each_would_see_alone():
 
     reach, starts = cast(fans, origins, everywhere, owners)
 
-    seen = [reach[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    seen = [reach[a:b] for a, b in itertools.pairwise(starts)]
     for scanner in (0, 1, 3):
         expected = by_the_formula(fans[scanner], origins[scanner], segments)
         alone = ranges(origins[scanner], fans[scanner], segments)
