@@ -91,6 +91,20 @@ def _sim(outside: Outside) -> BenchResult:
     return result
 
 
+def _charge(_outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.charge").measure()
+    return result
+
+
+_DAY = Path("day.png")
+
+
+def _day(_outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.day").measure(picture=_DAY)
+    click.echo(f"drawn in {_DAY}", err=True)
+    return result
+
+
 def _mapping(_outside: Outside) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("simenv.mapping_run").run()
     return BenchResult(found["figures"], found["aims"])
@@ -125,6 +139,14 @@ BENCHES: Mapping[str, Bench] = {
     "allocation": Bench(
         "plans over the best known ones, and times to done [s] of tasks that arrive over time",
         _allocation,
+    ),
+    "charge": Bench(
+        "predicted over used charge of 100 tasks in the simulator, less 1, without its sign",
+        _charge,
+    ),
+    "day": Bench(
+        "24 simulated hours with a task every two minutes: tasks not done, robots stranded [1]",
+        _day,
     ),
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
