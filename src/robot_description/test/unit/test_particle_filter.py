@@ -112,7 +112,7 @@ def test_a_robot_that_knows_roughly_where_it_is_soon_knows_it_well():
 def test_a_robot_that_knows_nothing_finds_itself():
     particles, localizer = localizer_in_the_room()
     localizer.restart_anywhere()
-    assert len(particles.particles) == SETTINGS.max_particles
+    assert len(particles.particles) == START_ANYWHERE * SETTINGS.max_particles
 
     truth = drive(localizer, Pose(4.0, 3.0, 1.0), moves=30)
 
