@@ -6,7 +6,14 @@ import pytest
 import rospy
 from geometry_msgs.msg import Pose2D
 
-from blackboard.task import TaskType
+from blackboard.bid_basis import BidBasis
+from blackboard.cost import Bids
+from blackboard.pose import Pose
+from blackboard.record import Order
+from blackboard.ros.conversions import WIRES
+from blackboard.talker import TASK_ASSIGN, TASK_COST
+from blackboard.task import Task, TaskType
+from blackboard.testing import SMALL_ROBOT
 
 # Name and type of the fields that other people's programs use. Further fields may follow them.
 FIELDS = {
@@ -90,6 +97,20 @@ CONSTANTS = {
 }
 
 
+ORDERS = {
+    "take": {},
+    "drop": {"take_back": True},
+    "hand back": {"take_back": True, "hand_back": True},
+    "hand back if unbegun": {"take_back": True, "hand_back": True, "if_unbegun": True},
+}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def node():
+    """Make this process a node: stamps need a clock."""
+    rospy.init_node("messages")
+
+
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_message_starts_with_the_promised_fields(name):
     message = getattr(bb_msgs, name)
@@ -112,7 +133,6 @@ def test_the_arrays_hold_tasks_and_bids():
 
 
 def test_a_task_arrives_over_a_topic_as_it_was_sent():
-    rospy.init_node("messages")
     sent = bb_msgs.TaskMsg(id="T1", type=TaskType.GAB, priority=10, payload=12.5)
     sent.goals = [Pose2D(3, 4, 0.5), Pose2D(8, 2, -3)]
     publisher = rospy.Publisher("new_task", bb_msgs.TaskMsg, queue_size=1, latch=True)
@@ -121,3 +141,21 @@ def test_a_task_arrives_over_a_topic_as_it_was_sent():
     received = rospy.wait_for_message("new_task", bb_msgs.TaskMsg, timeout=10)
 
     assert received == sent
+
+
+@pytest.mark.parametrize("order", ORDERS.values(), ids=ORDERS)
+def test_an_order_of_any_kind_is_read_as_it_was_given(order):
+    given = Order(Task("T1", TaskType.GA, (Pose(1.0, 2.0),)), "robot1", assignment=3, **order)
+    wire = WIRES[TASK_ASSIGN]
+
+    assert wire.from_msg(wire.to_msg(given)) == given
+
+
+def test_what_a_robot_tells_of_itself_is_read_as_it_was_told():
+    tasks, chargers = (("T1", 0), ("T2", 3)), (Pose(1.0, 2.0, 3.0),)
+    what = (SMALL_ROBOT, "latency", 60.0, Pose(4.0, 5.0), 0.7, True, "it charges")
+    told = BidBasis(*what, tasks, chargers, (2.0, 1.4, 0.6))
+    given = Bids("robot1", 2, 3, (), 4, told)
+    wire = WIRES[TASK_COST]
+
+    assert wire.from_msg(wire.to_msg(given)) == given

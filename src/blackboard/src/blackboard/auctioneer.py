@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.backup import Backup
+    from blackboard.central import Central
     from blackboard.cost import Bid, Bids
     from blackboard.improving import Improving
     from blackboard.record import TaskRecord
@@ -32,6 +33,7 @@ class Auctioneer:
         improving: Chooses what is offered while nothing waits.
         decide: Called with the result of each round, and with what is to follow once it is carried
             out; what it leaves as impossible is not offered again before something changes.
+        central: Works the bids out; robots bid themselves where it is left out.
     """
 
     def __init__(
@@ -42,6 +44,7 @@ class Auctioneer:
         bid_timeout: float,
         improving: Improving,
         decide: Callable[[Result, Callable[[], None]], None],
+        central: Central | None = None,
     ) -> None:
         self._talker = talker
         self._backup = backup
@@ -49,8 +52,10 @@ class Auctioneer:
         self._bid_timeout = bid_timeout
         self._improving = improving
         self._decide = decide
+        self._central = central
         self._improves = False
         self._auction: Auction | None = None
+        self._offers = Broadcast(0, 0, ())
         self._closing: Timer | None = None
         self._auctions = 0
         self._slow: set[str] = set()
@@ -112,6 +117,8 @@ class Auctioneer:
         if self._auction is None:
             return
         try:
+            if self._central is not None:
+                bids = self._central.bids(bids, self._offers)
             self._auction.take(bids, self._in_service())
         except BidRefusedError as error:
             self._talker.refuse(TASK_COST, str(error))
@@ -158,17 +165,16 @@ class Auctioneer:
         given = {bid.robot_id: bid.task_id for bid in awards}
         named = None if asked is None else {robot: given.get(robot, "") for robot in sorted(asked)}
         offers = tuple((record.task, record.step) for record in records)
-        self._talker.publish(
-            TASK_BROADCAST,
-            Broadcast(
-                auction.epoch,
-                auction.number,
-                offers,
-                self._backup.hive,
-                round=auction.round,
-                asked=named,
-            ),
+        self._offers = Broadcast(
+            auction.epoch,
+            auction.number,
+            offers,
+            self._backup.hive,
+            round=auction.round,
+            asked=named,
         )
+        asks = self._offers if self._central is None else self._central.question(self._offers)
+        self._talker.publish(TASK_BROADCAST, asks)
 
     def _close_round(self) -> None:
         auction = self._auction

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from blackboard.auctioneer import Auctioneer
 from blackboard.awarding import Awarding
+from blackboard.central import Central
 from blackboard.decision_book import NoBook
 from blackboard.errors import TaskRefusedError
 from blackboard.improving import Improving
@@ -59,6 +60,8 @@ class Blackboard:
         ways: Knows where a robot can stand.
         settings: How patient it is.
         book: Where it notes why each task went to whom; nowhere, where it is left out.
+        ways_for: Gives what knows how far it is for a robot of a radius [m], for central
+            decisions; `ways` for all, where it is left out.
     """
 
     def __init__(
@@ -68,6 +71,7 @@ class Blackboard:
         ways: Ways,
         settings: BlackboardSettings,
         book: DecisionBook | None = None,
+        ways_for: Callable[[float], Ways] | None = None,
     ) -> None:
         self._talker = talker
         self._backup = backup
@@ -82,6 +86,7 @@ class Blackboard:
         self._improving = Improving(
             self._orders.held, self._orders.recall_unbegun, settings.improve_threshold
         )
+        central = Central(backup.get, ways_for or (lambda _radius: ways), talker.now)
         self._auctioneer = Auctioneer(
             talker,
             backup,
@@ -89,6 +94,7 @@ class Blackboard:
             settings.bid_timeout,
             self._improving,
             awarding.carry_out,
+            central if settings.decision == "centralized" else None,
         )
         self._done_twice: set[str] = set()
         self._timers: list[Timer] = []
@@ -284,16 +290,4 @@ class Blackboard:
                 self._orders.forget(record.task.id)
 
     def _tell(self, record: TaskRecord) -> None:
-        update = TaskUpdate(
-            task_id=record.task.id,
-            state=record.state,
-            robot_id=record.robot,
-            step=record.step,
-            steps=record.steps,
-            eta=record.eta,
-            epoch=self._backup.epoch,
-            reason=record.reason,
-            assignment=record.assignment,
-            step_eta=record.step_eta,
-        )
-        self._talker.publish(TASK_STATE, update)
+        self._talker.publish(TASK_STATE, record.told(self._backup.epoch))

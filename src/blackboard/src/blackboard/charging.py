@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from blackboard.characteristics import RobotState
 from blackboard.charger_claims import NEAR, Claim, Claims
 from blackboard.controller import CommandState
-from blackboard.effort import effort
+from blackboard.effort import charge_to_reach
 from blackboard.settings import ChargingSettings
 from blackboard.talker import CHARGER_CLAIM
 from blackboard.task import Task, TaskType
@@ -127,6 +127,11 @@ class Charging:
         return self._phase is Phase.THERE or (by_hand and not self._service.is_on_its_own)
 
     @property
+    def places(self) -> tuple[Pose, ...]:
+        """Where the chargers are [map frame]."""
+        return tuple(self._plan.chargers.values())
+
+    @property
     def refusal(self) -> str:
         """Why it takes no new task; empty when it does."""
         if self._service.reason:
@@ -136,18 +141,8 @@ class Charging:
         return ""
 
     def reserve(self, end: Pose) -> float:
-        """Return the charge [Ah] that it has to keep to reach a charger from a pose.
-
-        Where no charger can be reached, or there is none, nothing is kept.
-        """
-        here = [
-            effort(Task("", TaskType.GA, (place,)), 0, end, self._body, self._ways)
-            for place in self._plan.chargers.values()
-        ]
-        nearest = min(here, key=lambda found: found.way, default=None)
-        if nearest is None or not math.isfinite(nearest.way):
-            return 0.0
-        return self._battery.charge_for(nearest.energy)
+        """Return the charge [Ah] that it has to keep to reach a charger from a pose."""
+        return charge_to_reach(self.places, end, self._body, self._ways, self._battery)
 
     def note_pose(self, pose: Pose) -> None:
         """Note where it stands; a charger that it has left is free for others."""

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from blackboard.bid_basis import BidBasis
+
 MAX_COST = 1000.0
 """The robot cannot or should not do the task."""
 
@@ -191,6 +193,7 @@ class Bids:
         auction: Of the broadcast that is answered.
         bids: One for each task.
         round: Of the broadcast that is answered.
+        basis: What the bids are to be worked out from, where the blackboard does so; else None.
     """
 
     robot_id: str
@@ -198,3 +201,4 @@ class Bids:
     auction: int
     bids: tuple[Bid, ...]
     round: int = 1
+    basis: BidBasis | None = None

@@ -3,17 +3,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from blackboard.cost import friction_force
 from blackboard.pace import Pace
-from blackboard.task import StepKind, load_during, split_task
+from blackboard.task import StepKind, Task, TaskType, load_during, split_task
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from blackboard.battery import Battery
     from blackboard.characteristics import RobotCharacteristics
     from blackboard.pose import Pose
-    from blackboard.task import Task
     from blackboard.ways import Ways
 
 
@@ -135,3 +138,21 @@ def effort(
 ) -> Effort:
     """Predict what it takes a robot to do the rest of a task, or its next steps; see `Job`."""
     return Job(task, first_step, robot, ways, steps, pace).effort_from(start)
+
+
+def charge_to_reach(
+    places: Iterable[Pose],
+    start: Pose,
+    robot: RobotCharacteristics,
+    ways: Ways,
+    battery: Battery,
+) -> float:
+    """Return the charge that the drive to the nearest of some places takes [Ah].
+
+    It is 0 where none can be reached, or there is none.
+    """
+    drives = (effort(Task("", TaskType.GA, (place,)), 0, start, robot, ways) for place in places)
+    nearest = min(drives, key=lambda drive: drive.way, default=None)
+    if nearest is None or not math.isfinite(nearest.way):
+        return 0.0
+    return battery.charge_for(nearest.energy)

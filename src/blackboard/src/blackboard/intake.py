@@ -60,7 +60,7 @@ def why_refused(topic: str, message: object) -> str:
         message: One of the core's values.
     """
     check = _CHECKS.get(topic)
-    return _flaw(message, type(message).__name__) if check is None else check(message)
+    return flaw_of(message, type(message).__name__) if check is None else check(message)
 
 
 def _answered_by_others(_message: object) -> str:
@@ -73,15 +73,15 @@ def _broadcast_flaw(broadcast: Broadcast) -> str:
 
 def _order_flaw(order: Order) -> str:
     if not order.take_back:
-        return _task_flaw(order.task, order.step) or _flaw(order.heard, "Order.heard")
-    return _kind_flaw(order.task) or _flaw(order, "Order")
+        return _task_flaw(order.task, order.step) or flaw_of(order.heard, "Order.heard")
+    return _kind_flaw(order.task) or flaw_of(order, "Order")
 
 
 def _entries_flaw(entries: Entries) -> str:
     records = [record for entry in entries.entries for record in entry.records]
     records += entries.whole.records.values() if entries.whole else ()
     flaws = (_task_flaw(record.task, record.step) for record in records if not record.parts)
-    return next(filter(None, flaws), "") or _flaw(entries.sent, "Entries.sent")
+    return next(filter(None, flaws), "") or flaw_of(entries.sent, "Entries.sent")
 
 
 def _list_flaw(known: TaskList) -> str:
@@ -92,7 +92,7 @@ def _list_flaw(known: TaskList) -> str:
 def _update_flaw(update: TaskUpdate) -> str:
     if not update.task_id:
         return "task_id is empty; it says whom the message is about"
-    return _flaw(update, "TaskUpdate")
+    return flaw_of(update, "TaskUpdate")
 
 
 def _status_flaw(status: RobotStatus) -> str:
@@ -103,7 +103,7 @@ def _status_flaw(status: RobotStatus) -> str:
         )
     if not 0.0 <= status.charge <= 1.0:
         return f"RobotStatus.charge of {status.robot_id} is {status.charge:g}; allowed: 0 to 1"
-    return _flaw(status, "RobotStatus")
+    return flaw_of(status, "RobotStatus")
 
 
 _CHECKS: Mapping[str, Callable[[Any], str]] = MappingProxyType(
@@ -135,10 +135,10 @@ def _task_flaw(task: Task, step: int) -> str:
     return "" if step <= steps else f"step {step} of {task.id} is beyond its {steps} steps"
 
 
-def _flaw(value: object, name: str) -> str:
+def flaw_of(value: object, name: str) -> str:
     """Return what is wrong with a value and all that is in it; empty where nothing is."""
     if isinstance(value, str) and not isinstance(value, Enum):
-        longest = LONGEST_TEXT if name.endswith(".reason") else LONGEST_NAME
+        longest = LONGEST_TEXT if name.endswith((".reason", ".refusal")) else LONGEST_NAME
         flawed = len(value) > longest
         return f"{name} has {len(value)} characters; allowed: at most {longest}" * flawed
     if isinstance(value, float):
@@ -150,4 +150,4 @@ def _flaw(value: object, name: str) -> str:
         inner = ((each, name) for each in value)
     elif is_dataclass(value):
         inner = ((getattr(value, each.name), f"{name}.{each.name}") for each in fields(value))
-    return next(filter(None, (_flaw(*each) for each in inner)), "")
+    return next(filter(None, (flaw_of(*each) for each in inner)), "")

@@ -9,6 +9,7 @@ place.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from blackboard.aging import Aging
@@ -25,7 +26,7 @@ from blackboard.task import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
     from blackboard.pose import Pose
     from blackboard.record import Order, TaskRecord
@@ -119,6 +120,11 @@ class Itinerary:
         self._pace = pace or Pace(robot.max_speed)
         self._entries: list[Entry] = []
 
+    @property
+    def pace(self) -> Pace:
+        """How long the robot's drives take."""
+        return self._pace
+
     def __iter__(self) -> Iterator[Entry]:
         return iter(self._entries)
 
@@ -141,6 +147,10 @@ class Itinerary:
             route = self.route(here, at_work=keep_first)
             index = route.best_place(order.task, step).index
         self._entries.insert(index, Entry(order, step))
+
+    def restore(self, entries: Iterable[Entry]) -> None:
+        """Take over a list as it is, in place of what was on this one."""
+        self._entries = list(entries)
 
     def remove(self, task_id: str) -> None:
         """Take a task off; harmless where it is not on the list."""
@@ -196,6 +206,14 @@ class Itinerary:
         return effort(
             entry.task, entry.step, here, self._robot, self._ways, steps=1, pace=self._pace
         )
+
+    def promise(self, here: Pose) -> dict[str, float]:
+        """Return `eta` and `step_eta` [s] of the first task on the list, which has to be there.
+
+        Empty where there is no way to it.
+        """
+        eta = self.ahead(here)[0].duration
+        return {"eta": eta, "step_eta": self.next_step(here).duration} if isfinite(eta) else {}
 
     def predict(self, task: Task, first_step: int, start: Pose) -> Effort:
         """Return what the rest of any task takes this robot; see `effort`."""

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blackboard.errors import CharacteristicsError
+
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from blackboard.pose import Pose
     from blackboard.task import TaskStep
@@ -47,12 +49,23 @@ class Pace:
 
     Args:
         max_speed: The robot's greatest speed [m/s].
+        times: What has been learned already, see `times`; empty where nothing has.
+
+    Raises:
+        CharacteristicsError: The times are not three.
     """
 
-    def __init__(self, max_speed: float) -> None:
+    def __init__(self, max_speed: float, times: Sequence[float] = ()) -> None:
         self._least = 1.0 / max_speed
-        self._times = np.array([0.0, self._least / MEAN_SPEED_SHARE, 0.0])
+        self._times = np.array(times or (0.0, self._least / MEAN_SPEED_SHARE, 0.0))
+        if self._times.shape != (3,):
+            raise CharacteristicsError(f"pace is {tuple(times)}; allowed: three times, or nothing")
         self._unsure = np.diag(np.square(_UNSURE))
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """What a drive takes: [s] in any case, [s/m] for its length, [s/rad] for turning."""
+        return tuple(self._times.tolist())
 
     def duration(self, start: Pose, goal: Pose, way: float) -> float:
         """Return how long a drive takes [s].

@@ -82,6 +82,21 @@ class TaskRecord:
             reason=update.reason,
         )
 
+    def told(self, epoch: int) -> TaskUpdate:
+        """Return what everyone is told of it by the blackboard of an epoch."""
+        return TaskUpdate(
+            task_id=self.task.id,
+            state=self.state,
+            robot_id=self.robot,
+            step=self.step,
+            steps=self.steps,
+            eta=self.eta,
+            epoch=epoch,
+            reason=self.reason,
+            assignment=self.assignment,
+            step_eta=self.step_eta,
+        )
+
     def after(self, event: TaskEvent, **changes: object) -> TaskRecord | None:
         """Return the record after an event, or None where the event changes nothing.
 
@@ -137,6 +152,7 @@ class Broadcast:
         round: Of the auction, from 1 on; bids repeat it.
         asked: The robots that are asked, each with the task that it has just been given and that
             has to be on its list when it bids, empty where there is none. All are asked if None.
+        basis: Whether robots answer with what their bids are worked out from, instead of bids.
     """
 
     epoch: int
@@ -145,6 +161,7 @@ class Broadcast:
     hive: str = ""
     round: int = 1
     asked: Mapping[str, str] | None = None
+    basis: bool = False
 
     def asks(self, robot_id: str) -> bool:
         """Return whether a robot has to answer."""

@@ -7,21 +7,21 @@ so that the next makes good an order that was lost. It repeats reports until a c
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from blackboard.aging import Aging
 from blackboard.answering import Answering
-from blackboard.bidding import Bidder
 from blackboard.characteristics import RobotCharacteristics, RobotState, RobotStatus
 from blackboard.charging import Charging, ChargingPlan
 from blackboard.controller import CommandState
-from blackboard.cost import COST_MODELS, friction_force
+from blackboard.cost import friction_force
 from blackboard.itinerary import Entry, Itinerary
 from blackboard.leave import Leave
+from blackboard.letting_go import LettingGo
 from blackboard.pace import DriveWatch, Pace
 from blackboard.preemption import may_put_off
 from blackboard.reports import Reports
+from blackboard.respondent import Respondent
 from blackboard.service import WORDS, Service
 from blackboard.talker import (
     ROBOT_STATUS,
@@ -102,8 +102,6 @@ class Robot:
         self.charging = Charging(
             talker, robot_id, characteristics, battery, ways, controller, self._service, plan
         )
-        cost, reserve = COST_MODELS[settings.cost_model], self.charging.reserve
-        self._bidder = Bidder(robot_id, characteristics, battery, self._list, cost, reserve)
         self._work = Worker(
             controller,
             self._list,
@@ -112,7 +110,11 @@ class Robot:
             self._step_done,
             self._task_ended,
         )
-        self._answering = Answering(robot_id, self._bid)
+        self._letting_go = LettingGo(self._work, self._list, self._service, self._reports)
+        self._respondent = Respondent(
+            robot_id, characteristics, battery, self._list, self.charging, settings
+        )
+        self._answering = Answering(robot_id, self._answer)
 
     def start(self) -> None:
         """Begin to listen and to say how it is."""
@@ -170,12 +172,11 @@ class Robot:
         self._go_on()
         self._say_status()
 
-    def _bid(self, broadcast: Broadcast) -> None:
-        if not self._leave.obeys(broadcast.hive, broadcast.epoch):
-            return
-        at_work, refusal = self._work.current is not None, self.charging.refusal
-        bids = self._bidder.answer(broadcast, self._pose, refusal, at_work=at_work)
-        self._talker.publish(TASK_COST, bids)
+    def _answer(self, broadcast: Broadcast) -> None:
+        if self._leave.obeys(broadcast.hive, broadcast.epoch):
+            at_work = self._work.current is not None
+            answer = self._respondent.answer(broadcast, self._pose, at_work=at_work)
+            self._talker.publish(TASK_COST, answer)
 
     def _obey(self, order: Order) -> None:
         if order.robot_id != self._id or not self._leave.allows(order):
@@ -278,39 +279,20 @@ class Robot:
 
     def _drop(self, entry: Entry) -> None:
         """Take a task off the list that is no longer its own; stop it where it is under way."""
-        self._strand(entry)
-        self._list.remove(entry.task.id)
+        self._letting_go.drop(entry)
         self._go_on()
         self._say_status()
 
     def _hand_back(self, entry: Entry, reason: str, put_off_for: str = "") -> None:
-        """Give a task back to the blackboard; one whose load is on board needs a person."""
-        loaded = self._strand(entry)
-        self._list.remove(entry.task.id)
-        if loaded:
-            weight = f"{entry.task.payload:g} kg"
-            reason += f"; its load of {weight} is on board at {self._pose}: take it off"
-        state = TaskState.FAILED if loaded else TaskState.WAITING
-        self._reports.add(entry.update(state, reason=reason, put_off_for=put_off_for))
-
-    def _strand(self, entry: Entry) -> bool:
-        """Stop a task if it is under way; return whether its arm has taken its load on board."""
-        if entry is self._work.current:
-            self._work.stop()
-        loaded = is_picked(entry.task, entry.step)
-        if loaded:
-            self._service.leave_on_board(entry.task.id, entry.task.payload)
-        return loaded
+        self._letting_go.hand_back(entry, reason, self._pose, put_off_for)
 
     def _payload(self) -> float:
         entry = self._work.current
         return load_during(entry.task, entry.step) if entry else self._service.left_on_board or 0.0
 
     def _say_started(self, entry: Entry) -> None:
-        eta = self._list.ahead(self._pose)[0].duration
-        step_eta = self._list.next_step(self._pose).duration
-        times = {"eta": eta, "step_eta": step_eta} if math.isfinite(eta) else {}
-        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **times))
+        promise = self._list.promise(self._pose)
+        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **promise))
 
     def _say_status(self) -> None:
         self._talker.publish(ROBOT_STATUS, self.status)

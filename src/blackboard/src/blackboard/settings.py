@@ -16,6 +16,9 @@ MOST_DRIFT = 0.01
 _SHORTEST_SILENCE = 2.0
 """Under 30 % packet loss a heartbeat at 10 Hz paused for up to 1.8 s (docs/benchmarks.md) [s]."""
 
+DECISIONS = ("distributed", "centralized")
+"""Who works bids out: every robot its own, or the active blackboard those of all."""
+
 DISTANCES = ("path", "euclidean")
 """How the length of a way is measured: on the map, or as the crow flies."""
 
@@ -31,6 +34,7 @@ class Settings:
     def __post_init__(self) -> None:
         names = {
             "cost_model": tuple(COST_MODELS),
+            "decision": DECISIONS,
             "distance": DISTANCES,
             "on_robot_lost": ON_ROBOT_LOST,
         }
@@ -97,6 +101,7 @@ class BlackboardSettings(Settings):
     """How patient the blackboard is.
 
     Attributes:
+        decision: A name of `DECISIONS`.
         bid_timeout: Longest time that an auction stays open [s].
         robot_lease: How long a robot works on without hearing that it was heard [s].
         lease_margin: Time that a robot takes to come to a stop, and a little more [s].
@@ -115,6 +120,7 @@ class BlackboardSettings(Settings):
             than this share; at 1 or more nothing changes hands.
     """
 
+    decision: str = "distributed"
     bid_timeout: float = 2.0
     robot_lease: float = 3.5
     lease_margin: float = 0.5

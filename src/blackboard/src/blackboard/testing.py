@@ -53,16 +53,8 @@ if TYPE_CHECKING:
     from blackboard.task import Task, TaskStep
     from blackboard.ways import Ways
 
-__all__ = [
-    "LATENCY",
-    "SMALL_ROBOT",
-    "Hive",
-    "Listener",
-    "Network",
-    "NetworkTalker",
-    "TimedCommand",
-    "lone_backup",
-]
+__all__ = ["LATENCY", "SMALL_ROBOT", "Hive", "Listener", "Network", "NetworkTalker"]
+__all__ += ["TimedCommand", "lone_backup"]
 
 SMALL_ROBOT = RobotCharacteristics(
     mass=50.0,
@@ -178,6 +170,7 @@ class Hive:
     Args:
         settings: Of the blackboard.
         network: What they talk over; by default one that loses nothing.
+        ways: What the blackboard knows of the floor; as the crow flies where it is left out.
 
     Attributes:
         network: What they talk over, and the time.
@@ -187,7 +180,10 @@ class Hive:
     """
 
     def __init__(
-        self, settings: BlackboardSettings | None = None, network: Network | None = None
+        self,
+        settings: BlackboardSettings | None = None,
+        network: Network | None = None,
+        ways: Ways | None = None,
     ) -> None:
         self.network = network or Network()
         self.robots: dict[str, Robot] = {}
@@ -199,7 +195,7 @@ class Hive:
         talker = self._talker("blackboard")
         backup = lone_backup(talker)
         settings = settings or BlackboardSettings()
-        Blackboard(talker, backup, StraightWays(), settings).start()
+        Blackboard(talker, backup, ways or StraightWays(), settings).start()
         backup.start()
 
     def add_robot(

@@ -6,6 +6,7 @@ import random
 
 import pytest
 
+from blackboard.errors import CharacteristicsError
 from blackboard.pace import MEAN_SPEED_SHARE, Pace
 from blackboard.pose import Pose
 from blackboard.task import Task, TaskType
@@ -73,6 +74,17 @@ def test_what_is_no_drive_takes_no_time_and_what_has_no_way_for_ever():
     assert pace.duration(HERE, HERE, 0.0) == 0.0
     assert pace.duration(HERE, Pose(3.0, 0.0), math.inf) == math.inf
     assert pace.duration(HERE, Pose(3.0, 0.0), 3.0) == before
+
+
+def test_what_was_learned_can_be_handed_on():
+    pace = Pace(max_speed=1.5)
+    for goal, way, turn in drives(5):
+        pace.learn(HERE, goal, way, real(way, turn))
+    goal = Pose(4.0, 2.0, 1.0)
+
+    assert Pace(1.5, pace.times).duration(HERE, goal, 5.0) == pace.duration(HERE, goal, 5.0)
+    with pytest.raises(CharacteristicsError, match=r"pace is \(1.0,\); allowed: three times"):
+        Pace(1.5, (1.0,))
 
 
 def test_a_robot_of_a_hive_predicts_better_once_it_has_driven():

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from blackboard.cost import COST_MODELS
 from blackboard.errors import SettingsError
-from blackboard.settings import ChargingSettings
+from blackboard.settings import DECISIONS, DISTANCES, ChargingSettings
 from fleet_manager.resources import beside, find_file
 from robot_description.checked_yaml import error_at, read_checked
 from robot_description.errors import FileError
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from robot_description.models import RobotModel
-
-DISTANCES = ("path", "euclidean")
 
 LOCALIZATIONS = ("fake_localization", "amcl", "none")
 
@@ -48,9 +46,11 @@ _SCHEMA: dict[str, Any] = {
     "type": "object",
     "additionalProperties": False,
     "required": ["robots"],
-    "description": "cost_model, distance, bid_timeout, localization, battery, chargers, robots",
+    "description": "cost_model, decision, distance, bid_timeout, localization, battery, "
+    "chargers, robots",
     "properties": {
         "cost_model": {"enum": sorted(COST_MODELS), "description": " | ".join(COST_MODELS)},
+        "decision": {"enum": list(DECISIONS), "description": " | ".join(DECISIONS)},
         "distance": {"enum": list(DISTANCES), "description": " | ".join(DISTANCES)},
         "bid_timeout": {
             "type": "number",
@@ -139,6 +139,7 @@ class Fleet:
         path: The file.
         robots: The robots, in the file's order, at least one.
         cost_model: How robots reckon what a task costs them.
+        decision: Who works bids out: `distributed`, every robot its own, or `centralized`.
         distance: Length of a way: `path` on the map, or `euclidean` as the crow flies.
         bid_timeout: How long an auction waits for bids at most [s].
         battery: When robots charge.
@@ -151,6 +152,7 @@ class Fleet:
     path: Path
     robots: tuple[FleetRobot, ...]
     cost_model: str = "report"
+    decision: str = "distributed"
     distance: str = "path"
     bid_timeout: float = 2.0
     localization: str | None = None

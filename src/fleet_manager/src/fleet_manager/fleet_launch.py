@@ -29,7 +29,11 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
         lines.append(f'  <param name="/fleet/{name}" type="str" value="{value}"/>')
     lines += _charging(fleet)
-    blackboard = {"distance": fleet.distance, "bid_timeout": f"{fleet.bid_timeout:g}"}
+    blackboard = {
+        "decision": fleet.decision,
+        "distance": fleet.distance,
+        "bid_timeout": f"{fleet.bid_timeout:g}",
+    }
     lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
     for robot in fleet.robots:
         x, y, yaw = robot.pose

@@ -78,6 +78,7 @@ def test_a_path_that_is_no_file_is_said(tmp_path):
         ("[3.5, 2, 1.57]", "[1.1, 2, 0]", ["/mine.yaml:8: robots[1].pose", "0.10 m from amy"]),
         ("[3.5, 2, 1.57]", "[.nan, 2, 0]", ["/mine.yaml:8:", ".nan"]),
         ("cost_model: time", "cost_model: luck", ["/mine.yaml:1: cost_model", "report"]),
+        ("cost_model: time", "decision: mine", ["/mine.yaml:1: decision", "mine", "centralized"]),
         ("cost_model: time", "bid_timeout: -1", ["/mine.yaml:1: bid_timeout", "-1", "0.1..60"]),
         ("cost_model: time", "colour: red", ["/mine.yaml:1:", "colour"]),
     ],
@@ -116,7 +117,11 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
     }
     assert root.find("rosparam").text == "[]"
     assert files[0].endswith("blackboard.launch")
-    assert values[0] == {"distance": "path", "bid_timeout": "2"}
+    assert values[0] == {
+        "decision": "distributed",
+        "distance": "path",
+        "bid_timeout": "2",
+    }
     assert [one["name"] for one in values[1:]] == [robot.name for robot in fleet.robots]
     assert values[1]["model"] == "mir100"
     assert (values[1]["x"], values[1]["sim"]) == ("2.6", "false")

@@ -11,7 +11,7 @@ from blackboard.errors import BlackboardError
 from blackboard.ros import handshakes, membership, params
 from blackboard.ros.links import mend_links
 from blackboard.ros.talker import RosTalker
-from blackboard.ros.ways import make_ways
+from blackboard.ros.ways import RosWays
 from blackboard.settings import BackupSettings, BlackboardSettings, WaysSettings
 
 
@@ -35,7 +35,7 @@ def main() -> None:
         hive = rospy.get_namespace()
         journal = membership.open_journal()
         talker = RosTalker(hive, membership.SPEAKS)
-        ways = make_ways(talker, hive, 0.0, params.read(WaysSettings))
+        ways = RosWays(talker, hive, params.read(WaysSettings))
         backup = membership.join(talker, hive, ways, journal, founds=True)
     except BlackboardError as error:
         rospy.logfatal(str(error))

@@ -21,6 +21,7 @@ from blackboard.backup import TaskList
 from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
 from blackboard.record import Broadcast, Order, TaskUpdate
+from blackboard.ros.basis_conversions import basis_from_msg, basis_to_msg
 from blackboard.ros.charger_conversions import CHARGER_WIRES
 from blackboard.ros.hive_conversions import HIVE_WIRES
 from blackboard.ros.records import (
@@ -69,7 +70,7 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
 
 
 def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
-    if msg.order not in {msg.ASSIGN, msg.TAKE_BACK, msg.HAND_BACK}:
+    if msg.order not in {msg.ASSIGN, msg.TAKE_BACK, msg.HAND_BACK, msg.HAND_BACK_UNBEGUN}:
         raise ValueError(f"order {msg.order} is unknown")
     return Order(
         task=task_from_msg(msg),
@@ -100,13 +101,22 @@ def _broadcast_to_msg(broadcast: Broadcast) -> bb_msgs.TaskMsgArray:
         round=broadcast.round,
         robots=list(broadcast.asked or ()),
         given=list((broadcast.asked or {}).values()),
+        basis=broadcast.basis,
     )
 
 
 def _broadcast_from_msg(msg: bb_msgs.TaskMsgArray) -> Broadcast:
     tasks = tuple((task_from_msg(task), task.step) for task in msg.tasks)
     asked = dict(zip(msg.robots, msg.given, strict=True)) if msg.robots else None
-    return Broadcast(msg.epoch, msg.auction, tasks, msg.hive, round=msg.round, asked=asked)
+    return Broadcast(
+        msg.epoch,
+        msg.auction,
+        tasks,
+        msg.hive,
+        round=msg.round,
+        asked=asked,
+        basis=msg.basis,
+    )
 
 
 def _bid_to_msg(bid: Bid, header: Header, epoch: int) -> bb_msgs.TaskCost:
@@ -145,7 +155,13 @@ def _bids_to_msg(bids: Bids) -> bb_msgs.TaskCostArray:
     header = _header()
     costs = [_bid_to_msg(bid, header, bids.epoch) for bid in bids.bids]
     return bb_msgs.TaskCostArray(
-        header, bids.robot_id, bids.epoch, bids.auction, costs, bids.round
+        header,
+        bids.robot_id,
+        bids.epoch,
+        bids.auction,
+        costs,
+        bids.round,
+        [] if bids.basis is None else [basis_to_msg(bids.basis)],
     )
 
 
@@ -166,7 +182,8 @@ def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
         )
         for cost in msg.costs
     )
-    return Bids(msg.robot_id, msg.epoch, msg.auction, bids, msg.round)
+    basis = basis_from_msg(msg.basis[0]) if msg.basis else None
+    return Bids(msg.robot_id, msg.epoch, msg.auction, bids, msg.round, basis)
 
 
 def _update_to_msg(update: TaskUpdate) -> bb_msgs.TaskState:

@@ -184,6 +184,10 @@ class LiveHive:
         """Return the process numbers of the nodes that run."""
         return tuple(each.pid for each in self._processes.values() if each.poll() is None)
 
+    def pid_of(self, node: str) -> int:
+        """Return the process number of a node that was started."""
+        return self._processes[node].pid
+
     def restart_ended(self) -> None:
         """Start those again that do not run any more."""
         for name in self.ended():

@@ -75,7 +75,7 @@ class LiveOperator:
         self.lives: dict[str, str] = {}
         self._list: dict[str, Any] = {}
         self._new_task = rospy.Publisher(f"{namespace}new_task", bb_msgs.TaskMsg, queue_size=1000)
-        self._cancel = rospy.Publisher(f"{namespace}task_cancel", String, queue_size=10)
+        self._cancel = rospy.Publisher(f"{namespace}task_cancel", String, queue_size=1000)
         listens = (
             ("bb_backup", bb_msgs.BbBackup, self._hear_beat),
             ("bb_ack", bb_msgs.BbAck, self._hear_ack),
@@ -150,6 +150,26 @@ class LiveOperator:
             if self.wait(lambda: self.state_of(task_id) in TERMINAL, _REPEAT):
                 return
         raise LiveHiveError(f"{task_id} was not cancelled within {PATIENCE:.0f} s")
+
+    def cancel_all(self, task_ids: Iterable[str]) -> None:
+        """Take tasks off the list, and say so until all are."""
+        tasks = list(task_ids)
+
+        def left() -> list[str]:
+            return [each for each in tasks if self.state_of(each) not in TERMINAL]
+
+        end = time.monotonic() + PATIENCE
+        while left() and time.monotonic() < end:
+            for task_id in left():
+                self._cancel.publish(task_id)
+            self.wait(lambda: not left(), _REPEAT)
+        if left():
+            raise LiveHiveError(f"{len(left())} tasks were not cancelled within {PATIENCE:.0f} s")
+
+    def open_tasks(self) -> list[str]:
+        """Return the ids of the tasks that have not ended, on the list as published last."""
+        with self._changed:
+            return [name for name, each in self._list.items() if each.state not in TERMINAL]
 
     def follow(self, task_id: str) -> int:
         """Wait for the end of a task; return the state in which it ended."""

@@ -25,7 +25,7 @@ from blackboard.standstill import Standstill
 
 if TYPE_CHECKING:
     from blackboard.ros.talker import RosTalker
-    from blackboard.ways import Ways
+    from blackboard.ros.ways import RosWays
 
 SPEAKS = (
     topics.NEW_TASK,
@@ -81,7 +81,7 @@ def default_folder() -> Path:
 
 
 def join(
-    talker: RosTalker, hive: str, ways: Ways, journal: SqliteJournal, *, founds: bool
+    talker: RosTalker, hive: str, ways: RosWays, journal: SqliteJournal, *, founds: bool
 ) -> Backup:
     """Make this node a member; call `start` of what is returned when all else is wired up.
 
@@ -90,7 +90,7 @@ def join(
     Args:
         talker: How it hears and speaks.
         hive: Namespace of the hive, ending in a slash.
-        ways: Knows where a robot can stand.
+        ways: Knows where a robot can stand, and how far it is for each.
         journal: Its disk.
         founds: Whether it founds a hive where there is none.
 
@@ -104,7 +104,8 @@ def join(
         talker.steady, rospy.get_name(), settings, journal, random.SystemRandom(), founds=founds
     )
     book = SqliteBook(_file(ENDING))
-    Blackboard(talker, backup, ways, params.read(BlackboardSettings, node), book).start()
+    decides = params.read(BlackboardSettings, node)
+    Blackboard(talker, backup, ways.of(0.0), decides, book, ways.of).start()
     standstill = Standstill(talker.steady, lambda: backup.member, str(_file(".sqlite3")))
     talker.steady.every(_LOOK_EVERY, standstill.look)
     Diagnostics(talker, backup, standstill).start()

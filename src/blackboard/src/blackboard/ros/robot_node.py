@@ -26,7 +26,7 @@ from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
 from blackboard.ros.links import mend_links
 from blackboard.ros.talker import RosTalker
-from blackboard.ros.ways import make_ways
+from blackboard.ros.ways import RosWays
 from blackboard.settings import ControllerSettings, RobotSettings, WaysSettings
 from blackboard.task import StepKind
 
@@ -84,16 +84,15 @@ def _run() -> None:
     battery = Battery(characteristics.battery, rospy.get_param("~charge", 1.0))
     journal = membership.open_journal()
     talker = RosTalker(hive, _SPEAKS)
-    ways = make_ways(talker, hive, characteristics.radius, params.read(WaysSettings))
+    ways = RosWays(talker, hive, params.read(WaysSettings))
     controller = Controller(_commands(talker, characteristics, patience), talker, patience)
-    goals = make_ways(talker, hive, 0.0, params.read(WaysSettings))
-    backup = membership.join(talker, hive, goals, journal, founds=False)
+    backup = membership.join(talker, hive, ways, journal, founds=False)
     robot = Robot(
         talker,
         robot_id,
         characteristics,
         battery,
-        ways,
+        ways.of(characteristics.radius),
         controller,
         _first_pose(),
         settings,

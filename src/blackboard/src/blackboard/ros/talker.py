@@ -93,8 +93,9 @@ class RosTalker:
             else:
                 self.call(lambda: handler(value))
 
+        # Otherwise the system holds small messages back until those before are acknowledged.
         subscriber = rospy.Subscriber(
-            self._name(topic), wire.message, receive, queue_size=_QUEUE_SIZE
+            self._name(topic), wire.message, receive, queue_size=_QUEUE_SIZE, tcp_nodelay=True
         )
         if topic == BACKUP and self._death is None:
             self._death = DeathWatch(subscriber)

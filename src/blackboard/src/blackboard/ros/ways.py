@@ -15,19 +15,20 @@ from blackboard.ways import GridWays, StraightWays
 if TYPE_CHECKING:
     from blackboard.ros.talker import RosTalker
     from blackboard.settings import WaysSettings
-    from blackboard.ways import Ways
+    from blackboard.ways import Grid, Ways
 
 _PATIENCE = 5.0
 """Wall time after which it is said again that there is no map yet [s]."""
 
 
-def make_ways(talker: RosTalker, hive: str, radius: float, settings: WaysSettings) -> Ways:
-    """Make the ways that the settings name, waiting for the map where they need one.
+class RosWays:
+    """The ways of robots of any radius, on one copy of the map.
+
+    Making it waits for the map where the settings need one.
 
     Args:
         talker: Whose thread later maps are taken in by.
         hive: Namespace of the hive, ending in a slash.
-        radius: How close the middle of the robot may come to what is blocked [m].
         settings: How the length of a way is measured.
 
     Raises:
@@ -35,20 +36,36 @@ def make_ways(talker: RosTalker, hive: str, radius: float, settings: WaysSetting
 
     ROS Subscribers: `map` (nav_msgs/OccupancyGrid) in the hive's namespace.
     """
-    if settings.distance == "euclidean":
-        return StraightWays()
-    topic = f"{hive}map"
-    first = None
-    while first is None:
-        first = _next_map(topic)
-    ways = GridWays(grid_from_msg(first), radius)
-    rospy.Subscriber(
-        topic,
-        numpy_msg(OccupancyGrid),
-        lambda msg: talker.call(lambda: ways.use(grid_from_msg(msg))),
-        queue_size=1,
-    )
-    return ways
+
+    def __init__(self, talker: RosTalker, hive: str, settings: WaysSettings) -> None:
+        self._grid: Grid | None = None
+        self._made: dict[float, GridWays] = {}
+        if settings.distance == "euclidean":
+            return
+        topic = f"{hive}map"
+        first = None
+        while first is None:
+            first = _next_map(topic)
+        self._grid = grid_from_msg(first)
+        rospy.Subscriber(
+            topic,
+            numpy_msg(OccupancyGrid),
+            lambda msg: talker.call(lambda: self._use(grid_from_msg(msg))),
+            queue_size=1,
+        )
+
+    def of(self, radius: float) -> Ways:
+        """Return the ways of a robot whose middle comes so close to what is blocked [m]."""
+        if self._grid is None:
+            return StraightWays()
+        if radius not in self._made:
+            self._made[radius] = GridWays(self._grid, radius)
+        return self._made[radius]
+
+    def _use(self, grid: Grid) -> None:
+        self._grid = grid
+        for ways in self._made.values():
+            ways.use(grid)
 
 
 def _next_map(topic: str) -> OccupancyGrid | None:

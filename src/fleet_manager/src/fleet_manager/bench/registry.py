@@ -48,7 +48,8 @@ class Bench:
         line: What it measures, in a line, with units.
         run: Measures.
         repeat: Measures with a count that the user chooses; None where there is no such choice.
-        counts: What is counted then, and the name of the option: `runs`, `schedules`, `minutes`.
+        counts: What is counted then, and the name of the option: `runs`, `schedules`, `minutes`,
+            `robots`.
     """
 
     line: str
@@ -69,6 +70,7 @@ def _on_live_hive(module: str, *count: int) -> BenchResult:
 
 _failover = partial(_on_live_hive, "bench_failover")
 _soak = partial(_on_live_hive, "bench_soak")
+_auction = partial(_on_live_hive, "bench_auction")
 
 
 def _system(outside: Outside) -> BenchResult:
@@ -120,6 +122,11 @@ def _allocation(_outside: Outside) -> BenchResult:
     return result
 
 
+def _decision(_outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.ros.bench_decision").measure()
+    return result
+
+
 _SCHEDULES = 1000
 
 
@@ -140,6 +147,12 @@ BENCHES: Mapping[str, Bench] = {
         "plans over the best known ones, and times to done [s] of tasks that arrive over time",
         _allocation,
     ),
+    "auction": Bench(
+        "from posting to ASSIGNED [s], with 4, 10 and 50 robots or --robots, memory [MB], on ROS",
+        lambda _outside: _auction(),
+        _auction,
+        "robots",
+    ),
     "charge": Bench(
         "predicted over used charge of 100 tasks in the simulator, less 1, without its sign",
         _charge,
@@ -147,6 +160,10 @@ BENCHES: Mapping[str, Bench] = {
     "day": Bench(
         "24 simulated hours with a task every two minutes: tasks not done, robots stranded [1]",
         _day,
+    ),
+    "decision": Bench(
+        "bytes and processor time [s] for each task, bids worked out by robots or the blackboard",
+        _decision,
     ),
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     help="How many are simulated, for faults.",
 )
 @click.option("--minutes", type=click.IntRange(min=2), metavar="N", help="How long, for soak.")
+@click.option(
+    "--robots", type=click.IntRange(min=2), metavar="N", help="How large a fleet, for auction."
+)
 @pass_outside
 def bench(outside: Outside, name: str | None, file: Path | None, **counts: int | None) -> None:
     """Measure; without a NAME, list what can be measured.
@@ -52,6 +55,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
       hive bench soak --minutes 30
       hive bench faults --schedules 10000
       hive bench flake --runs 5
+      hive bench auction --robots 10
 
     Ends with 0 when the measurement ran, whatever it found; faults ends with 1 when a property
     was broken.

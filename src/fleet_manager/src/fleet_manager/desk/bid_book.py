@@ -14,12 +14,17 @@ class BidBook:
 
     def __init__(self) -> None:
         self._auctions: dict[str, tuple[int, int]] = {}
+        self._counts: dict[str, int] = {}
         self._bids: dict[str, dict[str, Bid]] = {}
 
     def of(self, task_id: str) -> tuple[Bid, ...]:
         """Return the bids on a task, cheapest first."""
         bids = self._bids.get(task_id, {}).values()
         return tuple(sorted(bids, key=lambda bid: (bid.cost, bid.robot_id)))
+
+    def auctions(self, task_id: str) -> int:
+        """Return in how many auctions a task has been seen."""
+        return self._counts.get(task_id, 0)
 
     def add(self, answer: Bids) -> list[str]:
         """Write a robot's answer down, and return the ids of the tasks that it bids on."""
@@ -31,6 +36,7 @@ class BidBook:
             if auction != known:
                 self._auctions[bid.task_id] = auction
                 self._bids[bid.task_id] = {}
+                self._counts[bid.task_id] = self.auctions(bid.task_id) + 1
             self._bids[bid.task_id][bid.robot_id] = bid
         return [bid.task_id for bid in answer.bids]
 
@@ -38,3 +44,4 @@ class BidBook:
         """Drop what was bid on a task that is no longer on the list."""
         self._bids.pop(task_id, None)
         self._auctions.pop(task_id, None)
+        self._counts.pop(task_id, None)

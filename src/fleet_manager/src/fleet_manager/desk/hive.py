@@ -74,6 +74,10 @@ class Hive:
         """Return the bids of the last auction of a task, cheapest first."""
         return self._bids.of(task_id)
 
+    def auctions(self, task_id: str) -> int:
+        """Return in how many auctions a task has been seen, those for improvement included."""
+        return self._bids.auctions(task_id)
+
     def posted(self, task_id: str) -> Task | None:
         """Return what was posted under an id, if it has been seen."""
         row = self._tasks.get(task_id)

@@ -10,17 +10,15 @@ from python_qt_binding.QtWidgets import QDialog, QTableWidgetItem
 
 from blackboard.task import goal_name
 from fleet_manager.desk import formats
+from fleet_manager.desk.bid_words import HEADS, bid_cells, story
 from fleet_manager.desk.words import text
 from fleet_manager.gui.forms import load_form
 from fleet_manager.gui.task_table import type_name
 
 if TYPE_CHECKING:
-    from blackboard.cost import Bid
     from blackboard.record import TaskRecord
     from fleet_manager.desk.rows import Changes
     from fleet_manager.gui.desk import Desk
-
-_HEADS = ("bid.robot", "bid.cost", "bid.energy", "bid.eta", "bid.reason")
 
 
 class TaskDetails(QDialog):
@@ -38,8 +36,8 @@ class TaskDetails(QDialog):
         self.setAttribute(Qt.WA_DeleteOnClose)
         self.setWindowTitle(text("details.title", id=task_id))
         self._desk, self._task_id = desk, task_id
-        self.bid_table.setColumnCount(len(_HEADS))
-        self.bid_table.setHorizontalHeaderLabels([text(head) for head in _HEADS])
+        self.bid_table.setColumnCount(len(HEADS))
+        self.bid_table.setHorizontalHeaderLabels([text(head) for head in HEADS])
         self.bid_table.horizontalHeader().setStretchLastSection(True)
         self.bid_table.verticalHeader().hide()
         self.bid_table.setEditTriggers(self.bid_table.NoEditTriggers)
@@ -47,7 +45,7 @@ class TaskDetails(QDialog):
         desk.changed.connect(self._follow)
         self._show()
         width = self.fontMetrics().averageCharWidth()
-        self.resize(90 * width, 34 * self.fontMetrics().lineSpacing())
+        self.resize(110 * width, 34 * self.fontMetrics().lineSpacing())
 
     def _follow(self, changes: Changes) -> None:
         if self._task_id in changes.tasks:
@@ -60,6 +58,9 @@ class TaskDetails(QDialog):
         self.asked_label.setText(asked(record))
         self.stands_label.setText(stands(record))
         bids = self._desk.hive.bids(self._task_id)
+        why = story(record, bids, self._desk.hive.auctions(self._task_id))
+        self.story_label.setText(why)
+        self.story_label.setVisible(bool(why))
         self.no_bids_label.setVisible(not bids)
         self.bid_table.setVisible(bool(bids))
         self.bid_table.setRowCount(len(bids))
@@ -92,16 +93,3 @@ def stands(record: TaskRecord) -> str:
     if record.reason:
         lines.append(text("details.reason", reason=record.reason))
     return "\n".join(lines)
-
-
-def bid_cells(bid: Bid, holder: str) -> tuple[str, ...]:
-    """Return the cells of a bid's row; `holder` is the robot that has the task."""
-    robot = text("bid.won", robot=bid.robot_id) if bid.robot_id == holder else bid.robot_id
-    able = bid.is_able
-    return (
-        robot,
-        f"{bid.cost:.1f}",
-        formats.charge_used(bid.energy_cost) if able else text("value.unknown"),
-        formats.duration(bid.eta) if able else text("value.unknown"),
-        bid.reason,
-    )

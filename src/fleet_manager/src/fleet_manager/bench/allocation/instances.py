@@ -70,6 +70,10 @@ class Floor:
         self._cells = np.argwhere(clearance > RADIUS)
         self.ways = GridWays(self._grid, RADIUS)
 
+    def own_ways(self) -> GridWays:
+        """Return ways that nothing is known of yet, as in a process of its own."""
+        return GridWays(self._grid, RADIUS)
+
     def places(self, random: np.random.Generator, number: int) -> list[Pose]:
         """Return the middles of random free cells [map frame]."""
         chosen = self._cells[random.integers(len(self._cells), size=number)] + 0.5

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Works the robots' bids out at the blackboard, where the fleet decides centrally."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from blackboard.bid_basis import bids_from
+from blackboard.cost import COST_MODELS
+from blackboard.errors import BidRefusedError, CharacteristicsError
+from blackboard.intake import flaw_of
+from blackboard.task import split_task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.bid_basis import BidBasis
+    from blackboard.cost import Bids
+    from blackboard.record import Broadcast, TaskRecord
+    from blackboard.task import Task
+    from blackboard.ways import Ways
+
+
+class Central:
+    """Asks robots for what their bids are worked out from, and works them out.
+
+    Args:
+        get: Gives the record of a task by its id; None where it is unknown.
+        ways_for: Gives what knows how far it is for a robot of a radius [m].
+        now: Gives the time on the clock of `Task.posted` [s].
+    """
+
+    def __init__(
+        self,
+        get: Callable[[str], TaskRecord | None],
+        ways_for: Callable[[float], Ways],
+        now: Callable[[], float],
+    ) -> None:
+        self._get = get
+        self._ways_for = ways_for
+        self._now = now
+
+    def question(self, broadcast: Broadcast) -> Broadcast:
+        """Return what robots are asked instead of a call for bids; they need not see the tasks."""
+        return replace(broadcast, tasks=(), basis=True)
+
+    def bids(self, answer: Bids, broadcast: Broadcast) -> Bids:
+        """Return the bids of a robot that has told what they are worked out from.
+
+        Args:
+            answer: What it has told; bids of a robot that bids itself stay as they are.
+            broadcast: What is offered.
+
+        Raises:
+            BidRefusedError: No bid can be worked out of it.
+        """
+        basis, robot = answer.basis, answer.robot_id
+        if basis is None:
+            return answer
+        if flaw := _flaw(basis):
+            raise BidRefusedError(f"{robot} cannot be bid for: {flaw}")
+        tasks = [self._listed(robot, task_id, step) for task_id, step in basis.tasks]
+        try:
+            ways = self._ways_for(basis.body.radius)
+            found = bids_from(basis, robot, tasks, broadcast, ways, self._now())
+        except CharacteristicsError as error:
+            raise BidRefusedError(f"{robot} cannot be bid for: {error}") from None
+        return replace(found, epoch=answer.epoch, auction=answer.auction, round=answer.round)
+
+    def _listed(self, robot: str, task_id: str, step: int) -> Task:
+        record = self._get(task_id)
+        if record is None:
+            raise BidRefusedError(f"{robot} has {task_id[:64]!r} on its list: not a task")
+        if step > len(split_task(record.task)):
+            raise BidRefusedError(f"{robot} is at step {step} of {task_id}, which has fewer")
+        return record.task
+
+
+def _flaw(basis: BidBasis) -> str:
+    if basis.cost_model not in COST_MODELS:
+        return f"cost_model {basis.cost_model[:64]!r}; allowed: {', '.join(COST_MODELS)}"
+    if not basis.aging > 0.0:
+        return f"aging {basis.aging:g}; allowed: above 0 s"
+    return flaw_of(basis, "BidBasis")

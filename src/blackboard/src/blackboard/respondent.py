@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a robot answers when the blackboard asks: its bids, or what they are worked out from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from blackboard.bid_basis import BidBasis
+from blackboard.bidding import Bidder
+from blackboard.cost import COST_MODELS, Bids
+
+if TYPE_CHECKING:
+    from blackboard.battery import Battery
+    from blackboard.characteristics import RobotCharacteristics
+    from blackboard.charging import Charging
+    from blackboard.itinerary import Itinerary
+    from blackboard.pose import Pose
+    from blackboard.record import Broadcast
+    from blackboard.settings import RobotSettings
+
+
+class Respondent:
+    """Answers for one robot.
+
+    Args:
+        robot_id: Its name.
+        body: What it is.
+        battery: Its battery.
+        itinerary: What it has to do already.
+        charging: Says whether it takes tasks, and what it has to keep to reach a charger.
+        settings: By which cost model it bids.
+    """
+
+    def __init__(
+        self,
+        robot_id: str,
+        body: RobotCharacteristics,
+        battery: Battery,
+        itinerary: Itinerary,
+        charging: Charging,
+        settings: RobotSettings,
+    ) -> None:
+        self._id = robot_id
+        self._body = body
+        self._battery = battery
+        self._list = itinerary
+        self._charging = charging
+        self._settings = settings
+        model = COST_MODELS[settings.cost_model]
+        self._bidder = Bidder(robot_id, body, battery, itinerary, model, charging.reserve)
+
+    def answer(self, broadcast: Broadcast, here: Pose, *, at_work: bool) -> Bids:
+        """Return what is asked for.
+
+        Args:
+            broadcast: The question.
+            here: Where the robot stands.
+            at_work: Whether the first task on its list is being done.
+        """
+        if not broadcast.basis:
+            return self._bidder.answer(broadcast, here, self._charging.refusal, at_work=at_work)
+        asked = (broadcast.epoch, broadcast.auction)
+        basis = self._basis(here, at_work=at_work)
+        return Bids(self._id, *asked, (), broadcast.round, basis)
+
+    def _basis(self, here: Pose, *, at_work: bool) -> BidBasis:
+        return BidBasis(
+            self._body,
+            self._settings.cost_model,
+            self._settings.aging,
+            here,
+            self._battery.level,
+            at_work,
+            self._charging.refusal,
+            tuple((entry.task.id, entry.step) for entry in self._list),
+            self._charging.places,
+            self._list.pace.times,
+        )

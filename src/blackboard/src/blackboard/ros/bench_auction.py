@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measures the auction on real ROS: from posting a task to hearing which robot has it.
+
+A blackboard node and one node for each robot run on a ROS master of their own, with their journals
+on disk; what stands in for the robots' bases takes every goal and never moves. Before them, as
+many bare rospy nodes exchange the messages of a round without doing anything, on the same master.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import random
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import psutil
+import rospy
+
+import blackboard.msg as bb_msgs
+from blackboard.ros.live_hive import LiveHive, LiveHiveError, own_master
+from blackboard.ros.live_operator import LiveOperator, make_task
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+SIZES = (4, 10, 50)
+"""Numbers of robots, unless said otherwise."""
+
+AIMS = {
+    "robots_10_assigned_median": 0.010,
+    "robots_10_seconds_per_task": 0.010,
+    "robots_10_burst_of_200": 2.0,
+    "robots_10_memory_worst": 45.0,
+    "robots_100_assigned_median": 0.100,
+    "robots_100_seconds_per_task": 0.100,
+    "robots_100_memory_worst": 45.0,
+}
+"""Times [s] and memory [MB]; a second for each 100 tasks is 0.01 s for a task."""
+
+_ONE_BY_ONE = 100
+_BURST = 200
+_SUSTAINED = 300
+_OPEN_AT_ONCE = 20
+"""Tasks that are posted and not assigned yet, while the sustained rate is measured."""
+
+_WARM = 10
+_START = 420.0
+"""Wall time within which all nodes of a large hive have found each other [s]."""
+
+_PATIENCE = 60.0
+_SIDE = 60.0
+"""Side of the square in which the goals lie [m]."""
+
+
+class Desk:
+    """Posts tasks, and notes when each is heard to be assigned.
+
+    Make it after `rospy.init_node`.
+
+    Args:
+        namespace: Of `new_task` and `task_state`, ending in a slash.
+
+    ROS Publishers: `new_task`.
+    ROS Subscribers: `task_state`.
+    """
+
+    def __init__(self, namespace: str) -> None:
+        self._changed = threading.Condition()
+        self._assigned: dict[str, float] = {}
+        self._draw = random.Random(1)  # noqa: S311  (no secret)
+        self._posted = 0
+        self._post = rospy.Publisher(
+            f"{namespace}new_task", bb_msgs.TaskMsg, queue_size=1000, tcp_nodelay=True
+        )
+        self._ear = rospy.Subscriber(
+            f"{namespace}task_state", bb_msgs.TaskState, self._hear, tcp_nodelay=True
+        )
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether somebody listens to what is posted here, and speaks of it."""
+        return bool(self._post.get_num_connections() and self._ear.get_num_connections())
+
+    def post(self, count: int = 1) -> list[str]:
+        """Post some tasks at random places; return their ids."""
+        tasks = [self._make() for _ in range(count)]
+        for task in tasks:
+            self._post.publish(task)
+        return [task.id for task in tasks]
+
+    def wait(self, tasks: Iterable[str], patience: float = _PATIENCE) -> float:
+        """Wait until all of these are assigned; return when the last one was [s, monotonic].
+
+        Raises:
+            LiveHiveError: They were not in time [s].
+        """
+        wanted = set(tasks)
+        with self._changed:
+            if not self._changed.wait_for(lambda: wanted <= self._assigned.keys(), patience):
+                missing = len(wanted - self._assigned.keys())
+                raise LiveHiveError(
+                    f"{missing} of {len(wanted)} tasks not assigned within {patience:.0f} s"
+                )
+            return max(self._assigned[task] for task in wanted)
+
+    def wait_for_fewer(self, tasks: Sequence[str], than: int) -> None:
+        """Wait until fewer than so many of these are left to assign."""
+        with self._changed:
+            self._changed.wait_for(
+                lambda: sum(task not in self._assigned for task in tasks) < than, _PATIENCE
+            )
+
+    def _make(self) -> bb_msgs.TaskMsg:
+        self._posted += 1
+        goal = (self._draw.uniform(0.0, _SIDE), self._draw.uniform(0.0, _SIDE))
+        return make_task(f"A{self._posted}", goal)
+
+    def _hear(self, update: Any) -> None:  # noqa: ANN401  (a TaskState)
+        now = time.monotonic()
+        if update.state == bb_msgs.TaskState.ASSIGNED:
+            with self._changed:
+                self._assigned.setdefault(update.task_id, now)
+                self._changed.notify_all()
+
+
+def one_by_one(desk: Desk, count: int = _ONE_BY_ONE) -> list[float]:
+    """Return how long each of some tasks took that were posted one after the other [s]."""
+    times = []
+    for _ in range(count):
+        since = time.monotonic()
+        times.append(desk.wait(desk.post()) - since)
+    return times
+
+
+def burst(desk: Desk, count: int = _BURST) -> float:
+    """Return how long it takes until all of some tasks posted at once are assigned [s]."""
+    since = time.monotonic()
+    return desk.wait(desk.post(count)) - since
+
+
+def sustained(desk: Desk, count: int = _SUSTAINED) -> float:
+    """Return the time for each task where there are always some that are not assigned yet [s]."""
+    since = time.monotonic()
+    tasks: list[str] = []
+    for _ in range(count):
+        desk.wait_for_fewer(tasks[-_OPEN_AT_ONCE:], _OPEN_AT_ONCE)
+        tasks += desk.post()
+    return (desk.wait(tasks) - since) / count
+
+
+def spread(name: str, times: Sequence[float]) -> dict[str, float]:
+    """Return median, 95th percentile and worst of some times [s], by name."""
+    return {
+        f"{name}_median": statistics.median(times),
+        f"{name}_95": statistics.quantiles(times, n=20, method="inclusive")[-1],
+        f"{name}_worst": max(times),
+    }
+
+
+def measure(robots: int, folder: Path) -> dict[str, float]:
+    """Measure one number of robots, bare rospy nodes first.
+
+    Args:
+        robots: How many.
+        folder: For journals and logs.
+
+    Returns:
+        Figures by name: times [s] and memory [MB].
+
+    Raises:
+        LiveHiveError: The hive did not do what was waited for.
+    """
+    with _bare_nodes(robots):
+        desk = Desk("/bare/")
+        _wait_until(lambda: desk.is_heard, f"{robots} bare nodes are there")
+        _warm_up(desk)
+        figures = spread("bare", one_by_one(desk))
+        figures["bare_seconds_per_task"] = sustained(desk)
+    with _hive_at(robots, folder) as (hive, operator):
+        desk = Desk(hive.namespace)
+        _wait_until(lambda: desk.is_heard, "the hive hears the desk")
+        _clear(operator, _warm_up(desk))
+        figures[f"burst_of_{_BURST}"] = burst(desk)
+        _clear(operator, operator.open_tasks())
+        figures |= spread("assigned", one_by_one(desk))
+        figures["seconds_per_task"] = sustained(desk)
+        sizes = [_proportional_size(hive.pid_of(hive.node_of(name))) for name in hive.robots]
+    figures |= {"memory_median": statistics.median(sizes), "memory_worst": max(sizes)}
+    return figures
+
+
+def _warm_up(desk: Desk) -> list[str]:
+    """Post until all nodes have found each other; return the tasks that were posted."""
+    tasks = []
+    for _ in range(_WARM):
+        tasks += desk.post()
+        with contextlib.suppress(LiveHiveError):
+            desk.wait(tasks[-1:])
+    return tasks
+
+
+def _clear(operator: LiveOperator, tasks: Iterable[str]) -> None:
+    operator.cancel_all(tasks)
+
+
+def _wait_until(condition: Any, what: str, patience: float = _START) -> None:  # noqa: ANN401
+    end = time.monotonic() + patience
+    while not condition():
+        if time.monotonic() > end:
+            raise LiveHiveError(f"not within {patience:.0f} s: {what}")
+        time.sleep(0.1)
+
+
+def _proportional_size(pid: int) -> float:
+    """Return a process's own memory and its share of what it shares [MB]."""
+    return float(psutil.Process(pid).memory_full_info().pss) / 1e6
+
+
+@contextlib.contextmanager
+def _bare_nodes(robots: int) -> Iterator[None]:
+    roles = [("ask", str(robots)), *[("answer",)] * robots]
+    with contextlib.ExitStack() as stack:
+        for role in roles:
+            stack.enter_context(_module("bare_round", *role))
+        yield
+
+
+@contextlib.contextmanager
+def _module(name: str, *arguments: str) -> Iterator[None]:
+    """Run a module of this package in a process of its own."""
+    process = subprocess.Popen(  # noqa: S603  (our own nodes)
+        [sys.executable, "-m", f"blackboard.ros.{name}", *arguments],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+@contextlib.contextmanager
+def _hive_at(robots: int, folder: Path) -> Iterator[tuple[LiveHive, LiveOperator]]:
+    """Run a hive in a namespace of its own until all of it answers."""
+    names = [f"robot{i + 1}" for i in range(robots)]
+    hive = LiveHive(folder / f"{robots}", f"/hive{robots}/", names)
+    spaces = [f"{hive.namespace}{name}" for name in names]
+    with contextlib.ExitStack() as stack:
+        stack.callback(hive.end)
+        operator = LiveOperator(hive.namespace, hive.members)
+        stack.enter_context(_module("parked", *spaces))
+        hive.start_all()
+        operator.demand(operator.all_answer, f"{robots} robots answer", _START)
+        yield hive, operator
+
+
+def run(robots: int = 0) -> dict[str, dict[str, float]]:
+    """Measure.
+
+    Args:
+        robots: How many; `SIZES` one after the other where it is 0.
+
+    Returns:
+        `figures`: see `measure`, each with the number of robots before it; `aims`: see `AIMS`.
+    """
+    figures: dict[str, float] = {}
+    with contextlib.ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="robo-hive-bench-")))
+        stack.enter_context(own_master(folder))
+        rospy.init_node("bench_auction", anonymous=True, disable_signals=True)
+        stack.callback(rospy.signal_shutdown, "what follows ends the master")
+        for size in (robots,) if robots else SIZES:
+            found = {name: round(value, 5) for name, value in measure(size, folder).items()}
+            sys.stderr.write(f"{size} robots: {found}\n")
+            figures |= {f"robots_{size}_{name}": value for name, value in found.items()}
+    return {"figures": figures, "aims": {k: v for k, v in AIMS.items() if k in figures}}

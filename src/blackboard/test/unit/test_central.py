@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Bids that the blackboard works out for robots are those that they would have made."""
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from blackboard.aging import Aging
+from blackboard.battery import Battery
+from blackboard.bid_basis import BidBasis
+from blackboard.central import Central
+from blackboard.charging import Charging, ChargingPlan
+from blackboard.cost import COST_MODELS, Bid, Bids, Exclusion
+from blackboard.errors import BidRefusedError
+from blackboard.itinerary import Entry, Itinerary
+from blackboard.pace import Pace
+from blackboard.pose import Pose
+from blackboard.record import Broadcast, Order, TaskRecord
+from blackboard.respondent import Respondent
+from blackboard.service import Service
+from blackboard.settings import RobotSettings
+from blackboard.task import Task, TaskType, split_task
+from blackboard.testing import SMALL_ROBOT, Network, NetworkTalker
+from blackboard.ways import StraightWays
+
+NOW = 500.0
+CHARGERS = ChargingPlan({"charger 1": Pose(3000.0, 4000.0)})
+BASIS = BidBasis(SMALL_ROBOT, "report", 120.0, Pose(0.0, 0.0), 1.0)
+OFFER = Broadcast(3, 7, ((Task("T1", TaskType.GA, (Pose(5.0, 0.0),)), 0),), round=2)
+
+
+class Fleet:
+    """A seeded robot with a list, and tasks that are offered to it."""
+
+    def __init__(self, seed):
+        self.draw = random.Random(seed)
+        self.network = Network()
+        self.network.now = NOW
+        self.tasks = [self.task(f"T{number}") for number in range(self.draw.randint(1, 8))]
+        self.listed = [self.task(f"L{number}") for number in range(self.draw.randint(0, 6))]
+        self.at_work = bool(self.listed) and self.draw.random() < 0.7
+        self.pose = self.place()
+        self.respondent = self.make_respondent()
+        offered = self.tasks + self.draw.sample(self.listed, len(self.listed) // 2)
+        self.broadcast = Broadcast(
+            1, 2, tuple((task, self.step(task)) for task in offered), round=3
+        )
+
+    def place(self):
+        """Return a random place."""
+        return Pose(self.draw.uniform(0.0, 90.0), self.draw.uniform(0.0, 50.0))
+
+    def task(self, name):
+        """Return a random task, some too heavy, some old."""
+        kind = self.draw.choice(list(TaskType))
+        goals = tuple(self.place() for _ in range(self.draw.randint(2, 4)))
+        payload = self.draw.choice([0.0, 3.0, 10.0, 30.0])
+        posted = self.draw.choice([0.0, NOW - 300.0, NOW - 1.0])
+        return Task(name, kind, goals, self.draw.choice([0, 0, 5, 10]), payload, posted=posted)
+
+    def step(self, task):
+        """Return how far a task may have come."""
+        return self.draw.randrange(len(split_task(task)))
+
+    def make_respondent(self):
+        """Return what answers for the robot."""
+        settings = RobotSettings(self.draw.choice(list(COST_MODELS)), self.draw.uniform(10, 300))
+        battery = Battery(SMALL_ROBOT.battery, self.draw.choice([1.0, 0.6, 0.16, 0.11]))
+        body = replace(SMALL_ROBOT, capabilities=frozenset(self.draw.sample(list(TaskType), 3)))
+        talker, ways, service = NetworkTalker(self.network, "robot1"), StraightWays(), Service()
+        if self.draw.random() < 0.1:
+            service.set("defect")
+        plan = self.draw.choice([CHARGERS, ChargingPlan()])
+        charging = Charging(talker, "robot1", body, battery, ways, None, service, plan)
+        aging = Aging(lambda: NOW, settings.aging)
+        pace = Pace(body.max_speed, self.draw.choice([(), (2.0, 1.4, 0.6)]))
+        itinerary = Itinerary(body, ways, settings.cost_model, aging, pace)
+        entries = [Entry(Order(task, "robot1"), self.step(task)) for task in self.listed]
+        itinerary.restore(entries)
+        return Respondent("robot1", body, battery, itinerary, charging, settings)
+
+
+def central(*tasks):
+    """Return what works bids out for a blackboard that knows some tasks."""
+    records = {task.id: TaskRecord(task) for task in tasks}
+    return Central(records.get, lambda _radius: StraightWays(), lambda: NOW)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_the_blackboard_works_out_the_very_bids_that_the_robot_would_make(seed):
+    fleet = Fleet(seed)
+    made = fleet.respondent.answer(fleet.broadcast, fleet.pose, at_work=fleet.at_work)
+    office = central(*fleet.tasks, *fleet.listed)
+    question = office.question(fleet.broadcast)
+    told = fleet.respondent.answer(question, fleet.pose, at_work=fleet.at_work)
+
+    assert question.tasks == ()
+    assert told.bids == ()
+    assert office.bids(told, fleet.broadcast) == made
+
+
+def test_the_fleets_of_that_test_hold_bids_and_refusals_of_every_kind():
+    fleets = [Fleet(seed) for seed in range(200)]
+    answers = [
+        each.respondent.answer(each.broadcast, each.pose, at_work=each.at_work) for each in fleets
+    ]
+    seen = {bid.exclusion for answer in answers for bid in answer.bids}
+
+    assert seen >= {"", Exclusion.TYPE, Exclusion.PAYLOAD, Exclusion.CHARGE, Exclusion.SERVICE}
+
+
+def test_a_robot_that_bids_itself_may_take_part():
+    bids = Bids("robot1", 3, 7, (Bid("robot1", "T1", 5.0),), 2)
+
+    assert central().bids(bids, OFFER) is bids
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"cost_model": "cheap"}, "cost_model 'cheap'; allowed: report, energy"),
+        ({"aging": 0.0}, "aging 0; allowed: above 0 s"),
+        ({"charge": 1.5}, "charge is 1.5; allowed: from 0 to 1"),
+        ({"pose": Pose(float("nan"), 0.0)}, "BidBasis.pose.x is nan; allowed: finite numbers"),
+        ({"tasks": (("T9", 0),)}, "has 'T9' on its list: not a task"),
+        ({"tasks": (("T1", 2),)}, "is at step 2 of T1, which has fewer"),
+    ],
+)
+def test_a_robot_that_tells_nonsense_of_itself_is_not_bid_for(change, words):
+    answer = Bids("robot1", 3, 7, (), 2, replace(BASIS, **change))
+
+    with pytest.raises(BidRefusedError, match=words):
+        central(OFFER.tasks[0][0]).bids(answer, OFFER)

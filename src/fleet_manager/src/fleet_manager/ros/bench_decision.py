@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measures what it takes to work bids out at the robots and at the blackboard.
+
+Whole hives run in this process on virtual time. Two tasks for each robot are posted at once, and
+until all of them are assigned the processor time of every member is taken, and the size of every
+call for bids and of every answer, as they are serialized for ROS.
+"""
+
+from __future__ import annotations
+
+import io
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import rospy
+
+from blackboard.pose import Pose
+from blackboard.ros.conversions import WIRES
+from blackboard.settings import BlackboardSettings
+from blackboard.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
+from blackboard.task import Task, TaskState, TaskType
+from blackboard.testing import Hive
+from blackboard.virtual_network import NetworkTalker
+from blackboard.ways import StraightWays
+from fleet_manager.bench.allocation.instances import Floor
+from fleet_manager.bench.registry import BenchResult
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from blackboard.virtual_network import Call, Network
+    from blackboard.ways import Ways
+
+DECISIONS = ("distributed", "centralized")
+SIZES = {"straight": (2, 5, 10, 20, 50, 100), "map": (2, 5, 10, 20)}
+"""Numbers of robots, as the crow flies and on the map of the warehouse."""
+
+_TASKS_EACH = 2
+_SIDE = 100.0
+"""Side of the floor where there is no map [m]."""
+
+_SLICE = 0.05
+_LIMIT = 300.0
+"""Virtual time within which all has to be assigned [s]."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What it took to assign a task, in the mean over all tasks of a burst.
+
+    Attributes:
+        size: Of all calls for bids and answers, each counted once [byte].
+        blackboard: Processor time of the blackboard [s].
+        robot: Of the busiest robot [s].
+        every: Of all members together [s].
+    """
+
+    size: float
+    blackboard: float
+    robot: float
+    every: float
+
+
+class TimedTalker(NetworkTalker):
+    """A talker that takes the time of all that its member does.
+
+    Attributes:
+        spent: Processor time so far [s].
+    """
+
+    def __init__(self, network: Network, member: str) -> None:
+        super().__init__(network, member)
+        self.spent = 0.0
+
+    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
+        """Have every message of a topic handed over."""
+        super().subscribe(topic, lambda message: self._timed(lambda: handler(message)))
+
+    def every(self, period: float, action: Callable[[], None]) -> Call:
+        """Call again and again."""
+        return super().every(period, lambda: self._timed(action))
+
+    def after(self, delay: float, action: Callable[[], None]) -> Call:
+        """Call once."""
+        return super().after(delay, lambda: self._timed(action))
+
+    def _timed(self, action: Callable[[], None]) -> None:
+        since = time.process_time()
+        action()
+        self.spent += time.process_time() - since
+
+
+class TimedHive(Hive):
+    """A hive that takes the time of its members."""
+
+    talkers: dict[str, TimedTalker]  # type: ignore[assignment]  # narrower, and made only below
+
+    def _talker(self, member: str) -> NetworkTalker:
+        talker = self.talkers[member] = TimedTalker(self.network, member)
+        return talker
+
+
+class Places:
+    """Draws places on the floor, and knows how far it is between them.
+
+    Args:
+        floor: The map; none where it goes as the crow flies.
+        seed: Of the places.
+    """
+
+    def __init__(self, floor: Floor | None, seed: int) -> None:
+        self._floor = floor
+        self._draw = np.random.default_rng(seed)
+
+    def some(self, number: int) -> list[Pose]:
+        """Return random places."""
+        if self._floor is not None:
+            return self._floor.places(self._draw, number)
+        return [Pose(*map(float, xy)) for xy in self._draw.uniform(0.0, _SIDE, (number, 2))]
+
+    def ways(self) -> Ways:
+        """Return what a process of its own knows of ways, its map prepared."""
+        if self._floor is None:
+            return StraightWays()
+        ways = self._floor.own_ways()
+        here = self._floor.places(np.random.default_rng(0), 1)[0]
+        ways.length(here, here)
+        return ways
+
+
+def burst(decision: str, robots: int, floor: Floor | None = None) -> Taken:
+    """Return what it takes to assign two tasks for each robot that are posted at once.
+
+    Args:
+        decision: One of `DECISIONS`.
+        robots: How many.
+        floor: The map; none where it goes as the crow flies.
+    """
+    places = Places(floor, robots)
+    hive = TimedHive(BlackboardSettings(decision=decision), ways=places.ways())
+    for number, place in enumerate(places.some(robots)):
+        ways = places.ways() if decision == "distributed" else StraightWays()
+        hive.add_robot(f"robot{number}", place, cost_model="latency", ways=ways)
+    hive.network.run(1.0)
+    count = _TASKS_EACH * robots
+    ends = zip(places.some(count), places.some(count), strict=True)
+    tasks = [Task(f"T{n}", TaskType.GPAB, pair, payload=1.0) for n, pair in enumerate(ends)]
+    mark = len(hive.network.sent)
+    for talker in hive.talkers.values():
+        talker.spent = 0.0
+    hive.post(*tasks)
+    end = hive.network.now + _LIMIT
+    while _assigned(hive, mark) < count and hive.network.now < end:
+        hive.network.run(_SLICE)
+    spent = {name: talker.spent / count for name, talker in hive.talkers.items()}
+    blackboard = spent.pop("blackboard")
+    size = sum(_size(*each) for each in hive.network.sent[mark:]) / count
+    return Taken(size, blackboard, max(spent.values()), blackboard + sum(spent.values()))
+
+
+def _assigned(hive: Hive, mark: int) -> int:
+    """Return how many tasks were told to be assigned since a mark in what was sent."""
+    told = (message for topic, message in hive.network.sent[mark:] if topic == TASK_STATE)
+    return len({each.task_id for each in told if each.state is TaskState.ASSIGNED})
+
+
+def _size(topic: str, message: object) -> int:
+    if topic not in {TASK_BROADCAST, TASK_COST}:
+        return 0
+    buffer = io.BytesIO()
+    WIRES[topic].to_msg(message).serialize(buffer)
+    return buffer.tell()
+
+
+def measure(sizes: dict[str, Sequence[int]] | None = None) -> BenchResult:
+    """Measure both decisions over the size of the fleet.
+
+    Args:
+        sizes: Numbers of robots, by `straight` and `map`; `SIZES` where it is left out.
+
+    Returns:
+        For each task: `..._bytes` [byte], and the processor time of the blackboard, of the busiest
+        robot and of all members [s], by the way it is measured, the number of robots and the
+        decision.
+    """
+    rospy.rostime.set_rostime_initialized(True)
+    floors = {"straight": None, "map": Floor()}
+    figures = {}
+    for way, numbers in (sizes or SIZES).items():
+        for robots in numbers:
+            for decision in DECISIONS:
+                taken = burst(decision, robots, floors[way])
+                name = f"{way}_{robots}_{decision}"
+                figures[f"{name}_bytes"] = taken.size
+                figures[f"{name}_blackboard"] = taken.blackboard
+                figures[f"{name}_robot"] = taken.robot
+                figures[f"{name}_all"] = taken.every
+    return BenchResult(figures, {})

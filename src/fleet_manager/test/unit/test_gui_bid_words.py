@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the details of a task say about its bids."""
+
+from blackboard.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord
+from blackboard.task import Task, TaskType
+from fleet_manager.desk.bid_book import BidBook
+from fleet_manager.desk.bid_words import HEADS, bid_cells, story
+
+RECORD = TaskRecord(Task("T1", TaskType.GPA, (Pose(0.0, 0.0),), payload=40.0))
+ABLE = Bid("robot1", "T1", 0.52, 0.02, 300.0, terms=CostTerms(0.02, 39.5, 2, 8.25, 300.0))
+EMPTY = Bid("robot2", "T1", MAX_COST, reason="too empty", exclusion=Exclusion.CHARGE)
+WEAK = Bid("robot3", "T1", MAX_COST, reason="too weak", exclusion=Exclusion.PAYLOAD)
+
+
+def test_a_bid_is_shown_with_its_terms():
+    cells = bid_cells(ABLE, "robot1")
+
+    assert cells == (
+        "robot1 (has it)", "0.5", "+8.25 m", "2", "0.020 Ah", "39.500 Ah", "5 min 00 s", "",
+    )  # fmt: skip
+    assert len(cells) == len(HEADS)
+
+
+def test_a_robot_that_cannot_is_shown_with_its_reason_and_no_terms():
+    cells = bid_cells(EMPTY, "robot1")
+
+    assert (cells[0], cells[-1]) == ("robot2", "too empty")
+    assert set(cells[2:-1]) == {"–"}
+
+
+def test_where_nobody_can_it_is_said_what_would_help():
+    assert story(RECORD, [EMPTY, WEAK], 0) == (
+        "What would help: to charge robot2, or a robot that carries 40 kg with its arm"
+    )
+    assert story(RECORD, [ABLE, EMPTY], 0) == ""
+
+
+def test_it_is_told_how_often_a_task_was_offered_given_out_and_tried():
+    record = TaskRecord(RECORD.task, assignment=3, tried=("robot1", "robot2", "robot1"))
+
+    assert story(record, [ABLE], 4).splitlines() == [
+        "Seen in 4 auctions; given out 3 times.",
+        "Tried in vain by robot1 (2x), robot2.",
+    ]
+
+
+def test_auctions_are_counted_once_however_many_robots_bid_in_how_many_rounds():
+    book = BidBook()
+    for auction, round_, robot in ((1, 1, "robot1"), (1, 1, "robot2"), (1, 2, "robot1")):
+        book.add(Bids(robot, 1, auction, (ABLE,), round_))
+    assert book.auctions("T1") == 1
+
+    book.add(Bids("robot1", 1, 2, (ABLE,)))
+    assert book.auctions("T1") == 2
+
+    book.forget("T1")
+    assert book.auctions("T1") == 0
