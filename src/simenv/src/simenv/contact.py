@@ -143,6 +143,8 @@ class Contacts:
             segments = np.concatenate([segments, edges])
             which = np.concatenate([which, rows.repeat(corners)])
             margins = np.concatenate([margins, steps[others].repeat(corners)])
+        if not len(segments):
+            return np.zeros(len(poses), dtype=bool)
         met = self._all.touched(which, ahead[which], segments, margins)
         return np.bincount(which[met], minlength=len(poses)) > 0
 
