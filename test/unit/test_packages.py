@@ -146,6 +146,8 @@ def test_a_node_file_is_an_executable_that_only_calls_main(path):
     assert ast.get_docstring(ast.parse(text))
     assert not any(isinstance(s, ast.FunctionDef | ast.ClassDef) for s in statements)
     assert len(statements) <= 4, "docstring, import, main(); perhaps a second import"
+    # Worker processes import the file that started them.
+    assert ast.unparse(statements[-1]).startswith("if __name__ == '__main__':")
 
 
 @pytest.mark.parametrize("path", **of(NODES))

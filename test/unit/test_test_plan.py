@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from robot_description.models import load_model
+
 ROOT = Path(__file__).resolve().parents[2]
 ROSTEST = ROOT / "test" / "rostest"
 PAGE = ROOT / "docs" / "test-plan.md"
@@ -37,6 +39,11 @@ def test_every_case_on_the_page_is_there():
     named = set(re.findall(r"`(test_\w+)`", PAGE.read_text(encoding="utf-8")))
 
     assert named == set(planned_cases())
+
+
+@pytest.mark.parametrize("path", sorted(ROSTEST.glob("models/*.yaml")), ids=lambda path: path.stem)
+def test_the_robots_of_the_plan_can_be_described(path):
+    assert load_model(path).name == path.stem
 
 
 def test_every_case_has_a_break():

@@ -215,9 +215,9 @@ BREAKS = {
     "bad tasks": Break(
         "plan_tasks",
         "test_a_bad_task_is_rejected_with_a_reason_that_names_what_is_wrong",
-        "the blackboard does not look at the goals of a task",
-        "blackboard.task:_check_goals",
-        nothing,
+        "the blackboard takes priorities up to 99",
+        "blackboard.task:MAX_PRIORITY",
+        lambda _original: 99,
     ),
     "filters": Break(
         "plan_tasks",

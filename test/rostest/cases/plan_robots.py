@@ -104,7 +104,11 @@ def newcomer(operator, launches):
     launch = launches.start(
         "fleet_manager", "robot.launch", name="robot5", model=PORTER, charge=0.1, **place
     )
-    operator.expect(lambda: "robot5" in operator.robots, "a status of robot5")
+    operator.expect(
+        lambda: "robot5" in operator.robots and operator.robots["robot5"].hive,
+        "a status of robot5 that names the hive",
+        lambda: operator.robots.get("robot5"),
+    )
     return launch
 
 

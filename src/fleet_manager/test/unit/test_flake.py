@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from fleet_manager.bench.flake import CaseRun, cases_of, figures
+from fleet_manager.bench.flake import CaseRun, PlanRun, cases_of, figures
 
 JUNIT = """<testsuites><testsuite>
   <testcase name="test_good" time="1.5"/>
@@ -20,18 +20,17 @@ def test_the_cases_of_a_junit_file_are_read_with_time_and_verdict(tmp_path):
 
 
 def test_passes_failures_and_times_are_counted_for_each_case_over_all_runs():
-    runs = [
-        [CaseRun("a", passed=True, time=1.0), CaseRun("b", passed=True, time=5.0)],
-        [CaseRun("a", passed=True, time=3.0), CaseRun("b", passed=False, time=9.0)],
-    ]
+    first = (CaseRun("drive", passed=True, time=1.0), CaseRun("pick", passed=True, time=5.0))
+    second = (CaseRun("drive", passed=True, time=3.0), CaseRun("pick", passed=False, time=9.0))
 
-    found = figures(runs)
+    found = figures([PlanRun(first, time=16.0), PlanRun(second, time=20.0)])
 
     assert (found["runs"], found["failures"]) == (2, 1)
-    assert {name: value for name, value in found.items() if name.startswith("a ")} == {
-        "a passes": 2,
-        "a failures": 0,
-        "a median": 2.0,
-        "a longest": 3.0,
+    assert (found["a run median"], found["a run longest"]) == (18.0, 20.0)
+    assert {name: value for name, value in found.items() if name.startswith("drive ")} == {
+        "drive passes": 2,
+        "drive failures": 0,
+        "drive median": 2.0,
+        "drive longest": 3.0,
     }
-    assert (found["b passes"], found["b failures"]) == (1, 1)
+    assert (found["pick passes"], found["pick failures"]) == (1, 1)

@@ -34,7 +34,13 @@ SMALLEST = 6
 SPEED = 0.5
 """[m/s]"""
 
-AHEAD = 0.5
+COMFORT = 0.3
+"""Up to so much more room than it needs, the robot takes a longer way for it [m] ..."""
+
+DETOUR = 3.0
+"""... at most so many times longer than where there is no more room."""
+
+AHEAD = 0.35
 """The robot steers for the point of its way so far ahead [m]."""
 
 SHARP = 0.6
@@ -94,7 +100,8 @@ class Explorer:
         # Whoever stands too close to something has to get away from there all the same.
         open_to |= _disc(chart, here[:2], self._radius + SPARE) & (chart.cells == FREE)
         open_to[start] = True
-        length, before = _ways(open_to, start)
+        spare = np.clip((room - self._radius - SPARE) / COMFORT, 0.0, 1.0)
+        length, before = _ways(open_to, start, 1.0 + (DETOUR - 1.0) * (1.0 - spare))
         close = ndimage.distance_transform_edt(~goals) * chart.resolution <= NEAR
         length[~(close & open_to)] = np.inf
         self.finished = not np.isfinite(length).any() if goals.any() else True
@@ -156,8 +163,16 @@ def _disc(chart: GridMap, middle: tuple[float, float], radius: float) -> NDArray
     return inside
 
 
-def _ways(open_to: NDArray[np.bool_], start: tuple[int, int]) -> tuple[Array, NDArray[np.int32]]:
-    """Return, for every cell, how long the way there is [cells] and the cell before it."""
+def _ways(
+    open_to: NDArray[np.bool_], start: tuple[int, int], weight: Array
+) -> tuple[Array, NDArray[np.int32]]:
+    """Return, for every cell, how long the way there is [cells] and the cell before it.
+
+    Args:
+        open_to: Cells that the robot's middle may be in.
+        start: Row and column of where it is.
+        weight: By what the way through a cell is longer than it is.
+    """
     rows, columns = open_to.shape
     number = np.arange(open_to.size).reshape(open_to.shape)
     ends, weights = [], []
@@ -166,7 +181,7 @@ def _ways(open_to: NDArray[np.bool_], start: tuple[int, int]) -> tuple[Array, ND
         b = (slice(down, rows), slice(max(0, right), columns + min(0, right)))
         both = open_to[a] & open_to[b]
         ends.append(np.stack([number[a][both], number[b][both]]))
-        weights.append(np.full(both.sum(), math.hypot(down, right)))
+        weights.append(math.hypot(down, right) * (weight[a][both] + weight[b][both]) / 2)
     pairs = np.concatenate(ends, axis=1)
     graph = sparse.coo_matrix((np.concatenate(weights), pairs), shape=(open_to.size,) * 2)
     length, before = csgraph.dijkstra(

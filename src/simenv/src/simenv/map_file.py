@@ -157,6 +157,20 @@ def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
         raise MapError(f"{path}: cannot be read: {reason}; check the key `image`") from None
 
 
+def decided(grid: GridMap, free: int, occupied: int) -> GridMap:
+    """Return a map whose cells are free, occupied or unknown, and nothing in between.
+
+    Args:
+        grid: A map whose cells may be anything from FREE to OCCUPIED.
+        free: Cells up to this are free [0..100].
+        occupied: Cells from this on are occupied [0..100].
+    """
+    cells = np.full(grid.cells.shape, UNKNOWN, dtype=np.int8)
+    cells[(grid.cells != UNKNOWN) & (grid.cells <= free)] = FREE
+    cells[grid.cells >= occupied] = OCCUPIED
+    return GridMap(cells, grid.resolution, grid.origin)
+
+
 def save_map(grid: GridMap, path: Path, kind: str = "pgm") -> None:
     """Write a map as `<path>.yaml` and `<path>.pgm`, as map_saver does.
 

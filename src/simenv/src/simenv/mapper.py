@@ -4,21 +4,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robot_description.follower import Pose
 from robot_description.poses import between, compose, inverse
-from simenv.occupancy import OccupancyGrid
 from simenv.scan_matcher import ScanMatcher
+from simenv.surfaces import Surfaces
 
 if TYPE_CHECKING:
-    from robot_description.follower import Pose
     from robot_description.models import Laser
     from simenv.geometry import Array
-
-RESOLUTION = 0.05
-"""Side of a cell [m]."""
+    from simenv.occupancy import OccupancyGrid
 
 FAR_ENOUGH = 0.1
 """A scan is taken in once the robot has moved so far since the last one [m] ..."""
@@ -26,11 +25,29 @@ FAR_ENOUGH = 0.1
 TURNED_ENOUGH = 0.1
 """... or has turned so far [rad]."""
 
-MARGIN = 0.5
-"""By how much the map that is fitted to is larger than the laser's range [m]."""
+BEAMS = 720
+"""So many beams, spread evenly, are fitted at most; all are drawn."""
 
-BEAMS = 240
-"""So many beams, spread evenly, are fitted; all are drawn."""
+
+@dataclass(frozen=True)
+class Beams:
+    """Where a laser looks.
+
+    Attributes:
+        angles: (n,) directions of the beams from the laser's own heading [rad].
+        range_max: What is farther away is not seen [m].
+        mount: Where the laser is on the robot, from its base.
+    """
+
+    angles: Array
+    range_max: float
+    mount: Pose
+
+    @classmethod
+    def of(cls, laser: Laser) -> Beams:
+        """Return those of a robot model's laser."""
+        angles = (np.arange(laser.beams) / laser.beams - 0.5) * laser.field_of_view
+        return cls(angles, laser.range_max, Pose(*laser.pose))
 
 
 class Mapper:
@@ -44,28 +61,28 @@ class Mapper:
 
     def __init__(
         self,
-        laser: Laser,
+        beams: Beams,
         start: Pose,
-        size: tuple[float, float],
-        origin: tuple[float, float] = (0.0, 0.0),
-        resolution: float = RESOLUTION,
+        grid: OccupancyGrid,
+        far_enough: float = FAR_ENOUGH,
+        turned_enough: float = TURNED_ENOUGH,
     ) -> None:
-        """Begin with an empty map.
+        """Begin with what is known of the plane, which may be nothing.
 
         Args:
-            laser: The robot's scanner.
+            beams: Of the robot's scanner.
             start: Where the robot stands; this fixes the frame map.
-            size: Of the map [m].
-            origin: x, y of its lower left corner, frame map [m].
-            resolution: Side of a cell [m].
+            grid: Where the map is drawn; it grows.
+            far_enough: See `FAR_ENOUGH` [m].
+            turned_enough: See `TURNED_ENOUGH` [rad].
         """
-        self.grid = OccupancyGrid(size, origin, resolution)
+        self.grid = grid
         self.pose = start
         self.scans = 0
-        self._laser = laser
-        self._mount = type(start)(*laser.pose)
-        self._angles = (np.arange(laser.beams) / laser.beams - 0.5) * laser.field_of_view
-        self._matcher = ScanMatcher(self.grid)
+        self._beams = beams
+        self._enough = far_enough, turned_enough
+        self._surfaces = Surfaces(grid.resolution)
+        self._matcher = ScanMatcher(self._surfaces)
         self._odometry: Pose | None = None
         self._taken: Pose | None = None
 
@@ -80,7 +97,7 @@ class Mapper:
 
         Args:
             odometry: Where its wheels say it is, frame odom.
-            ranges: (beams,) what its laser measures [m].
+            ranges: (n,) what its laser measures [m], see `OccupancyGrid.add`.
 
         Returns:
             Whether the scan was taken into the map.
@@ -89,24 +106,27 @@ class Mapper:
             self.pose = compose(self.pose, between(self._odometry, odometry))
         self._odometry = odometry
         if self._taken is not None:
-            move = between(self._taken, odometry)
-            if math.hypot(move.x, move.y) < FAR_ENOUGH and abs(move.yaw) < TURNED_ENOUGH:
+            move, (far, turned) = between(self._taken, odometry), self._enough
+            if math.hypot(move.x, move.y) < far and abs(move.yaw) < turned:
                 return False
         self._taken = odometry
         self._fit(ranges)
-        laser = compose(self.pose, self._mount)
-        self.grid.add(laser, self._angles, ranges, self._laser.range_max)
+        beams = self._beams
+        laser = compose(self.pose, beams.mount)
+        self.grid.add(laser, beams.angles, ranges, beams.range_max)
         self.scans += 1
         return True
 
     def _fit(self, ranges: Array) -> None:
-        """Put the robot where its scan fits the map."""
-        chosen = np.linspace(0, len(ranges), BEAMS, endpoint=False).astype(np.intp)
-        reach, angles = ranges[chosen], self._angles[chosen]
-        hit = (reach > 0) & (reach < self._laser.range_max)
-        # A surface is drawn as the cell behind it, so that is where the beams have to end.
-        reach, angles = reach[hit] + self.grid.resolution / 2, angles[hit]
+        """Put the robot where its scan fits what is known, and keep what it shows."""
+        beams = self._beams
+        hit = (ranges > 0) & (ranges < beams.range_max)
+        reach, angles = ranges[hit], beams.angles[hit]
         points = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=1)
-        self._matcher.look(self.pose, self._laser.range_max + MARGIN)
-        found = self._matcher.fit(compose(self.pose, self._mount), points)
-        self.pose = compose(found, inverse(self._mount))
+        every = max(1, math.ceil(len(points) / BEAMS))
+        found = self._matcher.fit(
+            compose(self.pose, beams.mount), points[::every], beams.range_max
+        )
+        cos, sin = math.cos(found.yaw), math.sin(found.yaw)
+        self._surfaces.add(points @ np.array([[cos, sin], [-sin, cos]]) + found[:2])
+        self.pose = compose(found, inverse(beams.mount))

@@ -11,14 +11,17 @@ from scipy import ndimage
 
 from robot_description.follower import Pose
 from robot_description.models import load_model
-from simenv.draw_map import draw_map
+from simenv.draw_map import RESOLUTION, draw_map
 from simenv.explorer import Explorer
 from simenv.map_file import FREE, OCCUPIED, UNKNOWN
-from simenv.mapper import Mapper
+from simenv.mapper import Beams, Mapper
+from simenv.occupancy import OccupancyGrid
 from simenv.simulation import Simulation
 from simenv.world_file import load_world
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from simenv.map_file import GridMap
 
 STEPS_PER_SCAN = 4
@@ -30,6 +33,9 @@ SCANS_PER_PLAN = 20
 LONGEST = 1800.0
 """A run that is not finished by then is ended [s]."""
 
+
+WORLD, MODEL, START = "lab", "ld60", (2.6, 2.0, 0.0)
+"""What is explored, by which robot, and from where on [m, m, rad]."""
 
 AIMS = {"wrong": 0.03, "wall_error": 0.10}
 """At most so many of the known cells are wrong, and walls so far off [m]."""
@@ -45,6 +51,7 @@ class Explored:
         scans: How many scans went into the map.
         collisions: How often the robot ran into something.
         lost: The farthest that the mapper's pose was from the truth [m].
+        way: Where the mapper had the robot, frame map [m].
     """
 
     chart: GridMap
@@ -52,6 +59,7 @@ class Explored:
     scans: int
     collisions: int
     lost: float
+    way: list[tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -82,11 +90,13 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
     simulation = Simulation(load_world(world), seed=seed)
     body = load_model(model)
     simulation.add_robot("robot1", body, start)
-    mapper = Mapper(body.laser, Pose(*start), simulation.world.size)
+    grid = OccupancyGrid(simulation.world.size, (0.0, 0.0), RESOLUTION)
+    mapper = Mapper(Beams.of(body.laser), Pose(*start), grid)
     explorer = Explorer(body.base.circumscribed_radius, body.base.max_speed)
-    lost, looks = 0.0, 0
+    lost, looks, way = 0.0, 0, []
     while not explorer.finished and simulation.time < LONGEST:
         mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+        way.append(mapper.pose[:2])
         truth = simulation.poses["robot1"]
         lost = max(lost, float(np.hypot(truth.x - mapper.pose.x, truth.y - mapper.pose.y)))
         if looks % SCANS_PER_PLAN == 0:
@@ -97,12 +107,17 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
         for _ in range(STEPS_PER_SCAN):
             simulation.step()
     chart = mapper.grid.as_map()
-    return Explored(chart, simulation.time, mapper.scans, simulation.collisions, lost)
+    return Explored(chart, simulation.time, mapper.scans, simulation.collisions, lost, way)
 
 
 def compare(chart: GridMap, world: str) -> Agreement:
-    """Compare a map, whose lower left corner is at (0, 0), with the one of a perfect mapper."""
-    truth = draw_map(load_world(world), chart.resolution).cells
+    """Compare a map with the one of a perfect mapper.
+
+    Args:
+        chart: The map; its origin is not turned.
+        world: Name or path of the world.
+    """
+    truth = truth_for(chart, world)
     known = (chart.cells != UNKNOWN) & (truth != UNKNOWN)
     # A perfect mapper sees surfaces, not what is behind them.
     surface = (truth == OCCUPIED) & ndimage.binary_dilation(truth == FREE, np.ones((3, 3)))
@@ -116,6 +131,17 @@ def compare(chart: GridMap, world: str) -> Agreement:
     )
 
 
+def truth_for(chart: GridMap, world: str) -> NDArray[np.int8]:
+    """Return what a perfect mapper would write into the cells of a map."""
+    cells = draw_map(load_world(world), chart.resolution).cells
+    found = np.full(chart.cells.shape, UNKNOWN, dtype=np.int8)
+    first = (round(chart.origin[i] / chart.resolution) for i in (1, 0))
+    rows, columns = (np.arange(n) + start for n, start in zip(found.shape, first, strict=True))
+    inside = (rows >= 0) & (rows < len(cells)), (columns >= 0) & (columns < cells.shape[1])
+    found[np.ix_(*inside)] = cells[np.ix_(rows[inside[0]], columns[inside[1]])]
+    return found
+
+
 def run() -> dict[str, dict[str, float]]:
     """Measure on the lab, explored alone from the first start.
 
@@ -124,8 +150,8 @@ def run() -> dict[str, dict[str, float]]:
         world; `known`, share of what can be seen that is known; `wall_error` [m], see `Agreement`;
         `lost` [m], `duration` [s] and `collisions`, see `Explored`.
     """
-    found = explore("lab", "ld60", (2.6, 2.0, 0.0))
-    agreement = compare(found.chart, "lab")
+    found = explore(WORLD, MODEL, START)
+    agreement = compare(found.chart, WORLD)
     figures = {
         "wrong": 1.0 - agreement.share,
         "known": agreement.known,

@@ -7,12 +7,13 @@ are those of Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 9.2
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robot_description.follower import Pose
-from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap
+from simenv.map_file import FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,6 +32,9 @@ MOST = 6.0
 SURE = 0.3
 """From here on a cell counts as occupied, and below the negative as free."""
 
+STRIDE = 5.0
+"""By so much the plane grows at least, to a side on which something was seen beyond it [m]."""
+
 
 class OccupancyGrid:
     """What is known of a plane by now.
@@ -39,6 +43,7 @@ class OccupancyGrid:
         odds: (rows, columns) log odds of being occupied; 0 is unknown; row 0 is the lowest.
         resolution: Side of a cell [m].
         origin: x, y of the lower left corner, frame map [m].
+        full: Whether something was seen so far away that the plane did not grow to it.
     """
 
     def __init__(
@@ -49,6 +54,7 @@ class OccupancyGrid:
         self.odds: Array = np.zeros((rows, columns))
         self.resolution = resolution
         self.origin = origin
+        self.full = False
 
     def add(self, origin: Pose, angles: Array, ranges: Array, range_max: float) -> None:
         """Take in a scan.
@@ -63,6 +69,7 @@ class OccupancyGrid:
         known = ranges > 0
         angles, ranges = angles[known] + origin.yaw, ranges[known]
         hits = ranges < range_max
+        self._make_room(origin, angles, np.minimum(ranges, range_max))
         passed = np.zeros(self.odds.size, dtype=bool)
         passed[self._passed(origin, angles, np.minimum(ranges, range_max))] = True
         # A surface is where the beam ends; the cell behind it is what is solid.
@@ -80,6 +87,27 @@ class OccupancyGrid:
         cells[self.odds < -SURE] = FREE
         cells[self.odds > SURE] = OCCUPIED
         return GridMap(cells, self.resolution, Pose(*self.origin, 0.0))
+
+    def _make_room(self, origin: Pose, angles: Array, ranges: Array) -> None:
+        """Grow where a scan reaches beyond the plane."""
+        reach = ranges + self.resolution
+        missing = []
+        for here, turn, corner, cells in (
+            (origin.y, np.sin(angles), self.origin[1], self.odds.shape[0]),
+            (origin.x, np.cos(angles), self.origin[0], self.odds.shape[1]),
+        ):
+            ends = (here + reach * turn - corner) / self.resolution
+            low, high = -ends.min(initial=0.0), ends.max(initial=0.0) - cells
+            stride = round(STRIDE / self.resolution)
+            missing.append([max(0, math.ceil(side / stride)) * stride for side in (low, high)])
+        sides = [n + sum(more) for n, more in zip(self.odds.shape, missing, strict=True)]
+        if math.prod(sides) > MOST_CELLS:
+            self.full = True
+        elif np.any(missing):
+            self.odds = np.pad(self.odds, missing)
+            (below, _), (left, _) = missing
+            x, y = self.origin
+            self.origin = (x - left * self.resolution, y - below * self.resolution)
 
     def _passed(self, origin: Pose, angles: Array, ranges: Array) -> NDArray[np.intp]:
         """Return the cells that beams go through before they end."""

@@ -4,29 +4,41 @@
 from __future__ import annotations
 
 import math
+import re
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+import yaml
 
 from robot_description.follower import Pose
 from robot_description.models import load_model
+from simenv.draw_map import draw_map
+from simenv.errors import ParameterError
 from simenv.explorer import Explorer
-from simenv.map_file import FREE, OCCUPIED, UNKNOWN
-from simenv.mapper import Mapper
+from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, decided
+from simenv.mapper import Beams, Mapper
+from simenv.mapper_settings import MapperSettings
 from simenv.mapping_run import compare
 from simenv.occupancy import OccupancyGrid
 from simenv.scan_matcher import ScanMatcher
 from simenv.simulation import Simulation
+from simenv.surfaces import Surfaces
 from simenv.world_file import load_world
 
-LASER = load_model("ld60").laser
-ANGLES = (np.arange(720) / 720 - 0.5) * math.tau
+if TYPE_CHECKING:
+    from simenv.geometry import Array
+
+BEAMS = Beams.of(load_model("ld60").laser)
+ANGLES = BEAMS.angles
 START = Pose(5.0, 3.0, 0.0)
 
 
-def lab(seed: int = 1) -> Simulation:
-    simulation = Simulation(load_world("lab"), seed=seed)
-    simulation.add_robot("robot1", load_model("ld60"), START)
+def lab(start: Pose = START) -> Simulation:
+    simulation = Simulation(load_world("lab"), seed=1)
+    simulation.add_robot("robot1", load_model("ld60"), start)
     return simulation
 
 
@@ -60,33 +72,108 @@ def test_a_beam_that_meets_nothing_frees_all_it_reaches() -> None:
     assert set(cells[20, 20:79]) == {FREE}
 
 
-def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken() -> None:
-    ranges = lab().scan("robot1")
-    grid = OccupancyGrid((20.0, 12.0), (0.0, 0.0), 0.05)
-    grid.add(START, ANGLES, ranges, 3.0)
-    matcher = ScanMatcher(grid)
-    matcher.look(START, 3.5)
+def test_a_grid_grows_to_where_something_is_seen_and_keeps_what_it_knows() -> None:
+    grid = OccupancyGrid((2.0, 2.0), (0.0, 0.0), 0.05)
+    grid.add(Pose(1.025, 1.025, 0.0), np.zeros(1), np.array([0.5]), 3.0)
+    known = grid.odds.copy()
+
+    grid.add(Pose(1.025, 1.025, math.pi), np.zeros(1), np.array([2.0]), 3.0)
+
+    assert grid.origin == (-5.0, 0.0)
+    assert grid.odds.shape == (40, 140)
+    assert (grid.odds[:, 121:] == known[:, 21:]).all()
+    assert set(grid.as_map().cells[20, 82:120]) == {FREE}
+    assert OCCUPIED in grid.as_map().cells[20, 79:81]
+
+
+def test_a_grid_does_not_grow_beyond_what_a_map_may_have() -> None:
+    grid = OccupancyGrid((2.0, 2.0), (0.0, 0.0), 0.05)
+
+    grid.add(Pose(1e6, 1e6, 0.0), np.zeros(1), np.array([2.0]), 3.0)
+
+    assert grid.full
+    assert grid.odds.shape == (40, 40)
+
+
+def test_a_map_with_another_corner_is_compared_where_it_lies() -> None:
+    perfect = draw_map(load_world("lab"))
+    part = GridMap(
+        np.pad(perfect.cells[20:, 40:], ((0, 30), (0, 60)), constant_values=UNKNOWN),
+        0.05,
+        Pose(2.0, 1.0, 0.0),
+    )
+
+    agreement = compare(part, "lab")
+
+    assert agreement.share == 1.0
+    assert agreement.wall_error == 0.0
+
+
+def seen_from(pose: Pose, ranges: Array) -> Array:
+    """Return where the beams of a scan ended (n, 2), frame map [m]."""
     hit = np.isfinite(ranges) & (ranges > 0)
-    reach = ranges[hit] + 0.025
-    points = np.stack([reach * np.cos(ANGLES[hit]), reach * np.sin(ANGLES[hit])], axis=1)
-    off = Pose(START.x + 0.06, START.y - 0.05, START.yaw + 0.03)
+    turned = ANGLES[hit] + pose.yaw
+    arms = np.stack([ranges[hit] * np.cos(turned), ranges[hit] * np.sin(turned)], axis=1)
+    ends: Array = arms + pose[:2]
+    return ends
 
-    found = matcher.fit(off, points)
 
-    assert math.dist(found[:2], START[:2]) < 0.9 * math.dist(off[:2], START[:2])
-    assert abs(found.yaw - START.yaw) < 0.9 * abs(off.yaw - START.yaw)
+@pytest.mark.parametrize(
+    "off", [Pose(0.0, 0.0, 0.0), Pose(0.06, -0.05, 0.03), Pose(-0.15, 0.1, -0.05)]
+)
+def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken(off: Pose) -> None:
+    corner = Pose(1.6, 1.6, 0.0)
+    ranges = lab(corner).scan("robot1")
+    surfaces = Surfaces(0.05)
+    surfaces.add(seen_from(corner, ranges))
+    guess = Pose(corner.x + off.x, corner.y + off.y, corner.yaw + off.yaw)
+
+    found = ScanMatcher(surfaces).fit(guess, seen_from(Pose(0.0, 0.0, 0.0), ranges), 3.0)
+
+    assert math.dist(found[:2], corner[:2]) < 0.02
+    assert abs(found.yaw - corner.yaw) < 0.005
+
+
+def test_along_a_bare_wall_the_odometry_is_believed() -> None:
+    along = np.linspace(-3.0, 3.0, 300)
+    wall = np.stack([along, np.full(300, 1.0)], axis=1)
+    surfaces = Surfaces(0.05)
+    surfaces.add(wall)
+    middle = wall[60:240]
+
+    found = ScanMatcher(surfaces).fit(Pose(0.08, 0.05, 0.0), middle, 3.0)
+
+    assert found == pytest.approx((0.08, 0.0, 0.0), abs=0.005)
 
 
 def test_without_anything_in_sight_the_odometry_is_believed() -> None:
-    matcher = ScanMatcher(OccupancyGrid((5.0, 5.0), (0.0, 0.0), 0.05))
-    matcher.look(START, 3.5)
+    assert ScanMatcher(Surfaces(0.05)).fit(START, np.ones((100, 2)), 3.0) == START
 
-    assert matcher.fit(START, np.ones((100, 2))) == START
+
+def test_an_end_far_from_all_that_is_known_says_nothing_of_where_the_robot_is() -> None:
+    surfaces = Surfaces(0.05)
+    surfaces.add(np.stack([np.linspace(0.0, 3.0, 100), np.zeros(100)], axis=1))
+
+    assert ScanMatcher(surfaces).fit(START, np.ones((100, 2)), 3.0) == START
+
+
+def test_a_surface_is_the_mean_of_the_ends_in_each_square() -> None:
+    surfaces = Surfaces(0.05)
+    for height in (0.51, 0.53):
+        surfaces.add(np.stack([np.arange(0.025, 1.0, 0.05), np.full(20, height)], axis=1))
+
+    found = surfaces.around(0.5, 0.5, 1.0)
+
+    assert found is not None
+    assert found.points[:, 1] == pytest.approx(0.52)
+    assert abs(found.normals) == pytest.approx(np.tile([0.0, 1.0], (20, 1)))
+    assert found.flatness == pytest.approx(1.0)
+    assert surfaces.around(9.0, 9.0, 1.0) is None
 
 
 def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
     simulation = lab()
-    mapper = Mapper(LASER, START, simulation.world.size)
+    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     for _ in range(120):
         mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
         simulation.set_command("robot1", vx=0.3, wz=0.3)
@@ -102,7 +189,7 @@ def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
 
 def test_the_correction_puts_the_odometry_where_the_robot_is() -> None:
     simulation = lab()
-    mapper = Mapper(LASER, START, simulation.world.size)
+    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
 
     assert mapper.correction == pytest.approx(START)
@@ -110,7 +197,7 @@ def test_the_correction_puts_the_odometry_where_the_robot_is() -> None:
 
 def test_an_explorer_drives_to_where_the_map_ends() -> None:
     simulation = lab()
-    mapper = Mapper(LASER, START, simulation.world.size)
+    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     explorer = Explorer(0.43, 1.0)
     mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
 
@@ -129,3 +216,36 @@ def test_an_explorer_has_finished_where_nothing_is_unknown() -> None:
 
     assert explorer.finished
     assert explorer.steer(Pose(2.5, 2.5, 0.0)) == (0.0, 0.0)
+
+
+def test_a_map_is_saved_with_nothing_between_free_and_occupied() -> None:
+    grid = GridMap(np.array([[0, 25, 26, 64, 65, 100, -1]], dtype=np.int8), 0.05, START)
+
+    cells = decided(grid, free=25, occupied=65).cells
+
+    assert cells.tolist() == [[FREE, FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED, UNKNOWN]]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"delta": 0.0}, "delta: 0.0; allowed: a number above 0"),
+        ({"linearUpdate": -1.0}, "linearUpdate: -1.0; allowed: a number of at least 0"),
+        ({"initial_pose_x": math.nan}, "initial_pose_x: nan; allowed: a finite number"),
+        ({"xmin": 6.0}, "xmax: 5.0 is not above xmin 6.0 by a cell of 0.05 m"),
+        ({"xmax": 1e6}, "delta: 0.05 m is too fine for 1e+06 m x 10 m"),
+    ],
+)
+def test_settings_that_make_no_map_are_named(wrong: dict[str, float], said: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(said)):
+        MapperSettings(**wrong)
+
+
+def test_the_mappers_file_holds_its_defaults() -> None:
+    path = Path(__file__).parents[2] / "config" / "mapper.yaml"
+
+    chosen = yaml.safe_load(path.read_text(encoding="utf-8"))
+
+    assert MapperSettings(**chosen) == MapperSettings()
+    starts = {"initial_pose_x", "initial_pose_y", "initial_pose_a"}
+    assert set(chosen) == {field.name for field in fields(MapperSettings)} - starts

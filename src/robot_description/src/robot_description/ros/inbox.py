@@ -24,7 +24,9 @@ class Inbox:
     """What is to be done between two rounds of the main loop, in the order in which it came in."""
 
     def __init__(self) -> None:
-        self._queue: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
+        # Not a SimpleQueue: in Python 3.11 its get() waits for ever, whatever the timeout, once a
+        # signal handler has taken longer than that, and rospy's does when it shuts a node down.
+        self._queue: queue.Queue[Callable[[], object]] = queue.Queue()
 
     def put(self, action: Callable[[], object]) -> None:
         """Have something done by the main thread; any thread may call this."""

@@ -12,6 +12,9 @@ import sensor_msgs.msg
 from geometry_msgs.msg import Quaternion, TransformStamped
 
 from robot_description.follower import Pose
+from robot_description.ros.conversions import cells_from_msg, pose_from_msg
+from simenv.errors import MapError
+from simenv.map_file import GridMap
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import Pose2D
@@ -19,7 +22,6 @@ if TYPE_CHECKING:
 
     from robot_description.models import Laser
     from simenv.geometry import Array
-    from simenv.map_file import GridMap
 
 
 def stamp_of(nanoseconds: int) -> rospy.Time:
@@ -100,3 +102,22 @@ def map_msg(header: Header, grid: GridMap) -> nav_msgs.msg.OccupancyGrid:
     message.info.origin.orientation = quaternion_of(grid.origin.yaw)
     message.data = grid.cells.ravel().tolist()
     return message
+
+
+def map_from_msg(message: nav_msgs.msg.OccupancyGrid) -> GridMap:
+    """Return the map that a message holds.
+
+    Raises:
+        MapError: It holds none.
+    """
+    info = message.info
+    if not (info.resolution > 0 and 0 < info.width * info.height == len(message.data)):
+        raise MapError(
+            f"the message holds {len(message.data)} cells, {info.width} x {info.height} of "
+            f"{info.resolution:g} m; allowed: width x height cells of more than 0 m"
+        )
+    try:
+        origin = pose_from_msg(info.origin)
+    except ValueError as error:
+        raise MapError(f"the map's origin: {error}") from None
+    return GridMap(cells_from_msg(message), info.resolution, origin)

@@ -10,6 +10,7 @@ import rospy
 
 from robot_description.follower import Pose
 from simenv.errors import ParameterError
+from simenv.mapper_settings import WITHOUT_EFFECT, MapperSettings
 from simenv.noise import Noise
 
 LEAST_RTF, MOST_RTF = 0.01, 100.0
@@ -89,6 +90,26 @@ def spawn_params() -> SpawnParams:
         pose=Pose(x, y, yaw),
         timeout=number("timeout", least=0.1, most=3600.0, default=60.0),
     )
+
+
+def mapper_settings() -> MapperSettings:
+    """Read the mapper's parameters, which have the names that gmapping has for them.
+
+    Raises:
+        ParameterError: One is unknown, or not what it must be.
+    """
+    names = {field.name for field in fields(MapperSettings)}
+    chosen: dict[str, float] = {}
+    for name in rospy.get_param(rospy.get_name(), {}):
+        if name in WITHOUT_EFFECT:
+            rospy.logwarn(f"{rospy.get_name()}/{name} has no effect here; see config/mapper.yaml")
+        elif name not in names:
+            raise ParameterError(
+                f"parameter ~{name} is unknown; allowed: {', '.join(sorted(names))}"
+            )
+        else:
+            chosen[name] = number(name, least=-1e6, most=1e6)
+    return MapperSettings(**chosen)
 
 
 def text(name: str, default: str | None = None) -> str:

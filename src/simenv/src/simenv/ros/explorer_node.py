@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Drives a robot to where the map ends, until everything that it can reach is known."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import OccupancyGrid, Odometry
+from rospy.numpy_msg import numpy_msg
+from std_msgs.msg import Bool
+
+from robot_description.errors import RobotDescriptionError
+from robot_description.poses import compose
+from robot_description.ros.conversions import pose_from_msg, pose_from_transform
+from robot_description.ros.inbox import Inbox
+from robot_description.ros.links import mend_links
+from robot_description.ros.params import hive_and_robot, read_model
+from simenv.errors import SimenvError
+from simenv.explorer import Explorer
+from simenv.overdue import Overdue
+from simenv.ros.conversions import map_from_msg
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from robot_description.follower import Pose
+    from simenv.map_file import GridMap
+
+PLAN_PERIOD = 2.0
+"""Between two plans [s]: what was a frontier may have been seen in passing."""
+
+STEER_PERIOD = 0.1
+"""Between two commands [s]."""
+
+QUICK = 0.2
+"""While a plan that takes longer is made, the robot stands [s, wall clock]."""
+
+OLD = 2.0
+"""What is known of the place on the map counts no longer than this [s]."""
+
+PATIENCE = 10.0
+"""After this time in vain it is said what is missing [s, wall clock]."""
+
+ADVICE = {"odom": "start the robot's base", "map": "start a mapper"}
+
+
+class ExplorerNode:
+    """Explores with one robot.
+
+    ROS Subscribers: `odom` (nav_msgs/Odometry), of the robot; `map` (nav_msgs/OccupancyGrid), of
+        the hive; tf from map to the robot's odom.
+    ROS Publishers: `cmd_vel` (geometry_msgs/Twist), 10 Hz; `explored` (std_msgs/Bool), latched:
+        whether everything that can be reached has been seen.
+    """
+
+    def __init__(self, hive: str, name: str, explorer: Explorer) -> None:
+        """Explore with the robot `name` of the hive, whose namespace ends in a slash."""
+        self._hive = hive
+        self._odom_frame = f"{name}/odom"
+        self._explorer = explorer
+        self._chart: GridMap | None = None
+        self._odometry: Odometry | None = None
+        self._planned = self._steered = -math.inf
+        self._planning = 0.0
+        self._inbox = Inbox()
+        self._overdue = Overdue(ADVICE, PATIENCE, time.monotonic())
+
+    def start(self) -> None:
+        """Open topics."""
+        self._transforms = tf2_ros.Buffer(cache_time=rospy.Duration(5))
+        self._listener = tf2_ros.TransformListener(self._transforms)
+        self._commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        self._explored = rospy.Publisher("explored", Bool, queue_size=1, latch=True)
+        self._explored.publish(Bool(False))
+        grid = numpy_msg(OccupancyGrid)
+        rospy.Subscriber(f"{self._hive}map", grid, self._later("map", self._learn), queue_size=1)
+        rospy.Subscriber("odom", Odometry, self._later("odom", self._drive), queue_size=5)
+        rospy.on_shutdown(lambda: self._commands.publish(Twist()))
+
+    def run(self) -> None:
+        """Explore until all is known or the node is shut down."""
+        while not rospy.is_shutdown() and not self._explorer.finished:
+            self._inbox.wait(timeout=0.5)
+            self._steer()
+            for topic in self._overdue.news(time.monotonic()):
+                rospy.logwarn(f"no {topic} for {PATIENCE:g} s: {ADVICE[topic]}")
+        if self._explorer.finished:
+            self._commands.publish(Twist())
+            self._explored.publish(Bool(True))
+            rospy.loginfo("everything that can be reached has been seen; save it with map_saver")
+            rospy.spin()
+
+    def _later(self, topic: str, take_in: Callable[..., None]) -> Callable[..., None]:
+        """Return a callback that has the main thread take in a message."""
+
+        def now(msg: object) -> None:
+            self._overdue.came(topic, time.monotonic())
+            take_in(msg)
+
+        return lambda msg: self._inbox.put(lambda: now(msg))
+
+    def _learn(self, msg: OccupancyGrid) -> None:
+        try:
+            self._chart = map_from_msg(msg)
+        except SimenvError as error:
+            rospy.logwarn_throttle_identical(10, f"a map is ignored: {error}")
+
+    def _drive(self, msg: Odometry) -> None:
+        self._odometry = msg
+
+    def _steer(self) -> None:
+        """Tell the robot how to drive, and make a new plan where it is time."""
+        msg, chart = self._odometry, self._chart
+        if msg is None or chart is None:
+            return
+        now = msg.header.stamp.to_sec()
+        if self._steered <= now < self._steered + STEER_PERIOD:
+            return
+        self._steered = now
+        here = self._place(msg)
+        if here is None:
+            self._commands.publish(Twist())
+            return
+        if not self._planned <= now < self._planned + PLAN_PERIOD:
+            self._planned = now
+            self._plan(chart, here)
+        command = Twist()
+        command.linear.x, command.angular.z = self._explorer.steer(here)
+        self._commands.publish(command)
+
+    def _plan(self, chart: GridMap, here: Pose) -> None:
+        if self._planning > QUICK:
+            self._commands.publish(Twist())
+        begun = time.monotonic()
+        self._explorer.plan(chart, here)
+        self._planning = time.monotonic() - begun
+
+    def _place(self, msg: Odometry) -> Pose | None:
+        """Return where the robot is, frame map, or None where that is not known lately."""
+        try:
+            frame = self._transforms.lookup_transform("map", self._odom_frame, rospy.Time(0))
+            here = pose_from_msg(msg.pose.pose)
+        except (tf2_ros.TransformException, ValueError) as error:
+            rospy.logwarn_throttle_identical(10, f"the robot stands still: {error}")
+            return None
+        if abs(msg.header.stamp.to_sec() - frame.header.stamp.to_sec()) > OLD:
+            rospy.logwarn_throttle(10, f"the robot stands still: no scan mapped for {OLD:g} s")
+            return None
+        return compose(pose_from_transform(frame.transform), here)
+
+
+def main() -> int:
+    """Explore until the node is shut down; see `ExplorerNode`. Return the exit code."""
+    rospy.init_node("explorer")
+    mend_links()
+    try:
+        hive, name = hive_and_robot()
+        base = read_model().base
+    except RobotDescriptionError as error:
+        rospy.logfatal(str(error))
+        return 1
+    node = ExplorerNode(hive, name, Explorer(base.circumscribed_radius, base.max_speed))
+    node.start()
+    node.run()
+    return 0

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes a map while a robot drives, with the topics and the service of ROS's `gmapping`."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rospy
+import tf2_ros
+from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
+from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
+from rospy.numpy_msg import numpy_msg
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
+
+from robot_description.errors import RobotDescriptionError
+from robot_description.follower import Pose
+from robot_description.odometry_history import OdometryHistory
+from robot_description.ros.conversions import pose_from_msg, transform_to_msg
+from robot_description.ros.inbox import Inbox
+from robot_description.ros.links import mend_links
+from robot_description.ros.params import hive_and_robot, read_model
+from simenv import occupancy
+from simenv.errors import SimenvError
+from simenv.mapper import Beams, Mapper
+from simenv.overdue import Overdue
+from simenv.ros.conversions import map_msg
+from simenv.ros.params import mapper_settings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from simenv.mapper_settings import MapperSettings
+
+MAP_FRAME = "map"
+
+PATIENCE = 10.0
+"""After this time without scans or odometry it is said that there are none [s, wall clock]."""
+
+ADVICE = {"odom": "start the robot's base", "scan": "start the robot's laser"}
+
+
+class MapperNode:
+    """Makes the map of where one robot drives.
+
+    ROS Subscribers: `scan` (sensor_msgs/LaserScan), `odom` (nav_msgs/Odometry), of the robot.
+    ROS Publishers: `map` (nav_msgs/OccupancyGrid), `map_metadata` (nav_msgs/MapMetaData), of the
+        hive, latched; tf from map to the robot's odom, with every scan.
+    ROS Services: `dynamic_map` (nav_msgs/GetMap), of the hive: the map as it is now.
+    ROS Parameters: see config/mapper.yaml.
+    """
+
+    def __init__(self, hive: str, name: str, mount: Pose, settings: MapperSettings) -> None:
+        """Know nothing of the hall yet.
+
+        Args:
+            hive: Namespace of the hive, ending in a slash.
+            name: Of the robot.
+            mount: Where its laser is, from its base.
+            settings: What the user has chosen.
+        """
+        self._hive = hive
+        self._odom_frame = f"{name}/odom"
+        self._mount = mount
+        self._settings = settings
+        self._grid = occupancy.OccupancyGrid(
+            settings.size, (settings.xmin, settings.ymin), settings.delta
+        )
+        self._mapper: Mapper | None = None
+        self._beams = 0
+        self._history = OdometryHistory()
+        self._scan: LaserScan | None = None
+        self._stamp, self._shown = rospy.Time(), -math.inf
+        self._inbox = Inbox()
+        self._overdue = Overdue(ADVICE, PATIENCE, time.monotonic())
+
+    def start(self) -> None:
+        """Open topics and the service."""
+        self._broadcaster = tf2_ros.TransformBroadcaster()
+        self._map, self._metadata = (
+            rospy.Publisher(f"{self._hive}{topic}", kind, queue_size=1, latch=True)
+            for topic, kind in (("map", OccupancyGrid), ("map_metadata", MapMetaData))
+        )
+        rospy.Service(f"{self._hive}dynamic_map", GetMap, self._map_called)
+        topics: dict[str, tuple[type, Callable[..., None]]] = {
+            "odom": (Odometry, self._drive),
+            "scan": (numpy_msg(LaserScan), self._look),
+        }
+        for topic, (kind, take_in) in topics.items():
+            rospy.Subscriber(topic, kind, self._later(topic, take_in), queue_size=20)
+
+    def run(self) -> None:
+        """Map until the node is shut down."""
+        while not rospy.is_shutdown():
+            self._inbox.wait(timeout=0.5)
+            self._see()
+            for topic in self._overdue.news(time.monotonic()):
+                rospy.logwarn(
+                    f"nothing on {rospy.resolve_name(topic)} for {PATIENCE:g} s: {ADVICE[topic]}"
+                )
+
+    def _later(self, topic: str, take_in: Callable[..., None]) -> Callable[..., None]:
+        """Return a callback that has the main thread take in a message."""
+
+        def now(msg: object) -> None:
+            self._overdue.came(topic, time.monotonic())
+            take_in(msg)
+
+        return lambda msg: self._inbox.put(lambda: now(msg))
+
+    def _drive(self, msg: Odometry) -> None:
+        try:
+            self._history.add(msg.header.stamp.to_sec(), pose_from_msg(msg.pose.pose))
+        except ValueError as error:
+            rospy.logwarn_throttle_identical(10, f"odometry is ignored: {error}")
+
+    def _look(self, msg: LaserScan) -> None:
+        # Only the latest waits: a mapper that falls behind leaves scans out rather than lag.
+        self._scan = msg
+
+    def _see(self) -> None:
+        """Take in the latest scan, unless the odometry of its moment is still to come."""
+        scan = self._scan
+        odometry = self._history.at(scan.header.stamp.to_sec()) if scan is not None else None
+        if scan is None or odometry is None:
+            return
+        self._scan = None
+        if self._mapper is None:
+            self._begin(scan)
+        if len(scan.ranges) != self._beams:
+            rospy.logwarn_throttle(
+                10, f"a scan of {len(scan.ranges)} beams is ignored; the first had {self._beams}"
+            )
+            return
+        self._draw(odometry, scan)
+
+    def _begin(self, scan: LaserScan) -> None:
+        """Take the laser to be as it says in its first scan."""
+        self._beams = len(scan.ranges)
+        angles = scan.angle_min + np.arange(self._beams) * scan.angle_increment
+        settings = self._settings
+        self._mapper = Mapper(
+            Beams(angles, min(scan.range_max, settings.maxUrange), self._mount),
+            settings.initial_pose,
+            self._grid,
+            settings.linearUpdate,
+            settings.angularUpdate,
+        )
+        rospy.loginfo(f"mapping from {settings.initial_pose} on, with {self._beams} beams")
+
+    def _draw(self, odometry: Pose, scan: LaserScan) -> None:
+        mapper, self._stamp = self._mapper, scan.header.stamp
+        assert mapper is not None  # noqa: S101  (_begin was there)
+        mapper.see(odometry, np.asarray(scan.ranges, dtype=np.float64))
+        ahead = rospy.Duration.from_sec(self._settings.tf_delay)
+        self._broadcaster.sendTransform(
+            transform_to_msg(mapper.correction, MAP_FRAME, self._odom_frame, self._stamp + ahead)
+        )
+        now = self._stamp.to_sec()
+        if not self._shown <= now < self._shown + self._settings.map_update_interval:
+            self._shown = now
+            self._show()
+        if self._grid.full:
+            rospy.logwarn_once("the map has grown as large as it can; take a larger ~delta")
+
+    def _show(self) -> None:
+        message = self._message()
+        self._map.publish(message)
+        self._metadata.publish(message.info)
+
+    def _message(self) -> OccupancyGrid:
+        return map_msg(Header(stamp=self._stamp, frame_id=MAP_FRAME), self._grid.as_map())
+
+    def _map_called(self, _request: GetMapRequest) -> GetMapResponse:
+        return self._inbox.ask(lambda: GetMapResponse(self._message()), GetMapResponse())
+
+
+def main() -> int:
+    """Map until the node is shut down; see `MapperNode`. Return the exit code."""
+    rospy.init_node("mapper")
+    mend_links()
+    try:
+        hive, name = hive_and_robot()
+        node = MapperNode(hive, name, Pose(*read_model().laser.pose), mapper_settings())
+    except (SimenvError, RobotDescriptionError) as error:
+        rospy.logfatal(str(error))
+        return 1
+    node.start()
+    node.run()
+    return 0

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Drives a robot from the keyboard of the terminal that it is started in.
+
+ROS Publishers:
+    cmd_vel (geometry_msgs/Twist): of the robot, 10 Hz.
+ROS Parameters:
+    characteristics: of the robot, see `roslaunch robot_description description.launch`.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import termios
+import time
+import tty
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import rospy
+from geometry_msgs.msg import Twist
+
+from robot_description.errors import RobotDescriptionError
+from robot_description.follower import Velocity
+from robot_description.ros.conversions import twist_from
+from robot_description.ros.params import hive_and_robot, read_model
+from simenv.teleop import HELP, Limits, Teleop
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+PERIOD = 0.1
+"""Between two commands [s, wall clock]."""
+
+_CHUNK = 64
+
+
+def main() -> int:
+    """Run the node; return its exit code."""
+    rospy.init_node("teleop")
+    try:
+        _, name = hive_and_robot()
+        base = read_model().base
+    except RobotDescriptionError as error:
+        rospy.logfatal(str(error))
+        return 1
+    if not sys.stdin.isatty():
+        rospy.logfatal("teleop needs the keyboard of a terminal; start it in one, without a pipe")
+        return 1
+    commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+    teleop = Teleop(Limits(base.max_speed, base.max_yaw_rate, base.holonomic))
+    sys.stdout.write(f"{name}: {HELP}")
+    _tell(teleop)
+    with _single_keys():
+        _drive(teleop, commands)
+    return 0
+
+
+def _drive(teleop: Teleop, commands: rospy.Publisher) -> None:
+    """Turn keys into commands until the node is shut down."""
+    rospy.on_shutdown(lambda: commands.publish(Twist()))
+    while not rospy.is_shutdown():
+        ready, _, _ = select.select([sys.stdin], [], [], PERIOD)
+        now = time.monotonic()
+        keys = os.read(sys.stdin.fileno(), _CHUNK).decode(errors="replace") if ready else ""
+        if ready and not keys:
+            rospy.logfatal("the terminal is gone")
+            return
+        changed = [teleop.press(key, now) for key in keys]
+        if any(changed):
+            _tell(teleop)
+        commands.publish(twist_from(Velocity(*teleop.command(now))))
+
+
+def _tell(teleop: Teleop) -> None:
+    sys.stdout.write(f"\rspeed {teleop.speed:.2f} m/s, turning {teleop.turn:.2f} rad/s    ")
+    sys.stdout.flush()
+
+
+@contextmanager
+def _single_keys() -> Iterator[None]:
+    """Have the terminal hand over each key at once, and show none; Ctrl-C stays what it is."""
+    before = termios.tcgetattr(sys.stdin)
+    try:
+        tty.setcbreak(sys.stdin)
+        yield
+    finally:
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)

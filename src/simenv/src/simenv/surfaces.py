@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where beams have ended, to a fraction of a cell.
+
+An occupancy grid says of a wall which cells it lies in. Where in a cell it is, the mean of the
+beams' ends says, and that is what a scan can be fitted to closely; gmapping does the same
+(Grisetti, Stachniss and Burgard, IEEE Transactions on Robotics 23(1), 2007).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy import spatial
+
+if TYPE_CHECKING:
+    from simenv.geometry import Array
+
+NEIGHBOURS = 6
+"""A surface's direction is that of so many points, itself included."""
+
+
+class Surface(NamedTuple):
+    """What lies around a place.
+
+    Attributes:
+        tree: Of the points, to look up which is the nearest.
+        points: (k, 2) frame map [m].
+        normals: (k, 2) unit vectors across the surface.
+        flatness: (k,) from 0, where points lie anyhow, to 1, where they lie on a line.
+    """
+
+    tree: spatial.cKDTree
+    points: Array
+    normals: Array
+    flatness: Array
+
+
+class Surfaces:
+    """The mean of all ends of beams in each square."""
+
+    def __init__(self, side: float) -> None:
+        """Know nothing yet; squares have a `side` [m]."""
+        self._side = side
+        self._row: dict[tuple[int, int], int] = {}
+        self._count: Array = np.zeros(0)
+        self._sums: Array = np.zeros((0, 2))
+
+    def add(self, ends: Array) -> None:
+        """Take in ends of beams (n, 2), frame map [m]."""
+        squares, places = np.unique(
+            np.floor(ends / self._side).astype(np.int64), axis=0, return_inverse=True
+        )
+        rows = [self._row.setdefault((x, y), len(self._row)) for x, y in squares.tolist()]
+        more = len(self._row) - len(self._count)
+        if more:
+            self._count = np.concatenate([self._count, np.zeros(more)])
+            self._sums = np.concatenate([self._sums, np.zeros((more, 2))])
+        where = np.array(rows, dtype=np.intp)[places]
+        np.add.at(self._count, where, 1.0)
+        np.add.at(self._sums, where, ends)
+
+    def around(self, x: float, y: float, reach: float) -> Surface | None:
+        """Return what lies in the square of half the side `reach` around a place [m].
+
+        None where there is too little for a direction.
+        """
+        if not len(self._count):
+            return None
+        means = self._sums / self._count[:, None]
+        points = means[(np.abs(means - (x, y)) <= reach).all(axis=1)]
+        if len(points) < NEIGHBOURS:
+            return None
+        tree = spatial.cKDTree(points)
+        _, near = tree.query(points, k=NEIGHBOURS)
+        away = points[near] - points[near].mean(axis=1, keepdims=True)
+        xx, yy = (away**2).mean(axis=1).T
+        xy = (away[:, :, 0] * away[:, :, 1]).mean(axis=1)
+        along = 0.5 * np.arctan2(2 * xy, xx - yy)
+        spread = np.hypot(xx - yy, 2 * xy)
+        normals = np.stack([-np.sin(along), np.cos(along)], axis=1)
+        return Surface(tree, points, normals, spread / (xx + yy + 1e-12))

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A hive needs nothing of a robot but odom, scan, cmd_vel and tf: no simulator, no /clock."""
+
+import pytest
+import rosgraph
+import rospy
+from blackboard.msg import TaskMsg, TaskState
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from hive_operator import TOLERANCE, Operator, apart, task
+from nav_msgs.msg import Odometry
+
+from robot_description.follower import Pose
+from robot_description.poses import compose
+from robot_description.ros.conversions import pose_from_msg
+
+START = Pose(2.6, 2.0, 0.0)
+GOALS = ((4.6, 2.6, 0.0), (4.6, 4.2, 1.57))
+DRIFT = 0.15
+"""So far the wheels may be off after these few metres [m]."""
+WAIT = 60.0
+"""On the wall clock [s]."""
+
+
+@pytest.fixture(scope="module")
+def operator():
+    rospy.init_node("operator")
+    operator = Operator(robots=())
+    operator.expect(lambda: "robot1" in operator.robots, "a status of robot1")
+    return operator
+
+
+def business_of(node):
+    """Return the topics that a node publishes, those that it hears, and its services."""
+    everything = rosgraph.Master("/operator").getSystemState()
+    return [{name for name, nodes in kind if node in nodes} for kind in everything]
+
+
+def test_a_task_is_done_by_a_robot_that_no_simulator_knows(operator):
+    operator.post(task("R1", TaskMsg.GAB, *GOALS))
+    end = operator.follow("R1")
+    here = rospy.wait_for_message("/robot1/amcl_pose", PoseWithCovarianceStamped, timeout=WAIT)
+    odometry = rospy.wait_for_message("/robot1/odom", Odometry, timeout=WAIT)
+
+    assert (end.state, end.robot_id) == (TaskState.DONE, "robot1")
+    assert apart(pose_from_msg(here.pose.pose), GOALS[-1]) < TOLERANCE + DRIFT
+    assert apart(compose(START, pose_from_msg(odometry.pose.pose)), GOALS[-1]) < TOLERANCE + DRIFT
+
+
+@pytest.mark.usefixtures("operator")
+def test_the_robot_speaks_nothing_but_odom_scan_and_tf_and_hears_cmd_vel():
+    spoken, heard, services = business_of("/plain_robot")
+
+    assert spoken == {"/robot1/odom", "/robot1/scan", "/tf", "/rosout"}
+    assert heard == {"/robot1/cmd_vel"}
+    assert {service.rpartition("/")[2] for service in services} == {
+        "get_loggers",
+        "set_logger_level",
+    }
+
+
+@pytest.mark.usefixtures("operator")
+def test_nobody_tells_a_simulated_time():
+    publishers, _, _ = rosgraph.Master("/operator").getSystemState()
+
+    assert not rospy.get_param("/use_sim_time", False)
+    assert "/clock" not in dict(publishers)
+    assert not [topic for topic, _ in publishers if "simenv" in topic]
