@@ -30,7 +30,7 @@ from blackboard.ros.live_operator import LiveOperator, make_task
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-SIZES = (4, 10, 50)
+SIZES = (4, 10)
 """Numbers of robots, unless said otherwise."""
 
 AIMS = {

@@ -3,9 +3,9 @@
 
 rospy hands every message for every subscriber to a thread of its own and then gives up the
 processor, so a message to eleven members takes eleven changes of threads before its publisher goes
-on; that was half of what an auction took (docs/benchmarks.md). Here the publisher's own thread
-writes to the socket, without ever waiting. What a slow or frozen subscriber does not take goes the
-way of rospy's own queue.
+on (docs/decisions/055-sending-at-once.md). Here the publisher's own thread writes to the socket,
+without ever waiting. What a slow or frozen subscriber does not take goes the way of rospy's own
+queue.
 """
 
 from __future__ import annotations
