@@ -257,9 +257,9 @@ BREAKS = {
     "low battery": Break(
         "plan_tasks",
         "test_a_robot_with_a_low_battery_refuses_until_it_is_charged",
-        "a robot keeps no charge back when it bids",
-        "blackboard.bidding:CHARGE_TOLERANCE",
-        lambda _original: -1.0,
+        "a robot takes its battery for full when it starts",
+        "blackboard.battery:Battery.__init__",
+        lambda original: lambda self, model, _charge: original(self, model, 1.0),
     ),
     "expanding": Break(
         "plan_tasks",

@@ -120,8 +120,7 @@ def newcomer(operator, launches):
 )
 @pytest.mark.usefixtures("newcomer")
 def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observed):
-    nearby = (17.2, 5.6, 0.0)
-    operator.post(task("R-low", TaskMsg.GA, nearby))
+    operator.post(task("R-low", TaskMsg.GA, (17.2, 5.6, 0.0)))
     operator.expect(lambda: "robot5" in operator.bids["R-low"], "robot5's bid on R-low")
     low = operator.bids["R-low"]["robot5"]
     operator.cancel("R-low")
@@ -132,7 +131,8 @@ def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observ
         lambda: operator.robots["robot5"],
     )
     charge = operator.robots["robot5"].charge
-    operator.post(task("R-charged", TaskMsg.GA, nearby))
+    # It had set out for a charger by itself; nobody is nearer to where it has stopped.
+    operator.post(task("R-charged", TaskMsg.GA, (*operator.place("robot5"), 0.0)))
     done = operator.follow("R-charged")
     observed(
         f"bid {low.cost:g} at 10 %: {low.reason}; after charging {charge:.0%} and a bid of "

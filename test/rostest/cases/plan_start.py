@@ -59,6 +59,11 @@ ROBOT_NODES = ("robot", "move_base", "fake_localization", "robot_state_publisher
 LAB = {"rviz": "false", "gui": "false"}
 
 
+@pytest.fixture(scope="module", autouse=True)
+def node():
+    rospy.init_node("operator")
+
+
 @pytest.fixture(autouse=True)
 def own_journal(tmp_path):
     """Give each hive a disk of its own, so that it does not go on with the one before."""
@@ -109,7 +114,6 @@ def answers(node):
     "robot tells its state",
 )
 def test_the_system_is_up_with_every_node_and_topic(launches, observed):
-    rospy.init_node("operator")
     begun = time.monotonic()
     launches.start("fleet_manager", "fleet_manager.launch", **LAB)
     topics = HIVE_TOPICS | WORLD_TOPICS | MAP
