@@ -148,7 +148,7 @@ BENCHES: Mapping[str, Bench] = {
         _allocation,
     ),
     "auction": Bench(
-        "from posting to ASSIGNED [s], with 4, 10 and 50 robots or --robots, memory [MB], on ROS",
+        "from posting to ASSIGNED [s], with 4 and 10 robots or --robots, memory [MB], on ROS",
         lambda _outside: _auction(),
         _auction,
         "robots",
