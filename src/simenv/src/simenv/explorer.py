@@ -126,7 +126,8 @@ class Explorer:
         turned = math.remainder(math.atan2(aim[1] - here.y, aim[0] - here.x) - here.yaw, math.tau)
         if abs(turned) > SHARP:
             return 0.0, math.copysign(1.0, turned)
-        return self._speed * math.cos(turned), TURN * turned
+        # Slower the more it has to turn: a robot needs a way to stop that corners do not have.
+        return self._speed * (1.0 - abs(turned) / SHARP), TURN * turned
 
     def _is_stuck(self, here: Pose) -> bool:
         """Return whether the robot was to move since the last plan and did not."""

@@ -128,5 +128,5 @@ class Mapper:
             compose(self.pose, beams.mount), points[::every], beams.range_max
         )
         cos, sin = math.cos(found.yaw), math.sin(found.yaw)
-        self._surfaces.add(points @ np.array([[cos, sin], [-sin, cos]]) + found[:2])
+        self._surfaces.add(points @ np.array([[cos, sin], [-sin, cos]]) + found[:2], found[:2])
         self.pose = compose(found, inverse(beams.mount))

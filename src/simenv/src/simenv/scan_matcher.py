@@ -72,6 +72,8 @@ class ScanMatcher:
             ends = arms + best[:2]
             away, nearest = known.tree.query(ends, distance_upper_bound=reach)
             near = np.isfinite(away)
+            # What is seen from behind is the other side of a thin wall.
+            near[near] = (known.normals[nearest[near]] * arms[near]).sum(axis=1) < 0
             if near.sum() < FEWEST:
                 return guess
             arms, ends, nearest = arms[near], ends[near], nearest[near]

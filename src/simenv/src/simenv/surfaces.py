@@ -26,7 +26,7 @@ class Surface(NamedTuple):
     Attributes:
         tree: Of the points, to look up which is the nearest.
         points: (k, 2) frame map [m].
-        normals: (k, 2) unit vectors across the surface.
+        normals: (k, 2) unit vectors across the surface, to the side from which it was seen.
         flatness: (k,) from 0, where points lie anyhow, to 1, where they lie on a line.
     """
 
@@ -45,9 +45,15 @@ class Surfaces:
         self._row: dict[tuple[int, int], int] = {}
         self._count: Array = np.zeros(0)
         self._sums: Array = np.zeros((0, 2))
+        self._views: Array = np.zeros((0, 2))
 
-    def add(self, ends: Array) -> None:
-        """Take in ends of beams (n, 2), frame map [m]."""
+    def add(self, ends: Array, laser: tuple[float, float]) -> None:
+        """Take in ends of beams.
+
+        Args:
+            ends: (n, 2) frame map [m].
+            laser: Where they come from, x and y, frame map [m].
+        """
         squares, places = np.unique(
             np.floor(ends / self._side).astype(np.int64), axis=0, return_inverse=True
         )
@@ -56,9 +62,11 @@ class Surfaces:
         if more:
             self._count = np.concatenate([self._count, np.zeros(more)])
             self._sums = np.concatenate([self._sums, np.zeros((more, 2))])
+            self._views = np.concatenate([self._views, np.zeros((more, 2))])
         where = np.array(rows, dtype=np.intp)[places]
         np.add.at(self._count, where, 1.0)
         np.add.at(self._sums, where, ends)
+        np.add.at(self._views, where, np.array(laser) - ends)
 
     def around(self, x: float, y: float, reach: float) -> Surface | None:
         """Return what lies in the square of half the side `reach` around a place [m].
@@ -68,7 +76,8 @@ class Surfaces:
         if not len(self._count):
             return None
         means = self._sums / self._count[:, None]
-        points = means[(np.abs(means - (x, y)) <= reach).all(axis=1)]
+        close = (np.abs(means - (x, y)) <= reach).all(axis=1)
+        points = means[close]
         if len(points) < NEIGHBOURS:
             return None
         tree = spatial.cKDTree(points)
@@ -79,4 +88,5 @@ class Surfaces:
         along = 0.5 * np.arctan2(2 * xy, xx - yy)
         spread = np.hypot(xx - yy, 2 * xy)
         normals = np.stack([-np.sin(along), np.cos(along)], axis=1)
+        normals[(normals * self._views[close]).sum(axis=1) < 0] *= -1
         return Surface(tree, points, normals, spread / (xx + yy + 1e-12))

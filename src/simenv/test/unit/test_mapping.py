@@ -125,7 +125,7 @@ def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken(off: Pose) -> No
     corner = Pose(1.6, 1.6, 0.0)
     ranges = lab(corner).scan("robot1")
     surfaces = Surfaces(0.05)
-    surfaces.add(seen_from(corner, ranges))
+    surfaces.add(seen_from(corner, ranges), corner[:2])
     guess = Pose(corner.x + off.x, corner.y + off.y, corner.yaw + off.yaw)
 
     found = ScanMatcher(surfaces).fit(guess, seen_from(Pose(0.0, 0.0, 0.0), ranges), 3.0)
@@ -138,12 +138,23 @@ def test_along_a_bare_wall_the_odometry_is_believed() -> None:
     along = np.linspace(-3.0, 3.0, 300)
     wall = np.stack([along, np.full(300, 1.0)], axis=1)
     surfaces = Surfaces(0.05)
-    surfaces.add(wall)
+    surfaces.add(wall, (0.0, 0.0))
     middle = wall[60:240]
 
     found = ScanMatcher(surfaces).fit(Pose(0.08, 0.05, 0.0), middle, 3.0)
 
     assert found == pytest.approx((0.08, 0.0, 0.0), abs=0.005)
+
+
+def test_the_other_side_of_a_thin_wall_is_not_taken_for_the_one_that_is_known() -> None:
+    along = np.linspace(-3.0, 3.0, 300)
+    surfaces = Surfaces(0.05)
+    surfaces.add(np.stack([along, np.full(300, 1.0)], axis=1), (0.0, 0.0))
+    behind = Pose(0.0, 3.0, 0.0)
+
+    found = ScanMatcher(surfaces).fit(behind, np.stack([along, np.full(300, -1.8)], axis=1), 3.0)
+
+    assert found == behind
 
 
 def test_without_anything_in_sight_the_odometry_is_believed() -> None:
@@ -152,7 +163,7 @@ def test_without_anything_in_sight_the_odometry_is_believed() -> None:
 
 def test_an_end_far_from_all_that_is_known_says_nothing_of_where_the_robot_is() -> None:
     surfaces = Surfaces(0.05)
-    surfaces.add(np.stack([np.linspace(0.0, 3.0, 100), np.zeros(100)], axis=1))
+    surfaces.add(np.stack([np.linspace(0.0, 3.0, 100), np.zeros(100)], axis=1), START[:2])
 
     assert ScanMatcher(surfaces).fit(START, np.ones((100, 2)), 3.0) == START
 
@@ -160,13 +171,14 @@ def test_an_end_far_from_all_that_is_known_says_nothing_of_where_the_robot_is() 
 def test_a_surface_is_the_mean_of_the_ends_in_each_square() -> None:
     surfaces = Surfaces(0.05)
     for height in (0.51, 0.53):
-        surfaces.add(np.stack([np.arange(0.025, 1.0, 0.05), np.full(20, height)], axis=1))
+        ends = np.stack([np.arange(0.025, 1.0, 0.05), np.full(20, height)], axis=1)
+        surfaces.add(ends, (0.5, 0.0))
 
     found = surfaces.around(0.5, 0.5, 1.0)
 
     assert found is not None
     assert found.points[:, 1] == pytest.approx(0.52)
-    assert abs(found.normals) == pytest.approx(np.tile([0.0, 1.0], (20, 1)))
+    assert found.normals == pytest.approx(np.tile([0.0, -1.0], (20, 1)))
     assert found.flatness == pytest.approx(1.0)
     assert surfaces.around(9.0, 9.0, 1.0) is None
 

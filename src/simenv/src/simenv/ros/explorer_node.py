@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from robot_description.follower import Pose
     from simenv.map_file import GridMap
 
-PLAN_PERIOD = 2.0
-"""Between two plans [s]: what was a frontier may have been seen in passing."""
-
 STEER_PERIOD = 0.1
 """Between two commands [s]."""
 
@@ -65,7 +62,8 @@ class ExplorerNode:
         self._explorer = explorer
         self._chart: GridMap | None = None
         self._odometry: Odometry | None = None
-        self._planned = self._steered = -math.inf
+        self._is_new = False
+        self._steered = -math.inf
         self._planning = 0.0
         self._inbox = Inbox()
         self._overdue = Overdue(ADVICE, PATIENCE, time.monotonic())
@@ -106,7 +104,7 @@ class ExplorerNode:
 
     def _learn(self, msg: OccupancyGrid) -> None:
         try:
-            self._chart = map_from_msg(msg)
+            self._chart, self._is_new = map_from_msg(msg), True
         except SimenvError as error:
             rospy.logwarn_throttle_identical(10, f"a map is ignored: {error}")
 
@@ -114,7 +112,7 @@ class ExplorerNode:
         self._odometry = msg
 
     def _steer(self) -> None:
-        """Tell the robot how to drive, and make a new plan where it is time."""
+        """Tell the robot how to drive, and make a new plan on every new map."""
         msg, chart = self._odometry, self._chart
         if msg is None or chart is None:
             return
@@ -126,8 +124,8 @@ class ExplorerNode:
         if here is None:
             self._commands.publish(Twist())
             return
-        if not self._planned <= now < self._planned + PLAN_PERIOD:
-            self._planned = now
+        if self._is_new:
+            self._is_new = False
             self._plan(chart, here)
         command = Twist()
         command.linear.x, command.angular.z = self._explorer.steer(here)
