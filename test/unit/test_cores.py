@@ -18,8 +18,10 @@ WITH_OMPL = {
     "robot_description.testing",
     "simenv.bench_localization",
     "simenv.recording",
+    "fleet_manager.bench.charge",
+    "fleet_manager.bench.simulated_bodies",
 }
-"""The adapter, and the benchmark and the simulated traffic that use what is behind it."""
+"""The adapter, and the benchmarks and the simulated traffic that use what is behind it."""
 WHEELS = ["ompl", "xacro"]
 """What ./hive setup installs. Modules that need one of these are left out where it is missing."""
 

@@ -153,9 +153,8 @@ def test_an_order_of_any_kind_is_read_as_it_was_given(order):
 
 def test_what_a_robot_tells_of_itself_is_read_as_it_was_told():
     tasks, chargers = (("T1", 0), ("T2", 3)), (Pose(1.0, 2.0, 3.0),)
-    told = BidBasis(
-        SMALL_ROBOT, "latency", 60.0, Pose(4.0, 5.0), 0.7, True, "it charges", tasks, chargers
-    )
+    what = (SMALL_ROBOT, "latency", 60.0, Pose(4.0, 5.0), 0.7, True, "it charges")
+    told = BidBasis(*what, tasks, chargers, (2.0, 1.4, 0.6))
     given = Bids("robot1", 2, 3, (), 4, told)
     wire = WIRES[TASK_COST]
 

@@ -16,6 +16,7 @@ from blackboard.bidding import Bidder
 from blackboard.cost import COST_MODELS
 from blackboard.effort import charge_to_reach
 from blackboard.itinerary import Entry, Itinerary
+from blackboard.pace import Pace
 from blackboard.record import Order
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class BidBasis:
         refusal: Why it takes nothing now; empty where it is in service.
         tasks: Its list, each by its id with the first step that is still to be done.
         chargers: Where it can charge [map frame].
+        pace: What it has learned of its drives, see `Pace.times`; empty where nothing.
     """
 
     body: RobotCharacteristics
@@ -54,6 +56,7 @@ class BidBasis:
     refusal: str = ""
     tasks: tuple[tuple[str, int], ...] = ()
     chargers: tuple[Pose, ...] = ()
+    pace: tuple[float, ...] = ()
 
 
 def bids_from(
@@ -75,12 +78,13 @@ def bids_from(
         now: The time on the clock of `Task.posted` [s].
 
     Raises:
-        CharacteristicsError: Its charge is outside its range.
+        CharacteristicsError: Its charge or its pace is outside its range.
         KeyError: There is no such cost model.
     """
     battery = Battery(basis.body.battery, basis.charge)
     aging = Aging(lambda: now, basis.aging)
-    itinerary = Itinerary(basis.body, ways, basis.cost_model, aging)
+    pace = Pace(basis.body.max_speed, basis.pace)
+    itinerary = Itinerary(basis.body, ways, basis.cost_model, aging, pace)
     itinerary.restore(
         Entry(Order(task, robot_id), step)
         for task, (_, step) in zip(tasks, basis.tasks, strict=True)

@@ -55,6 +55,19 @@ class Command(Protocol):
         """Stop; harmless when nothing is going on. `done` is not called any more."""
 
 
+class StepWatch(Protocol):
+    """Is told of drives as they happen, to time them."""
+
+    def begin(self, step: TaskStep) -> None:
+        """Note that a drive begins."""
+
+    def drop(self) -> None:
+        """Note that what was begun was stopped, or is tried again: its time says nothing."""
+
+    def end(self) -> None:
+        """Note that what was begun has been done."""
+
+
 class Controller:
     """Runs one task at a time.
 
@@ -74,6 +87,11 @@ class Controller:
         self._talker = talker
         self._settings = settings
         self._run: _Run | None = None
+        self._watch: StepWatch | None = None
+
+    def watch(self, watch: StepWatch) -> None:
+        """Have every drive timed from now on."""
+        self._watch = watch
 
     def run(
         self,
@@ -99,6 +117,8 @@ class Controller:
         run, self._run = self._run, None
         if run is None:
             return
+        if self._watch is not None:
+            self._watch.drop()
         if run.retry is not None:
             run.retry.cancel()
         if run.command is not None:
@@ -116,11 +136,15 @@ class Controller:
             return
         run.tries += 1
         run.command = command
+        if self._watch is not None and step.kind is StepKind.MOVE:
+            self._watch.begin(step)
         command.start(step, lambda result: self._step_ended(run, result))
 
     def _step_ended(self, run: _Run, result: CommandResult) -> None:
         if run is not self._run:
             return
+        if self._watch is not None:
+            (self._watch.end if result.state is CommandState.SUCCEEDED else self._watch.drop)()
         if result.state is CommandState.SUCCEEDED:
             run.step += 1
             run.tries = 0

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from blackboard.cost import friction_force
+from blackboard.pace import Pace
 from blackboard.task import StepKind, Task, TaskType, load_during, split_task
 
 if TYPE_CHECKING:
@@ -17,10 +18,6 @@ if TYPE_CHECKING:
     from blackboard.characteristics import RobotCharacteristics
     from blackboard.pose import Pose
     from blackboard.ways import Ways
-
-# A robot accelerates, turns on the spot and gives way to others: the mean of its speed over the
-# drives of the demo is about this share of its greatest speed (docs/benchmarks.md).
-MEAN_SPEED_SHARE = 0.6
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +58,7 @@ class Job:
         robot: What the robot is.
         ways: Knows how far it is.
         steps: How many steps count; all that are left where none is given.
+        pace: Knows how long its drives take; the rule of thumb, where it is left out.
     """
 
     def __init__(
@@ -70,10 +68,11 @@ class Job:
         robot: RobotCharacteristics,
         ways: Ways,
         steps: int | None = None,
+        pace: Pace | None = None,
     ) -> None:
         self._robot = robot
         self._ways = ways
-        self._speed = MEAN_SPEED_SHARE * robot.max_speed
+        self._pace = pace or Pace(robot.max_speed)
         last_step = None if steps is None else first_step + steps
         todo = list(enumerate(split_task(task)))[first_step:last_step]
         self._begin: Pose | None = None
@@ -111,7 +110,8 @@ class Job:
         if self._begin is None:
             return self._rest.way, self._rest.duration
         way = self._ways.length(start, self._begin)
-        return way + self._rest.way, way / self._speed + self._rest.duration
+        duration = self._pace.duration(start, self._begin, way)
+        return way + self._rest.way, duration + self._rest.duration
 
     def end_from(self, start: Pose) -> Pose:
         """Return where the robot stands afterwards."""
@@ -123,7 +123,7 @@ class Job:
 
     def _drive(self, start: Pose, goal: Pose, force: float) -> Effort:
         way = self._ways.length(start, goal)
-        duration = way / self._speed
+        duration = self._pace.duration(start, goal, way)
         return Effort(way, force * way + self._robot.idle_power * duration, duration, goal)
 
 
@@ -134,9 +134,10 @@ def effort(
     robot: RobotCharacteristics,
     ways: Ways,
     steps: int | None = None,
+    pace: Pace | None = None,
 ) -> Effort:
     """Predict what it takes a robot to do the rest of a task, or its next steps; see `Job`."""
-    return Job(task, first_step, robot, ways, steps).effort_from(start)
+    return Job(task, first_step, robot, ways, steps, pace).effort_from(start)
 
 
 def charge_to_reach(

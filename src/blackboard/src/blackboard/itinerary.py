@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.aging import Aging
 from blackboard.effort import Effort, Job, effort
+from blackboard.pace import Pace
 from blackboard.placement import Route, Stop, place_rule
 from blackboard.record import TaskUpdate
 from blackboard.task import (
@@ -101,6 +102,7 @@ class Itinerary:
         ways: Knows how far it is.
         cost_model: By its name; says what is to be least at the best place for one more task.
         aging: Says what a second of waiting counts; the same for all, where it is left out.
+        pace: Knows how long the robot's drives take; the rule of thumb, where it is left out.
     """
 
     def __init__(
@@ -109,12 +111,19 @@ class Itinerary:
         ways: Ways,
         cost_model: str = "report",
         aging: Aging | None = None,
+        pace: Pace | None = None,
     ) -> None:
         self._robot = robot
         self._ways = ways
         self._rule = place_rule(cost_model)
         self._aging = aging or Aging()
+        self._pace = pace or Pace(robot.max_speed)
         self._entries: list[Entry] = []
+
+    @property
+    def pace(self) -> Pace:
+        """How long the robot's drives take."""
+        return self._pace
 
     def __iter__(self) -> Iterator[Entry]:
         return iter(self._entries)
@@ -174,7 +183,7 @@ class Itinerary:
         stops = [
             Stop(
                 entry.task.priority,
-                Job(entry.task, entry.step, self._robot, self._ways),
+                Job(entry.task, entry.step, self._robot, self._ways, pace=self._pace),
                 self._aging.weight(entry.task),
             )
             for entry in self._entries
@@ -188,12 +197,15 @@ class Itinerary:
             self._rule,
             keep_first=at_work,
             aging=self._aging,
+            pace=self._pace,
         )
 
     def next_step(self, here: Pose) -> Effort:
         """Return what the next step of the first task on the list takes; there has to be one."""
         entry = self._entries[0]
-        return effort(entry.task, entry.step, here, self._robot, self._ways, steps=1)
+        return effort(
+            entry.task, entry.step, here, self._robot, self._ways, steps=1, pace=self._pace
+        )
 
     def promise(self, here: Pose) -> dict[str, float]:
         """Return `eta` and `step_eta` [s] of the first task on the list, which has to be there.
@@ -205,7 +217,7 @@ class Itinerary:
 
     def predict(self, task: Task, first_step: int, start: Pose) -> Effort:
         """Return what the rest of any task takes this robot; see `effort`."""
-        return effort(task, first_step, start, self._robot, self._ways)
+        return effort(task, first_step, start, self._robot, self._ways, pace=self._pace)
 
     def ahead(self, here: Pose) -> list[Effort]:
         """Return, for each task on the list, what the robot has done from here when it is done."""

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from blackboard.aging import Aging
     from blackboard.characteristics import RobotCharacteristics
+    from blackboard.pace import Pace
     from blackboard.pose import Pose
     from blackboard.task import Task
     from blackboard.ways import Ways
@@ -98,6 +99,7 @@ class Route:
         rule: What is to be least at the best place.
         keep_first: Whether the first stop is being done and stays there.
         aging: Says what a second of waiting counts.
+        pace: Knows how long the robot's drives take.
 
     Attributes:
         before: What the robot has done from here before each place of the list, and before the
@@ -114,6 +116,7 @@ class Route:
         *,
         keep_first: bool,
         aging: Aging,
+        pace: Pace,
     ) -> None:
         self._stops = stops
         self._robot = robot
@@ -121,6 +124,7 @@ class Route:
         self._rule = rule
         self._keep_first = keep_first
         self._aging = aging
+        self._pace = pace
         weights = [stop.weight for stop in reversed(stops)]
         self._weight_behind = [*accumulate(weights, initial=0.0)][::-1]
         self._own: list[Effort] = []
@@ -144,7 +148,7 @@ class Route:
             if stop.priority > task.priority or (self._keep_first and index == 0)
         )
         equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
-        job = Job(task, step, self._robot, self._ways)
+        job = Job(task, step, self._robot, self._ways, pace=self._pace)
         weight = self._aging.weight(task)
         gains = [self._gain(index, job, weight) for index in range(ahead, ahead + equals + 1)]
         best, nearest = 0, math.inf

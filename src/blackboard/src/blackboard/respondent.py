@@ -74,4 +74,5 @@ class Respondent:
             self._charging.refusal,
             tuple((entry.task.id, entry.step) for entry in self._list),
             self._charging.places,
+            self._list.pace.times,
         )

@@ -18,6 +18,7 @@ from blackboard.cost import friction_force
 from blackboard.itinerary import Entry, Itinerary
 from blackboard.leave import Leave
 from blackboard.letting_go import LettingGo
+from blackboard.pace import DriveWatch, Pace
 from blackboard.preemption import may_put_off
 from blackboard.reports import Reports
 from blackboard.respondent import Respondent
@@ -91,7 +92,9 @@ class Robot:
         self._pose = pose
         self._settings = settings
         aging = Aging(talker.now, settings.aging)
-        self._list = Itinerary(characteristics, ways, settings.cost_model, aging)
+        pace = Pace(characteristics.max_speed)
+        controller.watch(DriveWatch(pace, ways, talker.now, lambda: self._pose))
+        self._list = Itinerary(characteristics, ways, settings.cost_model, aging, pace)
         self._service = Service()
         self._reports = Reports(talker, robot_id, journal)
         period, say = settings.status_period, self._say_status

@@ -14,6 +14,7 @@ from blackboard.charging import Charging, ChargingPlan
 from blackboard.cost import COST_MODELS, Bid, Bids, Exclusion
 from blackboard.errors import BidRefusedError
 from blackboard.itinerary import Entry, Itinerary
+from blackboard.pace import Pace
 from blackboard.pose import Pose
 from blackboard.record import Broadcast, Order, TaskRecord
 from blackboard.respondent import Respondent
@@ -73,7 +74,8 @@ class Fleet:
         plan = self.draw.choice([CHARGERS, ChargingPlan()])
         charging = Charging(talker, "robot1", body, battery, ways, None, service, plan)
         aging = Aging(lambda: NOW, settings.aging)
-        itinerary = Itinerary(body, ways, settings.cost_model, aging)
+        pace = Pace(body.max_speed, self.draw.choice([(), (2.0, 1.4, 0.6)]))
+        itinerary = Itinerary(body, ways, settings.cost_model, aging, pace)
         entries = [Entry(Order(task, "robot1"), self.step(task)) for task in self.listed]
         itinerary.restore(entries)
         return Respondent("robot1", body, battery, itinerary, charging, settings)

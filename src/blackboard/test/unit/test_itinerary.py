@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from blackboard.aging import Aging
 from blackboard.allocation.testing import figures, on_a_road
-from blackboard.effort import MEAN_SPEED_SHARE, effort
+from blackboard.effort import effort
 from blackboard.itinerary import Itinerary
+from blackboard.pace import MEAN_SPEED_SHARE
 from blackboard.pose import Pose
 from blackboard.record import Order
 from blackboard.task import Task, TaskType

@@ -45,6 +45,38 @@ def test_a_world_that_is_not_there_is_said_in_one_line(hive, word):
     assert "not known" in err
 
 
+WORLD = "name: {name}\nsize: {size}\nwalls: [{{name: a, box: [1, 1, 2, 2]}}]\nstarts: {starts}\n"
+
+
+@pytest.mark.parametrize(
+    ("changes", "words", "said"),
+    [
+        ({"size": "[400, 400]"}, (), "8000 x 8000 cells"),
+        ({"starts": "[{name: s, pose: [1.5, 1.5, 0]}]"}, (), ":4: starts[0]: 's' at"),
+        ({}, ("--resolution", "0"), "resolution 0.0 m; allowed: above 0"),
+        ({}, ("--resolution", "50"), "at most 10"),
+        ({"name": "../x"}, (), "'../x' is no name for a file; say OUT as well"),
+    ],
+)
+def test_a_map_that_cannot_be_drawn_says_why_in_one_line(hive, tmp_path, changes, words, said):
+    path = tmp_path / "w.yaml"
+    path.write_text(WORLD.format(**({"name": "w", "size": "[4, 4]", "starts": "[]"} | changes)))
+
+    code, _, err = hive("world", "map", str(path), *words)
+
+    assert code == 2
+    assert err.count("\n") == 1
+    assert said in err
+
+
+def test_a_map_named_like_a_folder_is_refused_in_one_line(hive):
+    code, _, err = hive("world", "map", "lab", ".")
+
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "'.' is a folder" in err
+
+
 def test_a_map_is_drawn(hive, tmp_path):
     code, out, _ = hive("world", "map", "lab", str(tmp_path / "lab"), "--format", "png")
 

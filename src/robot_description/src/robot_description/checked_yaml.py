@@ -59,7 +59,12 @@ def read_all_mistakes(path: Path, schema: Mapping[str, Any]) -> tuple[Any, list[
         FileError: The file is missing or unreadable, or is no YAML.
     """
     root, content = _parsed(path)
-    found = jsonschema.Draft202012Validator(schema).iter_errors(content)
+    found = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
+    # Something with an unknown key has none of several forms either; one line says it.
+    odd = {tuple(each.absolute_path) for each in found if each.validator == "additionalProperties"}
+    found = [
+        each for each in found if each.validator != "oneOf" or tuple(each.absolute_path) not in odd
+    ]
     ordered = sorted(found, key=lambda mistake: _line_of(root, _place_of(mistake)))
     return content, [_in_words(path, root, mistake) for mistake in ordered]
 
@@ -81,7 +86,15 @@ def _parsed(path: Path) -> tuple[yaml.Node | None, Any]:
         raise FileError(f"{path}{where}: is not YAML: {problem}") from None
     if content is None:
         raise FileError(f"{path}: is empty; see a file that comes with the package")
-    odd = _not_finite(root)
+    try:
+        twice, odd = _said_twice(root), _not_finite(root)
+    except RecursionError:
+        raise FileError(
+            f"{path}: an alias (*) is inside its own anchor (&); write it out"
+        ) from None
+    if twice is not None:
+        line = twice.start_mark.line + 1
+        raise FileError(f"{path}:{line}: the key {twice.value} is there twice; keep one of them")
     if odd is not None:
         line = odd.start_mark.line + 1
         raise FileError(f"{path}:{line}: {odd.value} is no number here; allowed: finite numbers")
@@ -127,6 +140,21 @@ def error_at(path: Path, keys: Iterable[str | int], problem: str) -> FileError:
     root = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
     key = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys).removeprefix(".")
     return FileError(f"{path}:{_line_of(root, keys)}: {key}: {problem}")
+
+
+def _said_twice(node: yaml.Node | None) -> yaml.Node | None:
+    """Return the first key that a mapping has already, of which YAML keeps the last, or None."""
+    children: list[yaml.Node] = []
+    if isinstance(node, yaml.MappingNode):
+        seen: set[str] = set()
+        for key, value in node.value:
+            if str(key.value) in seen:
+                return key
+            seen.add(str(key.value))
+            children.append(value)
+    elif isinstance(node, yaml.SequenceNode):
+        children = node.value
+    return next((key for key in map(_said_twice, children) if key is not None), None)
 
 
 def _not_finite(node: yaml.Node | None) -> yaml.Node | None:

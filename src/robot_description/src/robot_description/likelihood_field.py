@@ -37,6 +37,9 @@ TEMPER = 0.08
 likelihoods takes for certainty (Thrun, Burgard and Fox, section 6.3.4). Chosen by trying;
 see decision 060."""
 
+BATCH = 4000
+"""So many poses are weighed at once, lest the tables of all their beams fill the memory."""
+
 
 @dataclass(frozen=True)
 class Beams:
@@ -144,9 +147,11 @@ class LikelihoodField:
             (n,) logarithms of the likelihood, up to a constant that is the same for all.
         """
         found = np.zeros(len(poses))
-        for points, table in ((beams.ends, self._hit), (beams.clear, self._clear)):
-            if len(points):
-                found += table[self._cells(poses, points)].sum(axis=1)
+        for first in range(0, len(poses), BATCH):
+            some = slice(first, first + BATCH)
+            for points, table in ((beams.ends, self._hit), (beams.clear, self._clear)):
+                if len(points):
+                    found[some] += table[self._cells(poses[some], points)].sum(axis=1)
         return found
 
     def _cells(self, poses: Array, points: Array) -> NDArray[np.int32]:

@@ -32,6 +32,9 @@ BIN = np.array([0.5, 0.5, math.radians(10.0)])
 NEAR, NEAR_YAW = 0.8, math.radians(40.0)
 """What is so near to the heaviest place belongs to it [m], [rad]."""
 
+START_ANYWHERE = 3
+"""A robot that knows nothing begins with so many times the usual most particles."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -78,8 +81,12 @@ class ParticleFilter:
         self._take(drawn)
 
     def start_anywhere(self) -> None:
-        """Begin with no idea where the robot is, but for that it is where the map is free."""
-        self._take(self._field.anywhere(self._settings.max_particles, self._random))
+        """Begin with no idea where the robot is, but for that it is where the map is free.
+
+        The first scans thin the cloud out to what the settings allow.
+        """
+        count = START_ANYWHERE * self._settings.max_particles
+        self._take(self._field.anywhere(count, self._random))
 
     def _take(self, particles: Array) -> None:
         particles[:, 2] = np.remainder(particles[:, 2] + np.pi, 2 * np.pi) - np.pi

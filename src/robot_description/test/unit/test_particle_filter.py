@@ -7,12 +7,12 @@ import pytest
 
 from robot_description.amcl_settings import AmclSettings, SettingError
 from robot_description.follower import Pose
-from robot_description.likelihood_field import BeamChooser, LikelihoodField
+from robot_description.likelihood_field import BATCH, BeamChooser, LikelihoodField
 from robot_description.localizer import Localizer
 from robot_description.models import Laser
 from robot_description.odometry_history import OdometryHistory
 from robot_description.odometry_model import spread
-from robot_description.particle_filter import ParticleFilter
+from robot_description.particle_filter import START_ANYWHERE, ParticleFilter
 from robot_description.poses import between, blend, compose, inverse
 
 SETTINGS = AmclSettings(max_particles=3000)
@@ -112,12 +112,37 @@ def test_a_robot_that_knows_roughly_where_it_is_soon_knows_it_well():
 def test_a_robot_that_knows_nothing_finds_itself():
     particles, localizer = localizer_in_the_room()
     localizer.restart_anywhere()
-    assert len(particles.particles) == SETTINGS.max_particles
+    assert len(particles.particles) == START_ANYWHERE * SETTINGS.max_particles
 
     truth = drive(localizer, Pose(4.0, 3.0, 1.0), moves=30)
 
     assert math.dist(localizer.estimate.pose[:2], truth[:2]) < 0.1
     assert len(particles.particles) < SETTINGS.max_particles / 4
+
+
+def test_a_robot_that_knows_nothing_begins_with_more_particles_than_it_keeps():
+    particles = filter_in_the_room()
+    particles.start_anywhere()
+    begun = len(particles.particles)
+
+    particles.weigh(BeamChooser(LASER, 60).of(scan(Pose(2.0, 1.5, 0.3))))
+    particles.resample()
+
+    assert begun == START_ANYWHERE * SETTINGS.max_particles
+    assert len(particles.particles) <= SETTINGS.max_particles
+
+
+def test_poses_are_weighed_alike_alone_and_among_thousands():
+    field = LikelihoodField(CELLS, STEP, (0.0, 0.0), SETTINGS)
+    poses = field.anywhere(2 * BATCH + 1, np.random.default_rng(1))
+    beams = BeamChooser(LASER, 60).of(scan(Pose(2.0, 1.5, 0.3)))
+
+    together = field.log_likelihood(poses, beams)
+
+    alone = [
+        field.log_likelihood(poses[row : row + 1], beams)[0] for row in range(0, 2 * BATCH, 999)
+    ]
+    assert together[: 2 * BATCH : 999] == pytest.approx(alone)
 
 
 def test_the_same_seed_gives_the_same_run_to_the_last_bit():

@@ -11,8 +11,11 @@ import numpy as np
 from robot_description.follower import Pose
 from simenv.errors import CommandError
 from simenv.motion import accelerated, limits_of, moved, within_limits
+from simenv.wheels import Wheels
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from robot_description.models import RobotModel
     from simenv.contact import Contacts
     from simenv.geometry import Array
@@ -29,7 +32,6 @@ class Bodies:
 
     Attributes:
         names: The robots, in the order in which they were added.
-        poses: Where they really are, frame map.
     """
 
     def __init__(self, contacts: Contacts, noise: Noise) -> None:
@@ -40,27 +42,39 @@ class Bodies:
             noise: How wrong the wheels are about the way.
         """
         self._contacts = contacts
-        self._noise = noise
+        self._wheels = Wheels(noise)
         self.names: list[str] = []
-        self.poses: dict[str, Pose] = {}
+        self._rows: dict[str, int] = {}
         self._models: list[RobotModel] = []
-        self._random: list[np.random.Generator] = []
-        self._wheels: list[Array] = []
         self._limits = limits_of([])
         self._true = self._velocities = self._odometry = self._commands = NOTHING
         self._commanded_at = np.zeros(0)
         self._grip = np.zeros(0)
-        self._frozen: set[str] = set()
+        self._frozen = np.zeros(0, dtype=bool)
+        self._poses: dict[str, Pose] | None = {}
+
+    @property
+    def true(self) -> Array:
+        """Where they really are (n, 3), frame map [m, m, rad]."""
+        return self._true
+
+    @property
+    def poses(self) -> Mapping[str, Pose]:
+        """Where they really are, frame map."""
+        if self._poses is None:
+            rows = zip(self.names, self._true.tolist(), strict=True)
+            self._poses = {name: Pose(*row) for name, row in rows}
+        return self._poses
+
+    def row(self, name: str) -> int:
+        """Return which row is a robot's."""
+        return self._rows[name]
 
     def add(self, name: str, model: RobotModel, pose: Pose, random: np.random.Generator) -> None:
         """Put a base down, standing still; `random` makes the noise of its wheels."""
         self.names.append(name)
-        self.poses[name] = pose
         self._models.append(model)
-        self._random.append(random)
-        along, turning = random.normal(1.0, self._noise.wheels, 2)
-        self._wheels.append(np.array([along, along, turning]))
-        self._limits = limits_of(self._models)
+        self._wheels.add(random)
         self._true = np.vstack([self._true, pose])
         still = np.zeros(3)
         self._velocities = np.vstack([self._velocities, still])
@@ -68,40 +82,48 @@ class Bodies:
         self._commands = np.vstack([self._commands, still])
         self._commanded_at = np.append(self._commanded_at, -math.inf)
         self._grip = np.append(self._grip, 1.0)
+        self._frozen = np.append(self._frozen, values=False)
+        self._count()
 
     def remove(self, name: str) -> None:
         """Take a base away."""
-        self._frozen.discard(name)
-        row = self.names.index(name)
-        del self.names[row], self.poses[name], self._models[row], self._random[row]
-        del self._wheels[row]
-        self._limits = limits_of(self._models)
+        row = self._rows[name]
+        del self.names[row], self._models[row]
+        self._wheels.remove(row)
         self._true = np.delete(self._true, row, axis=0)
         self._velocities = np.delete(self._velocities, row, axis=0)
         self._odometry = np.delete(self._odometry, row, axis=0)
         self._commands = np.delete(self._commands, row, axis=0)
         self._commanded_at = np.delete(self._commanded_at, row)
         self._grip = np.delete(self._grip, row)
+        self._frozen = np.delete(self._frozen, row)
+        self._count()
+
+    def _count(self) -> None:
+        self._rows = {name: row for row, name in enumerate(self.names)}
+        self._limits = limits_of(self._models)
+        self._poses = None
 
     def put_back(self, name: str, pose: Pose) -> None:
         """Let a base stand still at a pose, its odometry at zero as after switching on."""
-        row = self.names.index(name)
-        self.poses[name] = pose
+        row = self._rows[name]
         self._true[row] = pose
         self._velocities[row] = self._odometry[row] = self._commands[row] = 0.0
         self._commanded_at[row] = -math.inf
+        self._poses = None
 
     def slip(self, name: str, share: float) -> None:
         """Let wheels turn without moving the base as far: by `share` (0..1) of every shift."""
-        self._grip[self.names.index(name)] = 1.0 - share
+        if not 0 <= share <= 1:
+            raise CommandError(f"slip {share}; allowed: a share from 0 to 1")
+        self._grip[self._rows[name]] = 1.0 - share
 
     def freeze(self, name: str, *, is_frozen: bool) -> None:
         """Let a base stop at once and stand still whatever it is told, or let it go again."""
+        row = self._rows[name]
+        self._frozen[row] = is_frozen
         if is_frozen:
-            self._frozen.add(name)
-            self._velocities[self.names.index(name)] = 0.0
-        else:
-            self._frozen.discard(name)
+            self._velocities[row] = 0.0
 
     def command(self, name: str, speed: tuple[float, float, float], time: float) -> None:
         """Tell a base how to move.
@@ -116,7 +138,7 @@ class Bodies:
         """
         if not all(map(math.isfinite, speed)):
             raise CommandError(f"{name}: speed {speed} is not a number; the command is ignored")
-        row = self.names.index(name)
+        row = self._rows[name]
         self._commands[row] = speed
         self._commanded_at[row] = time
 
@@ -128,43 +150,28 @@ class Bodies:
             loads: (n,) what is on board [kg].
             dt: Length of the step [s].
         """
-        heard = time - self._commanded_at < COMMAND_TIMEOUT
-        heard &= np.array([name not in self._frozen for name in self.names], dtype=bool)
+        heard = (time - self._commanded_at < COMMAND_TIMEOUT) & ~self._frozen
         commands = self._commands * heard[:, None]
         if not (commands.any() or self._velocities.any()):
             return
         targets = within_limits(commands, self._limits)
         self._velocities = accelerated(self._velocities, targets, self._limits, loads, dt)
         driven = self._velocities * dt
+        drives = driven.any(axis=1)
         ahead = moved(self._true, driven * self._grip[:, None])
-        for row in np.flatnonzero(driven.any(axis=1)):
-            name = self.names[row]
-            pose, share = self._contacts.advance(name, Pose(*ahead[row].tolist()), self.poses)
-            if share < 1.0:
-                self._velocities[row] = 0.0
-                driven[row] *= share
-            self.poses[name] = pose
-            self._true[row] = pose
-            driven[row] = self._felt(driven[row], row)
-        self._contacts.let_go(self.poses)
-        self._odometry = moved(self._odometry, driven)
-
-    def _felt(self, driven: Array, row: int) -> Array:
-        """Return what the wheels make of a shift (3,)."""
-        way, turn = math.hypot(driven[0], driven[1]), abs(driven[2])
-        along, heading, veer = self._random[row].normal(size=3)
-        felt: Array = driven * self._wheels[row]
-        if way:
-            felt[:2] += driven[:2] / way * (self._noise.distance * math.sqrt(way) * along)
-        felt[2] += self._noise.heading * math.sqrt(turn) * heading
-        felt[2] += self._noise.veer * math.sqrt(way) * veer
-        return felt
+        ahead = np.where(drives[:, None], ahead, self._true)
+        before = self._true
+        self._true, shares = self._contacts.advance(before, ahead)
+        self._poses = None
+        self._velocities[shares < 1.0] = 0.0
+        self._contacts.let_go(before, self._true)
+        self._odometry = moved(self._odometry, self._wheels.felt(driven * shares[:, None]))
 
     def velocity(self, name: str) -> tuple[float, float, float]:
         """Return a base's speed in its own frame (vx, vy, wz) [m/s, m/s, rad/s]."""
-        vx, vy, wz = self._velocities[self.names.index(name)].tolist()
+        vx, vy, wz = self._velocities[self._rows[name]].tolist()
         return vx, vy, wz
 
     def odometry(self, name: str) -> Pose:
         """Return where a base's wheels say it is, counted from where it was put down."""
-        return Pose(*self._odometry[self.names.index(name)].tolist())
+        return Pose(*self._odometry[self._rows[name]].tolist())

@@ -18,7 +18,7 @@ from scipy import ndimage
 from robot_description.follower import Pose
 from simenv.errors import MapError
 from simenv.geometry import outline
-from simenv.map_file import FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
+from simenv.map_file import COARSEST, FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
 from simenv.shapes import rings
 
 if TYPE_CHECKING:
@@ -46,8 +46,11 @@ def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
     Raises:
         MapError: The resolution gives no map.
     """
-    if not (math.isfinite(resolution) and resolution > 0):
-        raise MapError(f"resolution {resolution} m; allowed: a number above 0, usual {RESOLUTION}")
+    if not 0 < resolution <= COARSEST:
+        raise MapError(
+            f"resolution {resolution} m; allowed: above 0 and at most {COARSEST:g}, "
+            f"usual {RESOLUTION}"
+        )
     width, height = (math.ceil(side / resolution - _TOUCH) for side in world.size)
     if width * height > MOST_CELLS:
         raise MapError(f"resolution {resolution} m gives {width} x {height} cells; take a coarser")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a planar simulator asks: where is a corner, what does a beam hit, do two things touch.
+"""What a planar simulator asks: where is a corner, do two things touch, what is near.
 
 Everything solid is a set of segments: the outline of the world's walls and the footprints of the
 robots alike. The answers are exact, there is no raster between the world and the robots.
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 """Any array of numbers; its shape is said where it is used."""
 
-CORNER = 1e-9
-"""By what share a segment is taken to be longer, lest a beam slips through between two."""
+Indices: TypeAlias = NDArray[np.intp]
+"""Any array of rows of another one."""
 
 NO_SEGMENTS: Array = np.empty((0, 2, 2))
 
@@ -33,43 +33,42 @@ def wrap(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
+def cos_and_sin(angles: Array) -> tuple[Array, Array]:
+    """Return the cosines and sines of angles [rad], to the last bit the same in every batch.
+
+    With AVX-512, numpy 1.24 takes different ways through an array that is a column of another one,
+    which differ in the last bit, depending on how many numbers there are.
+    """
+    compact = np.ascontiguousarray(angles)
+    return np.cos(compact), np.sin(compact)
+
+
 def outline(corners: Array) -> Array:
     """Return the edges (n, 2, 2) of the closed polygon with these corners (n, 2)."""
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
-def ranges(origin: Pose, angles: Array, segments: Array) -> Array:
-    """Return how far beams reach before they hit a segment.
+def pass_through(ends: Array) -> NDArray[np.bool_]:
+    """Say which segments pass through a convex polygon (Cyrus and Beck's clipping, 1978).
 
-    A beam `o + r d` meets the segment `a + u e` where `r = (a x e) / (d x e)` and
-    `u = (a x d) / (d x e)`, with a counted from o and `x` the cross product; it counts if r >= 0
-    and 0 <= u <= 1.
+    A segment that only runs along an edge does not count.
 
     Args:
-        origin: Where the beams start.
-        angles: (n,) directions of the beams from the heading of `origin` [rad].
-        segments: (k, 2, 2) what can be hit; each with the solid on its left, so that those at
-            the far side of things are left out at once.
+        ends: (k, 2, c) how far both ends of each of k segments are outside of the line through
+            each of the c edges [m].
 
     Returns:
-        (n,) distances [m]; infinity for a beam that hits nothing.
+        (k,)
     """
-    start = segments[:, 0] - origin[:2]
-    along = segments[:, 1] - segments[:, 0]
-    area = start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]
-    facing = area < 0
-    if not facing.any():
-        return np.full(len(angles), np.inf)
-    start, along, area = start[facing], along[facing], area[facing]
-    heading = angles + origin.yaw
-    dx, dy = np.cos(heading)[:, None], np.sin(heading)[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        scale = 1.0 / (dx * along[:, 1] - dy * along[:, 0])
-        u = (dy * start[:, 0] - dx * start[:, 1]) * scale
-        r = area * scale
-    r[~((r >= 0) & (u >= -CORNER) & (u <= 1 + CORNER))] = np.inf
-    nearest: Array = r.min(axis=1)
-    return nearest
+    start = ends[:, 0]
+    along = ends[:, 1] - start
+    level = along == 0
+    crossing = -start / np.where(level, 1.0, along)
+    enter = np.where(along < 0, crossing, 0.0).max(axis=1)
+    leave = np.where(along > 0, crossing, 1.0).min(axis=1)
+    beside = (level & (start >= 0)).any(axis=1)
+    through: NDArray[np.bool_] = (np.maximum(enter, 0.0) < np.minimum(leave, 1.0)) & ~beside
+    return through
 
 
 class Footprint:
@@ -78,6 +77,8 @@ class Footprint:
     Attributes:
         corners: (n, 2) counter-clockwise, around the origin of its own frame [m].
         radius: Of the circle around the origin that holds it [m].
+        normals: (n, 2) of the edge from each corner to the next, outwards.
+        limits: (n,) how far each edge is from the origin [m].
     """
 
     def __init__(self, corners: ArrayLike) -> None:
@@ -86,8 +87,8 @@ class Footprint:
         self.radius = float(np.hypot(self.corners[:, 0], self.corners[:, 1]).max())
         edges = np.roll(self.corners, -1, axis=0) - self.corners
         normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
-        self._normals: Array = normals / np.hypot(edges[:, 0], edges[:, 1])[:, None]
-        self._limits: Array = (self._normals * self.corners).sum(axis=1)
+        self.normals: Array = normals / np.hypot(edges[:, 0], edges[:, 1])[:, None]
+        self.limits: Array = (self.normals * self.corners).sum(axis=1)
 
     def at(self, pose: Pose) -> Array:
         """Return the corners (n, 2) when it stands at `pose`, in the frame of that pose."""
@@ -95,30 +96,24 @@ class Footprint:
         corners: Array = self.corners @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
         return corners
 
-    def touches(self, pose: Pose, segments: Array, margin: float = 0.0) -> bool:
-        """Say whether any segment passes through it (Cyrus and Beck's clipping, 1978).
-
-        A segment that only runs along an edge does not count.
+    def touched(self, pose: Pose, segments: Array, margin: float = 0.0) -> NDArray[np.bool_]:
+        """Say which segments pass through it; see `pass_through`.
 
         Args:
             pose: Where it stands.
             segments: (k, 2, 2) what may be in the way, in the frame of that pose.
             margin: By how much its edges are moved outwards first [m].
+
+        Returns:
+            (k,)
         """
-        if not len(segments):
-            return False
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        normals = self._normals @ np.array([[cos, sin], [-sin, cos]])
-        ends = (segments - pose[:2]) @ normals.T - (self._limits + margin)
-        start = ends[:, 0]
-        along = ends[:, 1] - start
-        with np.errstate(divide="ignore", invalid="ignore"):
-            crossing = -start / along
-        enter = np.where(along < 0, crossing, 0.0).max(axis=1)
-        leave = np.where(along > 0, crossing, 1.0).min(axis=1)
-        beside = ((along == 0) & (start >= 0)).any(axis=1)
-        inside = (np.maximum(enter, 0.0) < np.minimum(leave, 1.0)) & ~beside
-        return bool(inside.any())
+        normals = self.normals @ np.array([[cos, sin], [-sin, cos]])
+        return pass_through((segments - pose[:2]) @ normals.T - (self.limits + margin))
+
+    def touches(self, pose: Pose, segments: Array, margin: float = 0.0) -> bool:
+        """Say whether any segment passes through it; see `touched`."""
+        return bool(self.touched(pose, segments, margin).any())
 
 
 class Nearby:

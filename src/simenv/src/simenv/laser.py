@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a laser scanner measures in the world.
 
-The beams are cut exactly with the segments near the robot, all beams of a scan at once. That was
-measured against sphere tracing on a distance field of 2 cm, in numpy, from 200 places of the lab:
-it takes a third of the time, and it is exact where the field is out by 2 cm and rounds corners.
+The beams are cut exactly with the segments near the robot (`beams`). That was measured against
+sphere tracing on a distance field of 2 cm, in numpy, from 200 places of the lab: cutting takes a
+third of the time, and it is exact where the field is out by 2 cm and rounds corners.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from robot_description.follower import Pose
 from robot_description.poses import compose
-from simenv.geometry import ranges
+from simenv.beams import Fan, cast
 
 if TYPE_CHECKING:
     from robot_description.models import Laser
@@ -26,6 +26,7 @@ class Scanner:
 
     Attributes:
         is_covered: Whether something lies on it, so that it measures nothing.
+        fan: Its beams.
     """
 
     def __init__(self, laser: Laser, noise: float, random: np.random.Generator) -> None:
@@ -41,8 +42,18 @@ class Scanner:
         self._noise = noise
         self._random = random
         self.is_covered = False
-        self.increment = laser.field_of_view / laser.beams
-        self.angles = np.arange(laser.beams) * self.increment - laser.field_of_view / 2
+        increment = laser.field_of_view / laser.beams
+        self.fan = Fan(-laser.field_of_view / 2, increment, laser.beams)
+
+    @property
+    def angles(self) -> Array:
+        """The directions (beams,) of its beams, counter-clockwise from its heading [rad]."""
+        return self.fan.angles
+
+    @property
+    def reach(self) -> float:
+        """How far it sees [m]."""
+        return self._laser.range_max
 
     def origin(self, robot: Pose) -> Pose:
         """Return where the scanner is when the robot's base is at `robot`, frame map."""
@@ -56,13 +67,22 @@ class Scanner:
             segments: (k, 2, 2) what the beams can hit, frame map [m].
 
         Returns:
+            (beams,) distances [m]; see `read`.
+        """
+        owners = np.zeros(len(segments), dtype=int)
+        distances, _ = cast([self.fan], np.array([self.origin(robot)]), segments, owners)
+        return self.read(distances)
+
+    def read(self, distances: Array) -> Array:
+        """Return what the scanner makes of true distances (beams,) [m].
+
+        Returns:
             (beams,) distances [m]. As REP 117 says: infinity where nothing is in range, minus
             infinity where something is too close to be measured.
         """
         if self.is_covered:
-            return np.full(len(self.angles), -np.inf)
-        measured = ranges(self.origin(robot), self.angles, segments)
-        measured += self._random.normal(0.0, self._noise, len(measured))
+            return np.full(len(distances), -np.inf)
+        measured: Array = distances + self._random.normal(0.0, self._noise, len(distances))
         measured[measured > self._laser.range_max] = np.inf
         measured[measured < self._laser.range_min] = -np.inf
         return measured

@@ -37,6 +37,9 @@ FORMATS = ("pgm", "png")
 MOST_CELLS = 25_000_000
 """More cells than that are most likely a mistake in the resolution: 250 m x 250 m at 0.05 m."""
 
+COARSEST = 10.0
+"""A larger cell is no map of anything that robots drive through [m]."""
+
 _RAW_MOST = 100
 _FREE_PIXEL = 254
 _OCCUPIED_PIXEL = 0
@@ -57,8 +60,8 @@ _SCHEMA: dict[str, Any] = {
         "resolution": {
             "type": "number",
             "exclusiveMinimum": 0,
-            "maximum": 10,
-            "description": "the size of a cell [m], above 0 and at most 10",
+            "maximum": COARSEST,
+            "description": f"the size of a cell [m], above 0 and at most {COARSEST:g}",
         },
         "origin": {
             "type": "array",
@@ -146,6 +149,8 @@ def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
                     f"{path}: {image.width} x {image.height} cells are more than "
                     f"{MOST_CELLS:,}; use a coarser resolution"
                 )
+            if image.mode.startswith("I") or image.mode == "F":
+                raise MapError(f"{path}: has more than 8 bits a pixel; save it as 8-bit grey")
             opaque = np.asarray(image.convert("RGBA"))[:, :, 3] > 0
             return np.asarray(image.convert("L")), opaque
     except PIL.UnidentifiedImageError:
@@ -155,6 +160,10 @@ def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     except OSError as error:
         reason = error.strerror or "is cut off or damaged"
         raise MapError(f"{path}: cannot be read: {reason}; check the key `image`") from None
+    except ValueError:  # what PIL says of a .pgm that ends early, and Python of an impossible name
+        raise MapError(
+            f"{str(path)!r}: cannot be read: is cut off or damaged; check the key `image`"
+        ) from None
 
 
 def decided(grid: GridMap, free: int, occupied: int) -> GridMap:
@@ -182,6 +191,8 @@ def save_map(grid: GridMap, path: Path, kind: str = "pgm") -> None:
     Raises:
         MapError: They cannot be written.
     """
+    if path.name in {"", ".."}:
+        raise MapError(f"'{path}' is a folder; name the map's files in it, without .yaml")
     pixels = np.full(grid.cells.shape, _UNKNOWN_PIXEL, dtype=np.uint8)
     pixels[grid.cells == FREE] = _FREE_PIXEL
     pixels[grid.cells == OCCUPIED] = _OCCUPIED_PIXEL

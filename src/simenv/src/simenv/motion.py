@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simenv.geometry import cos_and_sin
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -104,9 +106,10 @@ def moved(poses: Array, shifts: Array) -> Array:
     midpoint rule: exact up to the third order of the angle turned.
     """
     middle = poses[:, 2] + shifts[:, 2] / 2
-    cos, sin = np.cos(middle), np.sin(middle)
+    cos, sin = cos_and_sin(middle)
     x, y = shifts[:, 0], shifts[:, 1]
-    step = np.stack([cos * x - sin * y, sin * x + cos * y, shifts[:, 2]], axis=1)
-    after: Array = poses + step
+    after: Array = poses + shifts
+    after[:, 0] = poses[:, 0] + (cos * x - sin * y)
+    after[:, 1] = poses[:, 1] + (sin * x + cos * y)
     after[:, 2] = np.remainder(after[:, 2] + np.pi, 2 * np.pi) - np.pi
     return after

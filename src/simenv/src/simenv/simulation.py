@@ -14,7 +14,6 @@ same run to the last bit.
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -24,15 +23,18 @@ import numpy as np
 from robot_description.follower import Pose
 from simenv.bodies import Bodies
 from simenv.contact import Contacts
-from simenv.errors import CommandError, ObstacleError, SpawnError, UnknownRobotError
-from simenv.geometry import Footprint, Nearby, outline
+from simenv.errors import ObstacleError, SpawnError, UnknownRobotError
+from simenv.geometry import Footprint
 from simenv.laser import Scanner
 from simenv.noise import Noise, dice_of
-from simenv.obstacles import Obstacles
 from simenv.pick import Arm, Stock
+from simenv.sensing import take_scans
 from simenv.standing_room import robot_at, why_not_there
+from simenv.surroundings import Surroundings
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from shapely.geometry.base import BaseGeometry
 
     from robot_description.models import RobotModel
@@ -88,9 +90,9 @@ class Simulation:
         self._seed = seed
         self._noise = noise or Noise()
         self._pick_failures = pick_failures
-        self.obstacles = Obstacles(world)
-        self._near = Nearby(world.segments)
-        self._contacts = Contacts(self._near, self.obstacles)
+        self._surroundings = Surroundings(world)
+        self.obstacles = self._surroundings.obstacles
+        self._contacts = Contacts(self._surroundings)
         self._bodies = Bodies(self._contacts, self._noise)
         self._robots: dict[str, _Robot] = {}
         self._nanoseconds = 0
@@ -183,12 +185,7 @@ class Simulation:
         self.obstacles.set_door(name, is_open=is_open)
 
     def block(self, name: str, area: BaseGeometry) -> None:
-        """Put something in the way.
-
-        Args:
-            name: What it is called; `obstacles.take` takes it away.
-            area: What it covers, frame map [m]; an ObstacleError says that a robot stands there.
-        """
+        """Put something down, frame map [m]; an ObstacleError says that a robot stands there."""
         self._check_nobody(name, area)
         self.obstacles.put(name, area)
 
@@ -205,8 +202,6 @@ class Simulation:
     def set_slip(self, name: str, share: float) -> None:
         """Let a robot's wheels slip: `share` (0..1) of every turn of them moves nothing."""
         self._robot(name)
-        if not 0 <= share <= 1:
-            raise CommandError(f"slip {share}; allowed: a share from 0 to 1")
         self._bodies.slip(name, share)
 
     def freeze(self, name: str, *, is_frozen: bool) -> None:
@@ -255,7 +250,8 @@ class Simulation:
         self._bodies.step(self.time, loads, dt)
         self._nanoseconds += round(dt * 1e9)
         for name, robot in self._robots.items():
-            robot.arm.step(self._bodies.poses[name], dt)
+            if robot.arm.busy:
+                robot.arm.step(self._bodies.poses[name], dt)
 
     def velocity(self, name: str) -> tuple[float, float, float]:
         """Return a robot's speed in its base_footprint (vx, vy, wz) [m/s, m/s, rad/s]."""
@@ -280,22 +276,21 @@ class Simulation:
         return self._robot(name).scanner
 
     def scan(self, name: str) -> Array:
-        """Take a scan with a robot's laser; it sees the walls, people, and the other robots.
+        """Return the distances (beams,) that a robot's laser measures [m]; see `Scanner.read`."""
+        return self.scans([name])[0]
 
-        Returns:
-            (beams,) distances [m], infinite where nothing is in range (`Scanner.measure`).
+    def scans(self, names: Sequence[str]) -> list[Array]:
+        """Take a scan with each of some robots' lasers, all at once.
+
+        They see the walls, people, and the other robots; of each is returned what `scan` does.
         """
-        robot = self._robot(name)
-        pose = self._bodies.poses[name]
-        origin = robot.scanner.origin(pose)
-        reach = robot.model.laser.range_max
-        seen = [self._near.at(origin.x, origin.y, reach)]
-        seen += [o.edges for o in self.obstacles.near(origin.x, origin.y, reach)]
-        for other, there in self._bodies.poses.items():
-            footprint = self._robots[other].footprint
-            if other != name and math.dist(origin[:2], there[:2]) <= reach + footprint.radius:
-                seen.append(outline(footprint.at(there)))
-        return robot.scanner.measure(pose, np.concatenate(seen))
+        return take_scans(
+            [self._robot(name).scanner for name in names],
+            [self._bodies.row(name) for name in names],
+            self._bodies.true,
+            self._contacts.footprints,
+            self._surroundings,
+        )
 
     def _robot(self, name: str) -> _Robot:
         if name not in self._robots:

@@ -7,61 +7,7 @@ from shapely.geometry import LineString, Polygon
 
 from robot_description.follower import Pose
 from robot_description.poses import compose
-from simenv.geometry import Footprint, Nearby, outline, ranges
-
-SQUARE = np.array([[2.0, -1.0], [4.0, -1.0], [4.0, 1.0], [2.0, 1.0]])
-
-
-def test_a_beam_reaches_to_the_near_side_of_what_it_hits():
-    reach = ranges(Pose(0.0, 0.0, 0.0), np.array([0.0]), outline(SQUARE))
-
-    assert reach == pytest.approx([2.0])
-
-
-def test_beams_turn_with_their_origin():
-    angles = np.array([0.0, math.pi / 2])
-
-    reach = ranges(Pose(3.0, 5.0, -math.pi / 2), angles, outline(SQUARE))
-
-    assert reach == pytest.approx([4.0, math.inf])
-
-
-def test_a_beam_without_anything_to_hit_goes_on_for_ever():
-    assert ranges(Pose(0, 0, 0), np.zeros(3), np.empty((0, 2, 2))).tolist() == [math.inf] * 3
-
-
-def test_no_beam_slips_through_a_corner():
-    angles = np.linspace(-math.pi, math.pi, 9)[:-1]
-    inside_out = outline(SQUARE[::-1])
-
-    reach = ranges(Pose(3.0, 0.0, 0.0), angles, inside_out)
-
-    assert reach == pytest.approx([1.0, math.sqrt(2)] * 4)
-
-
-def test_beams_agree_with_shapely():
-    random = np.random.default_rng(3)
-    triangle = np.array([[3.0, 1.0], [4.0, 3.0], [1.5, 2.5]])
-    solid = [Polygon(SQUARE), Polygon(triangle)]
-    segments = np.concatenate([outline(SQUARE), outline(triangle)])
-    angles = random.uniform(-math.pi, math.pi, 200)
-
-    reach = ranges(Pose(0.5, 0.2, 0.3), angles, segments)
-
-    for angle, distance in zip(angles, reach, strict=True):
-        heading = angle + 0.3
-        tip = (0.5 + 50 * math.cos(heading), 0.2 + 50 * math.sin(heading))
-        beam = LineString([(0.5, 0.2), tip])
-        hits = [beam.intersection(area) for area in solid if beam.intersects(area)]
-        expected = min(
-            (math.dist((0.5, 0.2), min(hit.coords, key=_from_start)) for hit in hits),
-            default=math.inf,
-        )
-        assert distance == pytest.approx(expected)
-
-
-def _from_start(point):
-    return math.dist((0.5, 0.2), point)
+from simenv.geometry import Footprint, Nearby
 
 
 def test_a_footprint_touches_what_passes_through_it_wherever_it_stands():

@@ -73,6 +73,8 @@ def test_a_saved_map_is_read_back_as_it_was(tmp_path):
         ({"image": "other.pgm"}, "other.pgm: cannot be read: No such file"),
         ({"image": "m.yaml"}, "is no image that can be read"),
         ({"image": None}, "'image' is a required property"),
+        ({"image": '"m\\0.png"'}, "cannot be read"),
+        ({"resolution": "50"}, r":2: resolution.*at most 10"),
         ({"resolution": "0"}, r":2: resolution.*above 0"),
         ({"resolution": "fine"}, "not of type 'number'"),
         ({"resolution": ".nan"}, "finite"),
@@ -102,6 +104,33 @@ def test_an_image_that_is_cut_off_is_refused(tmp_path):
         load_map(path)
 
 
+def test_a_pgm_that_is_cut_off_is_refused(tmp_path):
+    path = write(tmp_path, [[0]], image="m.pgm")
+    (tmp_path / "m.pgm").write_bytes(b"P5\n40 40\n255\nabc")
+
+    with pytest.raises(MapError, match="cut off or damaged"):
+        load_map(path)
+
+
+def test_an_image_without_pixels_or_with_too_many_bits_is_refused(tmp_path):
+    path = write(tmp_path, [[0]])
+    (tmp_path / "m.png").write_bytes(b"")
+    with pytest.raises(MapError, match="is no image that can be read"):
+        load_map(path)
+    PIL.Image.fromarray(np.full((2, 2), 30000, dtype=np.uint16)).save(tmp_path / "m.png")
+    with pytest.raises(MapError, match="more than 8 bits"):
+        load_map(path)
+
+
+@pytest.mark.parametrize("text", ["", "# nothing\n", "image: m.png\nimage: n.png\n"])
+def test_a_map_that_says_nothing_or_something_twice_is_refused(tmp_path, text):
+    path = tmp_path / "m.yaml"
+    path.write_text(text)
+
+    with pytest.raises(FileError, match=r"is empty|:2: the key image is there twice"):
+        load_map(str(path))
+
+
 def test_a_missing_map_names_those_that_are_there():
     with pytest.raises(MapError, match="map 'moon': not known; allowed: lab, warehouse"):
         load_map("moon")
@@ -114,6 +143,9 @@ def test_a_map_that_cannot_be_written_says_so(tmp_path):
 
     with pytest.raises(MapError, match="cannot be written"):
         save_map(grid, tmp_path / "nowhere" / "map")
+    for folder in (".", "..", "/"):
+        with pytest.raises(MapError, match="is a folder"):
+            save_map(grid, Path(folder))
 
 
 def test_cells_that_something_reaches_into_are_occupied_and_those_beside_it_are_free():
@@ -151,7 +183,7 @@ def test_what_is_closed_off_is_unknown():
     assert grid.cells[20, 20] == FREE
 
 
-@pytest.mark.parametrize("resolution", [0.0, -1.0, float("nan"), 1e-6])
+@pytest.mark.parametrize("resolution", [0.0, -1.0, float("nan"), float("inf"), 20.0, 1e-6])
 def test_a_resolution_that_gives_no_map_is_refused(resolution):
     with pytest.raises(MapError, match="resolution"):
         draw_map(hall(), resolution)

@@ -74,6 +74,9 @@ starts: [{name: corner, pose: [2, 2, 0]}]
         ("", "is empty"),
         ("just a text", "the whole file"),
         ("name: [", "is not YAML"),
+        ("name: &name [*name]", "an alias .* is inside its own anchor"),
+        (small("walls: []"), ":.*the key walls is there twice"),
+        ("name: a\nsize: [8000, 8000]\nwalls: []", "8000 is greater than the maximum of 500"),
         (small("trees: []"), r"'trees' was unexpected.*allowed: the keys name, size"),
         ("name: a\nsize: [4.0, x]\nwalls: []", r":2: size\[1\].*'x' is not of type 'number'"),
         ("name: a\nsize: [4.0, -1]\nwalls: []", r":2: size\[1\].*above 0"),
@@ -204,6 +207,15 @@ def test_every_mistake_of_a_world_is_named_with_its_line(tmp_path):
     lines = [str(mistake).removeprefix(f"{path}:") for mistake in world_mistakes(str(path))]
 
     assert [line.split(":")[0] for line in lines] == ["2", "4", "5"]
+
+
+def test_an_unknown_key_in_a_shape_is_one_mistake(tmp_path):
+    path = tmp_path / "world.yaml"
+    path.write_text(small("racks: [{name: a, bocks: [1, 1, 2, 2]}]"))
+
+    (mistake,) = world_mistakes(str(path))
+
+    assert "'bocks' was unexpected" in str(mistake)
 
 
 def test_contradictions_are_all_named_too(tmp_path):

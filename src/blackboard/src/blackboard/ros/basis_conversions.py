@@ -39,6 +39,7 @@ def basis_to_msg(basis: BidBasis) -> bb_msgs.BidBasis:
         cost_model=basis.cost_model,
         aging=basis.aging,
         chargers=[pose_to_msg(place) for place in basis.chargers],
+        pace=list(basis.pace),
         capabilities=bytes(sorted(body.capabilities)),
         battery_capacity=battery.capacity,
         voltage_full=battery.voltage_full,
@@ -75,4 +76,5 @@ def basis_from_msg(msg: bb_msgs.BidBasis) -> BidBasis:
         msg.refusal,
         tuple(zip(msg.tasks, msg.steps, strict=True)),
         tuple(map(pose_from_msg, msg.chargers)),
+        tuple(msg.pace),
     )

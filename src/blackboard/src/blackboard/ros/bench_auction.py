@@ -23,13 +23,14 @@ import psutil
 import rospy
 
 import blackboard.msg as bb_msgs
+from blackboard.ros.links import mend_links
 from blackboard.ros.live_hive import LiveHive, LiveHiveError, own_master
 from blackboard.ros.live_operator import LiveOperator, make_task
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-SIZES = (4, 10, 50)
+SIZES = (4, 10)
 """Numbers of robots, unless said otherwise."""
 
 AIMS = {
@@ -54,6 +55,7 @@ _START = 420.0
 """Wall time within which all nodes of a large hive have found each other [s]."""
 
 _PATIENCE = 60.0
+_REPEAT = 5.0
 _SIDE = 60.0
 """Side of the square in which the goals lie [m]."""
 
@@ -73,6 +75,7 @@ class Desk:
     def __init__(self, namespace: str) -> None:
         self._changed = threading.Condition()
         self._assigned: dict[str, float] = {}
+        self._tasks: dict[str, Any] = {}
         self._draw = random.Random(1)  # noqa: S311  (no secret)
         self._posted = 0
         self._post = rospy.Publisher(
@@ -91,22 +94,29 @@ class Desk:
         """Post some tasks at random places; return their ids."""
         tasks = [self._make() for _ in range(count)]
         for task in tasks:
+            self._tasks[task.id] = task
             self._post.publish(task)
         return [task.id for task in tasks]
 
     def wait(self, tasks: Iterable[str], patience: float = _PATIENCE) -> float:
         """Wait until all of these are assigned; return when the last one was [s, monotonic].
 
+        What is not assigned for a while is posted again: while nobody is active, nobody hears it.
+
         Raises:
             LiveHiveError: They were not in time [s].
         """
         wanted = set(tasks)
+        end = time.monotonic() + patience
         with self._changed:
-            if not self._changed.wait_for(lambda: wanted <= self._assigned.keys(), patience):
-                missing = len(wanted - self._assigned.keys())
-                raise LiveHiveError(
-                    f"{missing} of {len(wanted)} tasks not assigned within {patience:.0f} s"
-                )
+            while not self._changed.wait_for(lambda: wanted <= self._assigned.keys(), _REPEAT):
+                missing = wanted - self._assigned.keys()
+                if time.monotonic() > end:
+                    raise LiveHiveError(
+                        f"{len(missing)} of {len(wanted)} tasks not assigned in {patience:.0f} s"
+                    )
+                for task in missing:
+                    self._post.publish(self._tasks[task])
             return max(self._assigned[task] for task in wanted)
 
     def wait_for_fewer(self, tasks: Sequence[str], than: int) -> None:
@@ -257,6 +267,7 @@ def _hive_at(robots: int, folder: Path) -> Iterator[tuple[LiveHive, LiveOperator
         operator = LiveOperator(hive.namespace, hive.members)
         stack.enter_context(_module("parked", *spaces))
         hive.start_all()
+        mend_links()
         operator.demand(operator.all_answer, f"{robots} robots answer", _START)
         yield hive, operator
 

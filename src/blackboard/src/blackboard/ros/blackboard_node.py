@@ -10,6 +10,7 @@ import rospy
 from blackboard.errors import BlackboardError
 from blackboard.ros import handshakes, membership, params
 from blackboard.ros.links import mend_links
+from blackboard.ros.prompt_sending import send_promptly
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import RosWays
 from blackboard.settings import BackupSettings, BlackboardSettings, WaysSettings
@@ -28,6 +29,7 @@ def main() -> None:
     """
     rospy.init_node("blackboard")
     handshakes.take_each_apart()
+    send_promptly()
     mend_links()
     try:
         kinds = (BlackboardSettings, BackupSettings, WaysSettings)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import rospy
 from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header
@@ -11,6 +13,8 @@ import blackboard.msg as bb_msgs
 from blackboard.pose import Pose
 from blackboard.record import TaskRecord
 from blackboard.task import Task, TaskState
+
+_RECORDS_KEPT = 4096
 
 
 def pose_to_msg(pose: Pose) -> Pose2D:
@@ -49,8 +53,12 @@ def task_from_msg(msg: bb_msgs.TaskMsg) -> Task:
     )
 
 
+@functools.lru_cache(maxsize=_RECORDS_KEPT)
 def record_to_msg(record: TaskRecord) -> bb_msgs.TaskRecord:
-    """Make a TaskRecord."""
+    """Make a TaskRecord, which nobody may change: the same record gives the same one again.
+
+    The task list is told at every change, and hardly anything in it has changed.
+    """
     return bb_msgs.TaskRecord(
         task=task_to_msg(record.task),
         state=record.state,

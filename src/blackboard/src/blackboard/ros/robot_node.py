@@ -25,6 +25,7 @@ from blackboard.ros.charger_conversions import read_charging_plan
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
 from blackboard.ros.links import mend_links
+from blackboard.ros.prompt_sending import send_promptly
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import RosWays
 from blackboard.settings import ControllerSettings, RobotSettings, WaysSettings
@@ -58,6 +59,7 @@ def main() -> None:
     """
     rospy.init_node("robot")
     handshakes.take_each_apart()
+    send_promptly()
     mend_links()
     try:
         _run()

@@ -7,6 +7,7 @@ import queue
 import socket
 import time
 import xmlrpc.client
+from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 import rosgraph
@@ -22,7 +23,7 @@ from blackboard.ros.timers import Timers
 from blackboard.talker import BACKUP, SET_STATE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from blackboard.talker import Timer
 
@@ -61,6 +62,7 @@ class RosTalker:
         self._timers = Timers(self.now)
         self._death: DeathWatch | None = None
         self._speakers = Speakers()
+        self._handlers: dict[str, list[Callable[[Any], None]]] = defaultdict(list)
         self.refusals = Refusals(rospy.logwarn)
         self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
@@ -77,8 +79,21 @@ class RosTalker:
         self._publishers[topic].publish(WIRES[topic].to_msg(message))
 
     def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
-        """Have every message of a topic handed over; what cannot be read is named and dropped."""
+        """Have every message of a topic handed over; what cannot be read is named and dropped.
+
+        A message is read once, however many handlers there are.
+        """
+        handlers = self._handlers[topic]
+        handlers.append(handler)
+        if len(handlers) == 1:
+            self._listen(topic, handlers)
+
+    def _listen(self, topic: str, handlers: Sequence[Callable[[Any], None]]) -> None:
         wire = WIRES[topic]
+
+        def hand_over(value: object) -> None:
+            for handler in handlers:
+                handler(value)
 
         def receive(msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
             try:
@@ -91,7 +106,7 @@ class RosTalker:
             if reason:
                 self.call(lambda: self.refuse(topic, reason))
             else:
-                self.call(lambda: handler(value))
+                self.call(lambda: hand_over(value))
 
         # Otherwise the system holds small messages back until those before are acknowledged.
         subscriber = rospy.Subscriber(

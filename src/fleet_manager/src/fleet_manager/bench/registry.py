@@ -93,6 +93,20 @@ def _sim(outside: Outside) -> BenchResult:
     return result
 
 
+def _charge(_outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.charge").measure()
+    return result
+
+
+_DAY = Path("day.png")
+
+
+def _day(_outside: Outside) -> BenchResult:
+    result: BenchResult = import_module("fleet_manager.bench.day").measure(picture=_DAY)
+    click.echo(f"drawn in {_DAY}", err=True)
+    return result
+
+
 def _mapping(_outside: Outside) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("simenv.mapping_run").run()
     return BenchResult(found["figures"], found["aims"])
@@ -134,10 +148,18 @@ BENCHES: Mapping[str, Bench] = {
         _allocation,
     ),
     "auction": Bench(
-        "from posting to ASSIGNED [s], with 4, 10 and 50 robots or --robots, memory [MB], on ROS",
+        "from posting to ASSIGNED [s], with 4 and 10 robots or --robots, memory [MB], on ROS",
         lambda _outside: _auction(),
         _auction,
         "robots",
+    ),
+    "charge": Bench(
+        "predicted over used charge of 100 tasks in the simulator, less 1, without its sign",
+        _charge,
+    ),
+    "day": Bench(
+        "24 simulated hours with a task every two minutes: tasks not done, robots stranded [1]",
+        _day,
     ),
     "decision": Bench(
         "bytes and processor time [s] for each task, bids worked out by robots or the blackboard",

@@ -66,6 +66,8 @@ def draw(file: str, out: Path | None, resolution: float, kind: str) -> None:
     """  # noqa: D301  (to click, \b means: keep the lines)
     try:
         found = load_world(file)
+        if out is None and "/" in found.name:
+            raise InputError(f"'{found.name}' is no name for a file; say OUT as well")
         out = out or Path(found.name)
         grid = draw_map(found, resolution)
         save_map(grid, out, kind=kind)

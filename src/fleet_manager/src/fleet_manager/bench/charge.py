@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How well robots predict what a task takes out of their batteries.
+
+The default fleet does random tasks in the lab, in the simulator and with its own navigation, on
+virtual time. What the robot that got a task had bid on it is compared with what its battery lost
+from the moment it began with the task until it had done it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blackboard.task import TaskState
+from fleet_manager.bench.random_tasks import random_tasks
+from fleet_manager.bench.registry import BenchResult
+from fleet_manager.bench.simulated_bodies import SimulatedBodies
+from fleet_manager.bench.virtual_fleet import VirtualFleet
+from fleet_manager.fleet_file import read_fleet
+
+if TYPE_CHECKING:
+    from blackboard.record import TaskUpdate
+
+FIRST = 20
+"""So many tasks are looked at apart: the robots do not know yet how long their drives take."""
+
+TASKS = 100
+"""So many are looked at after those."""
+
+APART = 30.0
+"""Time from one task to the next [s]."""
+
+PATIENCE = 600.0
+"""After the last task, so long at most [s]."""
+
+AIMS = {"median_error": 0.05}
+
+
+@dataclass
+class Ledger:
+    """What tasks were predicted to take, and what they took.
+
+    Attributes:
+        fleet: Whose tasks they are.
+        predicted: By task, charge [Ah].
+        used: By task, charge [Ah]; only of those that are done.
+    """
+
+    fleet: VirtualFleet
+    predicted: dict[str, float] = field(default_factory=dict)
+    used: dict[str, float] = field(default_factory=dict)
+    _before: dict[str, float] = field(default_factory=dict)
+
+    def note(self, update: TaskUpdate) -> None:
+        """Take in what is said about a task."""
+        task, robot = update.task_id, update.robot_id
+        if update.state is TaskState.STARTED and task not in self._before:
+            self.predicted[task] = self.fleet.bids[task, robot].energy_cost
+            self._before[task] = self.fleet.batteries[robot].charge_left
+        elif update.state is TaskState.DONE and task not in self.used:
+            self.used[task] = self._before[task] - self.fleet.batteries[robot].charge_left
+
+    def errors(self, first: int, last: int) -> list[float]:
+        """Return the errors of the tasks from `first` up to before `last`, as shares."""
+        tasks = [f"T{number + 1}" for number in range(first, last)]
+        return [
+            self.predicted[task] / self.used[task] - 1.0 for task in tasks if task in self.used
+        ]
+
+
+def measure(first: int = FIRST, tasks: int = TASKS, seed: int = 1) -> BenchResult:
+    """Measure.
+
+    Args:
+        first: How many tasks are looked at apart.
+        tasks: How many are looked at after those.
+        seed: Of the tasks and of the simulation.
+
+    Returns:
+        Of the errors, as shares of what was used: `median_error` and `error_95`, without sign, and
+        `bias`, the median with its sign; `first_median_error`, of the first tasks; `tasks` that
+        were done, `collisions`, and `simulated` time [s].
+    """
+    bodies = SimulatedBodies("lab", seed)
+    fleet = VirtualFleet(read_fleet("lab"), "lab", bodies, {})
+    ledger = Ledger(fleet)
+    fleet.watch(ledger.note)
+    source = random_tasks(fleet.grid, np.random.default_rng(seed))
+    for task in itertools.islice(source, first + tasks):
+        fleet.post(task)
+        fleet.run(APART)
+    end = fleet.network.now + PATIENCE
+    while len(ledger.used) < first + tasks and fleet.network.now < end:
+        fleet.run(1.0)
+    errors = ledger.errors(first, first + tasks)
+    figures = {
+        "median_error": float(np.median(np.abs(errors))),
+        "error_95": float(np.quantile(np.abs(errors), 0.95)),
+        "bias": float(np.median(errors)),
+        "first_median_error": float(np.median(np.abs(ledger.errors(0, first)))),
+        "tasks": float(len(errors)),
+        "collisions": float(bodies.simulation.collisions),
+        "simulated": fleet.network.now,
+    }
+    return BenchResult(figures, AIMS)

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A day of a fleet: a task every two minutes, and robots that go to chargers by themselves.
+
+The hive is made of the real classes on virtual time; its robots are reckoned, not simulated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blackboard.characteristics import RobotState
+from blackboard.pose import Pose
+from blackboard.task import TaskState
+from fleet_manager.bench.random_tasks import random_tasks
+from fleet_manager.bench.reckoned_bodies import ReckonedBodies
+from fleet_manager.bench.registry import BenchResult
+from fleet_manager.bench.virtual_fleet import VirtualFleet
+from fleet_manager.fleet_file import read_fleet
+from simenv.world_file import load_world
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from blackboard.characteristics import RobotStatus
+    from blackboard.record import TaskUpdate
+
+HOURS = 24.0
+
+APART = 120.0
+"""Time from one task to the next [s]."""
+
+LOOK = 7.0
+"""So often it is looked how the robots are [s]; never in step with the tasks."""
+
+PATIENCE = 3600.0
+"""For what is still on the list at the end of the day [s]."""
+
+AIMS = {"stranded": 0.0, "not_done": 0.0}
+
+
+@dataclass
+class Day:
+    """What came of a day.
+
+    Attributes:
+        hours: How long it was [h].
+        statuses: Of each robot, one every `LOOK`, by name.
+        posted: When each task was posted [s].
+        waited: Of each task that was done: time from posting until then [s].
+        stranded: What robots say that stand with an empty battery, or a load nobody wants.
+    """
+
+    hours: float
+    statuses: dict[str, list[RobotStatus]] = field(default_factory=dict)
+    posted: dict[str, float] = field(default_factory=dict)
+    waited: dict[str, float] = field(default_factory=dict)
+    stranded: set[str] = field(default_factory=set)
+
+    @property
+    def length(self) -> float:
+        """How long it was [s]."""
+        return self.hours * 3600.0
+
+    def is_over(self, now: float) -> bool:
+        """Return whether it has passed and everything is done."""
+        return now >= self.length and len(self.waited) == len(self.posted)
+
+    def hear(self, update: TaskUpdate, now: float) -> None:
+        """Take in what is said about a task."""
+        if update.state is TaskState.DONE and update.task_id not in self.waited:
+            self.waited[update.task_id] = now - self.posted[update.task_id]
+
+    def note(self, status: RobotStatus) -> None:
+        """Keep how a robot is."""
+        self.statuses.setdefault(status.robot_id, []).append(status)
+        if status.state is RobotState.DEFECT:
+            self.stranded.add(f"{status.robot_id}: {status.reason}")
+
+    def share(self, robot: str, state: RobotState) -> float:
+        """Return the share of the day that a robot was in a state."""
+        return float(np.mean([status.state is state for status in self.statuses[robot]]))
+
+
+def live(hours: float = HOURS, seed: int = 1) -> Day:
+    """Let a day pass in the lab.
+
+    Args:
+        hours: How long it is [h].
+        seed: Of the tasks, and of how long drives take.
+    """
+    random = np.random.default_rng(seed)
+    chargers = {place.name: Pose(*place.pose) for place in load_world("lab").chargers}
+    fleet = VirtualFleet(read_fleet("lab"), "lab", ReckonedBodies(random), chargers)
+    day = Day(hours)
+    fleet.watch(lambda update: day.hear(update, fleet.network.now))
+    tasks = random_tasks(fleet.grid, random, avoid=chargers.values())
+    while fleet.network.now < day.length + PATIENCE and not day.is_over(fleet.network.now):
+        if fleet.network.now >= len(day.posted) * APART and fleet.network.now < day.length:
+            task = next(tasks)
+            day.posted[task.id] = fleet.network.now
+            fleet.post(task)
+        fleet.run(LOOK)
+        for status in fleet.statuses.values():
+            day.note(status)
+    return day
+
+
+def measure(hours: float = HOURS, seed: int = 1, picture: Path | None = None) -> BenchResult:
+    """Measure.
+
+    Args:
+        hours: How long the day is [h].
+        seed: Of the tasks, and of how long drives take.
+        picture: Where the day is drawn; nowhere, if it is left out.
+
+    Returns:
+        `tasks` posted, `not_done` of them, robots `stranded`, times from posting to done `median`
+        and `longest` [s]; of each robot the shares of the day in which it was `busy` and
+        `charging`, its least `charge`, 0..1, and how many `charges` it had.
+    """
+    day = live(hours, seed)
+    figures = {
+        "tasks": float(len(day.posted)),
+        "not_done": float(len(day.posted) - len(day.waited)),
+        "stranded": float(len(day.stranded)),
+        "median": float(np.median([*day.waited.values()])),
+        "longest": max(day.waited.values()),
+    }
+    for robot, statuses in day.statuses.items():
+        at_charger = np.array([status.state is RobotState.CHARGING for status in statuses])
+        figures |= {
+            f"{robot}_busy": day.share(robot, RobotState.BUSY),
+            f"{robot}_charging": float(at_charger.mean()),
+            f"{robot}_charges": float(np.count_nonzero(np.diff(at_charger.astype(int)) == 1)),
+            f"{robot}_charge": min(status.charge for status in statuses),
+        }
+    if picture is not None:
+        import_module("fleet_manager.bench.day_picture").draw_day(picture, day)
+    return BenchResult(figures, AIMS)

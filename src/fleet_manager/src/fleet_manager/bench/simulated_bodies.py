@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Robots of a virtual fleet that really drive: in the simulator, by their own navigation."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from blackboard.controller import CommandResult, CommandState
+from blackboard.pose import Pose
+from blackboard.task import StepKind
+from robot_description.grid_map import GridMap
+from robot_description.models import load_model
+from robot_description.testing import STEP, Traffic
+from simenv.map_file import FREE, load_map
+from simenv.pick import Act, Order
+from simenv.pick import Outcome as Grip
+from simenv.simulation import Simulation
+from simenv.world_file import load_world
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from blackboard.controller import Command
+    from blackboard.robot import Robot
+    from blackboard.task import TaskStep
+    from fleet_manager.bench.virtual_fleet import VirtualFleet
+    from fleet_manager.fleet_file import FleetRobot
+
+TOLD = 4
+"""A robot is told where it is, and what it has driven, every so many steps: at 10 Hz."""
+
+_ACTS = {StepKind.PICK: Act.PICK, StepKind.PLACE: Act.PLACE}
+
+
+class SimulatedBodies:
+    """Bodies in a simulation; see `virtual_fleet.Bodies`.
+
+    Args:
+        world: Name of the world and of its map.
+        seed: Of the simulation.
+
+    Attributes:
+        simulation: Where they are.
+    """
+
+    def __init__(self, world: str, seed: int) -> None:
+        chart = load_map(world)
+        corner = (chart.origin.x, chart.origin.y)
+        self.simulation = Simulation(load_world(world), seed=seed)
+        grid = GridMap(chart.cells != FREE, chart.resolution, corner)
+        self._traffic = Traffic(self.simulation, grid)
+        self._bodies: dict[str, _Body] = {}
+        self._steps = 0
+
+    def command(self, robot: FleetRobot, fleet: VirtualFleet) -> Mapping[StepKind, Command]:
+        """Put a robot into the world; return what makes it do each kind of step."""
+        self._traffic.add(robot.name, load_model(robot.model), robot.pose)
+        body = _Body(robot.name, self.simulation, self._traffic)
+        if not self._bodies:
+            fleet.network.schedule(STEP, lambda: self._step(fleet))
+        self._bodies[robot.name] = body
+        return dict.fromkeys(StepKind, body)
+
+    def _step(self, fleet: VirtualFleet) -> None:
+        fleet.network.schedule(STEP, lambda: self._step(fleet))
+        self._traffic.step()
+        self._steps += 1
+        for name, body in self._bodies.items():
+            if self._steps % TOLD == 0:
+                body.tell(fleet.robots[name])
+            body.look()
+
+
+class _Body:
+    """One robot's wheels and arm; see `blackboard.controller.Command`."""
+
+    def __init__(self, name: str, simulation: Simulation, traffic: Traffic) -> None:
+        self._name = name
+        self._simulation = simulation
+        self._traffic = traffic
+        self._was = simulation.odometry(name)
+        self._done: Callable[[CommandResult], None] | None = None
+        self._drives = False
+
+    def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
+        """Begin a step."""
+        self._done, self._drives = done, step.kind is StepKind.MOVE
+        navigator = self._traffic.navigators[self._name]
+        navigator.parked = not self._drives
+        if self._drives:
+            self._traffic.send(self._name, (step.goal.x, step.goal.y, step.goal.yaw))
+            return
+        order = Order(_ACTS[step.kind], step.task_id, step.payload)
+        self._simulation.arm(self._name).start(order, self._simulation.poses[self._name])
+
+    def cancel(self) -> None:
+        """Stop."""
+        self._done = None
+        self._traffic.navigators[self._name].cancel()
+        self._simulation.arm(self._name).cancel()
+
+    def look(self) -> None:
+        """See whether the step has ended."""
+        done = self._done
+        if done is None:
+            return
+        if self._drives:
+            outcome = self._traffic.outcomes.get(self._name)
+            if outcome is None:
+                return
+            works, text = outcome.reached, outcome.text
+        else:
+            result = self._simulation.arm(self._name).result
+            if result is None:
+                return
+            works, text = result.outcome is Grip.SUCCESS, result.message
+            self._traffic.navigators[self._name].parked = False
+        self._done = None
+        done(CommandResult(CommandState.SUCCEEDED if works else CommandState.ABORTED, text))
+
+    def tell(self, robot: Robot) -> None:
+        """Tell the robot where it is and how far its wheels have turned."""
+        now = self._simulation.odometry(self._name)
+        robot.add_travel(math.dist(now[:2], self._was[:2]))
+        self._was = now
+        robot.set_pose(Pose(*self._simulation.poses[self._name]))

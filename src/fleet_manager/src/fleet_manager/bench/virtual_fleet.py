@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A whole fleet in one process on virtual time: the hive's real classes, without ROS.
+
+The blackboard and the robots are those of a running hive. What moves the robots is left open: the
+simulator and real navigation (`simulated_bodies`), or a reckoning that takes no time at all
+(`reckoned_bodies`).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import yaml
+
+from blackboard.battery import Battery
+from blackboard.blackboard import Blackboard
+from blackboard.characteristics import characteristics_from
+from blackboard.charging import ChargingPlan
+from blackboard.controller import Controller
+from blackboard.journal import MemoryJournal
+from blackboard.pose import Pose
+from blackboard.robot import Robot
+from blackboard.settings import BlackboardSettings, ControllerSettings, RobotSettings
+from blackboard.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STATE
+from blackboard.testing import lone_backup
+from blackboard.virtual_network import Network, NetworkTalker
+from blackboard.ways import Grid, GridWays
+from robot_description.models import model_path
+from simenv.map_file import FREE, load_map
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from blackboard.characteristics import RobotCharacteristics, RobotStatus
+    from blackboard.controller import Command
+    from blackboard.cost import Bid, Bids
+    from blackboard.record import TaskUpdate
+    from blackboard.task import StepKind, Task
+    from blackboard.ways import Ways
+    from fleet_manager.fleet_file import Fleet, FleetRobot
+
+
+class Bodies(Protocol):
+    """What moves the robots of a fleet."""
+
+    def command(self, robot: FleetRobot, fleet: VirtualFleet) -> Mapping[StepKind, Command]:
+        """Return what makes a robot do each kind of step."""
+
+
+class VirtualFleet:
+    """A hive with the robots of a fleet file.
+
+    Args:
+        fleet: The robots.
+        world: Name of the map.
+        bodies: What moves them.
+        chargers: Where a robot stands at each charger, by name [map frame].
+
+    Attributes:
+        network: The time, and what the members talk over.
+        grid: What is known of the floor.
+        robots: By name.
+        batteries: Of the robots, by name.
+        characteristics: Of the robots, by name.
+        ways: How far it is for each robot, by name.
+        bids: The latest bid of each robot on each task, by (task, robot).
+        updates: What has been said about each task, in order.
+        statuses: The latest of each robot.
+    """
+
+    def __init__(
+        self, fleet: Fleet, world: str, bodies: Bodies, chargers: Mapping[str, Pose]
+    ) -> None:
+        self.network = Network()
+        self.robots: dict[str, Robot] = {}
+        self.batteries: dict[str, Battery] = {}
+        self.characteristics: dict[str, RobotCharacteristics] = {}
+        self.bids: dict[tuple[str, str], Bid] = {}
+        self.updates: dict[str, list[TaskUpdate]] = {}
+        self.statuses: dict[str, RobotStatus] = {}
+        self.ways: dict[str, Ways] = {}
+        self._on_update: Callable[[TaskUpdate], None] = lambda _: None
+        chart = load_map(world)
+        corner = (chart.origin.x, chart.origin.y)
+        self.grid = Grid(chart.cells != FREE, chart.resolution, *corner)
+        self._plan = ChargingPlan(chargers, fleet.battery)
+        talker = NetworkTalker(self.network, "blackboard")
+        backup = lone_backup(talker)
+        Blackboard(talker, backup, GridWays(self.grid), BlackboardSettings()).start()
+        backup.start()
+        self.network.listen(TASK_COST, self._note_bids)
+        self.network.listen(TASK_STATE, self._note_update)
+        self.network.listen(ROBOT_STATUS, self._note_status)
+        for entry in fleet.robots:
+            self._add(entry, fleet, bodies)
+
+    def _add(self, entry: FleetRobot, fleet: Fleet, bodies: Bodies) -> None:
+        talker = NetworkTalker(self.network, entry.name)
+        body = characteristics_from(yaml.safe_load(model_path(entry.model).read_text("utf-8")))
+        self.characteristics[entry.name] = body
+        battery = self.batteries[entry.name] = Battery(body.battery)
+        ways = self.ways[entry.name] = GridWays(self.grid, body.radius)
+        controller = Controller(bodies.command(entry, self), talker, ControllerSettings())
+        robot = self.robots[entry.name] = Robot(
+            talker,
+            entry.name,
+            body,
+            battery,
+            ways,
+            controller,
+            Pose(*entry.pose),
+            RobotSettings(cost_model=fleet.cost_model),
+            MemoryJournal(),
+            plan=self._plan,
+        )
+        robot.start()
+
+    def watch(self, on_update: Callable[[TaskUpdate], None]) -> None:
+        """Have every change of a task told as it happens."""
+        self._on_update = on_update
+
+    def post(self, task: Task) -> None:
+        """Post a task as an operator does."""
+        self.network.send(NEW_TASK, task)
+
+    def run(self, duration: float) -> None:
+        """Let time pass [s]; what was said is not kept, for a day of it would fill the memory."""
+        self.network.run(duration)
+        self.network.sent.clear()
+        self.network.heard.clear()
+
+    def _note_bids(self, bids: Bids) -> None:
+        for bid in bids.bids:
+            self.bids[bid.task_id, bid.robot_id] = bid
+
+    def _note_update(self, update: TaskUpdate) -> None:
+        self.updates.setdefault(update.task_id, []).append(update)
+        self._on_update(update)
+
+    def _note_status(self, status: RobotStatus) -> None:
+        self.statuses[status.robot_id] = status
