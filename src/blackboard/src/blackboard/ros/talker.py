@@ -56,7 +56,9 @@ class RosTalker:
 
     def __init__(self, hive: str, speaks: Iterable[str]) -> None:
         self._hive = hive
-        self._queue: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        # Not a SimpleQueue: in Python 3.11 its get() waits for ever, whatever the timeout, once a
+        # signal handler has taken longer than that, and rospy's does when it shuts a node down.
+        self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
         self._clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
         self._timers = Timers(self.now)
