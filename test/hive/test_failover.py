@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from blackboard.bench_faults import simulate
 from blackboard.pose import Pose
+from blackboard.simulation.draw import draw
 from blackboard.simulation.long_run import run_with_freezes, run_with_losses
 from blackboard.simulation.network import Quality
 from blackboard.simulation.run import run
@@ -43,6 +44,13 @@ def test_random_schedules_break_no_property():
     broken = [outcome for outcome in simulate(range(SCHEDULES)) if outcome.violation]
 
     assert not broken, broken[0].in_full()
+
+
+@pytest.mark.parametrize("seed", [2023, 941, 3073, 3153, 11520, 26734, 35345])
+def test_what_schedules_have_found_stays_mended(seed):
+    outcome = run(draw(seed))
+
+    assert not outcome.violation, outcome.in_full()
 
 
 def test_without_faults_the_first_active_one_stays_and_all_is_done():

@@ -178,7 +178,7 @@ class Auctioneer:
 
     def _close_round(self) -> None:
         auction = self._auction
-        if auction is None or self._closing is None:
+        if auction is None or self._closing is None or not self._backup.may_act():
             return
         self._closing.cancel()
         self._closing = None

@@ -20,7 +20,7 @@ from blackboard.election import Ballot
 from blackboard.errors import JournalError
 from blackboard.fence import Border
 from blackboard.founding import Founding, awake, durable_of, founder, new_id, newcomer
-from blackboard.member import Role, name_of
+from blackboard.member import Role, has_lease, name_of
 from blackboard.replication import Ack, Entries
 from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC, TASK_STATE
 from blackboard.task_list import Sync, TaskList
@@ -263,8 +263,12 @@ class Backup:
                 self._carrier.became_active()
         elif committed > before.log.committed:
             self.tell()
-        while self._waiting and self._waiting[0][0] <= committed:
+        # What commits a change may be an old answer, which no longer makes this the active one.
+        while self._waiting and self._waiting[0][0] <= committed and self._has_lease():
             self._waiting.popleft()[1]()
+
+    def _has_lease(self) -> bool:
+        return has_lease(self._member, self._talker.now())
 
     def _watch(self, name: str, epoch: int) -> None:
         self._talker.watch(name, lambda: self._learn_of_death(Died(name, epoch)))

@@ -99,6 +99,7 @@ class Controller:
         first_step: int,
         on_step: Callable[[int], None],
         on_end: Callable[[CommandResult], None],
+        may_try_again: Callable[[], bool] = lambda: True,
     ) -> None:
         """Execute a task; what was going on is stopped first.
 
@@ -107,9 +108,11 @@ class Controller:
             first_step: The first step that is still to be done.
             on_step: Called with the number of steps done, whenever one is.
             on_end: Called once with the last result, unless the run is stopped.
+            may_try_again: Asked before a step that has failed is tried again; where it says no,
+                the run is stopped.
         """
         self.stop()
-        self._run = _Run(split_task(task), first_step, on_step, on_end)
+        self._run = _Run(split_task(task), first_step, on_step, on_end, may_try_again)
         self._start_step(self._run)
 
     def stop(self) -> None:
@@ -153,10 +156,16 @@ class Controller:
                 self._start_step(run)
         elif run.tries < self._settings.attempts:
             run.retry = self._talker.after(
-                self._settings.retry_delay, lambda: self._start_step(run)
+                self._settings.retry_delay, lambda: self._try_again(run)
             )
         else:
             self._end(run, result)
+
+    def _try_again(self, run: _Run) -> None:
+        if run.may_try_again():
+            self._start_step(run)
+        else:
+            self._run = None
 
     def _end(self, run: _Run, result: CommandResult) -> None:
         self._run = None
@@ -171,6 +180,7 @@ class _Run:
     step: int
     on_step: Callable[[int], None]
     on_end: Callable[[CommandResult], None]
+    may_try_again: Callable[[], bool]
     tries: int = 0
     command: Command | None = None
     retry: Timer | None = None

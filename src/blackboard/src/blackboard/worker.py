@@ -73,7 +73,9 @@ class Worker:
             self._on_start(entry)
         if not self._moving:
             self._moving = True
-            self._controller.run(entry.task, entry.step, self._step_done, self._ended)
+            self._controller.run(
+                entry.task, entry.step, self._step_done, self._ended, self._may_try_again
+            )
 
     def stop(self) -> None:
         """Stop what is under way; it is not gone on with."""
@@ -86,6 +88,15 @@ class Worker:
         if entry is not None and step < len(split_task(entry.task)) and not self._may_go(entry):
             self._controller.stop()
             self._moving = False
+
+    def _may_try_again(self) -> bool:
+        """Return whether a step that has failed may be tried again now.
+
+        The leave to work may have ended in the pause, and whoever was frozen learns of it late.
+        """
+        entry = self.current
+        self._moving = entry is not None and self._may_go(entry)
+        return self._moving
 
     def _ended(self, result: CommandResult) -> None:
         self._moving = False

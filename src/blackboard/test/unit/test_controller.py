@@ -46,8 +46,8 @@ class Bench:
         )
         self.steps, self.ends = [], []
 
-    def run(self, task=CARRY, first_step=0):
-        self.controller.run(task, first_step, self.steps.append, self.ends.append)
+    def run(self, task=CARRY, first_step=0, **asked):
+        self.controller.run(task, first_step, self.steps.append, self.ends.append, **asked)
 
 
 def test_the_steps_are_done_one_after_the_other_and_each_is_reported():
@@ -99,6 +99,16 @@ def test_a_step_that_fails_is_tried_again_after_a_pause():
 
     assert before_the_pause_is_over == 1
     assert len(bench.drive.started) == 2
+    assert not bench.ends
+
+
+def test_a_step_that_may_not_be_tried_again_stays_undone_and_nothing_is_reported():
+    bench = Bench()
+    bench.run(GO, may_try_again=lambda: False)
+    bench.drive.done(FAILED)
+    bench.network.run(3.1)
+
+    assert len(bench.drive.started) == 1
     assert not bench.ends
 
 

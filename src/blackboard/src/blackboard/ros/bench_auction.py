@@ -23,7 +23,6 @@ import psutil
 import rospy
 
 import blackboard.msg as bb_msgs
-from blackboard.ros.links import mend_links
 from blackboard.ros.live_hive import LiveHive, LiveHiveError, own_master
 from blackboard.ros.live_operator import LiveOperator, make_task
 
@@ -267,7 +266,6 @@ def _hive_at(robots: int, folder: Path) -> Iterator[tuple[LiveHive, LiveOperator
         operator = LiveOperator(hive.namespace, hive.members)
         stack.enter_context(_module("parked", *spaces))
         hive.start_all()
-        mend_links()
         operator.demand(operator.all_answer, f"{robots} robots answer", _START)
         yield hive, operator
 

@@ -17,6 +17,7 @@ from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header, String
 
 import blackboard.msg as bb_msgs
+from blackboard.ros.links import mend_links
 from blackboard.ros.live_hive import LiveHiveError
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ class LiveOperator:
             rospy.Subscriber(namespace + topic, kind, _unless_own(hear))
             for topic, kind, hear in listens
         ]
+        mend_links()
 
     def wait(self, condition: Callable[[], object], patience: float = PATIENCE) -> bool:
         """Wait until something is so; return whether it became so in time [s]."""
