@@ -148,8 +148,8 @@ def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observ
 @pytest.mark.plan(
     "expanding",
     "Expanding the fleet with any robot, and leaving it",
-    "a robot of an unknown make joins without a restart, gets a vote and a task; when it has "
-    "left, it is OFFLINE, and its task is done by another",
+    "a robot of an unknown make joins without a restart, gets a vote and, while the others are "
+    "defect, a task; when it has left, it is OFFLINE, and its task is done by another",
 )
 def test_an_unknown_robot_joins_works_and_leaves(operator, newcomer, launches, observed):
     operator.expect(
@@ -159,8 +159,12 @@ def test_an_unknown_robot_joins_works_and_leaves(operator, newcomer, launches, o
     )
     members = len(operator.heartbeat.members)
     goals = ((18.0, 5.6, 0.0), (18.8, 9.6, 0.0))
+    for robot in ROBOTS:
+        operator.set_state(robot, "defect", RobotStatus.DEFECT)
     operator.post(task("R-left", TaskMsg.GAB, *goals, *goals, *goals))
     worker = operator.until("R-left", TaskState.STARTED).robot_id
+    for robot in ROBOTS:
+        operator.set_state(robot, "idle", RobotStatus.IDLE)
     launches.stop(newcomer)
     operator.expect(
         lambda: operator.robots["robot5"].state == RobotStatus.OFFLINE,
