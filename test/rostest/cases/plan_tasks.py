@@ -15,6 +15,9 @@ ARMS = {"robot3", "robot4"}
 A = (18.0, 9.6, 0.0)
 LOAD = 58.0
 """What both AGVs can carry, and no mobile manipulator [kg]."""
+JUST_LEFT = 1.5
+"""How far a robot may have driven since it took its load, because it says once a second what it
+carries [m]."""
 OFF = 4.0
 """By which factor a bid may be off: robots only learn how long their drives take."""
 TOUR = ((2.0, 8.8, 0.0), (5.5, 4.0, 0.0), (8.8, 3.2, 0.0), (8.8, 9.0, 0.0))
@@ -222,6 +225,6 @@ def test_loads_are_picked_at_a_and_put_down_at_b_by_robots_that_can(operator, ob
     assert (bring.step, bring.steps, pick.step, pick.steps) == (4, 4, 2, 2)
     assert {bring.robot_id, pick.robot_id} <= ARMS
     assert {status.payload for status in loaded} == {2.0}
-    assert apart((first.x, first.y), a) < TOLERANCE
+    assert apart((first.x, first.y), a) < JUST_LEFT
     assert apart((last.x, last.y), b) < TOLERANCE
     assert afterwards == 0.0
