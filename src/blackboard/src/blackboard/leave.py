@@ -24,9 +24,6 @@ _PERIODS_UNHEARD = 1.5
 _A_MOMENT = 0.001
 """A timer for the very end of a lease might find, by rounding, that it still holds [s]."""
 
-_A_MOMENT = 0.001
-"""A timer for the very end of a lease might find, by rounding, that it still holds [s]."""
-
 
 class Leave:
     """Knows whether a robot may work now.
