@@ -82,8 +82,15 @@ def test_a_goal_in_a_wall_is_refused_with_its_reason_beside_the_form(person, ent
 def test_the_details_show_the_bids_that_decided_it(person, entry, view, hive_window):
     task = person.give_task(entry, TaskType.GA, HERE)
     person.wait_until(lambda: person.state_of(view, task) not in {None, "waiting"})
-    person.select_row(view.task_table, task)
-    person.click(view.details_button)
+
+    def opened():
+        """Try until a click has met the row, which moves while tasks come and go."""
+        if not hive_window.findChildren(TaskDetails):
+            person.select_row(view.task_table, task)
+            person.click(view.details_button)
+        return hive_window.findChildren(TaskDetails)
+
+    person.wait_until(opened)
     (details,) = hive_window.findChildren(TaskDetails)
     person.wait_until(lambda: details.bid_table.rowCount() == 4)
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The windows never keep a person waiting, measured as `bench gui` does."""
+"""The windows never keep a person waiting, measured as `bench gui` does.
+
+By its name this is the first of the windows' tests: the others leave a hive running beside them.
+"""
 
 from __future__ import annotations
 
