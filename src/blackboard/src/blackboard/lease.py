@@ -41,19 +41,12 @@ class Lease:
     def __init__(self, robot_id: str, now: float) -> None:
         self._robot_id = robot_id
         self._begun = now
-        self._hive = ""
         self._epoch = 0
         self._length = math.inf
         self._end = -math.inf
 
     def renew(self, beat: Heartbeat, now: float) -> bool:
-        """Take in a heartbeat; return whether the lease ends later because of it.
-
-        A robot that has gone over to another hive begins anew: that one counts its own epochs.
-        """
-        if self._hive and beat.hive != self._hive:
-            self._epoch, self._begun, self._end = 0, now, -math.inf
-        self._hive = beat.hive
+        """Take in a heartbeat; return whether the lease ends later because of it."""
         if beat.epoch < self._epoch or (self._epoch and beat.epoch > self._epoch + FARTHEST_EPOCH):
             return False
         self._epoch = beat.epoch
@@ -63,6 +56,10 @@ class Lease:
         self._length = beat.robot_lease
         before, self._end = self._end, max(self._end, sent + beat.robot_lease)
         return self._end > before
+
+    def begin_anew(self, now: float) -> None:
+        """Forget what was heard: the robot has gone over to a hive that counts its own epochs."""
+        self._epoch, self._begun, self._end = 0, now, -math.inf
 
     def holds(self, now: float) -> bool:
         """Return whether the robot may work."""

@@ -53,6 +53,7 @@ class Leave:
         self._fence = fence or NoFence()
         self._lease = Lease(robot_id, talker.now())
         self._lapse: Timer | None = None
+        self._last_hive = ""
 
     def start(self) -> None:
         """Begin to listen."""
@@ -87,6 +88,9 @@ class Leave:
         if not self.obeys(beat.hive, beat.epoch):
             return
         now = self._talker.now()
+        if self._last_hive not in {"", self.hive}:
+            self._lease.begin_anew(now)
+        self._last_hive = self.hive
         if self._lease.renew(beat, now):
             if self._lapse is not None:
                 self._lapse.cancel()

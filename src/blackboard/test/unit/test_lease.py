@@ -88,12 +88,12 @@ def test_a_blackboard_of_a_lower_epoch_renews_nothing():
 
 def test_a_robot_that_goes_over_to_another_hive_begins_anew():
     lease = Lease("robot1", now=0.0)
-    lease.renew(replace(beat(sent=1.0, epoch=7), hive="old"), now=1.1)
-    said_to_the_old_one = lease.renew(replace(beat(sent=1.0), hive="new"), now=2.0)
+    lease.renew(beat(sent=1.0, epoch=7), now=1.1)
+    lease.begin_anew(now=2.0)
 
-    assert not said_to_the_old_one
     assert not lease.holds(2.0)
-    assert lease.renew(replace(beat(sent=2.5), hive="new"), now=2.6)
+    assert not lease.renew(beat(sent=1.5), now=2.1)
+    assert lease.renew(beat(sent=2.5), now=2.6)
 
 
 def test_an_order_is_void_that_is_older_than_a_lease_or_than_the_robots_process():
