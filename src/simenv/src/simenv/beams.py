@@ -72,7 +72,6 @@ def cast(
     which, low, count = _hidden(fans, owners, np.arctan2(y, x))
     if not len(which):
         return nearest, starts
-    layers, which, low, count = _layered(owners, which, low, count)
     ends = count.cumsum()
     beams = np.arange(ends[-1]) + (starts[owners[which]] + low - ends + count).repeat(count)
     x, y, area = x[which], y[which], area[which]
@@ -80,11 +79,11 @@ def cast(
     cross = cos[beams] * (y[:, 1] - y[:, 0]).repeat(count)
     cross -= sin[beams] * (x[:, 1] - x[:, 0]).repeat(count)
     reach = area.repeat(count) / np.minimum(cross, EDGE_ON)
-    first = 0
-    for last in ends[layers - 1]:
-        here = beams[first:last]
-        nearest[here] = np.minimum(nearest[here], reach[first:last])
-        first = last
+    # Of a beam that meets several segments, the cuts are laid beside each other.
+    met = np.bincount(beams, minlength=len(nearest))
+    hit = met.nonzero()[0]
+    order = beams.astype(np.min_scalar_type(len(nearest))).argsort(kind="stable")
+    nearest[hit] = np.minimum.reduceat(reach[order], (met.cumsum() - met)[hit])
     return nearest, starts
 
 
@@ -122,18 +121,3 @@ def _hidden(
     count = np.minimum(high, number - 1.0).astype(int) - low + 1
     seam, which = (count > 0).nonzero()
     return which, low[seam, which], count[seam, which]
-
-
-def _layered(
-    owners: Indices, which: Indices, low: Indices, count: Indices
-) -> tuple[Indices, Indices, Indices, Indices]:
-    """Order ranges so that within a layer no beam occurs twice: one range of each scanner.
-
-    Returns:
-        The number of ranges up to the end of each layer; and the ranges, see `_hidden`.
-    """
-    order = owners[which].argsort(kind="stable")
-    scanner = owners[which[order]]
-    rank = np.arange(len(order)) - scanner.searchsorted(scanner)
-    order = order[rank.argsort(kind="stable")]
-    return np.bincount(rank).cumsum(), which[order], low[order], count[order]

@@ -10,11 +10,11 @@ import numpy as np
 
 from robot_description.follower import Pose
 from simenv.errors import CommandError
-from simenv.motion import accelerated, limits_of, moved, within_limits
+from simenv.motion import accelerated, changes_of, limits_of, moved, within_limits
 from simenv.wheels import Wheels
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from robot_description.models import RobotModel
     from simenv.contact import Contacts
@@ -52,6 +52,10 @@ class Bodies:
         self._grip = np.zeros(0)
         self._frozen = np.zeros(0, dtype=bool)
         self._poses: dict[str, Pose] | None = {}
+        self._targets = NOTHING
+        self._oldest = -math.inf
+        self._loaded: tuple[Sequence[float], float] | None = None
+        self._changes = np.zeros((2, 0))
 
     @property
     def true(self) -> Array:
@@ -102,14 +106,15 @@ class Bodies:
     def _count(self) -> None:
         self._rows = {name: row for row, name in enumerate(self.names)}
         self._limits = limits_of(self._models)
-        self._poses = None
+        self._poses = self._loaded = None
+        self._oldest = -math.inf
 
     def put_back(self, name: str, pose: Pose) -> None:
         """Let a base stand still at a pose, its odometry at zero as after switching on."""
         row = self._rows[name]
         self._true[row] = pose
         self._velocities[row] = self._odometry[row] = self._commands[row] = 0.0
-        self._commanded_at[row] = -math.inf
+        self._commanded_at[row] = self._oldest = -math.inf
         self._poses = None
 
     def slip(self, name: str, share: float) -> None:
@@ -122,6 +127,7 @@ class Bodies:
         """Let a base stop at once and stand still whatever it is told, or let it go again."""
         row = self._rows[name]
         self._frozen[row] = is_frozen
+        self._oldest = -math.inf
         if is_frozen:
             self._velocities[row] = 0.0
 
@@ -141,8 +147,9 @@ class Bodies:
         row = self._rows[name]
         self._commands[row] = speed
         self._commanded_at[row] = time
+        self._oldest = -math.inf
 
-    def step(self, time: float, loads: Array, dt: float) -> None:
+    def step(self, time: float, loads: Sequence[float], dt: float) -> None:
         """Move all bases.
 
         Args:
@@ -150,22 +157,34 @@ class Bodies:
             loads: (n,) what is on board [kg].
             dt: Length of the step [s].
         """
-        heard = (time - self._commanded_at < COMMAND_TIMEOUT) & ~self._frozen
-        commands = self._commands * heard[:, None]
-        if not (commands.any() or self._velocities.any()):
+        if time - self._oldest >= COMMAND_TIMEOUT:
+            self._listen(time)
+        if not (self._velocities.any() or self._targets.any()):
             return
-        targets = within_limits(commands, self._limits)
-        self._velocities = accelerated(self._velocities, targets, self._limits, loads, dt)
+        if self._loaded != (loads, dt):
+            self._loaded = (loads, dt)
+            self._changes = changes_of(self._limits, np.array(loads), dt)
+        self._velocities = accelerated(self._velocities, self._targets, self._changes)
         driven = self._velocities * dt
-        drives = driven.any(axis=1)
+        ways, turns = np.hypot(driven[:, 0], driven[:, 1]), np.abs(driven[:, 2])
         ahead = moved(self._true, driven * self._grip[:, None])
-        ahead = np.where(drives[:, None], ahead, self._true)
-        before = self._true
-        self._true, shares = self._contacts.advance(before, ahead)
+        standing = ways + turns == 0
+        if standing.any():
+            ahead[standing] = self._true[standing]
+        self._true, shares = self._contacts.advance(self._true, ahead, ways, turns)
         self._poses = None
-        self._velocities[shares < 1.0] = 0.0
-        self._contacts.let_go(before, self._true)
-        self._odometry = moved(self._odometry, self._wheels.felt(driven * shares[:, None]))
+        stopped = shares < 1.0
+        if stopped.any():
+            self._velocities[stopped] = 0.0
+            driven, ways, turns = driven * shares[:, None], ways * shares, turns * shares
+        self._odometry = moved(self._odometry, self._wheels.felt(driven, ways, turns))
+
+    def _listen(self, time: float) -> None:
+        """Work out what the bases are told to do now, and how long that holds."""
+        heard = (time - self._commanded_at < COMMAND_TIMEOUT) & ~self._frozen
+        self._targets = within_limits(self._commands * heard[:, None], self._limits)
+        # Nobody falls silent before the one who spoke first.
+        self._oldest = self._commanded_at[heard].min(initial=math.inf)
 
     def velocity(self, name: str) -> tuple[float, float, float]:
         """Return a base's speed in its own frame (vx, vy, wz) [m/s, m/s, rad/s]."""

@@ -71,6 +71,17 @@ def pass_through(ends: Array) -> NDArray[np.bool_]:
     return through
 
 
+def distances(points: Array, segments: Array) -> Array:
+    """Return how far points (k, 2) are from segments (k, 2, 2), each from its own: (k,) [m]."""
+    start = segments[:, 0]
+    along, off = segments[:, 1] - start, points - start
+    length = np.einsum("ij,ij->i", along, along)
+    share = np.einsum("ij,ij->i", along, off) / np.where(length > 0, length, 1.0)
+    x, y = (off - along * np.clip(share, 0.0, 1.0)[:, None]).T
+    found: Array = np.hypot(x, y)
+    return found
+
+
 class Footprint:
     """A convex polygon that can be put down anywhere.
 
@@ -116,11 +127,17 @@ class Footprint:
         return bool(self.touched(pose, segments, margin).any())
 
 
+FINENESS = 0.25
+"""See `Nearby` [m]."""
+
+
 class Nearby:
     """Finds the segments near a place without looking at all of them.
 
     The plane is cut into squares of 1 m; the segments that matter to a square are sought when a
     robot first comes there, and kept.
+
+    Reaches are rounded up to whole `FINENESS`, so that few kinds of them are kept.
     """
 
     def __init__(self, segments: Array) -> None:
@@ -128,13 +145,15 @@ class Nearby:
         self._low = segments.min(axis=1)
         self._high = segments.max(axis=1)
         self._segments = segments
-        self._found: dict[tuple[int, int, float], Array] = {}
+        self._found: dict[tuple[int, int, int], Array] = {}
 
     def at(self, x: float, y: float, reach: float) -> Array:
         """Return the segments (k, 2, 2) within `reach` [m] of (x, y), and some more."""
         square = (math.floor(x), math.floor(y))
-        key = (*square, reach)
+        steps = math.ceil(reach / FINENESS)
+        key = (*square, steps)
         if key not in self._found:
+            reach = steps * FINENESS
             near = (self._low <= np.add(square, 1 + reach)) & (
                 self._high >= np.subtract(square, reach)
             )

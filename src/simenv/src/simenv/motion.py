@@ -74,29 +74,39 @@ def within_limits(commands: Array, limits: Limits) -> Array:
     return allowed
 
 
-def accelerated(
-    velocities: Array, targets: Array, limits: Limits, load: Array, dt: float
-) -> Array:
-    """Return the velocities (n, 3) after a step of `dt` [s] towards `targets` (n, 3).
+def changes_of(limits: Limits, load: Array, dt: float) -> Array:
+    """Return by how much the velocities can change in a step.
 
     The motors' force stays the same whatever is on board, so a load takes from the acceleration
     what it adds to the mass: a = a0 m / (m + load).
 
     Args:
-        velocities: (n, 3) now.
-        targets: (n, 3) within the limits.
         limits: Of the bases.
         load: (n,) on board [kg].
         dt: Length of the step [s].
+
+    Returns:
+        (2, n) in any direction [m/s], and of turning [rad/s].
     """
     share = limits.mass / (limits.mass + load) * dt
+    return np.array([limits.acceleration * share, limits.yaw_acceleration * share])
+
+
+def accelerated(velocities: Array, targets: Array, changes: Array) -> Array:
+    """Return the velocities (n, 3) after a step towards `targets` (n, 3).
+
+    Args:
+        velocities: (n, 3) now.
+        targets: (n, 3) within the limits.
+        changes: (2, n) what the step can change, see `changes_of`.
+    """
+    most, turn = changes
     change = targets - velocities
     size = np.hypot(change[:, 0], change[:, 1])
-    most = limits.acceleration * share
     change[:, :2] *= (most / np.maximum(size, most))[:, None]
-    turn = limits.yaw_acceleration * share
-    change[:, 2] = np.clip(change[:, 2], -turn, turn)
-    return velocities + change
+    change[:, 2] = np.minimum(np.maximum(change[:, 2], -turn), turn)
+    change += velocities
+    return change
 
 
 def moved(poses: Array, shifts: Array) -> Array:

@@ -95,11 +95,20 @@ class Walker:
 
 
 class Obstacles:
-    """Everything of a world that need not stay where it is."""
+    """Everything of a world that need not stay where it is.
+
+    Attributes:
+        now: All that is there.
+        walked: How far anybody has walked so far, at most [m].
+        changes: How often something has come, gone, or been put back.
+    """
 
     def __init__(self, world: World) -> None:
         """Begin as the world's file says."""
         self._world = world
+        self._fastest = max((person.speed for person in world.people), default=0.0)
+        self.walked = 0.0
+        self.changes = 0
         self.reset()
 
     def reset(self) -> None:
@@ -122,13 +131,22 @@ class Obstacles:
 
     def step(self, dt: float, robots: Collection[tuple[Footprint, Pose]]) -> None:
         """Let people walk for `dt` [s], among robots that stand where they stand, frame map."""
+        self.walked += self._fastest * dt
         for walker in self._walkers:
             walker.step(dt, robots)
-        self._now = [*self._still, *(walker.obstacle for walker in self._walkers)]
+        self.now = [*self._still, *(walker.obstacle for walker in self._walkers)]
 
-    def near(self, x: float, y: float, reach: float) -> list[Obstacle]:
-        """Return what comes within `reach` [m] of a point, frame map [m]."""
-        return [o for o in self._now if math.dist(o.middle, (x, y)) <= reach + o.radius]
+    def near(self, x: float, y: float, reach: float) -> list[tuple[int, Array]]:
+        """Return what comes within `reach` [m] of a point, frame map [m].
+
+        Returns:
+            For each obstacle its place in `now`, counted from 1, and its outline (k, 2, 2).
+        """
+        return [
+            (number, each.edges)
+            for number, each in enumerate(self.now, 1)
+            if math.dist(each.middle, (x, y)) <= reach + each.radius
+        ]
 
     def set_door(self, name: str, *, is_open: bool) -> None:
         """Open or shut a door; who calls this sees to it that nobody stands in it.
@@ -170,9 +188,10 @@ class Obstacles:
         self._collect()
 
     def _collect(self) -> None:
+        self.changes += 1
         areas = {door.name: door.area for door in self._world.doors if door.name in self._shut}
         self._still = [_obstacle(name, area) for name, area in (areas | self._put).items()]
-        self._now = [*self._still, *(walker.obstacle for walker in self._walkers)]
+        self.now = [*self._still, *(walker.obstacle for walker in self._walkers)]
 
 
 def _obstacle(name: str, area: BaseGeometry) -> Obstacle:

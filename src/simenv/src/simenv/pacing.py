@@ -15,15 +15,19 @@ WINDOW = 5.0
 ENOUGH = 0.95
 """Share of the factor asked for that counts as reached."""
 
+NEWS = 0.2
+"""Share of the latest tick in what a step is taken to cost."""
+
 
 class Pacer:
     """Keeps simulated time at a given factor of the time on the wall.
 
     One tick is one or several steps of the simulation. Where a machine cannot keep up, no step is
-    skipped or made longer: simulated time goes slower, and `reached` says by how much.
+    skipped or made longer: simulated time goes slower, and `reached` says by how much. A tick has
+    fewer steps then, so that whoever steers by the clock hears it as often as before.
 
     Attributes:
-        steps: How many steps of the simulation make a tick.
+        steps: How many steps of the simulation make the next tick.
         reached: The factor over the last window if it fell short, None while all is well.
     """
 
@@ -35,13 +39,14 @@ class Pacer:
             step: Length of a step of the simulation [s].
             now: Reading of a clock on the wall that never goes back [s].
         """
-        self.steps = max(1, round(factor * TICK / step))
+        self._most = max(1, round(factor * TICK / step))
+        self.steps = self._most
         self.reached: float | None = None
         self._factor = factor
-        self._period = self.steps * step / factor
-        self._next = now
-        self._window_start = now
-        self._ticks = 0
+        self._step = step
+        self._next = self._begun = self._window_start = now
+        self._gone = 0.0
+        self._cost = 0.0
 
     def tick_done(self, now: float) -> float:
         """Return how long to sleep before the next tick [s], at least 0.
@@ -49,13 +54,20 @@ class Pacer:
         Args:
             now: Reading of the clock on the wall after the tick [s].
         """
-        self._ticks += 1
-        self._next = max(self._next + self._period, now - SLACK)
-        if now - self._window_start >= max(WINDOW, 2 * self._period):
-            reached = self._ticks * self._period / (now - self._window_start) * self._factor
+        gone = self.steps * self._step
+        self._gone += gone
+        self._next = max(self._next + gone / self._factor, now - SLACK)
+        window = now - self._window_start
+        if window >= max(WINDOW, 2 * self._most * self._step / self._factor):
+            reached = self._gone / window
             self.reached = reached if reached < ENOUGH * self._factor else None
-            self._window_start, self._ticks = now, 0
-        return max(self._next - now, 0.0)
+            self._window_start, self._gone = now, 0.0
+        pause = max(self._next - now, 0.0)
+        self._cost += NEWS * ((now - self._begun) / self.steps - self._cost)
+        self._begun = now + pause
+        in_time = self._cost * self._most <= TICK
+        self.steps = self._most if in_time else max(1, int(TICK / self._cost))
+        return pause
 
 
 class Every:

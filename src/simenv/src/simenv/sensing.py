@@ -42,7 +42,7 @@ def take_scans(
     where = zip(scanners, poses[list(rows)].tolist(), strict=True)
     origins = np.array([scanner.origin(Pose(*pose)) for scanner, pose in where])
     reaches = np.array([scanner.reach for scanner in scanners])
-    segments, owners = surroundings.near_all(origins, reaches)
+    segments, owners, _ = surroundings.near(origins, reaches)
     x, y = (origins[:, None, :2] - poses[:, :2]).transpose(2, 0, 1)
     near = np.hypot(x, y) <= reaches[:, None] + footprints.radii
     near[np.arange(len(rows)), rows] = False

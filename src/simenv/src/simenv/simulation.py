@@ -18,8 +18,6 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from robot_description.follower import Pose
 from simenv.bodies import Bodies
 from simenv.contact import Contacts
@@ -244,7 +242,7 @@ class Simulation:
         """
         if not 0 < dt <= LONGEST_STEP:
             raise ValueError(f"a step of {dt} s; allowed: above 0 and at most {LONGEST_STEP} s")
-        loads = np.array([robot.arm.payload for robot in self._robots.values()])
+        loads = [robot.arm.payload for robot in self._robots.values()]
         if self.world.people:
             self.obstacles.step(dt, self._standing().values())
         self._bodies.step(self.time, loads, dt)

@@ -49,7 +49,7 @@ def why_not_there(
     solid = world.solid_at(area)
     if solid is not None:
         return f"'{solid}' is there; {REMEDY}"
-    for obstacle in obstacles.near(pose.x, pose.y, footprint.radius):
+    for obstacle in obstacles.now:
         if footprint.touches(pose, obstacle.edges):
             return f"'{obstacle.name}' is there; {REMEDY}"
     other = robot_at(area, robots)

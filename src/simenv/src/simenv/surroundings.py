@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,23 @@ from simenv.obstacles import Obstacles
 if TYPE_CHECKING:
     from simenv.geometry import Array, Indices
     from simenv.world import World
+
+WALLS = 0
+"""What `Near.things` calls the walls."""
+
+
+class Near(NamedTuple):
+    """What is near some places; what is near several of them is there several times.
+
+    Attributes:
+        segments: (k, 2, 2) frame map [m].
+        places: (k,) the index of the place that each is near to, in ascending order.
+        things: (k,) what each is a part of: `WALLS`, or 1 and the index of the obstacle.
+    """
+
+    segments: Array
+    places: Indices
+    things: Indices
 
 
 class Surroundings:
@@ -28,7 +45,7 @@ class Surroundings:
         self.walls = Nearby(world.segments)
         self.obstacles = Obstacles(world)
 
-    def near_all(self, places: Array, reaches: Array) -> tuple[Array, Indices]:
+    def near(self, places: Array, reaches: Array) -> Near:
         """Return what is near each of m places.
 
         Args:
@@ -36,15 +53,22 @@ class Surroundings:
             reaches: (m,) how far off it may be [m].
 
         Returns:
-            Segments (k, 2, 2) within reach of a place, and some more, frame map [m]; and (k,) the
-            index of that place. One that is near several places is there several times.
+            All that is within reach of a place, and some more.
         """
         found: list[Array] = [NO_SEGMENTS]
-        counts = []
+        where, what, counts = [], [], []
         numbers = zip(places[:, 0].tolist(), places[:, 1].tolist(), reaches.tolist(), strict=True)
-        for x, y, reach in numbers:
-            walls = self.walls.at(x, y, reach)
-            others = [obstacle.edges for obstacle in self.obstacles.near(x, y, reach)]
-            found += [walls, *others]
-            counts.append(len(walls) + sum(map(len, others)))
-        return np.concatenate(found), np.arange(len(counts)).repeat(counts)
+        for place, (x, y, reach) in enumerate(numbers):
+            pieces = [(WALLS, self.walls.at(x, y, reach))]
+            if self.obstacles.now:
+                pieces += self.obstacles.near(x, y, reach)
+            for thing, edges in pieces:
+                found.append(edges)
+                where.append(place)
+                what.append(thing)
+                counts.append(len(edges))
+        return Near(
+            np.concatenate(found),
+            np.array(where, dtype=np.intp).repeat(counts),
+            np.array(what, dtype=np.intp).repeat(counts),
+        )

@@ -27,6 +27,7 @@ class Wheels:
 
     def __init__(self, noise: Noise) -> None:
         self._noise = noise
+        self._errors = np.array([noise.distance, noise.heading, noise.veer])
         self._random: list[np.random.Generator] = []
         self._shares = np.zeros((0, 3))
         self._drawn = np.zeros((0, BLOCK, DRAWS))
@@ -47,32 +48,36 @@ class Wheels:
         self._drawn = np.delete(self._drawn, row, axis=0)
         self._used = np.delete(self._used, row)
 
-    def felt(self, driven: Array) -> Array:
+    def felt(self, driven: Array, ways: Array, turns: Array) -> Array:
         """Return what the wheels make of shifts.
 
         Args:
             driven: (n, 3) how far each base went, in its own frame [m, m, rad].
+            ways: (n,) how long that way is [m].
+            turns: (n,) how much of that is turning, at least 0 [rad].
 
         Returns:
             (n, 3); wheels that have not turned feel nothing.
         """
-        felt = np.zeros_like(driven)
-        rows = np.flatnonzero(driven.any(axis=1))
+        rows = (ways + turns).nonzero()[0]
         shifts = driven[rows]
-        way, turn = np.hypot(shifts[:, 0], shifts[:, 1]), np.abs(shifts[:, 2])
-        root = np.sqrt(way)
-        chance = self._draw(rows)
-        along = self._noise.distance * root * chance[:, 0] / np.where(way > 0, way, 1.0)
-        felt[rows] = shifts * self._shares[rows]
-        felt[rows, :2] += shifts[:, :2] * along[:, None]
-        felt[rows, 2] += self._noise.heading * np.sqrt(turn) * chance[:, 1]
-        felt[rows, 2] += self._noise.veer * root * chance[:, 2]
+        root = np.sqrt(ways[rows])
+        along, turning, veer = self._draw(rows).T
+        felt_here: Array = shifts * self._shares[rows]
+        # What grows with the root of the way, as a share of the way.
+        felt_here[:, :2] += shifts[:, :2] * (along / np.where(root > 0, root, 1.0))[:, None]
+        felt_here[:, 2] += np.sqrt(turns[rows]) * turning + root * veer
+        if len(rows) == len(driven):
+            return felt_here
+        felt = np.zeros_like(driven)
+        felt[rows] = felt_here
         return felt
 
     def _draw(self, rows: Indices) -> Array:
-        """Return the next normal numbers (k, DRAWS) of these robots, each from its own source."""
-        for row in rows[self._used[rows] == BLOCK].tolist():
-            self._drawn[row] = self._random[row].normal(size=(BLOCK, DRAWS))
+        """Return the next errors (k, DRAWS) of these robots, each from its own source."""
+        used = self._used[rows]
+        for row in rows[used == BLOCK].tolist():
+            self._drawn[row] = self._random[row].normal(size=(BLOCK, DRAWS)) * self._errors
             self._used[row] = 0
         drawn: Array = self._drawn[rows, self._used[rows]]
         self._used[rows] += 1

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from robot_description.models import load_model
-from simenv.motion import accelerated, limits_of, moved, within_limits
+from simenv.motion import accelerated, changes_of, limits_of, moved, within_limits
 
 MIR = load_model("mir100")  # differential
 YOUBOT = load_model("youbot")  # holonomic
@@ -53,7 +53,7 @@ def test_speed_changes_no_faster_than_the_acceleration_allows():
     still = np.zeros((2, 3))
     targets = np.array([[1.0, 0.0, 1.0], [0.3, 0.4, -1.0]])
 
-    after = accelerated(still, targets, LIMITS, np.zeros(2), 0.1)
+    after = accelerated(still, targets, changes_of(LIMITS, np.zeros(2), 0.1))
 
     assert after[0] == pytest.approx(
         [MIR.base.acceleration * 0.1, 0.0, MIR.base.yaw_acceleration * 0.1]
@@ -65,8 +65,9 @@ def test_speed_changes_no_faster_than_the_acceleration_allows():
 def test_speed_settles_exactly_on_what_is_commanded():
     velocities = np.zeros((2, 3))
     targets = np.array([[0.5, 0.0, -0.3], [0.1, -0.2, 0.3]])
+    changes = changes_of(LIMITS, np.zeros(2), 0.025)
     for _ in range(200):
-        velocities = accelerated(velocities, targets, LIMITS, np.zeros(2), 0.025)
+        velocities = accelerated(velocities, targets, changes)
 
     assert velocities == pytest.approx(targets)
 
@@ -75,9 +76,9 @@ def test_a_robot_that_carries_its_own_mass_accelerates_half_as_fast():
     targets = np.ones((2, 3))
     load = LIMITS.mass
 
-    loaded = accelerated(np.zeros((2, 3)), targets, LIMITS, load, 0.1)
+    loaded = accelerated(np.zeros((2, 3)), targets, changes_of(LIMITS, load, 0.1))
 
-    empty = accelerated(np.zeros((2, 3)), targets, LIMITS, np.zeros(2), 0.1)
+    empty = accelerated(np.zeros((2, 3)), targets, changes_of(LIMITS, np.zeros(2), 0.1))
     assert loaded == pytest.approx(empty / 2)
 
 

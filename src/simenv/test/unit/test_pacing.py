@@ -7,13 +7,14 @@ STEP = 0.025
 
 
 def run(pacer, seconds, work):
-    """Play a wall clock: each tick takes `work` seconds; return how many ticks there were."""
-    now, ticks = 0.0, 0
+    """Play a wall clock: each step takes `work` seconds; return how many ticks and steps ran."""
+    now, ticks, steps = 0.0, 0, 0
     while now < seconds - 1e-9:
-        now += work
+        steps += pacer.steps
+        now += work * pacer.steps
         now += pacer.tick_done(now)
         ticks += 1
-    return ticks
+    return ticks, steps
 
 
 @pytest.mark.parametrize(("factor", "steps"), [(0.1, 1), (1.0, 1), (5.0, 4), (50.0, 40)])
@@ -22,22 +23,31 @@ def test_a_tick_is_about_20_ms_on_the_wall_and_at_least_one_step(factor, steps):
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 5.0])
-def test_simulated_time_passes_as_fast_as_asked_whatever_a_tick_takes(factor):
+def test_simulated_time_passes_as_fast_as_asked_whatever_a_step_takes(factor):
     pacer = Pacer(factor, STEP, 0.0)
 
-    simulated = run(pacer, 60.0, work=0.01) * pacer.steps * STEP
+    _, steps = run(pacer, 60.0, work=0.004)
 
-    assert simulated == pytest.approx(60.0 * factor, rel=0.01)
+    assert steps * STEP == pytest.approx(60.0 * factor, rel=0.01)
     assert pacer.reached is None
 
 
 def test_a_machine_that_is_too_slow_falls_behind_and_it_is_said_how_far():
     pacer = Pacer(5.0, STEP, 0.0)
 
-    ticks = run(pacer, 30.0, work=0.04)
+    _, steps = run(pacer, 30.0, work=0.01)
 
-    assert ticks == pytest.approx(30.0 / 0.04, abs=1)
+    assert steps == pytest.approx(30.0 / 0.01, rel=0.01)
     assert pacer.reached == pytest.approx(2.5, rel=0.02)
+
+
+def test_a_machine_that_is_too_slow_tells_the_time_as_often_as_one_that_is_not():
+    in_time, _ = run(Pacer(50.0, STEP, 0.0), 10.0, work=0.0001)
+
+    too_slow, _ = run(Pacer(50.0, STEP, 0.0), 10.0, work=0.004)
+
+    assert in_time == pytest.approx(10.0 / 0.02, rel=0.02)
+    assert 10.0 / 0.02 * 0.95 < too_slow < 10.0 / 0.02 * 1.3
 
 
 def test_after_a_long_halt_time_does_not_race_to_catch_up():
