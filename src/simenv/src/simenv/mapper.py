@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robot_description.follower import Pose
 from robot_description.poses import between, compose, inverse
+from simenv.refinement import Sighting, refined
 from simenv.scan_matcher import ScanMatcher
 from simenv.surfaces import Surfaces
 
@@ -18,12 +19,17 @@ if TYPE_CHECKING:
     from robot_description.models import Laser
     from simenv.geometry import Array
     from simenv.occupancy import OccupancyGrid
+    from simenv.surfaces import Surface
 
 FAR_ENOUGH = 0.1
 """A scan is taken in once the robot has moved so far since the last one [m] ..."""
 
 TURNED_ENOUGH = 0.1
 """... or has turned so far [rad]."""
+
+GROUP = 0.5
+"""Scans that were taken within so much of each other [m, rad] stay as they are to each other when
+all are fitted to each other."""
 
 BEAMS = 720
 """So many beams, spread evenly, are fitted at most; all are drawn."""
@@ -50,13 +56,27 @@ class Beams:
         return cls(angles, laser.range_max, Pose(*laser.pose))
 
 
+@dataclass(frozen=True)
+class Taken:
+    """A scan that is on the map.
+
+    Attributes:
+        odometry: Where the wheels had the robot's base, frame odom.
+        pose: Where it was put down, frame map.
+        ranges: (n,) what the laser measured [m].
+    """
+
+    odometry: Pose
+    pose: Pose
+    ranges: Array
+
+
 class Mapper:
     """Knows where a robot is on the map that it makes.
 
     Attributes:
         grid: What is known by now.
         pose: Of the robot's base, frame map.
-        scans: How many scans have been taken in.
     """
 
     def __init__(
@@ -78,13 +98,18 @@ class Mapper:
         """
         self.grid = grid
         self.pose = start
-        self.scans = 0
+        self._log: list[Taken] = []
         self._beams = beams
         self._enough = far_enough, turned_enough
         self._surfaces = Surfaces(grid.resolution)
         self._matcher = ScanMatcher(self._surfaces)
         self._odometry: Pose | None = None
         self._taken: Pose | None = None
+
+    @property
+    def scans(self) -> int:
+        """How many scans have been taken in."""
+        return len(self._log)
 
     @property
     def correction(self) -> Pose:
@@ -110,23 +135,76 @@ class Mapper:
             if math.hypot(move.x, move.y) < far and abs(move.yaw) < turned:
                 return False
         self._taken = odometry
-        self._fit(ranges)
-        beams = self._beams
-        laser = compose(self.pose, beams.mount)
-        self.grid.add(laser, beams.angles, ranges, beams.range_max)
-        self.scans += 1
+        self.pose = self._fitted(ranges)
+        self._log.append(Taken(odometry, self.pose, ranges))
+        self._draw(self._log[-1])
         return True
 
-    def _fit(self, ranges: Array) -> None:
-        """Put the robot where its scan fits what is known, and keep what it shows."""
-        beams = self._beams
-        hit = (ranges > 0) & (ranges < beams.range_max)
-        reach, angles = ranges[hit], beams.angles[hit]
-        points = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=1)
+    def refine(self) -> None:
+        """Fit all that was seen to each other, and draw the map anew; it may take a minute.
+
+        What the robot does next is drawn into the new map.
+        """
+        groups = self._groups()
+        if not groups:
+            return
+        sightings = [Sighting(g[0].odometry, g[0].pose, self._seen(g)) for g in groups]
+        self._log.clear()
+        self._surfaces.clear()
+        self.grid.clear()
+        for group, pose in zip(groups, refined(sightings), strict=True):
+            shift = compose(pose, inverse(group[0].pose))
+            for each in group:
+                self._log.append(replace(each, pose=compose(shift, each.pose)))
+                self._draw(self._log[-1])
+        self.pose = compose(shift, self.pose)
+
+    def _groups(self) -> list[list[Taken]]:
+        """Return the scans in groups of those that were taken near each other, one by one."""
+        groups: list[list[Taken]] = []
+        for each in self._log:
+            if groups:
+                move = between(groups[-1][0].pose, each.pose)
+                if math.hypot(move.x, move.y) < GROUP and abs(move.yaw) < GROUP:
+                    groups[-1].append(each)
+                    continue
+            groups.append([each])
+        return groups
+
+    def _seen(self, group: list[Taken]) -> Surface | None:
+        """Return what a group of scans shows, seen from where the robot took the first one."""
+        surfaces = Surfaces(self.grid.resolution)
+        for each in group:
+            laser = compose(between(group[0].pose, each.pose), self._beams.mount)
+            surfaces.add(_from(laser, self._points(each.ranges)), laser[:2])
+        return surfaces.around(0.0, 0.0, math.inf)
+
+    def _fitted(self, ranges: Array) -> Pose:
+        """Return where the robot is if its scan fits what is known."""
+        beams, points = self._beams, self._points(ranges)
         every = max(1, math.ceil(len(points) / BEAMS))
         found = self._matcher.fit(
             compose(self.pose, beams.mount), points[::every], beams.range_max
         )
-        cos, sin = math.cos(found.yaw), math.sin(found.yaw)
-        self._surfaces.add(points @ np.array([[cos, sin], [-sin, cos]]) + found[:2], found[:2])
-        self.pose = compose(found, inverse(beams.mount))
+        return compose(found, inverse(beams.mount))
+
+    def _draw(self, taken: Taken) -> None:
+        """Put a scan on the map."""
+        beams, ranges = self._beams, taken.ranges
+        laser = compose(taken.pose, beams.mount)
+        self.grid.add(laser, beams.angles, ranges, beams.range_max)
+        self._surfaces.add(_from(laser, self._points(ranges)), laser[:2])
+
+    def _points(self, ranges: Array) -> Array:
+        """Return where the beams ended (k, 2), seen from the laser [m]."""
+        hit = (ranges > 0) & (ranges < self._beams.range_max)
+        reach, angles = ranges[hit], self._beams.angles[hit]
+        points: Array = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=1)
+        return points
+
+
+def _from(frame: Pose, points: Array) -> Array:
+    """Return points (k, 2) given in a frame as they are in the frame of its pose."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    turned: Array = points @ np.array([[cos, sin], [-sin, cos]]) + frame[:2]
+    return turned

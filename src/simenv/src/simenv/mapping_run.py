@@ -106,6 +106,7 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
         simulation.set_command("robot1", vx=vx, wz=wz)
         for _ in range(STEPS_PER_SCAN):
             simulation.step()
+    mapper.refine()
     chart = mapper.grid.as_map()
     return Explored(chart, simulation.time, mapper.scans, simulation.collisions, lost, way)
 

@@ -81,6 +81,10 @@ class OccupancyGrid:
         odds[ended] += HIT
         np.clip(odds, -MOST, MOST, out=odds)
 
+    def clear(self) -> None:
+        """Know nothing again; the plane stays as large as it is."""
+        self.odds[:] = 0.0
+
     def as_map(self) -> GridMap:
         """Return the map: free, occupied or unknown."""
         cells = np.full(self.odds.shape, UNKNOWN, dtype=np.int8)

@@ -42,6 +42,10 @@ class Surfaces:
     def __init__(self, side: float) -> None:
         """Know nothing yet; squares have a `side` [m]."""
         self._side = side
+        self.clear()
+
+    def clear(self) -> None:
+        """Know nothing again."""
         self._row: dict[tuple[int, int], int] = {}
         self._count: Array = np.zeros(0)
         self._sums: Array = np.zeros((0, 2))
@@ -69,7 +73,7 @@ class Surfaces:
         np.add.at(self._views, where, np.array(laser) - ends)
 
     def around(self, x: float, y: float, reach: float) -> Surface | None:
-        """Return what lies in the square of half the side `reach` around a place [m].
+        """Return what lies in the square of half the side `reach` around a place [m], or anywhere.
 
         None where there is too little for a direction.
         """

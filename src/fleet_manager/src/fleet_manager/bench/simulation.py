@@ -63,7 +63,7 @@ def measure(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) ->
     hive = system.measure(connect, rtf=_RTF).figures
     figures["speed_ros_4"] = hive["real_time_factor"]
     figures["ros_4"] = 1.0 / hive["real_time_factor"]
-    for name in ("driving_share", "collisions"):
+    for name in ("driving_share", "collisions", "unanswered"):
         figures[f"ros_4 {name}"] = hive[name]
     figures |= {f"ros_4 {name}": value for name, value in hive.items() if name.startswith("cpu")}
     return BenchResult(figures, aims)

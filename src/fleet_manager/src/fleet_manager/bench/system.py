@@ -23,6 +23,7 @@ from fleet_manager.client import HiveClient
 from fleet_manager.demo.gathering import wait_for_everyone
 from fleet_manager.demo.history import History
 from fleet_manager.demo.local_hive import local_hive
+from fleet_manager.errors import NoHiveError
 from fleet_manager.fleet_file import read_fleet
 from fleet_manager.places import places_of
 
@@ -52,7 +53,12 @@ AIMS = {"cpu": 1.0, "memory": 1.5}
 
 
 class _Tours:
-    """Keeps more tours on the list than there are robots."""
+    """Keeps more tours on the list than there are robots.
+
+    Attributes:
+        unanswered: How many were posted to a hive that did not answer in time, as one that has
+            no active blackboard for a while.
+    """
 
     def __init__(self, client: HiveClient, robots: int) -> None:
         self._client = client
@@ -61,6 +67,7 @@ class _Tours:
         self._goals = [pose for name, pose in places if "charger" not in name]
         self._draw = random.Random(_SEED)  # noqa: S311  (a choice of goals, no secret)
         self._ids: list[str] = []
+        self.unanswered = 0
 
     def refill(self) -> None:
         """Post tours until there are enough that have not ended."""
@@ -69,8 +76,12 @@ class _Tours:
         for _ in range(self._wanted - open_now):
             task_id = f"tour-{len(self._ids) + 1}"
             goals = tuple(self._draw.sample(self._goals, _GOALS))
-            self._client.submit(Task(task_id, TaskType.GAB, goals))
             self._ids.append(task_id)
+            try:
+                self._client.submit(Task(task_id, TaskType.GAB, goals))
+            except NoHiveError:
+                self.unanswered += 1
+                return
 
 
 class _Recorder:
@@ -99,7 +110,8 @@ def measure(
 
     Returns:
         `cpu` [s per s] and `memory` [GB] in sum and for each process; `seconds` measured;
-        `driving_share`, the part of the robots' time in which they moved; `real_time_factor`.
+        `driving_share`, the part of the robots' time in which they moved; `real_time_factor`;
+        `collisions`; `unanswered`, tours that were posted in vain.
     """
     robots = [robot.name for robot in read_fleet(_WORLD).robots]
     arguments = {"fleet": _WORLD, "world": _WORLD, "rviz": "false", "gui": "false"}
@@ -134,6 +146,7 @@ def _measure(client: HiveClient, recorder: _Recorder, hive: LocalHive, robots: i
         "driving_share": moving / robots,
         "real_time_factor": (client.link.hive_time() - time) / seconds,
         "collisions": float(recorder.history.collisions),
+        "unanswered": float(tours.unanswered),
     }
     for name, (cpu, memory) in parts.items():
         figures[f"cpu {name}"] = cpu

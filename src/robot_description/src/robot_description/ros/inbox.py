@@ -32,7 +32,9 @@ class Inbox:
         """Have something done by the main thread; any thread may call this."""
         self._queue.put(action)
 
-    def ask(self, question: Callable[[], Answer], otherwise: Answer) -> Answer:
+    def ask(
+        self, question: Callable[[], Answer], otherwise: Answer, patience: float = PATIENCE
+    ) -> Answer:
         """Have the main thread answer a question.
 
         Any thread but the main one may call this.
@@ -40,11 +42,12 @@ class Inbox:
         Args:
             question: What the main thread calls.
             otherwise: The answer if the main thread does not come to it in time.
+            patience: How long it may take [s, wall clock].
         """
         future: concurrent.futures.Future[Answer] = concurrent.futures.Future()
         self.put(lambda: future.set_result(question()))
         try:
-            return future.result(PATIENCE)
+            return future.result(patience)
         except concurrent.futures.TimeoutError:
             return otherwise
 

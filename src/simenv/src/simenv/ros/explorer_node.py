@@ -13,6 +13,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rospy.numpy_msg import numpy_msg
 from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
 
 from robot_description.errors import RobotDescriptionError
 from robot_description.poses import compose
@@ -34,14 +35,24 @@ if TYPE_CHECKING:
 STEER_PERIOD = 0.1
 """Between two commands [s]."""
 
+STILL = (0.0, 0.0)
+"""How a robot drives that has nowhere to go [m/s, rad/s]."""
+
 QUICK = 0.2
 """While a plan that takes longer is made, the robot stands [s, wall clock]."""
+
+REST = 3.0
+"""For so many times as long as a plan took the robot goes by it, however new the map is: on a busy
+machine it would do nothing but plan, and stand."""
 
 OLD = 2.0
 """What is known of the place on the map counts no longer than this [s]."""
 
 PATIENCE = 10.0
 """After this time in vain it is said what is missing [s, wall clock]."""
+
+SOON = 2.0
+"""A mapper that can refine its map offers it within this time [s, wall clock]."""
 
 ADVICE = {"odom": "start the robot's base", "map": "start a mapper"}
 
@@ -52,7 +63,8 @@ class ExplorerNode:
     ROS Subscribers: `odom` (nav_msgs/Odometry), of the robot; `map` (nav_msgs/OccupancyGrid), of
         the hive; tf from map to the robot's odom.
     ROS Publishers: `cmd_vel` (geometry_msgs/Twist), 10 Hz; `explored` (std_msgs/Bool), latched:
-        whether everything that can be reached has been seen.
+        whether everything that can be reached has been seen, and the map been refined.
+    ROS Services called: `refine_map` (std_srvs/Trigger), of the hive, where there is one.
     """
 
     def __init__(self, hive: str, name: str, explorer: Explorer) -> None:
@@ -65,6 +77,7 @@ class ExplorerNode:
         self._is_new = False
         self._steered = -math.inf
         self._planning = 0.0
+        self._rested = -math.inf
         self._inbox = Inbox()
         self._overdue = Overdue(ADVICE, PATIENCE, time.monotonic())
 
@@ -89,9 +102,22 @@ class ExplorerNode:
                 rospy.logwarn(f"no {topic} for {PATIENCE:g} s: {ADVICE[topic]}")
         if self._explorer.finished:
             self._commands.publish(Twist())
+            self._refine()
             self._explored.publish(Bool(True))
             rospy.loginfo("everything that can be reached has been seen; save it with map_saver")
             rospy.spin()
+
+    def _refine(self) -> None:
+        """Have the mapper fit all that was seen to each other; other mappers do not offer it."""
+        refine = rospy.ServiceProxy(f"{self._hive}refine_map", Trigger)
+        try:
+            refine.wait_for_service(SOON)
+            answer = refine()
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            rospy.loginfo(f"the map stays as it is: {error}")
+            return
+        if not answer.success:
+            rospy.logwarn(f"the map stays as it is: {answer.message}")
 
     def _later(self, topic: str, take_in: Callable[..., None]) -> Callable[..., None]:
         """Return a callback that has the main thread take in a message."""
@@ -124,11 +150,13 @@ class ExplorerNode:
         if here is None:
             self._commands.publish(Twist())
             return
-        if self._is_new:
+        speed = self._explorer.steer(here)
+        if self._is_new and (speed == STILL or time.monotonic() >= self._rested):
             self._is_new = False
             self._plan(chart, here)
+            speed = self._explorer.steer(here)
         command = Twist()
-        command.linear.x, command.angular.z = self._explorer.steer(here)
+        command.linear.x, command.angular.z = speed
         self._commands.publish(command)
 
     def _plan(self, chart: GridMap, here: Pose) -> None:
@@ -136,7 +164,9 @@ class ExplorerNode:
             self._commands.publish(Twist())
         begun = time.monotonic()
         self._explorer.plan(chart, here)
-        self._planning = time.monotonic() - begun
+        now = time.monotonic()
+        self._planning = now - begun
+        self._rested = now + REST * self._planning
 
     def _place(self, msg: Odometry) -> Pose | None:
         """Return where the robot is, frame map, or None where that is not known lately."""

@@ -15,6 +15,7 @@ from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
+from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from robot_description.errors import RobotDescriptionError
 from robot_description.follower import Pose
@@ -40,6 +41,9 @@ MAP_FRAME = "map"
 PATIENCE = 10.0
 """After this time without scans or odometry it is said that there are none [s, wall clock]."""
 
+LONGEST = 600.0
+"""How long a request to refine the map may take [s, wall clock]."""
+
 ADVICE = {"odom": "start the robot's base", "scan": "start the robot's laser"}
 
 
@@ -49,7 +53,8 @@ class MapperNode:
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `odom` (nav_msgs/Odometry), of the robot.
     ROS Publishers: `map` (nav_msgs/OccupancyGrid), `map_metadata` (nav_msgs/MapMetaData), of the
         hive, latched; tf from map to the robot's odom, with every scan.
-    ROS Services: `dynamic_map` (nav_msgs/GetMap), of the hive: the map as it is now.
+    ROS Services: `dynamic_map` (nav_msgs/GetMap), of the hive: the map as it is now; `refine_map`
+        (std_srvs/Trigger), of the hive: fit all scans to each other and draw the map anew.
     ROS Parameters: see config/mapper.yaml.
     """
 
@@ -78,13 +83,14 @@ class MapperNode:
         self._overdue = Overdue(ADVICE, PATIENCE, time.monotonic())
 
     def start(self) -> None:
-        """Open topics and the service."""
+        """Open topics and services."""
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._map, self._metadata = (
             rospy.Publisher(f"{self._hive}{topic}", kind, queue_size=1, latch=True)
             for topic, kind in (("map", OccupancyGrid), ("map_metadata", MapMetaData))
         )
         rospy.Service(f"{self._hive}dynamic_map", GetMap, self._map_called)
+        rospy.Service(f"{self._hive}refine_map", Trigger, self._refine_called)
         topics: dict[str, tuple[type, Callable[..., None]]] = {
             "odom": (Odometry, self._drive),
             "scan": (numpy_msg(LaserScan), self._look),
@@ -176,6 +182,21 @@ class MapperNode:
 
     def _map_called(self, _request: GetMapRequest) -> GetMapResponse:
         return self._inbox.ask(lambda: GetMapResponse(self._message()), GetMapResponse())
+
+    def _refine_called(self, _request: TriggerRequest) -> TriggerResponse:
+        return self._inbox.ask(
+            self._refine, TriggerResponse(False, "the map is not refined yet; wait"), LONGEST
+        )
+
+    def _refine(self) -> TriggerResponse:
+        mapper, begun = self._mapper, time.monotonic()
+        if mapper is None:
+            return TriggerResponse(False, "there is no scan yet; start the robot's laser")
+        mapper.refine()
+        self._show()
+        said = f"{mapper.scans} scans fitted to each other in {time.monotonic() - begun:.0f} s"
+        rospy.loginfo(said)
+        return TriggerResponse(True, said)
 
 
 def main() -> int:

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 ODOMETRY_RATE = 20.0
 """[Hz, simulated time]"""
 
+TRUTH_RATE = 10.0
+"""[Hz, simulated time]; as often as `fake_localization` needs it."""
+
 FEEDBACK_RATE = 5.0
 """[Hz, simulated time]"""
 
@@ -40,7 +43,7 @@ class RobotTopics:
         <robot>/odom (nav_msgs/Odometry): 20 Hz; <robot>/base_footprint in <robot>/odom.
         <robot>/scan (sensor_msgs/LaserScan): at the rate of the model's laser; <robot>/laser.
         <robot>/bumper (std_msgs/Bool): latched; whether it touches something.
-        <robot>/ground_truth (nav_msgs/Odometry): 20 Hz; <robot>/base_footprint in map.
+        <robot>/ground_truth (nav_msgs/Odometry): 10 Hz; <robot>/base_footprint in map.
     ROS Subscribers:
         <robot>/cmd_vel (geometry_msgs/Twist): linear x, y [m/s] and angular z [rad/s] count.
     ROS Actions:
@@ -54,6 +57,7 @@ class RobotTopics:
         self._inbox = inbox
         self._laser = simulation.model(name).laser
         self._odometry_due = Every(ODOMETRY_RATE, STEP)
+        self._truth_due = Every(TRUTH_RATE, STEP)
         self._feedback_due = Every(FEEDBACK_RATE, STEP)
         self._scan_due = Every(self._laser.rate, STEP, phase)
         self._odom = _publisher(f"{name}/odom", nav_msgs.msg.Odometry)
@@ -92,8 +96,8 @@ class RobotTopics:
         due: list[tuple[rospy.Publisher, object]] = []
         if self._odometry_due.due(nanoseconds):
             due.append((self._odom, self._odometry(stamp)))
-            if self._truth.get_num_connections():
-                due.append((self._truth, self._ground_truth(stamp)))
+        if self._truth_due.due(nanoseconds) and self._truth.get_num_connections():
+            due.append((self._truth, self._ground_truth(stamp)))
         if self._scan_due.due(nanoseconds) and self._scan.get_num_connections():
             due.append((self._scan, self._measure(stamp)))
         return due

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""All scans of a run are fitted to each other: what was bent on the way becomes straight."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from shapely.geometry import box
+
+from robot_description.follower import Pose
+from robot_description.models import load_model
+from robot_description.poses import between, compose, inverse
+from simenv.laser import Scanner
+from simenv.refinement import Sighting, refined
+from simenv.shapes import Shape
+from simenv.surfaces import Surface, Surfaces
+from simenv.testing import hall
+
+LASER = load_model("ld60").laser
+POSTS = [(1.2, 4.1), (2.1, 8.8), (5.4, 9.0), (8.9, 6.3), (7.8, 1.1), (3.3, 0.9), (0.9, 6.9)]
+WORLD = hall(
+    Shape("table", box(4.2, 3.8, 5.8, 6.1)),
+    *(Shape(f"post {x}", box(x, y, x + 0.3, y + 0.3)) for x, y in POSTS),
+)
+LOOP = 28
+
+
+def round_the_table() -> list[Pose]:
+    """Return where a robot stands on its way round the table, counter-clockwise, and a bit on."""
+    angles = [math.tau * i / (LOOP - 3) for i in range(LOOP)]
+    return [Pose(5 + 3 * math.cos(a), 5 + 3 * math.sin(a), a + math.pi / 2) for a in angles]
+
+
+def seen_from(pose: Pose) -> Surface | None:
+    scanner = Scanner(LASER, 0.01, np.random.default_rng(int(1000 * pose.yaw)))
+    ranges = scanner.measure(pose, WORLD.segments)
+    hit = (ranges > 0) & np.isfinite(ranges)
+    reach, angles = ranges[hit], scanner.angles[hit]
+    surfaces = Surfaces(0.05)
+    surfaces.add(np.column_stack([reach * np.cos(angles), reach * np.sin(angles)]), (0.0, 0.0))
+    return surfaces.around(0.0, 0.0, math.inf)
+
+
+def bent(poses: list[Pose], each: Pose) -> list[Pose]:
+    """Return poses of which each one is off by the same against the one before."""
+    found = [poses[0]]
+    for before, after in itertools.pairwise(poses):
+        found.append(compose(compose(found[-1], between(before, after)), each))
+    return found
+
+
+def farthest(poses: list[Pose], truth: list[Pose]) -> float:
+    return max(math.dist(a[:2], b[:2]) for a, b in zip(poses, truth, strict=True))
+
+
+def test_a_way_that_bends_by_a_little_everywhere_is_straightened() -> None:
+    truth = round_the_table()
+    wrong = bent(truth, Pose(0.003, 0.0, 0.004))
+
+    found = refined(
+        [Sighting(pose, pose, seen_from(there)) for pose, there in zip(wrong, truth, strict=True)]
+    )
+
+    assert farthest(wrong, truth) > 0.15
+    assert farthest(found, truth) < 0.03
+    assert found[0] == pytest.approx(truth[0], abs=1e-4)
+
+
+def test_where_nothing_is_seen_the_odometry_is_believed() -> None:
+    truth = round_the_table()[:6]
+    odometry = [compose(inverse(truth[0]), pose) for pose in truth]
+    wrong = bent(truth, Pose(0.01, 0.0, 0.02))
+
+    found = refined(
+        [Sighting(wheels, pose, None) for wheels, pose in zip(odometry, wrong, strict=True)]
+    )
+
+    assert farthest(found, truth) < 1e-3
