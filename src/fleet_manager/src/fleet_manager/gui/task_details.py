@@ -36,6 +36,7 @@ class TaskDetails(QDialog):
         self.setAttribute(Qt.WA_DeleteOnClose)
         self.setWindowTitle(text("details.title", id=task_id))
         self._desk, self._task_id = desk, task_id
+        self._asked_at: tuple[object, ...] = ()
         self.bid_table.setColumnCount(len(HEADS))
         self.bid_table.setHorizontalHeaderLabels([text(head) for head in HEADS])
         self.bid_table.horizontalHeader().setStretchLastSection(True)
@@ -55,6 +56,7 @@ class TaskDetails(QDialog):
         record = self._desk.hive.record(self._task_id)
         if record is None:
             return
+        self._ask_why(record)
         self.asked_label.setText(asked(record))
         self.stands_label.setText(stands(record))
         bids = self._desk.hive.bids(self._task_id)
@@ -68,6 +70,12 @@ class TaskDetails(QDialog):
             for column, words in enumerate(bid_cells(bid, record.robot)):
                 self.bid_table.setItem(row, column, QTableWidgetItem(words))
         self.bid_table.resizeColumnsToContents()
+
+    def _ask_why(self, record: TaskRecord) -> None:
+        """Ask for the bids once for every time that the task may have been auctioned."""
+        if (now := (record.state, record.assignment)) != self._asked_at:
+            self._asked_at = now
+            self._desk.ask_why(self._task_id)
 
 
 def asked(record: TaskRecord) -> str:
