@@ -174,7 +174,7 @@ WORDS = {
         "No bid has been seen since the program was started, and none is noted on this machine."
     ),
     "details.helps": _("What would help: {what}"),
-    "details.offered": _("Seen in {auctions} auctions; given out {times} times."),
+    "details.offered": _("Auctions it was seen in: {auctions}. Times given out: {times}."),
     "details.tried": _("Tried in vain by {robots}."),
     "details.nobody": _("none"),
     "bid.robot": _("Robot"),

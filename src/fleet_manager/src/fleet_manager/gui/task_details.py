@@ -69,7 +69,9 @@ class TaskDetails(QDialog):
         for row, bid in enumerate(bids):
             for column, words in enumerate(bid_cells(bid, record.robot)):
                 self.bid_table.setItem(row, column, QTableWidgetItem(words))
-        self.bid_table.resizeColumnsToContents()
+        for column in range(len(HEADS) - 1):  # the last has what is left, and breaks its lines
+            self.bid_table.resizeColumnToContents(column)
+        self.bid_table.resizeRowsToContents()
 
     def _ask_why(self, record: TaskRecord) -> None:
         """Ask for the bids once for every time that the task may have been auctioned."""
