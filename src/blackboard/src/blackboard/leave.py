@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.fence import NoFence
 from blackboard.lease import Lease
 from blackboard.talker import BACKUP
 
@@ -34,7 +33,7 @@ class Leave:
         period: Between two statuses [s].
         changed: Called when the robot may work again, and when it may no longer.
         unheard: Called with every heartbeat while a status that got lost is to be sent again.
-        fence: Knows which blackboards count; all, where it is left out.
+        fence: Knows which blackboards count.
     """
 
     def __init__(
@@ -44,13 +43,13 @@ class Leave:
         period: float,
         changed: Callable[[], None],
         unheard: Callable[[], None],
-        fence: Fence | None,
+        fence: Fence,
     ) -> None:
         self._talker = talker
         self._patience = _PERIODS_UNHEARD * period
         self._changed = changed
         self._unheard = unheard
-        self._fence = fence or NoFence()
+        self._fence = fence
         self._lease = Lease(robot_id, talker.now())
         self._lapse: Timer | None = None
         self._last_hive = ""

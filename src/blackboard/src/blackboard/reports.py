@@ -10,6 +10,8 @@ from blackboard.talker import TASK_STATE
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from blackboard.backup import TaskList
     from blackboard.journal import Journal
     from blackboard.record import Order, TaskRecord, TaskUpdate
@@ -74,6 +76,10 @@ class Reports:
             del self._open[report.task_id]
         if heard:
             self._write_down()
+
+    def known_of(self, task_ids: Iterable[str]) -> list[TaskRecord]:
+        """Return where some tasks stand by the newest copy of the list that was acknowledged."""
+        return [self._known[task_id] for task_id in task_ids if task_id in self._known]
 
     def _write_down(self) -> None:
         try:

@@ -37,6 +37,13 @@ class Timer(Protocol):
         """Make it not happen; harmless when it already has."""
 
 
+class Subscription(Protocol):
+    """A topic that is listened to."""
+
+    def cancel(self) -> None:
+        """Hear nothing more of it."""
+
+
 class Talker(Protocol):
     """How one member of the hive hears, speaks and knows the time."""
 
@@ -46,7 +53,7 @@ class Talker(Protocol):
     def publish(self, topic: str, message: object) -> None:
         """Tell everyone who listens to a topic; the message is one of the core's values."""
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
+    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> Subscription:
         """Have every message of a topic handed over, this member's own included."""
 
     def every(self, period: float, action: Callable[[], None]) -> Timer:

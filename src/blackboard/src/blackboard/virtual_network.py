@@ -37,6 +37,13 @@ class Call:
         self.cancelled = True
 
 
+@dataclass(frozen=True)
+class Listening:
+    """A topic that is listened to; see `blackboard.talker.Subscription`."""
+
+    cancel: Callable[[], None]
+
+
 class Network:
     """Virtual time, and the messages under way.
 
@@ -84,9 +91,10 @@ class Network:
         for handler in self._handlers[topic]:
             self._deliver(handler, message)
 
-    def listen(self, topic: str, handler: Callable[[Any], None]) -> None:
+    def listen(self, topic: str, handler: Callable[[Any], None]) -> Listening:
         """Have every message of a topic handed over; each listener is a function of its own."""
         self._handlers[topic].append(handler)
+        return Listening(lambda: self._handlers[topic].remove(handler))
 
     def watch(self, look: Callable[[], None]) -> None:
         """Have a look taken after everything that happens."""
@@ -148,7 +156,7 @@ class NetworkTalker:
         if self.connected and self.running:
             self._network.send(self._name(topic), message)
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
+    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> Listening:
         """Have every message of a topic handed over."""
 
         def receive(message: object) -> None:
@@ -159,7 +167,7 @@ class NetworkTalker:
             else:
                 handler(message)
 
-        self._network.listen(self._name(topic), receive)
+        return self._network.listen(self._name(topic), receive)
 
     def every(self, period: float, action: Callable[[], None]) -> Call:
         """Call again and again, the first time after one period [s]."""

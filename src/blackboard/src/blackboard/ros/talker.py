@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import queue
 import socket
+import threading
 import time
 import xmlrpc.client
 from collections import defaultdict
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import rosgraph
@@ -25,7 +27,7 @@ from blackboard.talker import BACKUP, SET_STATE
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from blackboard.talker import Timer
+    from blackboard.talker import Subscription, Timer
 
 _QUEUE_SIZE = 1000
 """Messages that wait for a slow subscriber; more are dropped, the oldest first."""
@@ -59,6 +61,7 @@ class RosTalker:
         # Not a SimpleQueue: in Python 3.11 its get() waits for ever, whatever the timeout, once a
         # signal handler has taken longer than that, and rospy's does when it shuts a node down.
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
+        self._spins = False
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
         self._clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
         self._timers = Timers(self.now)
@@ -80,24 +83,32 @@ class RosTalker:
         """Tell everyone who listens to a topic."""
         self._publishers[topic].publish(WIRES[topic].to_msg(message))
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
+    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> Subscription:
         """Have every message of a topic handed over; what cannot be read is named and dropped.
 
-        A message is read once, however many handlers there are.
+        A message is read once, however many handlers there are, and not at all where none is left.
         """
+        is_new = topic not in self._handlers
         handlers = self._handlers[topic]
         handlers.append(handler)
-        if len(handlers) == 1:
+        if is_new and self._spins:
+            # The ROS master has to be asked, which may be slow, or gone.
+            listen = threading.Thread(target=self._listen, args=(topic, handlers), daemon=True)
+            listen.start()
+        elif is_new:
             self._listen(topic, handlers)
+        return _Listening(lambda: handlers.remove(handler))
 
     def _listen(self, topic: str, handlers: Sequence[Callable[[Any], None]]) -> None:
         wire = WIRES[topic]
 
         def hand_over(value: object) -> None:
-            for handler in handlers:
+            for handler in tuple(handlers):
                 handler(value)
 
         def receive(msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
+            if not handlers:
+                return
             try:
                 value = wire.from_msg(msg)
                 sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
@@ -159,6 +170,7 @@ class RosTalker:
 
     def spin(self) -> None:
         """Work through the queue and the timers until the node is shut down."""
+        self._spins = True
         while not rospy.is_shutdown():
             self._timers.call_due()
             self.steady.timers.call_due()
@@ -181,6 +193,13 @@ class RosTalker:
         waits = [1.0, self.steady.timers.next_due()]
         waits.append(_CLOCK_POLL if self._simulated else self._timers.next_due())
         return min(wait for wait in waits if wait is not None)
+
+
+@dataclass(frozen=True)
+class _Listening:
+    """A topic that is listened to; see `blackboard.talker.Subscription`."""
+
+    cancel: Callable[[], None]
 
 
 class SteadyTalker:

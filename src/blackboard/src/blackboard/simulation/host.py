@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from blackboard.virtual_network import Listening
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -67,7 +69,7 @@ class Host:
     def deliver(self, message: tuple[str, object]) -> None:
         """Hand a message to who listens here."""
         topic, value = message
-        for handler in self.handlers.get(topic, ()):
+        for handler in tuple(self.handlers.get(topic, ())):
             handler(value)
 
 
@@ -117,10 +119,12 @@ class HostTalker:
         """Send a message to everyone who listens."""
         self._host.network.send(self._host, topic, message)
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
+    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> Listening:
         """Have every message of a topic handed over."""
         name = self._own if topic == "set_state" else topic
-        self._host.handlers.setdefault(name, []).append(handler)
+        handlers = self._host.handlers.setdefault(name, [])
+        handlers.append(handler)
+        return Listening(lambda: handlers.remove(handler))
 
     def every(self, period: float, action: Callable[[], None]) -> _Timer:
         """Call again and again."""
