@@ -25,7 +25,7 @@ from blackboard.ros.onward_clock import OnwardClock
 from blackboard.ros.speakers import Speakers
 from blackboard.ros.timers import Timers
 from blackboard.ros.unread import unread
-from blackboard.talker import BACKUP, BB_VOTE, SET_STATE
+from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 _QUEUE_SIZE = 1000
 """Messages that wait for a slow subscriber; more are dropped, the oldest first."""
+
+_FOR_OTHERS = frozenset({BB_ENTRIES, BB_ACK, BB_VOTE})
+"""Topics on which a member only tells others what it knows itself."""
 
 _CLOCK_POLL = 0.02
 """Wall time between two looks at a simulated clock [s]; 50 Hz costs well under 1 % of a core."""
@@ -131,12 +134,14 @@ class RosTalker:
             self._audience.listens = subscriber
 
     def _take_in(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
+        sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
+        if topic in _FOR_OTHERS and sender == rospy.get_name():
+            return
         wanted = [handler for handler, when in self._handlers[topic] if when is None or when()]
         if not wanted:
             return
         try:
             value = WIRES[topic].from_msg(msg.read())
-            sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
             reason = why_refused(topic, value)
             reason = reason or self._speakers.why_refused(value, sender, time.monotonic())
         except (ValueError, genpy.DeserializationError) as error:
