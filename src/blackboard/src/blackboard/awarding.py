@@ -75,8 +75,6 @@ class Awarding:
             if record is not None and record.state is TaskState.WAITING:
                 changed += self._impossible(record, result.bids.get(task_id, ()), reason, changed)
 
-        self._note(result, changed)
-
         def tell() -> None:
             for record in assigned:
                 self._orders.give(record)
@@ -86,6 +84,8 @@ class Awarding:
             self._commit(*changed, then=tell)
         else:
             then()
+        # While the others write the change down.
+        self._note(result, changed)
 
     def _note(self, result: Result, changed: Iterable[TaskRecord]) -> None:
         """Write down why; what nobody could take again for the same reason is there already."""

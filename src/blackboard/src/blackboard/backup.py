@@ -22,7 +22,7 @@ from blackboard.fence import Border
 from blackboard.founding import Founding, awake, durable_of, founder, new_id, newcomer
 from blackboard.member import Role, has_lease, name_of
 from blackboard.replication import Ack, Entries
-from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC, TASK_STATE
+from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
 from blackboard.task_list import Sync, TaskList
 
 if TYPE_CHECKING:
@@ -62,6 +62,11 @@ class Backup:
         journal: Its disk.
         random: For what must not happen at the same time on two members.
         founds: Whether it founds a hive when its disk is new and nobody else is heard.
+
+    Attributes:
+        tell: Has the task list told to everyone within the sync period.
+        follow: Has the robot beside this member told the list soon after every change.
+        show: Has it told to that robot within the sync period.
     """
 
     def __init__(
@@ -82,7 +87,12 @@ class Backup:
         self._carrier: Carrier | None = None
         self._serving = False
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()
-        self._sync = Sync(talker, settings.sync_period, self._as_committed)
+        self._sync = Sync(
+            talker, settings.sync_period, lambda: self._member, lambda: self._serving
+        )
+        self.tell = self._sync.tell
+        self.follow = self._sync.follow
+        self.show = self._sync.show
         self._heard: dict[str, float] = {}
         self._robot_lease = 0.0
         self._border = Border(talker, member, settings.election)
@@ -97,8 +107,6 @@ class Backup:
         """Begin to listen and to speak."""
         for topic in (BACKUP, BB_ENTRIES, BB_VOTE, BB_ACK):
             self._talker.subscribe(topic, self._hear)
-        self._talker.subscribe(TASK_STATE, self._border.hear_update)
-        self._talker.subscribe(SYNC, self._border.hear_list)
         heartbeat = self._settings.heartbeat
         self._talker.every(heartbeat, self._tick)
         if self._founds and not self._member.hive:
@@ -131,6 +139,16 @@ class Backup:
     def hive(self) -> str:
         """The id of the hive; empty where this member belongs to none yet."""
         return self._member.hive
+
+    @property
+    def active(self) -> tuple[str, ...] | None:
+        """Name of the member that carries the blackboard; None where that is not known."""
+        return (self._member.active,) if self._member.active else None
+
+    @property
+    def carriers(self) -> tuple[str, ...] | None:
+        """Names of that member and its backup; None where they are not known."""
+        return (self._member.active, self._member.backup) if self._member.active else None
 
     def obeys(self, hive: str, epoch: int) -> bool:
         """Return whether the blackboard of a hive and an epoch is to be obeyed; see `Fence`."""
@@ -181,10 +199,6 @@ class Backup:
         self._heard[robot_id] = sent
         self._robot_lease = robot_lease
 
-    def tell(self) -> None:
-        """Have the task list told to everyone within the sync period."""
-        self._sync.tell()
-
     def _hear(self, message: Said) -> None:
         """Take in what a member says, if it is one of this hive."""
         if self._border.lets_in(message, self._member):
@@ -219,7 +233,8 @@ class Backup:
             return
         self._member = after
         for message in said:
-            self._talker.publish(_TOPICS[type(message)], self._with_leases(message))
+            to = consensus.concerned(message, event)
+            self._talker.publish(_TOPICS[type(message)], self._with_leases(message), to)
         self._notice(before, after)
 
     def _with_leases(self, message: object) -> object:
@@ -245,7 +260,9 @@ class Backup:
         return True
 
     def _notice(self, before: Member, after: Member) -> None:
-        """Tell the blackboard what has become of this member."""
+        """Tell the blackboard and the robot here what has become of this member."""
+        if after.log.committed != before.log.committed:
+            self.show()
         if after.active != before.active and after.active not in {"", self.name}:
             self._watch(after.active, after.epoch)
         if before.role is Role.ACTIVE and after.role is not Role.ACTIVE:
@@ -291,14 +308,6 @@ class Backup:
             self._heard.clear()
             if self._carrier is not None:
                 self._carrier.stepped_down()
-
-    def _as_committed(self) -> TaskList | None:
-        """Return the list as everyone is told; None while another carries the blackboard."""
-        if not self._serving:
-            return None
-        log = self._member.log
-        records = tuple(log.stable.records.values())
-        return TaskList(self._member.epoch, log.committed, records, self._member.hive)
 
     def _found(self) -> None:
         """Found a hive, because nobody was heard."""

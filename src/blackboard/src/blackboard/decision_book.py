@@ -12,8 +12,9 @@ import sqlite3
 from contextlib import closing, suppress
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.decision import from_plain, to_plain
+from blackboard.decision import from_plain
 from blackboard.errors import JournalError
+from blackboard.json_records import fields_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -90,7 +91,7 @@ class SqliteBook:
 
     def note(self, decisions: Iterable[Decision]) -> None:
         """Write decisions down."""
-        rows = [(each.task_id, json.dumps(to_plain(each))) for each in decisions]
+        rows = [(each.task_id, json.dumps(each, default=fields_of)) for each in decisions]
         if not rows:
             return
         try:

@@ -15,14 +15,15 @@ from blackboard.election import Ballot
 from blackboard.founding import Handover, newcomer
 from blackboard.member import Role, name_of
 from blackboard.replication import Ack, Entries
+from blackboard.talker import BB_ACK, SYNC
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from random import Random
 
     from blackboard.founding import Founding
     from blackboard.journal import Durable
     from blackboard.member import Member
-    from blackboard.record import TaskUpdate
     from blackboard.talker import Talker
     from blackboard.task_list import TaskList
 
@@ -31,24 +32,54 @@ Said = Heartbeat | Entries | Ack | Ballot
 
 
 class Fence(Protocol):
-    """Says whom a robot obeys."""
+    """The member beside a robot: says whom the robot obeys, and what the hive has committed."""
 
     @property
     def hive(self) -> str:
         """The id of the robot's hive; empty where it belongs to none yet."""
 
+    @property
+    def active(self) -> tuple[str, ...] | None:
+        """Name of the member that carries the blackboard; None where that is not known."""
+
+    @property
+    def carriers(self) -> tuple[str, ...] | None:
+        """Names of that member and its backup; None where they are not known."""
+
     def obeys(self, hive: str, epoch: int) -> bool:
         """Return whether the blackboard of a hive and an epoch is to be obeyed."""
 
+    def follow(self, hear: Callable[[TaskList], None]) -> None:
+        """Have the committed task list handed over soon after every change."""
+
+    def show(self) -> None:
+        """Have the list handed over soon although nothing has changed."""
+
 
 class NoFence:
-    """Obeys everybody."""
+    """Obeys everybody, and takes the list from `bb_sync`: no member is beside the robot.
+
+    Args:
+        talker: How it hears.
+    """
 
     hive = ""
+    active = None
+    carriers = None
+
+    def __init__(self, talker: Talker) -> None:
+        self._talker = talker
 
     def obeys(self, _hive: str, _epoch: int) -> bool:
         """Return that it is to be obeyed."""
         return True
+
+    def follow(self, hear: Callable[[TaskList], None]) -> None:
+        """Have every list handed over that the blackboard tells."""
+        self._talker.subscribe(SYNC, hear)
+
+    def show(self) -> None:
+        """Do nothing: the blackboard tells the list again when a report is repeated."""
 
 
 class Border:
@@ -90,6 +121,8 @@ class Border:
             return not isinstance(message, Ack) or own.role is Role.ACTIVE
         if message.hive and isinstance(message, Heartbeat):
             self._meet(message, own)
+        elif isinstance(message, Ack) and not message.hive:
+            self._greet(message, own)
         return False
 
     def makes_way_for(self) -> str:
@@ -106,22 +139,12 @@ class Border:
         """
         to = self.makes_way_for()
         if not to:
-            self._handover = None
+            self._end_handover()
             return False
         if self._handover is None and _may_leave(own):
             records = own.log.latest.records.values() if own.members == (own.id,) else ()
             self._handover = Handover(self._talker, self._name, to, records)
         return True
-
-    def hear_list(self, known: TaskList) -> None:
-        """Note which tasks that a lone founder hands over are on a list."""
-        if self._handover is not None:
-            self._handover.hear_list(known)
-
-    def hear_update(self, update: TaskUpdate) -> None:
-        """Note which tasks that a lone founder hands over are refused."""
-        if self._handover is not None:
-            self._handover.hear_update(update)
 
     def join(self, random: Random) -> Durable | None:
         """Go on with handing over, called at every heartbeat while a hive gives way.
@@ -135,7 +158,8 @@ class Border:
         if not self._handover.is_done:
             return None
         hive = self.makes_way_for()
-        self._handover = self._greater = None
+        self._end_handover()
+        self._greater = None
         return newcomer(self._name, random, hive)
 
     def refuses(self, hive: str, epoch: int, own: Member) -> bool:
@@ -150,6 +174,16 @@ class Border:
                 f"epoch {own.epoch} has begun"
             )
         return True
+
+    def _greet(self, founder: Ack, own: Member) -> None:
+        """Let one who waits whether it has to found a hive know that there is one."""
+        answer = Ack(own.id, own.epoch, 0, 0.0, own.hive)
+        self._talker.publish(BB_ACK, answer, (name_of(founder.member),))
+
+    def _end_handover(self) -> None:
+        if self._handover is not None:
+            self._handover.end()
+        self._handover = None
 
     def _meet(self, beat: Heartbeat, own: Member) -> None:
         """Find out which of two hives gives way, and say so once."""

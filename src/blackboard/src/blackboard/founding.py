@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from blackboard.journal import Durable
 from blackboard.member import Member, name_of
 from blackboard.replication import Ack, Log, Position, Whole
-from blackboard.talker import BB_ACK, NEW_TASK
+from blackboard.talker import BB_ACK, NEW_TASK, SYNC, TASK_STATE
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from blackboard.record import TaskRecord, TaskUpdate
     from blackboard.settings import BackupSettings
-    from blackboard.talker import Talker
+    from blackboard.talker import Subscription, Talker
     from blackboard.task_list import TaskList
 
 _FEWEST_BEATS, _MOST_BEATS = 5, 10
@@ -87,6 +87,9 @@ def durable_of(member: Member) -> Durable:
 class Founding:
     """Waits for a while whether somebody is heard, then founds a hive.
 
+    Meanwhile it says with an acknowledgement of nothing that it is there. Members of a hive answer
+    that, whether anybody carries their hive or not.
+
     Args:
         talker: How it speaks and waits.
         member: Id of the member that founds.
@@ -139,7 +142,8 @@ class Founding:
 class Handover:
     """Posts the tasks that a lone founder has taken in to the hive that it is going to join.
 
-    It does as any operator's program: it posts again what has not been answered.
+    It does as any operator's program: it posts again what has not been answered, and looks for the
+    answers on `bb_sync` and `task_state`.
 
     Args:
         talker: How it speaks.
@@ -158,6 +162,10 @@ class Handover:
             if not record.state.is_terminal and not record.parent
         }
         self._beats = 0
+        self._ears: list[Subscription] = []
+        if self._open:
+            self._ears.append(talker.subscribe(SYNC, self._hear_list))
+            self._ears.append(talker.subscribe(TASK_STATE, self._hear_update))
 
     @property
     def is_done(self) -> bool:
@@ -171,13 +179,18 @@ class Handover:
                 self._talker.publish(NEW_TASK, task)
         self._beats += 1
 
-    def hear_list(self, known: TaskList) -> None:
+    def end(self) -> None:
+        """Listen no longer."""
+        for ear in self._ears:
+            ear.cancel()
+
+    def _hear_list(self, known: TaskList) -> None:
         """Note what is on the other hive's list; what this one's own blackboard says is late."""
         if known.hive == self._to:
             for record in known.records:
                 self._open.pop(record.task.id, None)
 
-    def hear_update(self, update: TaskUpdate) -> None:
+    def _hear_update(self, update: TaskUpdate) -> None:
         """Note what the other hive's blackboard does not take in, and tell a person."""
         if update.state is not TaskState.REJECTED:
             return

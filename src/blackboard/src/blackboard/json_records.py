@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import fields
 from typing import Any
 
 from blackboard.pose import Pose
@@ -15,7 +15,12 @@ from blackboard.task import Task, TaskState
 
 def to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
     """Return a value as JSON."""
-    return json.dumps(asdict(value))
+    return json.dumps(value, default=fields_of)
+
+
+def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
+    """Return the fields of a value by name, for `json.dumps`; `asdict` would copy all in them."""
+    return {each.name: getattr(value, each.name) for each in fields(value)}
 
 
 def entry_from(text: str) -> Entry:

@@ -46,22 +46,21 @@ class Orders:
     def give(self, record: TaskRecord) -> None:
         """Tell the robot of a record to take its task into its list."""
         self._given[record.task.id] = self._talker.now()
-        self._talker.publish(TASK_ASSIGN, self._order(record))
+        self._tell(self._order(record))
 
     def take_back(self, record: TaskRecord) -> None:
         """Have the robot that holds a task, if one does, drop it."""
         if record.robot:
-            self._talker.publish(TASK_ASSIGN, replace(self._order(record), take_back=True))
+            self._tell(replace(self._order(record), take_back=True))
 
     def recall(self, record: TaskRecord) -> None:
         """Have the robot that holds a task drop it and report how far it has come."""
-        order = replace(self._order(record), take_back=True, hand_back=True)
-        self._talker.publish(TASK_ASSIGN, order)
+        self._tell(replace(self._order(record), take_back=True, hand_back=True))
 
     def recall_unbegun(self, record: TaskRecord) -> None:
         """Have the robot that holds a task hand it back if it has not begun with it."""
-        order = replace(self._order(record), take_back=True, hand_back=True, if_unbegun=True)
-        self._talker.publish(TASK_ASSIGN, order)
+        recall = replace(self._order(record), take_back=True, hand_back=True, if_unbegun=True)
+        self._tell(recall)
 
     def forget(self, task_id: str) -> None:
         """Note that no robot has to have a task any more."""
@@ -112,7 +111,10 @@ class Orders:
             assignment=assignment,
             hive=self._backup.hive,
         )
-        self._talker.publish(TASK_ASSIGN, order)
+        self._tell(order)
+
+    def _tell(self, order: Order) -> None:
+        self._talker.publish(TASK_ASSIGN, order, (order.robot_id,))
 
     def _order(self, record: TaskRecord) -> Order:
         return Order(

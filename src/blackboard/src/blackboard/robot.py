@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One robot of the hive: it bids, keeps its list of tasks and works through it (report: Robot).
 
-A robot obeys the blackboard's orders and compares its own list with every copy of the task list,
-so that the next makes good an order that was lost. It repeats reports until a copy shows them.
+A robot obeys the blackboard's orders and compares its own list with what the member beside it
+knows to be committed, which makes good an order that was lost. It repeats reports until they show.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from blackboard.characteristics import RobotCharacteristics, RobotState, RobotSt
 from blackboard.charging import Charging, ChargingPlan
 from blackboard.controller import CommandState
 from blackboard.cost import friction_force
+from blackboard.fence import NoFence
 from blackboard.itinerary import Entry, Itinerary
 from blackboard.leave import Leave
 from blackboard.letting_go import LettingGo
@@ -26,7 +27,6 @@ from blackboard.service import WORDS, Service
 from blackboard.talker import (
     ROBOT_STATUS,
     SET_STATE,
-    SYNC,
     TASK_ASSIGN,
     TASK_BROADCAST,
     TASK_COST,
@@ -64,7 +64,7 @@ class Robot:
         pose: Where it stands.
         settings: How it bids and speaks.
         journal: Its disk, for the reports that nobody has acknowledged yet.
-        fence: Knows which blackboards it obeys; all, where it is left out.
+        fence: The member beside it; where it is left out it obeys all, and reads `bb_sync`.
         plan: Where and when it charges; only where a person sets it to, where left out.
 
     Attributes:
@@ -96,9 +96,10 @@ class Robot:
         controller.watch(DriveWatch(pace, ways, talker.now, lambda: self._pose))
         self._list = Itinerary(characteristics, ways, settings.cost_model, aging, pace)
         self._service = Service()
-        self._reports = Reports(talker, robot_id, journal)
+        self._fence = fence or NoFence(talker)
+        self._reports = Reports(talker, robot_id, journal, self._fence)
         period, say = settings.status_period, self._say_status
-        self._leave = Leave(talker, robot_id, period, self._go_on, say, fence)
+        self._leave = Leave(talker, robot_id, period, self._go_on, say, self._fence)
         self.charging = Charging(
             talker, robot_id, characteristics, battery, ways, controller, self._service, plan
         )
@@ -120,7 +121,7 @@ class Robot:
         """Begin to listen and to say how it is."""
         self._talker.subscribe(TASK_BROADCAST, self._answering.hear)
         self._talker.subscribe(TASK_ASSIGN, self._obey)
-        self._talker.subscribe(SYNC, self._compare)
+        self._fence.follow(self._compare)
         self._leave.start()
         self.charging.start(self._pose, self._leave.holds, self._go_on)
         self._talker.subscribe(SET_STATE, self.set_state)
@@ -176,7 +177,7 @@ class Robot:
         if self._leave.obeys(broadcast.hive, broadcast.epoch):
             at_work = self._work.current is not None
             answer = self._respondent.answer(broadcast, self._pose, at_work=at_work)
-            self._talker.publish(TASK_COST, answer)
+            self._talker.publish(TASK_COST, answer, self._fence.active)
 
     def _obey(self, order: Order) -> None:
         if order.robot_id != self._id or not self._leave.allows(order):
@@ -222,7 +223,7 @@ class Robot:
         if not self._leave.obeys(known.hive, known.epoch):
             return
         self._reports.acknowledge(known)
-        for record in known.records:
+        for record in self._reports.known_of([entry.task.id for entry in self._list]):
             entry = self._list.get(record.task.id)
             if entry is not None and record.has_ended(self._id, entry.order.assignment):
                 self._drop(entry)
@@ -238,6 +239,7 @@ class Robot:
         self.charging.pass_time(self._settings.status_period)
         self._go_on()
         self._reports.repeat()
+        self._fence.show()
         current = self._work.current
         if current is not None and current.known < current.step < current.steps:
             self._say_started(current)
@@ -291,8 +293,8 @@ class Robot:
         return load_during(entry.task, entry.step) if entry else self._service.left_on_board or 0.0
 
     def _say_started(self, entry: Entry) -> None:
-        promise = self._list.promise(self._pose)
-        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **promise))
+        started = entry.update(TaskState.STARTED, **self._list.promise(self._pose))
+        self._talker.publish(TASK_STATE, started, self._fence.active)
 
     def _say_status(self) -> None:
-        self._talker.publish(ROBOT_STATUS, self.status)
+        self._talker.publish(ROBOT_STATUS, self.status, self._fence.carriers)

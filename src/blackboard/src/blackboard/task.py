@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 MAX_PRIORITY = 10
 MAX_ID_LENGTH = 64
 MAX_GOALS = 100
+
+_TASKS_SPLIT = 4096
+"""So many are kept: everybody asks again and again for the steps of the tasks at hand."""
 
 
 class TaskType(IntEnum):
@@ -205,6 +209,7 @@ def step_to_go_on(task: Task, step: int) -> int:
     return step if is_picked(task, step) else step_to_resume(task, step)
 
 
+@lru_cache(maxsize=_TASKS_SPLIT)
 def split_task(task: Task) -> tuple[TaskStep, ...]:
     """Return the steps of a task that `analyze_task` has passed, in the order of execution."""
     kind = TaskType(task.type)

@@ -2,11 +2,16 @@
 """The task list and the heartbeat of the blackboard that carries it."""
 
 from dataclasses import replace
+from random import Random
 
-from blackboard.backup import TaskList
+from blackboard.active import Heartbeat
+from blackboard.backup import Backup, TaskList
+from blackboard.journal import MemoryJournal
 from blackboard.pose import Pose
 from blackboard.record import TaskRecord
-from blackboard.talker import BACKUP, SYNC
+from blackboard.replication import Entries, Entry, Position, Whole
+from blackboard.settings import BackupSettings
+from blackboard.talker import BACKUP, BB_ENTRIES, SYNC
 from blackboard.task import Task, TaskState, TaskType
 from blackboard.testing import Network, NetworkTalker, lone_backup
 
@@ -87,3 +92,74 @@ def test_a_task_is_found_by_its_name():
     assert backup.get("T1") == ONE
     assert backup.get("T9") is None
     assert backup.records == (ONE,)
+
+
+class Follower:
+    """robot9, a member that follows `blackboard`, and what the robot beside it is told."""
+
+    def __init__(self):
+        self.network = Network()
+        talker = NetworkTalker(self.network, "robot9")
+        self.backup = Backup(talker, "robot9", BackupSettings(), MemoryJournal(), Random(1))
+        self.told = []
+        self.backup.follow(self.told.append)
+        self.backup.start()
+
+    def hear(self, *entries, committed, before=Position(1, 1)):  # noqa: B008  (a value)
+        """Have the active one write changes behind a position, which it says are committed."""
+        whole = Whole(before, {}, ("blackboard#1", "robot9#1")) if before == (1, 1) else None
+        message = Entries(1, "blackboard#1", before, entries, committed, 0.0, whole, "hive1")
+        self.network.send(BB_ENTRIES, message)
+        self.network.run(0.01)
+
+    def beat(self, version):
+        """Have the active one say up to where the list is committed."""
+        beat = Heartbeat(1, "blackboard", version=version, hive="hive1")
+        self.network.send(BACKUP, beat)
+        self.network.run(0.01)
+
+
+def test_the_robot_beside_a_member_is_told_only_what_is_committed():
+    member = Follower()
+    member.hear(Entry(1, 2, (ONE,)), Entry(1, 3, (TWO,)), committed=2)
+    member.network.run(1.0)
+    before = list(member.told)
+
+    member.beat(version=3)
+    member.network.run(1.0)
+
+    assert before == [TaskList(1, 2, (ONE,), "hive1")]
+    assert member.told[1:] == [TaskList(1, 3, (ONE, TWO), "hive1")]
+
+
+def test_the_robot_is_told_changes_within_the_sync_period_together():
+    member = Follower()
+    member.hear(Entry(1, 2, (ONE,)), committed=2)
+    member.hear(Entry(1, 3, (TWO,)), committed=3, before=Position(1, 2))
+
+    member.network.run(5.0)
+
+    assert member.told == [TaskList(1, 3, (ONE, TWO), "hive1")]
+
+
+def test_the_robot_is_told_again_on_request():
+    member = Follower()
+    member.hear(Entry(1, 2, (ONE,)), committed=2)
+    member.network.run(1.0)
+
+    member.backup.show()
+    member.backup.show()
+    member.network.run(1.0)
+
+    assert member.told == [TaskList(1, 2, (ONE,), "hive1")] * 2
+
+
+def test_the_robot_beside_the_active_one_is_told_as_well():
+    network, backup = started()
+    told = []
+    backup.follow(told.append)
+    backup.commit((ONE,), lambda: None)
+
+    network.run(1.0)
+
+    assert told[-1].records == (ONE,)

@@ -4,6 +4,7 @@
 from random import Random
 
 from blackboard.active import Heartbeat
+from blackboard.fence import NoFence
 from blackboard.leave import Leave
 from blackboard.talker import BACKUP
 from blackboard.testing import Network, NetworkTalker
@@ -24,13 +25,14 @@ def last_word(begin, length):
     network = Network()
     network.run(begin)
     said = []
+    talker = SlowClock(network, "robot1")
     leave = Leave(
-        SlowClock(network, "robot1"),
+        talker,
         "robot1",
         1.0,
         changed=lambda: said.append(leave.holds()),
         unheard=lambda: None,
-        fence=None,
+        fence=NoFence(talker),
     )
     leave.start()
     beat = Heartbeat(1, "blackboard", heard=(("robot1", 0.997 * begin),), robot_lease=length)

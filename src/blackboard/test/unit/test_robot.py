@@ -44,7 +44,7 @@ SOON = 0.01  # more than any message needs [s]
 class Rig:
     """robot1 at (0, 0) on a network of its own, and what it says."""
 
-    def __init__(self, charge=1.0):
+    def __init__(self, charge=1.0, fence=None):
         self.network = Network()
         self.listener = Listener(self.network)
         self.talker = NetworkTalker(self.network, "robot1")
@@ -65,6 +65,7 @@ class Rig:
             Pose(0.0, 0.0),
             RobotSettings(),
             MemoryJournal(),
+            fence,
         )
         self.command.arrive = self.robot.set_pose
         self.robot.start()
@@ -576,3 +577,46 @@ def test_standing_still_takes_the_idle_power():
 
     used = (1.0 - rig.status.charge) * SMALL_ROBOT.battery.capacity
     assert used == pytest.approx(20.0 * 100.0 / (3600.0 * 28.0), rel=2e-3)
+
+
+class Beside:
+    """The member beside a robot, as the test tells it to be; see `blackboard.fence.Fence`."""
+
+    hive = ""
+    active = carriers = None
+
+    def __init__(self):
+        self.asked = 0
+
+    def obeys(self, _hive, _epoch):
+        return True
+
+    def follow(self, hear):
+        self.tell = hear
+
+    def show(self):
+        self.asked += 1
+
+
+def test_a_robot_beside_a_member_believes_that_one_and_not_what_is_told_to_everyone():
+    member = Beside()
+    rig = Rig(fence=member)
+    rig.order(GO)
+    rig.know(GO, TaskState.CANCELLED)
+    meanwhile = rig.status.tasks
+
+    cancelled = TaskRecord(GO, TaskState.CANCELLED, robot="robot1", assignment=1)
+    member.tell(TaskList(1, 2, (cancelled,)))
+    rig.wait()
+
+    assert meanwhile == ("T1",)
+    assert rig.status.tasks == ()
+
+
+def test_a_robot_asks_its_member_for_the_list_with_every_status():
+    member = Beside()
+    rig = Rig(fence=member)
+
+    rig.wait(3.0)
+
+    assert member.asked == 3

@@ -171,3 +171,17 @@ def test_whoever_watches_looks_after_everything_that_happens():
     network.run(5.0)
 
     assert looks == [1.0, 2.0]
+
+
+def test_who_listens_no_longer_hears_nothing_more():
+    network = Network()
+    heard = []
+    ear = NetworkTalker(network, "one").subscribe("topic", heard.append)
+    network.send("topic", "before")
+    network.run(1.0)
+
+    ear.cancel()
+    network.send("topic", "after")
+    network.run(1.0)
+
+    assert heard == ["before"]

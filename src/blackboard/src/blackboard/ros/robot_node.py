@@ -50,7 +50,7 @@ def main() -> None:
     The node lives in the robot's namespace; the hive is the namespace above it. It stands by to
     carry the blackboard too, so it listens and may speak on all topics that the blackboard does.
 
-    ROS Subscribers: `task_bc`, `task_assign`, `bb_sync`, `map` of the hive, and those of the
+    ROS Subscribers: `task_bc`, `task_assign`, `map` of the hive, and those of the
         blackboard; `set_state`, `amcl_pose`, `odom` of the robot.
     ROS Publishers: `task_cost` of the hive, and those of the blackboard; `battery_state` of the
         robot.

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from blackboard.virtual_network import Listening
+
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from blackboard.simulation.network import Network
 
@@ -67,7 +69,7 @@ class Host:
     def deliver(self, message: tuple[str, object]) -> None:
         """Hand a message to who listens here."""
         topic, value = message
-        for handler in self.handlers.get(topic, ()):
+        for handler in tuple(self.handlers.get(topic, ())):
             handler(value)
 
 
@@ -113,14 +115,26 @@ class HostTalker:
         """Return the time by this host's own clock [s]."""
         return self._host.network.now * self._host.rate
 
-    def publish(self, topic: str, message: object) -> None:
-        """Send a message to everyone who listens."""
-        self._host.network.send(self._host, topic, message)
+    def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
+        """Send a message to everyone who listens and is not left out."""
+        self._host.network.send(self._host, topic, message, to)
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
-        """Have every message of a topic handed over."""
+    def subscribe(
+        self,
+        topic: str,
+        handler: Callable[[Any], None],
+        when: Callable[[], bool] | None = None,
+    ) -> Listening:
+        """Have the messages of a topic handed over."""
+
+        def hear(message: object) -> None:
+            if when is None or when():
+                handler(message)
+
         name = self._own if topic == "set_state" else topic
-        self._host.handlers.setdefault(name, []).append(handler)
+        handlers = self._host.handlers.setdefault(name, [])
+        handlers.append(hear)
+        return Listening(lambda: handlers.remove(hear))
 
     def every(self, period: float, action: Callable[[], None]) -> _Timer:
         """Call again and again."""
