@@ -93,7 +93,7 @@ def work_on_without_a_lease(patch):
 
 def renew_a_lease_after_its_end(patch):
     def generous(self, beat, now):
-        if self._robot_id not in dict(beat.heard):
+        if self._robot_id not in beat.heard:
             return False
         self._length = beat.robot_lease
         before, self._end = self._end, now + beat.robot_lease

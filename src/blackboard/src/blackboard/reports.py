@@ -10,7 +10,7 @@ from blackboard.talker import TASK_STATE
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from blackboard.backup import TaskList
     from blackboard.journal import Journal
@@ -33,7 +33,7 @@ class Reports:
         self._journal = journal
         self._open = {report.task_id: report for report in journal.load_reports()}
         self._newest: TaskList | None = None
-        self._known: dict[str, TaskRecord] = {}
+        self._known: Mapping[str, TaskRecord] = {}
 
     def add(self, report: TaskUpdate) -> None:
         """Tell of a task that has left the list."""
@@ -62,6 +62,13 @@ class Reports:
         record = self._known.get(order.task.id)
         return record is not None and record.has_ended(self._robot_id, order.assignment)
 
+    def forget(self, order: Order) -> None:
+        """Report no more on a task that the hive has forgotten, under the numbers up to its."""
+        report = self._open.get(order.task.id)
+        if report is not None and report.assignment <= order.assignment:
+            del self._open[order.task.id]
+            self._write_down()
+
     def acknowledge(self, known: TaskList) -> None:
         """Forget what a copy of the task list shows to be known.
 
@@ -70,7 +77,7 @@ class Reports:
         if self._newest is not None and known.is_before(self._newest):
             return
         self._newest = known
-        self._known = {record.task.id: record for record in known.records}
+        self._known = known.by_id
         heard = [report for report in self._open.values() if self._has_been_heard(report)]
         for report in heard:
             del self._open[report.task_id]

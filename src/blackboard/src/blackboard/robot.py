@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One robot of the hive: it bids, keeps its list of tasks and works through it (report: Robot).
 
-A robot obeys the blackboard's orders and compares its own list with what the member beside it knows
-to be committed, which makes good an order that was lost. It repeats reports until that shows them.
+A robot obeys the blackboard's orders and compares its own list with what the member beside it
+knows to be committed, which makes good an order that was lost. It repeats reports until that shows
+them.
 """
 
 from __future__ import annotations
@@ -211,6 +212,8 @@ class Robot:
             self._say_status()
         elif entry is not None:
             self._drop(entry)
+        if order.forgotten:
+            self._reports.forget(order)
 
     def _put_off_for(self, urgent: Task) -> None:
         """Hand back what is under way if a task that has just been given is to go before it."""
