@@ -18,7 +18,7 @@ def forget_what_has_not_ended(patch):
     patch.setattr(forgetting, "ended_families", everything)
 
 
-def forget_before_the_end_is_told(patch):
+def forget_before_the_end_is_committed(patch):
     commit = Blackboard._commit  # noqa: SLF001  (the rule is in it)
 
     def hasty(self, *records, then=None, tell=True):
@@ -40,11 +40,13 @@ def do_not_say_that_a_task_is_forgotten(patch):
     patch.setattr(Orders, "disown", lambda *_: None)
 
 
+ANY = ""
+
 CAUGHT_BY = {
-    forget_what_has_not_ended: (0, ""),
-    forget_before_the_end_is_told: (0, ""),
-    number_what_is_posted_anew_from_one: (0, ""),
-    do_not_say_that_a_task_is_forgotten: (0, ""),
+    forget_what_has_not_ended: (1, ANY),
+    forget_before_the_end_is_committed: (4, "election storm"),
+    number_what_is_posted_anew_from_one: "posted anew",
+    do_not_say_that_a_task_is_forgotten: "posted anew",
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
 
