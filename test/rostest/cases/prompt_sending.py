@@ -21,11 +21,6 @@ class Transport:
         self.done = False
         self.stat_bytes = self.stat_num_msg = 0
         self.threads = set()
-        self.closed = None
-
-    def set_cleanup_callback(self, callback):
-        """Note whom to tell about the end."""
-        self.closed = callback
 
     def write_data(self, data):
         """Send, waiting for the receiver."""
@@ -44,7 +39,6 @@ def link():
     transport.done = True
     theirs.close()
     ours.close()
-    transport.closed(transport)
 
 
 def read(receiver, size):
@@ -55,6 +49,11 @@ def read(receiver, size):
     return bytes(found)
 
 
+def threads():
+    """Return how many threads there are that send what waits."""
+    return sum(thread.name == "sending" for thread in threading.enumerate())
+
+
 def test_a_message_is_sent_by_the_thread_that_publishes_it(link):
     connection, transport, receiver = link
     connection.write_data(b"first")
@@ -62,6 +61,7 @@ def test_a_message_is_sent_by_the_thread_that_publishes_it(link):
 
     assert read(receiver, 11) == b"firstsecond"
     assert transport.threads == set()
+    assert threads() == 0
     assert (transport.stat_bytes, transport.stat_num_msg) == (11, 2)
 
 
@@ -74,6 +74,10 @@ def test_nobody_waits_for_a_receiver_that_does_not_read_and_no_byte_is_lost_or_m
     assert read(receiver, 3_000_000) == b"".join(messages)
     connection.write_data(b"last")
     assert read(receiver, 4) == b"last"
+    end = time.monotonic() + PATIENCE
+    while threads() and time.monotonic() < end:
+        time.sleep(0.01)
+    assert threads() == 0
 
 
 def test_the_oldest_that_waits_is_dropped_and_never_the_rest_of_one_that_was_begun(link):

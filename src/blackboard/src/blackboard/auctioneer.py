@@ -196,7 +196,7 @@ class Auctioneer:
             asked=named,
         )
         asks = self._offers if self._central is None else self._central.question(self._offers)
-        self._talker.publish(TASK_BROADCAST, asks)
+        self._talker.publish(TASK_BROADCAST, asks, named)
 
     def _close_round(self) -> None:
         auction = self._auction

@@ -140,6 +140,16 @@ class Backup:
         """The id of the hive; empty where this member belongs to none yet."""
         return self._member.hive
 
+    @property
+    def active(self) -> tuple[str, ...] | None:
+        """Name of the member that carries the blackboard; None where that is not known."""
+        return (self._member.active,) if self._member.active else None
+
+    @property
+    def carriers(self) -> tuple[str, ...] | None:
+        """Names of that member and its backup; None where they are not known."""
+        return (self._member.active, self._member.backup) if self._member.active else None
+
     def obeys(self, hive: str, epoch: int) -> bool:
         """Return whether the blackboard of a hive and an epoch is to be obeyed; see `Fence`."""
         return not self._border.refuses(hive, epoch, self._member)
@@ -233,7 +243,8 @@ class Backup:
             return
         self._member = after
         for message in said:
-            self._talker.publish(_TOPICS[type(message)], self._with_leases(message))
+            to = consensus.concerned(message, event)
+            self._talker.publish(_TOPICS[type(message)], self._with_leases(message), to)
         self._notice(before, after)
 
     def _with_leases(self, message: object) -> object:

@@ -11,7 +11,7 @@ tells once `Backup` has committed it.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from blackboard.auctioneer import Auctioneer
 from blackboard.awarding import Awarding
@@ -106,17 +106,12 @@ class Blackboard:
     def start(self) -> None:
         """Begin to listen."""
         self._backup.serve(self)
-        self._listen(NEW_TASK, self._take_in)
-        self._listen(TASK_CANCEL, self._cancel)
-        self._listen(TASK_COST, self._take_bids)
-        self._listen(TASK_STATE, self._hear_update)
+        active = self._backup.may_act
+        self._talker.subscribe(NEW_TASK, self._take_in, when=active)
+        self._talker.subscribe(TASK_CANCEL, self._cancel, when=active)
+        self._talker.subscribe(TASK_COST, self._take_bids, when=active)
+        self._talker.subscribe(TASK_STATE, self._hear_update, when=active)
         self._talker.subscribe(ROBOT_STATUS, self._hear_status)
-
-    def _listen(self, topic: str, handler: Callable[[Any], None]) -> None:
-        """Have the messages of a topic handled while this blackboard is the active one."""
-        self._talker.subscribe(
-            topic, lambda message: handler(message) if self._backup.may_act() else None
-        )
 
     def became_active(self) -> None:
         """Begin to decide, with the task list that the hive has committed."""
@@ -156,7 +151,10 @@ class Blackboard:
         self._auctioneer.open()
 
     def _reject(self, task: Task, reason: str) -> None:
-        """Tell why a task does not enter the list; only what could be its id is repeated."""
+        """Tell why a task does not enter the list; only what could be its id is repeated.
+
+        Members are told as well, for a lone founder of another hive may have posted it.
+        """
         self._talker.refuse(NEW_TASK, reason)
         task_id = task.id[:MAX_ID_LENGTH]
         epoch = self._backup.epoch
@@ -301,4 +299,5 @@ class Blackboard:
                 self._orders.forget(record.task.id)
 
     def _tell(self, record: TaskRecord) -> None:
-        self._talker.publish(TASK_STATE, record.told(self._backup.epoch))
+        """Tell those who are no members; these have the list."""
+        self._talker.publish(TASK_STATE, record.told(self._backup.epoch), to=())

@@ -87,6 +87,16 @@ def step(member: Member, event: Event, now: float) -> Step:
     return said
 
 
+def concerned(message: object, event: Event) -> tuple[str, ...] | None:
+    """Return the names of the members that a message after an event concerns; None means all.
+
+    An acknowledgement concerns whom it answers: nobody else counts it.
+    """
+    if isinstance(message, Ack) and isinstance(event, Heartbeat | Entries):
+        return (name_of(event.active),)
+    return None
+
+
 def _pass_time(member: Member, tick: Tick, now: float) -> Step:
     if member.role is Role.ACTIVE:
         return active.keep_going(member, now)

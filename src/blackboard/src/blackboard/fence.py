@@ -15,7 +15,7 @@ from blackboard.election import Ballot
 from blackboard.founding import Handover, newcomer
 from blackboard.member import Role, name_of
 from blackboard.replication import Ack, Entries
-from blackboard.talker import SYNC
+from blackboard.talker import BB_ACK, SYNC
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,6 +38,14 @@ class Fence(Protocol):
     def hive(self) -> str:
         """The id of the robot's hive; empty where it belongs to none yet."""
 
+    @property
+    def active(self) -> tuple[str, ...] | None:
+        """Name of the member that carries the blackboard; None where that is not known."""
+
+    @property
+    def carriers(self) -> tuple[str, ...] | None:
+        """Names of that member and its backup; None where they are not known."""
+
     def obeys(self, hive: str, epoch: int) -> bool:
         """Return whether the blackboard of a hive and an epoch is to be obeyed."""
 
@@ -59,6 +67,8 @@ class NoFence:
 
     def __init__(self, talker: Talker) -> None:
         self._talker = talker
+        self.active: tuple[str, ...] | None = None
+        self.carriers: tuple[str, ...] | None = None
 
     def obeys(self, _hive: str, _epoch: int) -> bool:
         """Return that it is to be obeyed."""
@@ -111,6 +121,8 @@ class Border:
             return not isinstance(message, Ack) or own.role is Role.ACTIVE
         if message.hive and isinstance(message, Heartbeat):
             self._meet(message, own)
+        elif isinstance(message, Ack) and not message.hive:
+            self._greet(message, own)
         return False
 
     def makes_way_for(self) -> str:
@@ -162,6 +174,11 @@ class Border:
                 f"epoch {own.epoch} has begun"
             )
         return True
+
+    def _greet(self, founder: Ack, own: Member) -> None:
+        """Let one who waits whether it has to found a hive know that there is one."""
+        answer = Ack(own.id, own.epoch, 0, 0.0, own.hive)
+        self._talker.publish(BB_ACK, answer, (name_of(founder.member),))
 
     def _end_handover(self) -> None:
         if self._handover is not None:

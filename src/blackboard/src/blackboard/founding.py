@@ -87,6 +87,9 @@ def durable_of(member: Member) -> Durable:
 class Founding:
     """Waits for a while whether somebody is heard, then founds a hive.
 
+    Meanwhile it says with an acknowledgement of nothing that it is there. Members of a hive answer
+    that, whether anybody carries their hive or not.
+
     Args:
         talker: How it speaks and waits.
         member: Id of the member that founds.

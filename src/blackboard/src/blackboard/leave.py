@@ -32,7 +32,8 @@ class Leave:
         robot_id: Whose leave it is.
         period: Between two statuses [s].
         changed: Called when the robot may work again, and when it may no longer.
-        unheard: Called with every heartbeat while a status that got lost is to be sent again.
+        unheard: Called when a status is to be sent again: with every heartbeat while one got lost,
+            and when another blackboard is the active one.
         fence: Knows which blackboards count.
     """
 
@@ -53,6 +54,7 @@ class Leave:
         self._lease = Lease(robot_id, talker.now())
         self._lapse: Timer | None = None
         self._last_hive = ""
+        self._epoch = 0
 
     def start(self) -> None:
         """Begin to listen."""
@@ -91,6 +93,11 @@ class Leave:
         if not self.obeys(beat.hive, beat.epoch):
             return
         now = self._talker.now()
+        if self._epoch not in {0, beat.epoch}:
+            # Statuses have gone to another one; this one may never have heard of the robot. The
+            # member beside it has to hear the same heartbeat before it knows whom to tell.
+            self._talker.after(0.0, self._unheard)
+        self._epoch = beat.epoch
         if self._last_hive not in {"", self.hive}:
             self._lease.begin_anew(now)
         self._last_hive = self.hive

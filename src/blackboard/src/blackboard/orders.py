@@ -51,22 +51,21 @@ class Orders:
     def give(self, record: TaskRecord) -> None:
         """Tell the robot of a record to take its task into its list."""
         self._note(record)
-        self._talker.publish(TASK_ASSIGN, self._order(record))
+        self._tell(self._order(record))
 
     def take_back(self, record: TaskRecord) -> None:
         """Have the robot that holds a task, if one does, drop it."""
         if record.robot:
-            self._talker.publish(TASK_ASSIGN, replace(self._order(record), take_back=True))
+            self._tell(replace(self._order(record), take_back=True))
 
     def recall(self, record: TaskRecord) -> None:
         """Have the robot that holds a task drop it and report how far it has come."""
-        order = replace(self._order(record), take_back=True, hand_back=True)
-        self._talker.publish(TASK_ASSIGN, order)
+        self._tell(replace(self._order(record), take_back=True, hand_back=True))
 
     def recall_unbegun(self, record: TaskRecord) -> None:
         """Have the robot that holds a task hand it back if it has not begun with it."""
-        order = replace(self._order(record), take_back=True, hand_back=True, if_unbegun=True)
-        self._talker.publish(TASK_ASSIGN, order)
+        recall = replace(self._order(record), take_back=True, hand_back=True, if_unbegun=True)
+        self._tell(recall)
 
     def forget(self, task_id: str) -> None:
         """Note that no robot has to have a task any more."""
@@ -125,15 +124,14 @@ class Orders:
             assignment: Only under numbers up to this one.
         """
         order = self._away(Task(task_id, 0, ()), robot_id, assignment)
-        self._talker.publish(TASK_ASSIGN, replace(order, forgotten=True))
+        self._tell(replace(order, forgotten=True))
 
     def _send_away(self, task_id: str, robot_id: str) -> None:
         record = self._backup.get(task_id)
         if record is None:
             self.disown(task_id, robot_id)
         else:
-            order = self._away(record.task, robot_id, record.assignment)
-            self._talker.publish(TASK_ASSIGN, order)
+            self._tell(self._away(record.task, robot_id, record.assignment))
 
     def _away(self, task: Task, robot_id: str, assignment: int) -> Order:
         return Order(
@@ -145,6 +143,9 @@ class Orders:
             heard=self._heard.get(robot_id, 0.0),
             hive=self._backup.hive,
         )
+
+    def _tell(self, order: Order) -> None:
+        self._talker.publish(TASK_ASSIGN, order, (order.robot_id,))
 
     def _order(self, record: TaskRecord) -> Order:
         return Order(

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from blackboard.backup import TaskList
+    from blackboard.fence import Fence
     from blackboard.journal import Journal
     from blackboard.record import Order, TaskRecord, TaskUpdate
     from blackboard.talker import Talker
@@ -25,10 +26,14 @@ class Reports:
         talker: How it speaks.
         robot_id: Whose reports they are.
         journal: Keeps the open ones, so that a robot which starts again still tells them.
+        fence: Knows which member has to hear them; all have to, where it is left out.
     """
 
-    def __init__(self, talker: Talker, robot_id: str, journal: Journal) -> None:
+    def __init__(
+        self, talker: Talker, robot_id: str, journal: Journal, fence: Fence | None = None
+    ) -> None:
         self._talker = talker
+        self._fence = fence
         self._robot_id = robot_id
         self._journal = journal
         self._open = {report.task_id: report for report in journal.load_reports()}
@@ -39,12 +44,12 @@ class Reports:
         """Tell of a task that has left the list."""
         self._open[report.task_id] = report
         self._write_down()
-        self._talker.publish(TASK_STATE, report)
+        self._tell(report)
 
     def repeat(self) -> None:
         """Tell again what nobody has acknowledged."""
         for report in self._open.values():
-            self._talker.publish(TASK_STATE, report)
+            self._tell(report)
 
     def answer(self, order: Order) -> bool:
         """Return whether an order comes too late, because its task was reported on before.
@@ -57,7 +62,7 @@ class Reports:
         if report is not None and (
             report.state is TaskState.DONE or report.assignment >= order.assignment
         ):
-            self._talker.publish(TASK_STATE, report)
+            self._tell(report)
             return True
         record = self._known.get(order.task.id)
         return record is not None and record.has_ended(self._robot_id, order.assignment)
@@ -87,6 +92,10 @@ class Reports:
     def known_of(self, task_ids: Iterable[str]) -> list[TaskRecord]:
         """Return where some tasks stand by the newest copy of the list that was acknowledged."""
         return [self._known[task_id] for task_id in task_ids if task_id in self._known]
+
+    def _tell(self, report: TaskUpdate) -> None:
+        to = None if self._fence is None else self._fence.active
+        self._talker.publish(TASK_STATE, report, to)
 
     def _write_down(self) -> None:
         try:

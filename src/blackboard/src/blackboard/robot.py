@@ -2,8 +2,7 @@
 """One robot of the hive: it bids, keeps its list of tasks and works through it (report: Robot).
 
 A robot obeys the blackboard's orders and compares its own list with what the member beside it
-knows to be committed, which makes good an order that was lost. It repeats reports until that shows
-them.
+knows to be committed, which makes good an order that was lost. It repeats reports until they show.
 """
 
 from __future__ import annotations
@@ -97,8 +96,8 @@ class Robot:
         controller.watch(DriveWatch(pace, ways, talker.now, lambda: self._pose))
         self._list = Itinerary(characteristics, ways, settings.cost_model, aging, pace)
         self._service = Service()
-        self._reports = Reports(talker, robot_id, journal)
         self._fence = fence or NoFence(talker)
+        self._reports = Reports(talker, robot_id, journal, self._fence)
         period, say = settings.status_period, self._say_status
         self._leave = Leave(talker, robot_id, period, self._go_on, say, self._fence)
         self.charging = Charging(
@@ -178,7 +177,7 @@ class Robot:
         if self._leave.obeys(broadcast.hive, broadcast.epoch):
             at_work = self._work.current is not None
             answer = self._respondent.answer(broadcast, self._pose, at_work=at_work)
-            self._talker.publish(TASK_COST, answer)
+            self._talker.publish(TASK_COST, answer, self._fence.active)
 
     def _obey(self, order: Order) -> None:
         if order.robot_id != self._id or not self._leave.allows(order):
@@ -296,8 +295,8 @@ class Robot:
         return load_during(entry.task, entry.step) if entry else self._service.left_on_board or 0.0
 
     def _say_started(self, entry: Entry) -> None:
-        promise = self._list.promise(self._pose)
-        self._talker.publish(TASK_STATE, entry.update(TaskState.STARTED, **promise))
+        started = entry.update(TaskState.STARTED, **self._list.promise(self._pose))
+        self._talker.publish(TASK_STATE, started, self._fence.active)
 
     def _say_status(self) -> None:
-        self._talker.publish(ROBOT_STATUS, self.status)
+        self._talker.publish(ROBOT_STATUS, self.status, self._fence.carriers)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
 NEW_TASK = "new_task"
 TASK_BROADCAST = "task_bc"
@@ -50,11 +50,31 @@ class Talker(Protocol):
     def now(self) -> float:
         """Return the time [s] by which all timers run; its zero means nothing."""
 
-    def publish(self, topic: str, message: object) -> None:
-        """Tell everyone who listens to a topic; the message is one of the core's values."""
+    def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
+        """Tell everyone who listens to a topic; the message is one of the core's values.
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> Subscription:
-        """Have every message of a topic handed over, this member's own included."""
+        Args:
+            topic: On which.
+            message: What is said.
+            to: Names of the members, or of the robots, that it concerns; None where it concerns
+                all. Other members need not be handed it. Whoever listens and is no member of a
+                hive, as an operator's window, hears it in any case.
+        """
+
+    def subscribe(
+        self,
+        topic: str,
+        handler: Callable[[Any], None],
+        when: Callable[[], bool] | None = None,
+    ) -> Subscription:
+        """Have the messages of a topic handed over, this member's own included.
+
+        Args:
+            topic: Which.
+            handler: Called with each of them.
+            when: Asked before a message is read; what comes while it says no is dropped. All are
+                handed over where it is left out.
+        """
 
     def every(self, period: float, action: Callable[[], None]) -> Timer:
         """Call again and again, the first time after one period [s]."""

@@ -19,7 +19,7 @@ from blackboard.refusals import Refusals
 from blackboard.talker import SET_STATE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
 LATENCY = 0.001
 """Time that a message takes unless the network says otherwise [s]."""
@@ -72,7 +72,7 @@ class Network:
         self._lose = lose
         self._calls: list[tuple[float, int, Call]] = []
         self._order = itertools.count()
-        self._handlers: dict[str, list[Callable[[Any], None]]] = defaultdict(list)
+        self._handlers: dict[str, list[tuple[Callable[[Any], None], str]]] = defaultdict(list)
         self._arrivals: dict[Callable[[Any], None], float] = defaultdict(float)
         self._watchers: list[Callable[[], None]] = []
 
@@ -82,19 +82,27 @@ class Network:
         heapq.heappush(self._calls, (self.now + delay, next(self._order), call))
         return call
 
-    def send(self, topic: str, message: object) -> None:
-        """Hand a message to everyone who listens, after the delay."""
+    def send(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
+        """Hand a message to everyone who listens and is not left out, after the delay."""
         self.sent.append((topic, message))
         if self._lose(topic, message):
             return
         self.heard.append((topic, message))
-        for handler in self._handlers[topic]:
-            self._deliver(handler, message)
+        for handler, member in self._handlers[topic]:
+            if to is None or not member or member in to:
+                self._deliver(handler, message)
 
-    def listen(self, topic: str, handler: Callable[[Any], None]) -> Listening:
-        """Have every message of a topic handed over; each listener is a function of its own."""
-        self._handlers[topic].append(handler)
-        return Listening(lambda: self._handlers[topic].remove(handler))
+    def listen(self, topic: str, handler: Callable[[Any], None], member: str = "") -> Listening:
+        """Have every message of a topic handed over; each listener is a function of its own.
+
+        Args:
+            topic: Which.
+            handler: Who listens.
+            member: The member's name, where it is one.
+        """
+        listener = (handler, member)
+        self._handlers[topic].append(listener)
+        return Listening(lambda: self._handlers[topic].remove(listener))
 
     def watch(self, look: Callable[[], None]) -> None:
         """Have a look taken after everything that happens."""
@@ -151,23 +159,28 @@ class NetworkTalker:
         """Return the virtual time [s]."""
         return self._network.now
 
-    def publish(self, topic: str, message: object) -> None:
-        """Send a message to everyone who listens, this member included."""
+    def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
+        """Send a message to everyone who listens and is not left out, this member included."""
         if self.connected and self.running:
-            self._network.send(self._name(topic), message)
+            self._network.send(self._name(topic), message, to)
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> Listening:
-        """Have every message of a topic handed over."""
+    def subscribe(
+        self,
+        topic: str,
+        handler: Callable[[Any], None],
+        when: Callable[[], bool] | None = None,
+    ) -> Listening:
+        """Have the messages of a topic handed over."""
 
         def receive(message: object) -> None:
-            if not (self.connected and self.running):
+            if not (self.connected and self.running) or (when is not None and not when()):
                 return
             if reason := why_refused(topic, message):
                 self.refuse(topic, reason)
             else:
                 handler(message)
 
-        return self._network.listen(self._name(topic), receive)
+        return self._network.listen(self._name(topic), receive, self._member)
 
     def every(self, period: float, action: Callable[[], None]) -> Call:
         """Call again and again, the first time after one period [s]."""

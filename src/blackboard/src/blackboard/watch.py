@@ -88,7 +88,7 @@ class Watch:
         """
         now = self._talker.now()
         for status in self._presence.fall_silent(now):
-            self._talker.publish(ROBOT_STATUS, status)
+            self._talker.publish(ROBOT_STATUS, status, to=())
         held = self._orders.held()
         self._recall(held, now)
         looked = ((record, self._after_look(record, now)) for record in held)

@@ -583,6 +583,7 @@ class Beside:
     """The member beside a robot, as the test tells it to be; see `blackboard.fence.Fence`."""
 
     hive = ""
+    active = carriers = None
 
     def __init__(self):
         self.asked = 0

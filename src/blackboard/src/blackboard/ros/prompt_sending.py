@@ -25,6 +25,9 @@ def send_promptly() -> None:
 class PromptConnection:
     """One subscriber's connection, in place of `rospy.impl.tcpros_pubsub.QueuedConnection`.
 
+    A thread is there only while something waits: rospy would keep one for each connection, and a
+    hive of eleven members has more than a hundred in each of them.
+
     Args:
         connection: To the subscriber.
         queue_size: Messages that wait for a slow subscriber; more are dropped, the oldest first.
@@ -35,11 +38,9 @@ class PromptConnection:
         self._queue_size = queue_size
         self._queue: list[bytes] = []
         self._rest = b""
-        self._is_free = True
+        self._has_thread = False
         self._error: Exception | None = None
-        self._changed = threading.Condition()
-        connection.set_cleanup_callback(self._closed)
-        threading.Thread(target=self._run, name="sending", daemon=True).start()
+        self._lock = threading.Lock()
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401  (whatever rospy asks the transport for)
         if name.startswith("__"):
@@ -52,19 +53,19 @@ class PromptConnection:
         Raises:
             Exception: What went wrong when the thread sent an earlier one, as in rospy.
         """
-        with self._changed:
+        with self._lock:
             if self._error:
                 error, self._error = self._error, None
                 raise error
-            if self._is_free and not self._queue and not self._rest:
+            if not self._has_thread:
                 self._rest = data[self._send(data) :]
-                if not self._rest:
-                    return True
+                if self._rest:
+                    self._has_thread = True
+                    threading.Thread(target=self._run, name="sending", daemon=True).start()
             else:
                 if 0 < self._queue_size <= len(self._queue):
                     del self._queue[0]
                 self._queue.append(data)
-            self._changed.notify()
         return True
 
     def _send(self, data: bytes) -> int:
@@ -77,23 +78,22 @@ class PromptConnection:
         self._connection.stat_num_msg += sent == len(data)
         return sent
 
-    def _closed(self, _connection: object) -> None:
-        with self._changed:
-            self._changed.notify()
-
     def _run(self) -> None:
-        """Send what was queued; the rest of a message goes before all others."""
-        while not self._connection.done:
-            with self._changed:
-                self._is_free = True
-                while not (self._rest or self._queue or self._connection.done):
-                    self._changed.wait()
-                self._is_free = False
-                waiting = [self._rest, *self._queue] if self._rest else self._queue
-                self._rest, self._queue = b"", []
+        """Send what was queued, until nothing is; the rest of a message goes before all others."""
+        while waiting := self._take():
             for data in waiting:
                 try:
                     self._connection.write_data(data)
                 except Exception as error:  # noqa: BLE001  (told to the next who publishes, as in rospy)
-                    with self._changed:
+                    with self._lock:
                         self._error = error
+
+    def _take(self) -> list[bytes]:
+        """Return what waits; where nothing does, the thread ends."""
+        with self._lock:
+            waiting = [self._rest, *self._queue] if self._rest else self._queue
+            self._rest, self._queue = b"", []
+            if self._connection.done:
+                waiting = []
+            self._has_thread = bool(waiting)
+            return waiting

@@ -23,6 +23,11 @@ class Speakers:
         self._lock = Lock()
         self._heard: dict[str, tuple[str, float]] = {}
 
+    def node_of(self, robot_id: str) -> str:
+        """Return the name of the node that was heard last as a robot; empty where none was."""
+        with self._lock:
+            return self._heard.get(robot_id, ("", 0.0))[0]
+
     def why_refused(self, message: object, node: str, now: float) -> str:
         """Return why a message is not to be believed; empty where it is.
 

@@ -12,22 +12,27 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import genpy
 import rosgraph
 import rospy
 
 from blackboard.intake import why_refused
 from blackboard.refusals import Refusals
+from blackboard.ros.audience import Audience
 from blackboard.ros.conversions import WIRES
 from blackboard.ros.death import PERIOD, DeathWatch
 from blackboard.ros.onward_clock import OnwardClock
 from blackboard.ros.speakers import Speakers
 from blackboard.ros.timers import Timers
-from blackboard.talker import BACKUP, SET_STATE
+from blackboard.ros.unread import unread
+from blackboard.talker import BACKUP, BB_VOTE, SET_STATE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Collection, Iterable
 
     from blackboard.talker import Subscription, Timer
+
+    _Listener = tuple[Callable[[Any], None], Callable[[], bool] | None]
 
 _QUEUE_SIZE = 1000
 """Messages that wait for a slow subscriber; more are dropped, the oldest first."""
@@ -67,10 +72,12 @@ class RosTalker:
         self._timers = Timers(self.now)
         self._death: DeathWatch | None = None
         self._speakers = Speakers()
-        self._handlers: dict[str, list[Callable[[Any], None]]] = defaultdict(list)
+        self._handlers: dict[str, list[_Listener]] = defaultdict(list)
         self.refusals = Refusals(rospy.logwarn)
         self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
+        self._audience = Audience(self._speakers.node_of)
+        self._audience.speaks = self._publishers.get(BB_VOTE)
         # A get() that a signal interrupts waits for ever where the handler outlasts its timeout
         # (CPython 3.11), and rospy shuts down inside the handler: so something has to come.
         rospy.on_shutdown(lambda: self.call(lambda: None))
@@ -79,55 +86,66 @@ class RosTalker:
         """Return the time [s]: of the simulation where there is one, else the monotonic clock."""
         return self._clock.now()
 
-    def publish(self, topic: str, message: object) -> None:
-        """Tell everyone who listens to a topic."""
-        self._publishers[topic].publish(WIRES[topic].to_msg(message))
+    def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
+        """Tell everyone who listens to a topic and is not left out."""
+        publisher, msg = self._publishers[topic], WIRES[topic].to_msg(message)
+        if to is None:
+            publisher.publish(msg)
+        else:
+            self._audience.tell(publisher, msg, to)
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> Subscription:
-        """Have every message of a topic handed over; what cannot be read is named and dropped.
+    def subscribe(
+        self,
+        topic: str,
+        handler: Callable[[Any], None],
+        when: Callable[[], bool] | None = None,
+    ) -> Subscription:
+        """Have the messages of a topic handed over; what cannot be read is named and dropped.
 
-        A message is read once, however many handlers there are, and not at all where none is left.
+        A message is read once, however many want it, and not at all where nobody does.
         """
         is_new = topic not in self._handlers
         handlers = self._handlers[topic]
-        handlers.append(handler)
+        listener = (handler, when)
+        handlers.append(listener)
         if is_new and self._spins:
             # The ROS master has to be asked, which may be slow, or gone.
-            listen = threading.Thread(target=self._listen, args=(topic, handlers), daemon=True)
-            listen.start()
+            threading.Thread(target=self._listen, args=(topic,), daemon=True).start()
         elif is_new:
-            self._listen(topic, handlers)
-        return _Listening(lambda: handlers.remove(handler))
+            self._listen(topic)
+        return _Listening(lambda: handlers.remove(listener))
 
-    def _listen(self, topic: str, handlers: Sequence[Callable[[Any], None]]) -> None:
-        wire = WIRES[topic]
-
-        def hand_over(value: object) -> None:
-            for handler in tuple(handlers):
-                handler(value)
-
-        def receive(msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
-            if not handlers:
-                return
-            try:
-                value = wire.from_msg(msg)
-                sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
-                reason = why_refused(topic, value)
-                reason = reason or self._speakers.why_refused(value, sender, time.monotonic())
-            except ValueError as error:
-                reason = str(error)
-            if reason:
-                self.call(lambda: self.refuse(topic, reason))
-            else:
-                self.call(lambda: hand_over(value))
-
+    def _listen(self, topic: str) -> None:
         # Otherwise the system holds small messages back until those before are acknowledged.
         subscriber = rospy.Subscriber(
-            self._name(topic), wire.message, receive, queue_size=_QUEUE_SIZE, tcp_nodelay=True
+            self._name(topic),
+            unread(WIRES[topic].message),
+            lambda msg: self.call(lambda: self._take_in(topic, msg)),
+            queue_size=_QUEUE_SIZE,
+            tcp_nodelay=True,
         )
         if topic == BACKUP and self._death is None:
             self._death = DeathWatch(subscriber)
             self.steady.every(PERIOD, self._death.look)
+        elif topic == BB_VOTE:
+            self._audience.listens = subscriber
+
+    def _take_in(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
+        wanted = [handler for handler, when in self._handlers[topic] if when is None or when()]
+        if not wanted:
+            return
+        try:
+            value = WIRES[topic].from_msg(msg.read())
+            sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
+            reason = why_refused(topic, value)
+            reason = reason or self._speakers.why_refused(value, sender, time.monotonic())
+        except (ValueError, genpy.DeserializationError) as error:
+            reason = str(error)
+        if reason:
+            self.refuse(topic, reason)
+            return
+        for handler in wanted:
+            handler(value)
 
     def call(self, action: Callable[[], None]) -> None:
         """Have something done by the talker's own thread; may be called from any thread."""

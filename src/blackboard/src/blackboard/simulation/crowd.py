@@ -23,13 +23,15 @@ from blackboard.simulation.network import Network
 from blackboard.simulation.properties import Properties
 from blackboard.simulation.schedule import BLACKBOARD, OPERATOR, SETTLE, Crash
 from blackboard.simulation.trouble import Trouble
-from blackboard.talker import NEW_TASK, TASK_STATE
+from blackboard.talker import BACKUP, BB_VOTE, NEW_TASK, TASK_STATE
 from blackboard.task import Task, TaskType
 from blackboard.task_list import TaskList
 
 if TYPE_CHECKING:
+    from blackboard.active import Heartbeat
     from blackboard.record import TaskUpdate
     from blackboard.simulation.host import Host
+    from blackboard.talker import Talker
 
 _ROOM = 10.0
 """Each robot has a square of that side to itself, so that large fleets are no denser [m]."""
@@ -70,6 +72,18 @@ class CrowdRun:
     longest_list: int
 
 
+class _Onlooker(NoFence):
+    """Knows who carries the blackboard by listening, so that a robot tells only those."""
+
+    def __init__(self, talker: Talker) -> None:
+        super().__init__(talker)
+        talker.subscribe(BACKUP, self._hear)
+
+    def _hear(self, beat: Heartbeat) -> None:
+        self.active = (beat.active,)
+        self.carriers = (beat.active, beat.backup)
+
+
 @dataclass
 class _LoneRobot(SimulatedMember):
     """A robot that has no member of the hive beside it."""
@@ -77,8 +91,9 @@ class _LoneRobot(SimulatedMember):
     def boot(self) -> None:
         """Start the process."""
         self.host.boot()
+        self.host.handlers[BB_VOTE] = []  # as members do, it hears only what concerns it
         talker = HostTalker(self.host, self.name)
-        self._robot(talker, NoFence(talker)).start()
+        self._robot(talker, _Onlooker(talker)).start()
 
 
 class Crowd:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from blackboard.virtual_network import Listening
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from blackboard.simulation.network import Network
 
@@ -117,17 +117,27 @@ class HostTalker:
         """Return the time by this host's own clock [s]."""
         return self._host.network.now * self._host.rate
 
-    def publish(self, topic: str, message: object) -> None:
-        """Send a message to everyone who listens."""
-        self._host.network.send(self._host, topic, message)
+    def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
+        """Send a message to everyone who listens and is not left out."""
+        self._host.network.send(self._host, topic, message, to)
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> Listening:
-        """Have every message of a topic handed over."""
+    def subscribe(
+        self,
+        topic: str,
+        handler: Callable[[Any], None],
+        when: Callable[[], bool] | None = None,
+    ) -> Listening:
+        """Have the messages of a topic handed over."""
+
+        def hear(message: object) -> None:
+            if when is None or when():
+                handler(message)
+
         name = self._own if topic == "set_state" else topic
         handlers = self._host.handlers.setdefault(name, [])
-        handlers.append(handler)
+        handlers.append(hear)
         self._host.network.forget_listeners()
-        return Listening(lambda: handlers.remove(handler))
+        return Listening(lambda: handlers.remove(hear))
 
     def every(self, period: float, action: Callable[[], None]) -> _Timer:
         """Call again and again."""

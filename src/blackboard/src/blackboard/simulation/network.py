@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from blackboard.simulation.host import Host
+from blackboard.talker import BB_VOTE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
     from random import Random
 
 _INSIDE = 0.0005
@@ -135,12 +136,19 @@ class Network:
             host.crash()
         self.after_event(host)
 
-    def send(self, sender: Host, topic: str, message: object) -> None:
-        """Send a message to every host that listens, the sender included."""
+    def send(
+        self, sender: Host, topic: str, message: object, to: Collection[str] | None = None
+    ) -> None:
+        """Send a message to every host that listens, the sender included.
+
+        Of those that vote, which are the members, only some get it where they are named.
+        """
         self.said(sender, topic, message)
         packet = (topic, message)
         quality, random = self.quality, self.random
         for host in self._listening(topic):
+            if to is not None and host.name not in to and BB_VOTE in host.handlers:
+                continue
             if host is sender:
                 self.schedule(_INSIDE, host, host.deliver, packet)
                 continue

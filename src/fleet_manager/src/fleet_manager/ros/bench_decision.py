@@ -30,7 +30,7 @@ from fleet_manager.bench.registry import BenchResult
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.virtual_network import Call, Network
+    from blackboard.virtual_network import Call, Listening, Network
     from blackboard.ways import Ways
 
 DECISIONS = ("distributed", "centralized")
@@ -74,9 +74,16 @@ class TimedTalker(NetworkTalker):
         super().__init__(network, member)
         self.spent = 0.0
 
-    def subscribe(self, topic: str, handler: Callable[[Any], None]) -> None:
-        """Have every message of a topic handed over."""
-        super().subscribe(topic, lambda message: self._timed(lambda: handler(message)))
+    def subscribe(
+        self,
+        topic: str,
+        handler: Callable[[Any], None],
+        when: Callable[[], bool] | None = None,
+    ) -> Listening:
+        """Have the messages of a topic handed over."""
+        return super().subscribe(
+            topic, lambda message: self._timed(lambda: handler(message)), when
+        )
 
     def every(self, period: float, action: Callable[[], None]) -> Call:
         """Call again and again."""
