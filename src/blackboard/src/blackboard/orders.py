@@ -7,7 +7,7 @@ from collections import defaultdict
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.record import Order
+from blackboard.record import ANY_ASSIGNMENT, Order
 from blackboard.talker import TASK_ASSIGN
 from blackboard.task import Task
 
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from blackboard.characteristics import RobotStatus
     from blackboard.record import TaskRecord
     from blackboard.talker import Talker
-
-# Above the number of any assignment that a robot may have of a task that is not on the list.
-_ANY_ASSIGNMENT = 2**32 - 1
 
 
 class Orders:
@@ -115,7 +112,7 @@ class Orders:
         record = self._backup.get(task_id)
         return record is not None and record.is_held and record.robot == robot_id
 
-    def disown(self, task_id: str, robot_id: str, assignment: int = _ANY_ASSIGNMENT) -> None:
+    def disown(self, task_id: str, robot_id: str, assignment: int = ANY_ASSIGNMENT) -> None:
         """Have a robot drop a task that the hive has forgotten, and report on it no more.
 
         Args:

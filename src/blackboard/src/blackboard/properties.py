@@ -92,6 +92,7 @@ class Properties:
             self._ended.add(update.task_id)
         if update.state is TaskState.WAITING and not update.robot_id:
             self.accepted.add(update.task_id)
+            self._ended.discard(update.task_id)
         elif update.state is TaskState.WAITING:
             self._handed_back.add((update.task_id, update.robot_id, update.assignment))
         robot = self._hive.robots.get(update.robot_id)
@@ -110,8 +111,12 @@ class Properties:
 
     def _check_list(self, known: TaskList) -> None:
         now = {record.task.id: record for record in known.records}
-        lost = (self.accepted | self._known.keys()) - now.keys() - self._ended
-        _hold(not lost, f"{sorted(lost)} had been taken in and are on the list no more")
+        gone = (self.accepted | self._known.keys()) - now.keys()
+        lost = sorted(gone - self._ended)
+        _hold(not lost, f"{lost} had been taken in and are on the list no more")
+        for name in gone:
+            self._done_by.pop(name, None)
+            self.accepted.discard(name)
         self._ended |= {name for name, record in now.items() if record.state.is_terminal}
         for name, record in now.items():
             _check_record(record)

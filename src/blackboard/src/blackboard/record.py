@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from blackboard.task import Task, TaskEvent
 
 
+ANY_ASSIGNMENT = 2**32 - 1
+"""Above the number of any assignment: of a task that is not on the list, or of another hive."""
+
+
 @dataclass(frozen=True, slots=True)
 class TaskRecord:
     """A task on the list and where it stands.
@@ -86,8 +90,12 @@ class TaskRecord:
         return self.assignment > assignment or (self.assignment == assignment and elsewhere)
 
     def is_once_held(self, assignment: int) -> bool:
-        """Return whether an assignment is one of this very task, the present one or one before."""
-        return self.earlier < assignment <= self.assignment
+        """Return whether an assignment is one of this very task, the present one or one before.
+
+        One of another hive, which has given way to this one, counts once there is one of this.
+        """
+        of_another_hive = assignment == ANY_ASSIGNMENT and self.times_assigned > 0
+        return of_another_hive or self.earlier < assignment <= self.assignment
 
     def gets_on(self, update: TaskUpdate) -> bool:
         """Return whether a robot's report of a start tells more than this knows.

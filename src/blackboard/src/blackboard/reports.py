@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.errors import JournalError
+from blackboard.record import ANY_ASSIGNMENT
 from blackboard.talker import TASK_STATE
 from blackboard.task import TaskState
 
@@ -81,6 +83,8 @@ class Reports:
         """
         if self._newest is not None and known.is_before(self._newest):
             return
+        if self._newest is not None and self._newest.hive not in {"", known.hive}:
+            self._go_over()
         self._newest = known
         self._known = known.by_id
         heard = [report for report in self._open.values() if self._has_been_heard(report)]
@@ -88,6 +92,15 @@ class Reports:
             del self._open[report.task_id]
         if heard:
             self._write_down()
+
+    def _go_over(self) -> None:
+        """Report to another hive only what is done: it has given no task to this robot yet."""
+        self._open = {
+            report.task_id: replace(report, assignment=ANY_ASSIGNMENT)
+            for report in self._open.values()
+            if report.state is TaskState.DONE
+        }
+        self._write_down()
 
     def known_of(self, task_ids: Iterable[str]) -> list[TaskRecord]:
         """Return where some tasks stand by the newest copy of the list that was acknowledged."""

@@ -139,7 +139,7 @@ class BlackboardSettings(Settings):
     most_hand_backs: int = 5
     improve_period: float = 2.0
     improve_threshold: float = 0.1
-    most_asked: int = 100
+    most_asked: int = 50
     most_bids: int = 10_000
     keep_ended: float = 3600.0
     most_ended: int = 500

@@ -70,10 +70,10 @@ _FIGURE_8 = (
     Crash(19.0, BLACKBOARD, 12.0),
 )
 
-# Robot2 is heard and hears nothing. It goes on reporting T1 when that is forgotten, and when
-# another task is posted by that id, which robot1 gets.
+# Robot1 is heard and hears nothing. It goes on reporting T1 when that is forgotten, and when
+# another task is posted by that id, which robot2 gets.
 _POSTED_ANEW = (
-    Cut(9.0, (BLACKBOARD, "robot1"), 20.0, one_way=True, others=("robot2",)),
+    Cut(9.0, (BLACKBOARD, "robot2"), 20.0, one_way=True, others=("robot1",)),
     Post(16.0, _TASK, anew=True),
 )
 

@@ -53,8 +53,11 @@ class History:
             Records that have changed: as they were, None where they are new, and as they are.
         """
         log = member.log
-        for entry in log.entries:
-            self._written[entry.position] = entry
+        for entry in reversed(log.entries):
+            position = entry.position
+            if self._written.get(position) is entry:
+                break  # who has written this one has written all before it
+            self._written[position] = entry
         first = 0 if before is None else before.log.committed
         base = log.base.position
         folded = before.log if before and before.log.at(base.version) == base else log
