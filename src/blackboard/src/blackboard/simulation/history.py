@@ -54,10 +54,9 @@ class History:
         """
         log = member.log
         for entry in reversed(log.entries):
-            position = entry.position
-            if self._written.get(position) is entry:
+            if self._written.get(entry.position) is entry:
                 break  # who has written this one has written all before it
-            self._written[position] = entry
+            self._written[entry.position] = entry
         first = 0 if before is None else before.log.committed
         base = log.base.position
         folded = before.log if before and before.log.at(base.version) == base else log
