@@ -16,7 +16,9 @@ from python_qt_binding.QtCore import QEvent, QEventLoop, QSettings, Qt
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
+from blackboard.backup import Heartbeat
 from fleet_manager.demo.local_hive import local_hive
+from fleet_manager.desk.facts import Told
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
@@ -85,6 +87,54 @@ def hive_window(application, hive, tmp_path_factory):
 @pytest.fixture
 def person(application):
     return Person(application)
+
+
+class FakeLink:
+    """A hive that says what the test has it say, and keeps what it is sent."""
+
+    def __init__(self):
+        self.said = []
+        self.sent = []
+        self.time = 0.0
+
+    def start(self):
+        self.say(Heartbeat(1, "blackboard", "robot1", ("blackboard",), 1))
+
+    def stop(self):
+        pass
+
+    def now(self):
+        return self.time
+
+    def drain(self, limit):
+        facts, self.said = self.said[:limit], self.said[limit:]
+        return facts
+
+    def send(self, command):
+        self.sent.append(command)
+
+    def say(self, report):
+        self.said.append(Told(report, self.time))
+
+
+@pytest.fixture
+def link():
+    return FakeLink()
+
+
+@pytest.fixture
+def window(person, link, tmp_path):
+    desk = Desk(link)
+    window = FleetWindow(desk, QSettings(str(tmp_path / "settings"), QSettings.IniFormat))
+    desk.start()
+    window.show()
+    window.activateWindow()
+    person.wait_until(lambda: "Blackboard: blackboard" in window.view.authority_label.text())
+    yield window
+    desk.stop()
+    window.hide()
+    window.deleteLater()
+    person.look()
 
 
 class Person:

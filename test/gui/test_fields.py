@@ -6,11 +6,10 @@ from __future__ import annotations
 import pytest
 from python_qt_binding.QtCore import QSettings, Qt
 
-from blackboard.backup import Heartbeat
 from blackboard.pose import Pose
 from blackboard.record import TaskUpdate
 from blackboard.task import TaskState, TaskType
-from fleet_manager.desk.facts import Clicked, PlacesKnown, PostTask, Told
+from fleet_manager.desk.facts import Clicked, PlacesKnown, PostTask
 from fleet_manager.desk.places import Place
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
@@ -27,54 +26,6 @@ WRONG = {
 ALLOWED = {("id_edit", WRONG[kind]) for kind in ("text", "negative", "huge", "nan")}
 ALLOWED |= {("heading_edit", "")}
 NUMBERS = ["priority_edit", "payload_edit", "x_edit", "y_edit", "heading_edit"]
-
-
-class FakeLink:
-    """A hive that says what the test has it say, and keeps what it is sent."""
-
-    def __init__(self):
-        self.said = []
-        self.sent = []
-        self.time = 0.0
-
-    def start(self):
-        self.say(Heartbeat(1, "blackboard", "robot1", ("blackboard",), 1))
-
-    def stop(self):
-        pass
-
-    def now(self):
-        return self.time
-
-    def drain(self, limit):
-        facts, self.said = self.said[:limit], self.said[limit:]
-        return facts
-
-    def send(self, command):
-        self.sent.append(command)
-
-    def say(self, report):
-        self.said.append(Told(report, self.time))
-
-
-@pytest.fixture
-def link():
-    return FakeLink()
-
-
-@pytest.fixture
-def window(person, link, tmp_path):
-    desk = Desk(link)
-    window = FleetWindow(desk, QSettings(str(tmp_path / "settings"), QSettings.IniFormat))
-    desk.start()
-    window.show()
-    window.activateWindow()
-    person.wait_until(lambda: "Blackboard: blackboard" in window.view.authority_label.text())
-    yield window
-    desk.stop()
-    window.hide()
-    window.deleteLater()
-    person.look()
 
 
 def field_of(entry, name):

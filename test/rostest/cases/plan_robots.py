@@ -12,7 +12,7 @@ import pytest
 import rosbag
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
-from hive_operator import HOME, ROBOTS, STATES, Operator, apart, in_order, task
+from hive_operator import HOME, ROBOTS, STATES, Operator, apart, task
 from launching import Launches, hears, kill
 from simenv.srv import Remove
 
@@ -91,9 +91,13 @@ def test_a_recorded_run_tells_the_same_history_of_tasks(operator, launches, tmp_
 
 
 def told_in(operator, task_id):
-    """Return what an operator has heard of a task by the stamps in it, repetitions left out."""
-    updates = in_order(operator.updates[task_id])
-    return list(dict.fromkeys((u.state, u.robot_id, u.step, u.reason) for u in updates))
+    """Return what an operator has heard of a task by the stamps in it, repetitions left out.
+
+    What a robot and the blackboard say at one time comes to each listener in another order.
+    """
+    updates = operator.updates[task_id]
+    told = {(u.header.stamp, u.state, u.robot_id, u.step, u.reason) for u in updates}
+    return list(dict.fromkeys(each[1:] for each in sorted(told)))
 
 
 @pytest.fixture(scope="module")

@@ -41,7 +41,7 @@ def test_it_is_told_how_often_a_task_was_offered_given_out_and_tried():
     record = TaskRecord(RECORD.task, assignment=3, tried=("robot1", "robot2", "robot1"))
 
     assert story(record, [ABLE], 4).splitlines() == [
-        "Seen in 4 auctions; given out 3 times.",
+        "Auctions it was seen in: 4. Times given out: 3.",
         "Tried in vain by robot1 (2x), robot2.",
     ]
 

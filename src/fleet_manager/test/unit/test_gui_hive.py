@@ -8,11 +8,12 @@ import pytest
 from blackboard.backup import Heartbeat, TaskList
 from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.decision import Decision
 from blackboard.pose import Pose
 from blackboard.record import TaskRecord, TaskUpdate
 from blackboard.task import Task, TaskState, TaskType
 from fleet_manager.desk.authority import FROZEN, SILENCE, Standing
-from fleet_manager.desk.facts import LinkChange, LinkState, Moment, Told
+from fleet_manager.desk.facts import LinkChange, LinkState, Moment, Noted, Told
 from fleet_manager.desk.hive import MOST_AT_ONCE, REMEMBERED, ROBOT_SILENCE, Hive
 
 TASK = Task("T1", TaskType.GAB, (Pose(1, 2), Pose(3, 4)))
@@ -50,6 +51,9 @@ class Desk:
 
     def log(self):
         return [event.text for event in self.hive.take_changes().events]
+
+    def take(self, fact):
+        self.hive.apply(fact, self.now)
 
     def state(self, task_id="T1"):
         return self.hive.record(task_id).state
@@ -273,6 +277,17 @@ def test_bids_are_kept_by_task_cheapest_first_and_a_new_auction_replaces_the_old
 
     desk.hear(Bids("robot1", 1, 2, (Bid("robot1", "T1", 3.0),)))
     desk.hear(Bids("robot2", 1, 1, (Bid("robot2", "T1", 1.0),)))
+    assert [bid.cost for bid in desk.hive.bids("T1")] == [3.0]
+
+
+def test_bids_that_were_not_heard_are_those_that_were_noted(desk):
+    noted = Decision("T1", 1, 2, 1, 0.0, "robot1", bids=(Bid("robot1", "T1", 4.0),))
+    desk.take(Noted(noted))
+    assert [bid.cost for bid in desk.hive.bids("T1")] == [4.0]
+    assert desk.hive.take_changes().tasks == {"T1"}
+
+    desk.hear(Bids("robot1", 1, 3, (Bid("robot1", "T1", 3.0),)))
+    desk.take(Noted(noted))
     assert [bid.cost for bid in desk.hive.bids("T1")] == [3.0]
 
 

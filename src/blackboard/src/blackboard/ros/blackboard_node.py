@@ -11,6 +11,7 @@ from blackboard.errors import BlackboardError
 from blackboard.ros import handshakes, membership, params
 from blackboard.ros.links import mend_links
 from blackboard.ros.prompt_sending import send_promptly
+from blackboard.ros.signals import end_on_signals
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import RosWays
 from blackboard.settings import BackupSettings, BlackboardSettings, WaysSettings
@@ -27,7 +28,8 @@ def main() -> None:
         `bb_backup`, `bb_sync`, `bb_entries`, `bb_ack`, `bb_vote`.
     ROS Parameters: see config/blackboard.yaml.
     """
-    rospy.init_node("blackboard")
+    end_on_signals()
+    rospy.init_node("blackboard", disable_signals=True)
     handshakes.take_each_apart()
     send_promptly()
     mend_links()

@@ -66,12 +66,22 @@ def open_journal() -> SqliteJournal:
 
 def _file(ending: str) -> Path:
     """Return the path of a file of this node in the folder that the parameters name."""
+    name = rospy.get_name().strip("/").replace("/", "-")
+    return journal_folder() / f"{name}{ending}"
+
+
+def journal_folder() -> Path:
+    """Return the folder that the parameters name for the journals.
+
+    Raises:
+        SettingsError: The parameter is no text.
+
+    ROS Parameters: `~journal`, else `/journal`: the folder. Default: `default_folder`.
+    """
     folder = rospy.get_param("~journal", "") or rospy.get_param("/journal", "")
     if not isinstance(folder, str):
         raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
-    path = Path(folder) if folder else default_folder()
-    name = rospy.get_name().strip("/").replace("/", "-")
-    return path / f"{name}{ending}"
+    return Path(folder) if folder else default_folder()
 
 
 def default_folder() -> Path:

@@ -26,6 +26,7 @@ from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
 from blackboard.ros.links import mend_links
 from blackboard.ros.prompt_sending import send_promptly
+from blackboard.ros.signals import end_on_signals
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import RosWays
 from blackboard.settings import ControllerSettings, RobotSettings, WaysSettings
@@ -57,7 +58,8 @@ def main() -> None:
     ROS Parameters: `characteristics` of the robot, `charging` of the hive (its chargers and
         thresholds); otherwise see config/robot.yaml.
     """
-    rospy.init_node("robot")
+    end_on_signals()
+    rospy.init_node("robot", disable_signals=True)
     handshakes.take_each_apart()
     send_promptly()
     mend_links()

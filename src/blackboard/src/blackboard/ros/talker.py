@@ -64,7 +64,7 @@ class RosTalker:
     def __init__(self, hive: str, speaks: Iterable[str]) -> None:
         self._hive = hive
         # Not a SimpleQueue: in Python 3.11 its get() waits for ever, whatever the timeout, once a
-        # signal handler has taken longer than that, and rospy's does when it shuts a node down.
+        # signal handler has taken longer than that.
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
         self._spins = False
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
@@ -78,8 +78,7 @@ class RosTalker:
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
         self._audience = Audience(self._speakers.node_of)
         self._audience.speaks = self._publishers.get(BB_VOTE)
-        # A get() that a signal interrupts waits for ever where the handler outlasts its timeout
-        # (CPython 3.11), and rospy shuts down inside the handler: so something has to come.
+        # Whoever waits for the queue is to see that the node is shut down.
         rospy.on_shutdown(lambda: self.call(lambda: None))
 
     def now(self) -> float:

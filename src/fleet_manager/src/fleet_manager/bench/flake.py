@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import statistics
 import subprocess
 import sys
@@ -87,15 +88,26 @@ def _run_once(root: Path, files: Iterable[Path]) -> Iterator[CaseRun]:
     with tempfile.TemporaryDirectory(prefix="robo-hive-flake-") as folder:
         pytest = [sys.executable, "-m", "pytest", "-c", str(root / "pyproject.toml")]
         options = ["-q", "-o", "pythonpath=", "-p", "no:cacheprovider", "--results", folder]
-        subprocess.run(  # noqa: S603  (our own tests)
-            [*pytest, *options, *map(str, files)],
-            env={k: v for k, v in os.environ.items() if k != "ROS_MASTER_URI"},
-            stdout=subprocess.DEVNULL,
-            check=False,
-        )
+        _run_to_its_end([*pytest, *options, *map(str, files)])
         for file in files:
             result = Path(folder) / f"{file.stem}.xml"
             yield from cases_of(result) if result.exists() else [CaseRun(file.stem, False, 0.0)]
+
+
+def _run_to_its_end(command: Sequence[str]) -> None:
+    """Run tests; on Ctrl-C, let them end what they have started before this ends."""
+    tests = subprocess.Popen(  # noqa: S603  (our own tests)
+        command,
+        env={k: v for k, v in os.environ.items() if k != "ROS_MASTER_URI"},
+        stdout=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        tests.wait()
+    except KeyboardInterrupt:
+        tests.send_signal(signal.SIGINT)
+        tests.wait()
+        raise
 
 
 def cases_of(file: Path) -> list[CaseRun]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from blackboard.cost import Bid, Bids
+    from blackboard.decision import Decision
 
 
 class BidBook:
@@ -26,8 +27,12 @@ class BidBook:
         """Return in how many auctions a task has been seen."""
         return self._counts.get(task_id, 0)
 
-    def add(self, answer: Bids) -> list[str]:
-        """Write a robot's answer down, and return the ids of the tasks that it bids on."""
+    def add(self, answer: Bids | Decision) -> list[str]:
+        """Write down what a robot has answered, or what was noted about all answers.
+
+        Returns:
+            The ids of the tasks that were bid on.
+        """
         auction = (answer.epoch, answer.auction)
         for bid in answer.bids:
             known = self._auctions.get(bid.task_id)

@@ -20,6 +20,7 @@ from blackboard.task import Task
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from blackboard.decision import Decision
     from blackboard.pose import Pose
     from fleet_manager.desk.places import Place
 
@@ -126,7 +127,14 @@ class PlacesKnown:
     places: tuple[Place, ...]
 
 
-Fact = Told | Clicked | MapBounds | PlannedPath | Located | PlacesKnown | LinkChange
+@dataclass(frozen=True, slots=True)
+class Noted:
+    """A decision that a member of the hive has noted on this machine."""
+
+    decision: Decision
+
+
+Fact = Told | Clicked | MapBounds | PlannedPath | Located | PlacesKnown | LinkChange | Noted
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +159,17 @@ class SetRobotState:
     state: RobotState
 
 
-Command = PostTask | CancelTask | SetRobotState
+@dataclass(frozen=True, slots=True)
+class AskWhy:
+    """Ask what has been noted about a task's auctions; each is answered with a `Noted`."""
+
+    task_id: str
+
+
+Wish = PostTask | CancelTask | SetRobotState
+"""What the hive is told on its topics."""
+
+Command = Wish | AskWhy
 
 
 class HiveLink(Protocol):

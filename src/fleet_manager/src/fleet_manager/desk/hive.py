@@ -20,7 +20,7 @@ from blackboard.task import TaskState
 from fleet_manager.desk.authority import Authority, Standing
 from fleet_manager.desk.bid_book import BidBook
 from fleet_manager.desk.events import Log
-from fleet_manager.desk.facts import LinkChange, Told
+from fleet_manager.desk.facts import LinkChange, Noted, Told
 from fleet_manager.desk.rows import Changes, RobotRow, TaskRow, due
 
 if TYPE_CHECKING:
@@ -87,6 +87,8 @@ class Hive:
         """Take a fact in; facts that are none of the hive's (a click) change nothing."""
         if isinstance(fact, LinkChange):
             self.note(self._log.link(fact))
+        elif isinstance(fact, Noted):
+            self._changes.tasks.update(self._bids.add(fact.decision))
         elif isinstance(fact, Told):
             self._apply_report(fact.report, fact.stamp, now)
 

@@ -171,11 +171,10 @@ WORDS = {
     "details.part": _("Part of {parent}"),
     "details.reason": _("Reason: {reason}"),
     "details.no_bids": _(
-        "No bid has been seen since this window was opened. Where the blackboard works bids out "
-        "itself there are none to see; hive why tells them."
+        "No bid has been seen since the program was started, and none is noted on this machine."
     ),
     "details.helps": _("What would help: {what}"),
-    "details.offered": _("Seen in {auctions} auctions; given out {times} times."),
+    "details.offered": _("Auctions it was seen in: {auctions}. Times given out: {times}."),
     "details.tried": _("Tried in vain by {robots}."),
     "details.nobody": _("none"),
     "bid.robot": _("Robot"),

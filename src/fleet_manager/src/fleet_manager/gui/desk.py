@@ -18,6 +18,7 @@ from blackboard.task import TaskState
 from fleet_manager.desk.authority import Standing
 from fleet_manager.desk.events import Log
 from fleet_manager.desk.facts import (
+    AskWhy,
     Clicked,
     LinkChange,
     LinkState,
@@ -140,6 +141,10 @@ class Desk(QObject):
         for task_id in task_ids:
             if task := self.hive.posted(task_id):
                 self.post(replace(task, id=self.proposed_id()))
+
+    def ask_why(self, task_id: str) -> None:
+        """Have the bids on a task looked up, for where they are not told on any topic."""
+        self._link.send(AskWhy(task_id))
 
     def set_robot_state(self, robots: Iterable[str], state: RobotState) -> None:
         """Ask robots to go out of service or back into it."""

@@ -36,6 +36,7 @@ class TaskDetails(QDialog):
         self.setAttribute(Qt.WA_DeleteOnClose)
         self.setWindowTitle(text("details.title", id=task_id))
         self._desk, self._task_id = desk, task_id
+        self._asked_at: tuple[object, ...] = ()
         self.bid_table.setColumnCount(len(HEADS))
         self.bid_table.setHorizontalHeaderLabels([text(head) for head in HEADS])
         self.bid_table.horizontalHeader().setStretchLastSection(True)
@@ -55,6 +56,7 @@ class TaskDetails(QDialog):
         record = self._desk.hive.record(self._task_id)
         if record is None:
             return
+        self._ask_why(record)
         self.asked_label.setText(asked(record))
         self.stands_label.setText(stands(record))
         bids = self._desk.hive.bids(self._task_id)
@@ -67,7 +69,15 @@ class TaskDetails(QDialog):
         for row, bid in enumerate(bids):
             for column, words in enumerate(bid_cells(bid, record.robot)):
                 self.bid_table.setItem(row, column, QTableWidgetItem(words))
-        self.bid_table.resizeColumnsToContents()
+        for column in range(len(HEADS) - 1):  # the last has what is left, and breaks its lines
+            self.bid_table.resizeColumnToContents(column)
+        self.bid_table.resizeRowsToContents()
+
+    def _ask_why(self, record: TaskRecord) -> None:
+        """Ask for the bids once for every time that the task may have been auctioned."""
+        if (now := (record.state, record.assignment)) != self._asked_at:
+            self._asked_at = now
+            self._desk.ask_why(self._task_id)
 
 
 def asked(record: TaskRecord) -> str:

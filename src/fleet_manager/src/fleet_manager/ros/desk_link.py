@@ -14,8 +14,11 @@ from typing import TYPE_CHECKING
 
 import rospy
 
+from blackboard.decision_book import read_decisions
+from blackboard.errors import JournalError, SettingsError
 from blackboard.ros.master_watch import MasterState, MasterWatch
-from fleet_manager.desk.facts import LinkChange, LinkState, PlacesKnown
+from blackboard.ros.membership import journal_folder
+from fleet_manager.desk.facts import AskWhy, LinkChange, LinkState, Noted, PlacesKnown
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.ros.hive_topics import HiveTopics
 from fleet_manager.ros.world_places import world_places
@@ -71,7 +74,17 @@ class RosDeskLink:
 
     def send(self, command: Command) -> None:
         """Hand over a command; it is sent as soon as the link allows."""
-        self._work.put(lambda: self._topics.speak(command))
+        if isinstance(command, AskWhy):
+            self._work.put(lambda: self._look_up(command.task_id))
+        else:
+            self._work.put(lambda: self._topics.speak(command))
+
+    def _look_up(self, task_id: str) -> None:
+        try:
+            for decision in read_decisions(journal_folder(), task_id):
+                self._inbox.put(Noted(decision))
+        except (JournalError, SettingsError) as error:
+            rospy.logwarn_throttle_identical(10, str(error))
 
     def _meet(self, robot: str) -> None:
         self._work.put(lambda: self._topics.advertise_to(robot))

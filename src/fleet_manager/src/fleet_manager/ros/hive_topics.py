@@ -29,7 +29,7 @@ from fleet_manager.desk.facts import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
-    from fleet_manager.desk.facts import Command
+    from fleet_manager.desk.facts import Wish
     from fleet_manager.desk.inbox import Inbox
 
 _QUEUE_SIZE = 1000
@@ -119,15 +119,15 @@ class HiveTopics:
         else:
             rospy.logwarn(f"robot {robot[:64]!r} cannot be spoken to: ROS allows no such name")
 
-    def speak(self, command: Command) -> None:
-        """Publish a command, once."""
-        if isinstance(command, PostTask):
-            self._publish(topics.NEW_TASK, topics.NEW_TASK, command.task)
-        elif isinstance(command, CancelTask):
-            self._publish(topics.TASK_CANCEL, topics.TASK_CANCEL, command.task_id)
+    def speak(self, wish: Wish) -> None:
+        """Publish a wish, once."""
+        if isinstance(wish, PostTask):
+            self._publish(topics.NEW_TASK, topics.NEW_TASK, wish.task)
+        elif isinstance(wish, CancelTask):
+            self._publish(topics.TASK_CANCEL, topics.TASK_CANCEL, wish.task_id)
         else:
-            name = f"{command.robot}/{topics.SET_STATE}"
-            self._publish(name, topics.SET_STATE, command.state.name.lower())
+            name = f"{wish.robot}/{topics.SET_STATE}"
+            self._publish(name, topics.SET_STATE, wish.state.name.lower())
 
     def _advertise(self, name: str, topic: str) -> None:
         message = WIRES[topic].message

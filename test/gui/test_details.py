@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The window with all there is to know about one task, on a hive that says what the test says."""
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard.backup import TaskList
+from blackboard.cost import Bid
+from blackboard.decision import Decision
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord
+from blackboard.task import Task, TaskState, TaskType
+from fleet_manager.desk.facts import AskWhy, Noted
+from fleet_manager.gui.desk import Desk
+from fleet_manager.gui.task_details import TaskDetails
+
+WAITING = TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 2.0),)))
+GIVEN = replace(WAITING, state=TaskState.ASSIGNED, robot="robot1", assignment=1)
+
+
+@pytest.fixture
+def details(person, link):
+    """The details of T1, which is waiting."""
+    desk = Desk(link)
+    desk.start()
+    link.say(TaskList(1, 1, (WAITING,)))
+    person.wait_until(lambda: desk.hive.record("T1"))
+    details = TaskDetails(desk, "T1")
+    details.show()
+    yield details
+    desk.stop()
+    details.close()
+
+
+def test_the_details_ask_for_the_bids_again_when_the_task_is_given_out(person, link, details):
+    assert link.sent == [AskWhy("T1")]
+    assert details.no_bids_label.isVisible()
+
+    link.say(TaskList(1, 2, (GIVEN,)))
+    person.wait_until(lambda: "assigned" in details.stands_label.text())
+    assert link.sent == [AskWhy("T1")] * 2
+
+
+def test_the_details_show_bids_that_were_noted_and_not_heard(person, link, details):
+    link.say(TaskList(1, 2, (GIVEN,)))
+    bids = (Bid("robot1", "T1", 4.0), Bid("robot2", "T1", 9.0))
+    link.said.append(Noted(Decision("T1", 1, 1, 1, 0.0, "robot1", bids=bids)))
+    person.wait_until(lambda: details.bid_table.rowCount() == 2)
+
+    assert details.bid_table.item(0, 0).text() == "robot1 (has it)"
+    assert not details.no_bids_label.isVisible()
+    assert link.sent == [AskWhy("T1")] * 2
