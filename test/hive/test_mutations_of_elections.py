@@ -149,9 +149,9 @@ CHURN, DISKS, ALONE = "members come and go", "lost disks", "a founder alone"
 
 CAUGHT_BY = {
     vote_for_any_list: (30, STORM),
-    vote_although_the_active_one_is_heard: (7, STORM),
+    vote_although_the_active_one_is_heard: (35, STORM),
     vote_twice_in_an_epoch: "rivals",
-    do_not_take_a_vote_for_a_promise: (11, STORM),
+    do_not_take_a_vote_for_a_promise: (71, STORM),
     forget_the_vote_over_a_restart: "forgetful rivals",
     vote_at_once_after_a_restart: (2, RESTARTS),
     elect_with_half_of_the_members: (1, STORM),

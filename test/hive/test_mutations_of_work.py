@@ -93,7 +93,7 @@ def work_on_without_a_lease(patch):
 
 def renew_a_lease_after_its_end(patch):
     def generous(self, beat, now):
-        if self._robot_id not in dict(beat.heard):
+        if self._robot_id not in beat.heard:
             return False
         self._length = beat.robot_lease
         before, self._end = self._end, now + beat.robot_lease
@@ -122,7 +122,7 @@ CAUGHT_BY = {
     commit_with_half_of_the_members: (0, STORM),
     announce_before_a_majority_holds_it: (0, STORM),
     answer_before_writing_to_disk: (375, STORM),
-    drop_the_journal: (0, STORM),
+    drop_the_journal: (1, STORM),
     acknowledge_what_is_missing: (0, STORM),
     keep_what_the_new_active_one_lacks: (6, STORM),
     forget_reports_over_a_restart: (45, ANY),

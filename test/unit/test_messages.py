@@ -29,7 +29,7 @@ def test_the_states_of_a_message_are_those_of_the_core(message, enum):
 
 
 def test_the_task_types_of_the_message_are_those_of_the_core():
-    orders = {"ASSIGN", "TAKE_BACK", "HAND_BACK", "HAND_BACK_UNBEGUN"}
+    orders = {"ASSIGN", "TAKE_BACK", "HAND_BACK", "HAND_BACK_UNBEGUN", "FORGOTTEN"}
     types = {name: value for name, value in constants("TaskMsg").items() if name not in orders}
 
     assert types == {member.name: member.value for member in TaskType}

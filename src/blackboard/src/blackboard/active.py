@@ -7,7 +7,7 @@ majority has followed it of late: by then the others may elect another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,8 @@ from blackboard.member import (
 from blackboard.replication import Entries, Entry, Log, Position, committed_version
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from blackboard.election import Step
     from blackboard.member import Member
     from blackboard.record import TaskRecord
@@ -60,7 +62,7 @@ class Heartbeat:
     progress: int = 0
     version: int = 0
     sent: float = 0.0
-    heard: tuple[tuple[str, float], ...] = ()
+    heard: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     robot_lease: float = 0.0
     hive: str = ""
 
@@ -89,10 +91,11 @@ def write(
     now: float,
     records: tuple[TaskRecord, ...] = (),
     members: tuple[str, ...] | None = None,
+    forgotten: tuple[str, ...] = (),
 ) -> Step:
     """Add a change to the list and have the others write it down too."""
     before = member.log.position
-    entry = Entry(member.epoch, before.version + 1, records, members)
+    entry = Entry(member.epoch, before.version + 1, records, members, forgotten)
     member = member.but(log=member.log.append(entry))
     return advance(member), [_entries(member, before, (entry,), now)]
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.auction import Auction, Result
@@ -12,12 +13,13 @@ from blackboard.talker import TASK_BROADCAST, TASK_COST
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from blackboard.backup import Backup
     from blackboard.central import Central
     from blackboard.cost import Bid, Bids
     from blackboard.improving import Improving
+    from blackboard.reach import Reach
     from blackboard.record import TaskRecord
     from blackboard.talker import Talker, Timer
 
@@ -33,6 +35,7 @@ class Auctioneer:
         improving: Chooses what is offered while nothing waits.
         decide: Called with the result of each round, and with what is to follow once it is carried
             out; what it leaves as impossible is not offered again before something changes.
+        reach: Limits what one call for bids offers, and to whom.
         central: Works the bids out; robots bid themselves where it is left out.
     """
 
@@ -44,6 +47,7 @@ class Auctioneer:
         bid_timeout: float,
         improving: Improving,
         decide: Callable[[Result, Callable[[], None]], None],
+        reach: Reach,
         central: Central | None = None,
     ) -> None:
         self._talker = talker
@@ -52,6 +56,7 @@ class Auctioneer:
         self._bid_timeout = bid_timeout
         self._improving = improving
         self._decide = decide
+        self._reach = reach
         self._central = central
         self._improves = False
         self._auction: Auction | None = None
@@ -60,6 +65,8 @@ class Auctioneer:
         self._auctions = 0
         self._slow: set[str] = set()
         self._parked: set[str] = set()
+        self._left_out = False
+        self._hard: set[str] = set()
         self._changed = False
 
     def stop(self) -> None:
@@ -85,10 +92,12 @@ class Auctioneer:
         """Have some of what has not begun offered again, while there is nothing else to do."""
         if self._auction is not None or not self._backup.may_act() or self._waiting():
             return
-        offers = self._improving.offers(self._in_service())
+        robots, most = self._in_service(), self._reach.most_asked
+        offers = self._improving.offers(robots, most)
         if offers:
             self._begin(improves=True)
-            self._ask(offers, self._in_service(), ())
+            holders = {record.robot for record in offers}
+            self._ask(offers, self._reach.asked(offers, robots) | holders, ())
 
     def try_again(self) -> None:
         """Offer again what nobody could take: something has changed.
@@ -102,6 +111,8 @@ class Auctioneer:
 
     def withdraw(self, task_id: str) -> None:
         """Offer a task no more in the auction under way."""
+        self._parked.discard(task_id)
+        self._hard.discard(task_id)
         if self._auction is not None:
             self._auction.withdraw(task_id)
 
@@ -129,7 +140,7 @@ class Auctioneer:
     def _waiting(self) -> list[TaskRecord]:
         return [
             record
-            for record in self._backup.records
+            for record in self._backup.records.values()
             if record.state is TaskState.WAITING
             and not record.parts
             and record.task.id not in self._parked
@@ -141,7 +152,10 @@ class Auctioneer:
         self._improves = improves
 
     def _begin_round(self, awards: tuple[Bid, ...]) -> None:
-        """Ask those for bids whose bids do not hold, or end the auction where nothing is left."""
+        """Ask those for bids whose bids do not hold, or end the auction where nothing is left.
+
+        What the robots that were asked first cannot take is offered to all.
+        """
         auction, waiting, robots = self._auction, self._waiting(), self._in_service()
         if auction is None or not self._backup.may_act():
             return
@@ -149,14 +163,22 @@ class Auctioneer:
             self._auction = None
             self.open()
             return
-        self._ask(waiting, robots, awards)
+        hard = [record for record in waiting if record.task.id in self._hard]
+        most = len(robots) if hard else min(len(robots), self._reach.most_asked)
+        offers = self._reach.offers(hard or waiting, most)
+        asked = robots if hard else self._reach.asked(offers, robots)
+        self._left_out = asked != robots
+        self._hard -= {record.task.id for record in offers}
+        self._ask(offers, asked, awards)
 
     def _ask(
-        self, records: list[TaskRecord], robots: frozenset[str], awards: tuple[Bid, ...]
+        self, records: Sequence[TaskRecord], robots: frozenset[str], awards: tuple[Bid, ...]
     ) -> None:
         auction = self._auction
         assert auction is not None  # noqa: S101  (whoever asks has begun one)
         asked = auction.ask(records, robots)
+        if asked is None and robots != self._in_service():
+            asked = robots
         auction.excuse(frozenset(self._slow))
         self._closing = self._talker.after(self._bid_timeout, self._close_round)
         if not auction.missing:
@@ -190,6 +212,10 @@ class Auctioneer:
             self.open()
             return
         result = auction.result()
+        if self._left_out:
+            # Robots that were not asked may be able to take it; they are asked next.
+            self._hard |= {task_id for task_id, _ in result.impossible}
+            result = replace(result, impossible=())
         for bid in result.awards:
             auction.forget(bid.robot_id)
             self._improving.note_change()

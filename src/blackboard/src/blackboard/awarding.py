@@ -133,9 +133,14 @@ class Awarding:
     def _impossible(
         self, record: TaskRecord, bids: Iterable[Bid], reason: str, changed: Iterable[TaskRecord]
     ) -> Iterable[TaskRecord]:
-        taken = [known.task.id for known in (*self._backup.records, *changed)]
+
+        def is_taken(task_id: str) -> bool:
+            listed = self._backup.get(task_id) is not None
+            return listed or any(other.task.id == task_id for other in changed)
+
+        robots, earlier = self._in_service(), self._backup.earlier
         try:
-            if divided := split(record, bids, self._in_service(), taken):
+            if divided := split(record, bids, robots, is_taken, earlier):
                 return divided
         except SplitRefusedError as error:
             reason = f"{reason}; {error}"

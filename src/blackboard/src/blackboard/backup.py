@@ -26,7 +26,7 @@ from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
 from blackboard.task_list import Sync, TaskList
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from random import Random
 
     from blackboard.consensus import Event
@@ -155,9 +155,14 @@ class Backup:
         return not self._border.refuses(hive, epoch, self._member)
 
     @property
-    def records(self) -> tuple[TaskRecord, ...]:
-        """Every task the hive knows, in the order they were posted."""
-        return tuple(self._member.log.latest.records.values())
+    def records(self) -> Mapping[str, TaskRecord]:
+        """Every task the hive knows by id, in the order they were posted."""
+        return self._member.log.latest.records
+
+    @property
+    def earlier(self) -> int:
+        """The highest number of an assignment of any task that was forgotten."""
+        return self._member.log.latest.earlier
 
     def get(self, task_id: str) -> TaskRecord | None:
         """Return what is known of a task, or None where it is unknown."""
@@ -187,6 +192,11 @@ class Backup:
             self._waiting.append((version, then))
         else:
             then()
+
+    def forget(self, task_ids: tuple[str, ...]) -> None:
+        """Have the list do without some tasks, which have ended."""
+        if task_ids and self.may_act():
+            self._step(Write((), task_ids))
 
     def grant(self, robot_id: str, sent: float, robot_lease: float) -> None:
         """Have a robot told with every heartbeat which of its statuses was heard last.
@@ -241,7 +251,7 @@ class Backup:
         """Return what is to be said; a heartbeat also says which robots were heard."""
         if not isinstance(message, Heartbeat):
             return message
-        return replace(message, heard=tuple(self._heard.items()), robot_lease=self._robot_lease)
+        return replace(message, heard=dict(self._heard), robot_lease=self._robot_lease)
 
     def _write_down(self, before: Member, after: Member) -> bool:
         """Put on disk what must not be forgotten; a member that cannot do so says nothing."""

@@ -18,8 +18,10 @@ from blackboard.awarding import Awarding
 from blackboard.central import Central
 from blackboard.decision_book import NoBook
 from blackboard.errors import TaskRefusedError
+from blackboard.forgetting import Forgetting
 from blackboard.improving import Improving
 from blackboard.orders import Orders
+from blackboard.reach import Reach
 from blackboard.record import TaskRecord, TaskUpdate
 from blackboard.release import put_back
 from blackboard.splitting import unfinished_parts, with_wholes
@@ -94,8 +96,10 @@ class Blackboard:
             settings.bid_timeout,
             self._improving,
             awarding.carry_out,
+            Reach(settings.most_asked, settings.most_bids, self._watch.last),
             central if settings.decision == "centralized" else None,
         )
+        self._forgetting = Forgetting(settings.keep_ended, settings.most_ended)
         self._done_twice: set[str] = set()
         self._timers: list[Timer] = []
 
@@ -111,8 +115,9 @@ class Blackboard:
 
     def became_active(self) -> None:
         """Begin to decide, with the task list that the hive has committed."""
-        self._orders.resume(self._backup.records)
+        self._orders.resume(self._backup.records.values())
         self._watch.begin()
+        self._forgetting.begin()
         self._timers = [
             self._talker.every(self._settings.reassign / _LOOKS_IN_TIME, self._look_after_robots),
             self._talker.every(self._settings.retry_period, self._auctioneer.try_again),
@@ -142,7 +147,7 @@ class Blackboard:
         except TaskRefusedError as error:
             self._reject(task, str(error))
             return
-        self._commit(TaskRecord(task, reason=unused_goals(task)))
+        self._commit(TaskRecord.new(task, self._backup.earlier, unused_goals(task)))
         self._auctioneer.open()
 
     def _reject(self, task: Task, reason: str) -> None:
@@ -159,12 +164,13 @@ class Blackboard:
     def _cancel(self, task_id: str) -> None:
         record = self._backup.get(task_id)
         if record is None:
-            self._talker.refuse(TASK_CANCEL, f"there is no task {task_id[:MAX_ID_LENGTH]!r}")
+            listed = f"there is no task {task_id[:MAX_ID_LENGTH]!r} on the list"
+            self._talker.refuse(TASK_CANCEL, f"{listed}; it may have ended long ago")
             return
         if record.state.is_terminal:
             self._backup.commit((), lambda: self._tell(record))
             return
-        self._end(record, *unfinished_parts(task_id, self._backup.records))
+        self._end(record, *unfinished_parts(record, self._backup.records))
 
     def _end(self, *records: TaskRecord, reason: str = "cancelled by an operator") -> None:
         """Cancel what has not ended yet, and stop the robots that are at it."""
@@ -183,7 +189,7 @@ class Blackboard:
 
     def _is_known(self, topic: str, robot_id: str) -> bool:
         """Return whether a robot has ever said how it is; refuse what it says otherwise."""
-        known = robot_id in self._watch.known()
+        known = self._watch.knows(robot_id)
         if not known:
             self._talker.refuse(topic, f"no robot {robot_id[:MAX_ID_LENGTH]!r} has been heard")
         return known
@@ -192,7 +198,11 @@ class Blackboard:
         """Follow what a robot reports; what this blackboard says itself comes by here too."""
         record = self._backup.get(update.task_id)
         event = _EVENTS.get(update.state)
-        if record is None or event is None or not update.robot_id:
+        if event is None or not update.robot_id:
+            return
+        if record is None or 1 <= update.assignment <= record.earlier:
+            if self._watch.knows(update.robot_id):
+                self._orders.disown(update.task_id, update.robot_id, update.assignment)
             return
         if not self._is_known(TASK_STATE, update.robot_id):
             return
@@ -201,8 +211,7 @@ class Blackboard:
         holds = (update.robot_id, update.assignment) == (record.robot, record.assignment)
         if event is not TaskEvent.START:
             self._auctioneer.list_changed(update.robot_id)
-        once_held = 1 <= update.assignment <= record.assignment
-        if event is TaskEvent.FINISH and not holds and once_held:
+        if event is TaskEvent.FINISH and not holds and record.is_once_held(update.assignment):
             self._believe(record, update)
         elif holds and event is TaskEvent.RELEASE:
             self._put_back(record, update)
@@ -228,7 +237,7 @@ class Blackboard:
         if changed is not None:
             self._commit(changed, then=lambda: self._orders.take_back(record))
         if not record.state.is_terminal:
-            parts = unfinished_parts(record.task.id, self._backup.records)
+            parts = unfinished_parts(record, self._backup.records)
             self._end(*parts, reason=f"{record.task.id} was done as a whole")
 
     def _put_back(self, record: TaskRecord, update: TaskUpdate) -> None:
@@ -255,6 +264,8 @@ class Blackboard:
         if released:
             self._commit(*released)
             self._auctioneer.try_again()
+        log = self._backup.member.log
+        self._backup.forget(self._forgetting.due(log, self._talker.now()))
 
     def _commit(
         self, *records: TaskRecord, then: Callable[[], None] | None = None, tell: bool = True

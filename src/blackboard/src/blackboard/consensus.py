@@ -43,6 +43,7 @@ class Write:
     """The blackboard wants a change committed."""
 
     records: tuple[TaskRecord, ...]
+    forgotten: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,7 @@ def step(member: Member, event: Event, now: float) -> Step:
     if isinstance(event, Tick):
         said = _pass_time(member, event, now)
     elif isinstance(event, Write):
-        said = active.write(member, now, event.records)
+        said = active.write(member, now, event.records, forgotten=event.forgotten)
     elif isinstance(event, LeaseCheck):
         lost = member.role is Role.ACTIVE and not has_lease(member, now)
         said = (active.step_down(member, now) if lost else member), []

@@ -64,11 +64,11 @@ class NoFence:
     """
 
     hive = ""
-    active = None
-    carriers = None
 
     def __init__(self, talker: Talker) -> None:
         self._talker = talker
+        self.active: tuple[str, ...] | None = None
+        self.carriers: tuple[str, ...] | None = None
 
     def obeys(self, _hive: str, _epoch: int) -> bool:
         """Return that it is to be obeyed."""

@@ -60,22 +60,27 @@ class Improving:
         """Begin to offer again: what was best may be so no longer."""
         self._quiet_steps = 0
 
-    def offers(self, robots: frozenset[str]) -> list[TaskRecord]:
+    def offers(self, robots: frozenset[str], most: int) -> list[TaskRecord]:
         """Return what is offered in the next step, one task of each robot; nothing at rest.
 
         Args:
             robots: Those that are in service.
+            most: So many of them offer at a time; of a larger fleet others in each step.
         """
         lists = defaultdict(list)
         for record in self._held():
             if record.state is TaskState.ASSIGNED and record.robot in robots:
                 lists[record.robot].append(record)
         longest = max(map(len, lists.values()), default=0)
-        if len(robots) < 2 or self._quiet_steps >= longest:  # noqa: PLR2004  (two can exchange)
+        groups = -(-len(lists) // most)
+        if len(robots) < 2 or self._quiet_steps >= longest * groups:  # noqa: PLR2004  (two can exchange)
             return []
         self._turn += 1
         self._quiet_steps += 1
-        return [records[self._turn % len(records)] for _, records in sorted(lists.items())]
+        turn, group = divmod(self._turn, groups)
+        return [
+            records[turn % len(records)] for _, records in sorted(lists.items())[group::groups]
+        ]
 
     def decide(self, offers: Iterable[tuple[TaskRecord, Sequence[Bid]]]) -> None:
         """Have what is to change hands handed back.

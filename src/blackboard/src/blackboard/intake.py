@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from types import MappingProxyType
@@ -29,7 +30,7 @@ from blackboard.talker import (
 from blackboard.task import MAX_ID_LENGTH, TaskType, analyze_task, split_task
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable
 
     from blackboard.backup import TaskList
     from blackboard.characteristics import RobotStatus
@@ -81,7 +82,9 @@ def _entries_flaw(entries: Entries) -> str:
     records = [record for entry in entries.entries for record in entry.records]
     records += entries.whole.records.values() if entries.whole else ()
     flaws = (_task_flaw(record.task, record.step) for record in records if not record.parts)
-    return next(filter(None, flaws), "") or flaw_of(entries.sent, "Entries.sent")
+    flaw = next(filter(None, flaws), "") or flaw_of(entries.sent, "Entries.sent")
+    forgotten = (flaw_of(entry.forgotten, "Entry.forgotten") for entry in entries.entries)
+    return flaw or next(filter(None, forgotten), "")
 
 
 def _list_flaw(known: TaskList) -> str:
@@ -144,6 +147,8 @@ def flaw_of(value: object, name: str) -> str:
     if isinstance(value, float):
         return f"{name} is {value}; allowed: finite numbers" * (not math.isfinite(value))
     inner: Iterable[tuple[object, str]] = ()
+    if isinstance(value, Mapping):
+        value = tuple(value.items())
     if isinstance(value, tuple):
         if len(value) > MOST_ITEMS:
             return f"{name} has {len(value)} items; allowed: at most {MOST_ITEMS}"

@@ -232,6 +232,7 @@ class SqliteJournal:
             "hive": durable.hive,
             "base": list(log.base.position),
             "members": list(log.base.members),
+            "earlier": log.base.earlier,
             "committed": log.committed,
         }
         rows = [(key, json.dumps(value)) for key, value in values.items()]
@@ -246,8 +247,9 @@ class SqliteJournal:
     def _write_changes(self, before: Log, log: Log) -> None:
         base, old = log.base.position.version, before.base.position.version
         if base > old:
-            folded = before.entries[: base - old]
-            self._write_records(record for entry in folded for record in entry.records)
+            for entry in before.entries[: base - old]:
+                self._forget_records(entry.forgotten)
+                self._write_records(entry.records)
             self._database.execute("DELETE FROM entries WHERE version <= ?", (base,))
         known = before.entries[base - old :]
         same = 0
@@ -259,10 +261,15 @@ class SqliteJournal:
 
     def _write_records(self, records: Iterable[TaskRecord]) -> None:
         self._database.executemany(
-            "INSERT INTO records VALUES (:task, (SELECT count(*) FROM records), :record)"
+            "INSERT INTO records VALUES"
+            " (:task, (SELECT coalesce(max(place), -1) + 1 FROM records), :record)"
             " ON CONFLICT (task) DO UPDATE SET record = :record",
             [{"task": each.task.id, "record": to_json(each)} for each in records],
         )
+
+    def _forget_records(self, task_ids: Iterable[str]) -> None:
+        rows = [(task_id,) for task_id in task_ids]
+        self._database.executemany("DELETE FROM records WHERE task = ?", rows)
 
     def _write_entries(self, entries: Iterable[Entry]) -> None:
         rows = [(entry.version, to_json(entry)) for entry in entries]
@@ -278,7 +285,8 @@ class SqliteJournal:
         texts = self._database.execute("SELECT entry FROM entries ORDER BY version")
         entries = tuple(entry_from(text) for (text,) in texts)
         known = {record.task.id: record for record in records}
-        base = Whole(Position(*values["base"]), known, tuple(values["members"]))
+        earlier = values.get("earlier", 0)  # not in journals of older programs
+        base = Whole(Position(*values["base"]), known, tuple(values["members"]), earlier)
         log = Log.of(base, entries, values["committed"])
         return Durable(values["member"], values["epoch"], values["vote"], log, values["hive"])
 

@@ -34,7 +34,8 @@ def entry_from(text: str) -> Entry:
     values = json.loads(text)
     records = tuple(map(_record, values["records"]))
     members = None if values["members"] is None else tuple(values["members"])
-    return Entry(values["epoch"], values["version"], records, members)
+    forgotten = tuple(values.get("forgotten", ()))  # not in journals of older programs
+    return Entry(values["epoch"], values["version"], records, members, forgotten)
 
 
 def record_from(text: str) -> TaskRecord:

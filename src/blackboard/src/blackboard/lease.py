@@ -50,7 +50,7 @@ class Lease:
         if beat.epoch < self._epoch or (self._epoch and beat.epoch > self._epoch + FARTHEST_EPOCH):
             return False
         self._epoch = beat.epoch
-        sent = dict(beat.heard).get(self._robot_id)
+        sent = beat.heard.get(self._robot_id)
         if sent is None or not self._begun <= sent <= now:
             return False
         self._length = beat.robot_lease

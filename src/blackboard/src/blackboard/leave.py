@@ -80,10 +80,14 @@ class Leave:
         return self._fence.obeys(hive, epoch)
 
     def allows(self, order: Order) -> bool:
-        """Return whether an order may be carried out: who gave it counts, and it is recent."""
+        """Return whether an order may be carried out: who gave it counts, and it is recent.
+
+        To drop a task may come late, unless a new one of the same id may have come meanwhile.
+        """
         if not self.obeys(order.hive, order.epoch):
             return False
-        return order.take_back or self._lease.covers(order.heard, self._talker.now())
+        drops = order.take_back and not order.forgotten
+        return drops or self._lease.covers(order.heard, self._talker.now())
 
     def _hear_beat(self, beat: Heartbeat) -> None:
         if not self.obeys(beat.hive, beat.epoch):

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.record import Order
+from blackboard.record import ANY_ASSIGNMENT, Order
 from blackboard.talker import TASK_ASSIGN
 from blackboard.task import Task
 
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
     from blackboard.characteristics import RobotStatus
     from blackboard.record import TaskRecord
     from blackboard.talker import Talker
-
-# Above the number of any assignment that a robot may have of a task that nobody knows.
-_ANY_ASSIGNMENT = 2**32 - 1
 
 
 class Orders:
@@ -35,17 +33,21 @@ class Orders:
         self._talker = talker
         self._backup = backup
         self._timeout = timeout
-        self._given: dict[str, float] = {}
+        self._holders: dict[str, str] = {}
+        self._given: dict[str, dict[str, float]] = defaultdict(dict)
         self._heard: dict[str, float] = {}
 
     def resume(self, records: Iterable[TaskRecord]) -> None:
         """Take over what another blackboard has ordered, as if it had done so now."""
-        now = self._talker.now()
-        self._given = {record.task.id: now for record in records if record.is_held}
+        self._holders.clear()
+        self._given.clear()
+        for record in records:
+            if record.is_held:
+                self._note(record)
 
     def give(self, record: TaskRecord) -> None:
         """Tell the robot of a record to take its task into its list."""
-        self._given[record.task.id] = self._talker.now()
+        self._note(record)
         self._tell(self._order(record))
 
     def take_back(self, record: TaskRecord) -> None:
@@ -64,16 +66,17 @@ class Orders:
 
     def forget(self, task_id: str) -> None:
         """Note that no robot has to have a task any more."""
-        self._given.pop(task_id, None)
+        if (robot_id := self._holders.pop(task_id, None)) is not None:
+            del self._given[robot_id][task_id]
 
     def held(self) -> list[TaskRecord]:
         """Return the records of all that robots have to have in their lists."""
-        records = (self._backup.get(task_id) for task_id in self._given)
-        return [record for record in records if record is not None and record.is_held]
+        return self._held(self._holders)
 
     def given_to(self, robot_id: str) -> tuple[TaskRecord, ...]:
         """Return the records of all that one robot has to have in its list."""
-        return tuple(record for record in self.held() if record.robot == robot_id)
+        listed = self._held(self._given[robot_id])
+        return tuple(record for record in listed if record.robot == robot_id)
 
     def compare(self, status: RobotStatus) -> bool:
         """Mend what differs between a robot's list and what it has to have in it.
@@ -87,7 +90,7 @@ class Orders:
         self._heard[status.robot_id] = status.sent
         now = self._talker.now()
         for record in self.given_to(status.robot_id):
-            overdue = now - self._given[record.task.id] > self._timeout
+            overdue = now - self._given[status.robot_id][record.task.id] > self._timeout
             if overdue and record.task.id not in status.tasks:
                 self.give(record)
         strays = [task for task in status.tasks if not self._is_own(task, status.robot_id)]
@@ -95,23 +98,48 @@ class Orders:
             self._send_away(task_id, status.robot_id)
         return not strays
 
+    def _note(self, record: TaskRecord) -> None:
+        """Note that from now on a robot has to have a task."""
+        self.forget(record.task.id)
+        self._holders[record.task.id] = record.robot
+        self._given[record.robot][record.task.id] = self._talker.now()
+
+    def _held(self, task_ids: Iterable[str]) -> list[TaskRecord]:
+        records = map(self._backup.get, task_ids)
+        return [record for record in records if record is not None and record.is_held]
+
     def _is_own(self, task_id: str, robot_id: str) -> bool:
         record = self._backup.get(task_id)
         return record is not None and record.is_held and record.robot == robot_id
 
+    def disown(self, task_id: str, robot_id: str, assignment: int = ANY_ASSIGNMENT) -> None:
+        """Have a robot drop a task that the hive has forgotten, and report on it no more.
+
+        Args:
+            task_id: The task; another one of that id may be on the list by now.
+            robot_id: Who has it, or reports on it.
+            assignment: Only under numbers up to this one.
+        """
+        order = self._away(Task(task_id, 0, ()), robot_id, assignment)
+        self._tell(replace(order, forgotten=True))
+
     def _send_away(self, task_id: str, robot_id: str) -> None:
         record = self._backup.get(task_id)
-        task = Task(task_id, 0, ()) if record is None else record.task
-        assignment = _ANY_ASSIGNMENT if record is None else record.assignment
-        order = Order(
+        if record is None:
+            self.disown(task_id, robot_id)
+        else:
+            self._tell(self._away(record.task, robot_id, record.assignment))
+
+    def _away(self, task: Task, robot_id: str, assignment: int) -> Order:
+        return Order(
             task,
             robot_id,
             take_back=True,
             epoch=self._backup.epoch,
             assignment=assignment,
+            heard=self._heard.get(robot_id, 0.0),
             hive=self._backup.hive,
         )
-        self._tell(order)
 
     def _tell(self, order: Order) -> None:
         self._talker.publish(TASK_ASSIGN, order, (order.robot_id,))

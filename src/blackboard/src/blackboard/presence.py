@@ -32,6 +32,7 @@ class Presence:
     def __init__(self, timeout: float) -> None:
         self._timeout = timeout
         self._seen: dict[str, _Seen] = {}
+        self._in_service: frozenset[str] = frozenset()
 
     def hear(self, status: RobotStatus, now: float) -> bool:
         """Note a status; return whether the robot may now bid better than before."""
@@ -39,20 +40,20 @@ class Presence:
         known_charge = status.charge if before is None else before.charge
         charged = status.charge - known_charge >= _CHARGE_THAT_MATTERS
         charge = status.charge if charged else min(status.charge, known_charge)
-        self._seen[status.robot_id] = _Seen(status, now, charge)
+        self._note(_Seen(status, now, charge))
         if before is None:
             return status.state.in_service
         returned = status.state.in_service and not before.status.state.in_service
         relieved = not set(before.status.tasks) <= set(status.tasks)
         return returned or relieved or charged
 
-    def known(self) -> frozenset[str]:
-        """Return the names of all robots that have ever been heard."""
-        return frozenset(self._seen)
+    def knows(self, robot_id: str) -> bool:
+        """Return whether a robot has ever been heard."""
+        return robot_id in self._seen
 
     def in_service(self) -> frozenset[str]:
         """Return the names of the robots that take tasks."""
-        return frozenset(name for name, seen in self._seen.items() if seen.status.state.in_service)
+        return self._in_service
 
     def last(self, robot_id: str) -> RobotStatus | None:
         """Return the last status of a robot, or None where it was never heard."""
@@ -71,5 +72,11 @@ class Presence:
             if now - seen.heard > self._timeout and seen.status.state is not RobotState.OFFLINE
         )
         for status in fallen:
-            self._seen[status.robot_id] = replace(self._seen[status.robot_id], status=status)
+            self._note(replace(self._seen[status.robot_id], status=status))
         return fallen
+
+    def _note(self, seen: _Seen) -> None:
+        name = seen.status.robot_id
+        self._seen[name] = seen
+        if seen.status.state.in_service != (name in self._in_service):
+            self._in_service ^= {name}

@@ -28,7 +28,7 @@ class Properties:
     2. A task is done once: when a robot has said DONE, nobody says DONE for another run or begins
        a step of the task, unless that robot's process has ended since or it had been given up for
        lost.
-    3. What was said to be taken in stays on the list for ever.
+    3. What was said to be taken in stays on the list until it was said that it has ended.
     4. What has ended stays as it ended.
     5. A task that is assigned or started has a robot, unless it was split, and one that waits has
        none.
@@ -51,6 +51,7 @@ class Properties:
         self._done_by: dict[str, tuple[Robot, int]] = {}
         self._handed_back: set[tuple[str, str, int]] = set()
         self._lost: set[str] = set()
+        self._ended: set[str] = set()
         self.accepted: set[str] = set()
         hive.network.watch(self.check)
 
@@ -87,8 +88,11 @@ class Properties:
             )
 
     def _check_update(self, update: TaskUpdate) -> None:
+        if update.state.is_terminal:
+            self._ended.add(update.task_id)
         if update.state is TaskState.WAITING and not update.robot_id:
             self.accepted.add(update.task_id)
+            self._ended.discard(update.task_id)
         elif update.state is TaskState.WAITING:
             self._handed_back.add((update.task_id, update.robot_id, update.assignment))
         robot = self._hive.robots.get(update.robot_id)
@@ -107,8 +111,13 @@ class Properties:
 
     def _check_list(self, known: TaskList) -> None:
         now = {record.task.id: record for record in known.records}
-        lost = (self.accepted | self._known.keys()) - now.keys()
-        _hold(not lost, f"{sorted(lost)} had been taken in and are on the list no more")
+        gone = (self.accepted | self._known.keys()) - now.keys()
+        lost = sorted(gone - self._ended)
+        _hold(not lost, f"{lost} had been taken in and are on the list no more")
+        for name in gone:
+            self._done_by.pop(name, None)
+            self.accepted.discard(name)
+        self._ended |= {name for name, record in now.items() if record.state.is_terminal}
         for name, record in now.items():
             _check_record(record)
             if name in self._known:

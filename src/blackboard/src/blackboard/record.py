@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from blackboard.task import Task, TaskEvent
 
 
+ANY_ASSIGNMENT = 2**32 - 1
+"""Above the number of any assignment: of a task that is not on the list, or of another hive."""
+
+
 @dataclass(frozen=True, slots=True)
 class TaskRecord:
     """A task on the list and where it stands.
@@ -26,11 +30,14 @@ class TaskRecord:
         eta: Predicted time from the last report until it is done [s]; 0 where unknown.
         reason: In words, for a person; may be empty.
         parent: Id of the task it is a part of; empty when it is whole.
-        assignment: How often it has been assigned: which of several robots a report comes from.
+        assignment: Number of its last assignment, which tells from which of several robots a
+            report comes; grows with each, and begins at `earlier`.
         tried: The robots that have tried it in vain, one entry for each time.
         step_eta: Predicted time from the last report until the present step is done [s]; 0 where
             unknown.
         parts: Into how many parts it was split, each with a record of its own; 0 when it is whole.
+        earlier: Assignments up to this number are those of tasks that the hive has forgotten;
+            reports on them say nothing of this task, even if it has the same id.
     """
 
     task: Task
@@ -44,6 +51,24 @@ class TaskRecord:
     tried: tuple[str, ...] = ()
     step_eta: float = 0.0
     parts: int = 0
+    earlier: int = 0
+
+    @classmethod
+    def new(cls, task: Task, earlier: int, reason: str = "", parent: str = "") -> TaskRecord:
+        """Return the record of a task that comes on the list.
+
+        Args:
+            task: What was posted, or a part of it.
+            earlier: The highest number of an assignment that the hive has forgotten.
+            reason: In words, for a person; may be empty.
+            parent: Id of the task it is a part of; empty when it is whole.
+        """
+        return cls(task, reason=reason, parent=parent, assignment=earlier, earlier=earlier)
+
+    @property
+    def times_assigned(self) -> int:
+        """How often it has been assigned."""
+        return self.assignment - self.earlier
 
     @property
     def steps(self) -> int:
@@ -63,6 +88,14 @@ class TaskRecord:
         """
         elsewhere = self.state.is_terminal or self.robot != robot_id
         return self.assignment > assignment or (self.assignment == assignment and elsewhere)
+
+    def is_once_held(self, assignment: int) -> bool:
+        """Return whether an assignment is one of this very task, the present one or one before.
+
+        One of another hive, which has given way to this one, counts once there is one of this.
+        """
+        of_another_hive = assignment == ANY_ASSIGNMENT and self.times_assigned > 0
+        return of_another_hive or self.earlier < assignment <= self.assignment
 
     def gets_on(self, update: TaskUpdate) -> bool:
         """Return whether a robot's report of a start tells more than this knows.
@@ -187,6 +220,8 @@ class Order:
         heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
         hive: Id of the blackboard's hive.
         if_unbegun: Whether a robot that has begun with it keeps it in spite of `take_back`.
+        forgotten: Whether a robot that is to drop it shall also report on it no more, because the
+            hive has forgotten the task.
     """
 
     task: Task
@@ -199,3 +234,4 @@ class Order:
     heard: float = 0.0
     hive: str = ""
     if_unbegun: bool = False
+    forgotten: bool = False

@@ -40,12 +40,14 @@ class Entry:
         records: The records that are new or changed.
         members: The members from here on, in the order in which they joined; None where they stay
             as they are.
+        forgotten: Ids of tasks that the list does without from here on; all of them have ended.
     """
 
     epoch: int
     version: int
     records: tuple[TaskRecord, ...] = ()
     members: tuple[str, ...] | None = None
+    forgotten: tuple[str, ...] = ()
 
     @property
     def position(self) -> Position:
@@ -59,25 +61,34 @@ class Whole:
 
     Attributes:
         position: How far it goes.
-        records: Every task by id, in the order they were posted.
+        records: Every task by id, in the order they were posted, but for those forgotten.
         members: Ids of the members whose votes count, in the order in which they joined.
+        earlier: The highest number of an assignment of any task that was forgotten. A task that
+            is posted anew counts on from there, so that no number of an id comes twice.
     """
 
     position: Position = field(default_factory=Position)
     records: Mapping[str, TaskRecord] = field(default_factory=lambda: MappingProxyType({}))
     members: tuple[str, ...] = ()
+    earlier: int = 0
 
     def after(self, entries: Iterable[Entry]) -> Whole:
         """Return what it becomes with some changes, which have to follow it without a gap."""
-        position, members = self.position, self.members
-        changed: dict[str, TaskRecord] = {}
+        position, members, earlier = self.position, self.members, self.earlier
+        records: dict[str, TaskRecord] | None = None
         for entry in entries:
             position = entry.position
             members = members if entry.members is None else entry.members
+            if records is None and (entry.records or entry.forgotten):
+                records = dict(self.records)
+            if records is None:
+                continue
+            for task_id in entry.forgotten:
+                if (gone := records.pop(task_id, None)) is not None:
+                    earlier = max(earlier, gone.assignment)
             for record in entry.records:
-                changed[record.task.id] = record
-        records = {**self.records, **changed} if changed else self.records
-        return Whole(position, records, members)
+                records[record.task.id] = record
+        return Whole(position, self.records if records is None else records, members, earlier)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.errors import JournalError
+from blackboard.record import ANY_ASSIGNMENT
 from blackboard.talker import TASK_STATE
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from blackboard.backup import TaskList
     from blackboard.fence import Fence
@@ -38,7 +40,7 @@ class Reports:
         self._journal = journal
         self._open = {report.task_id: report for report in journal.load_reports()}
         self._newest: TaskList | None = None
-        self._known: dict[str, TaskRecord] = {}
+        self._known: Mapping[str, TaskRecord] = {}
 
     def add(self, report: TaskUpdate) -> None:
         """Tell of a task that has left the list."""
@@ -67,6 +69,13 @@ class Reports:
         record = self._known.get(order.task.id)
         return record is not None and record.has_ended(self._robot_id, order.assignment)
 
+    def forget(self, order: Order) -> None:
+        """Report no more on a task that the hive has forgotten, under the numbers up to its."""
+        report = self._open.get(order.task.id)
+        if report is not None and report.assignment <= order.assignment:
+            del self._open[order.task.id]
+            self._write_down()
+
     def acknowledge(self, known: TaskList) -> None:
         """Forget what a copy of the task list shows to be known.
 
@@ -74,13 +83,24 @@ class Reports:
         """
         if self._newest is not None and known.is_before(self._newest):
             return
+        if self._newest is not None and self._newest.hive not in {"", known.hive}:
+            self._go_over()
         self._newest = known
-        self._known = {record.task.id: record for record in known.records}
+        self._known = known.by_id
         heard = [report for report in self._open.values() if self._has_been_heard(report)]
         for report in heard:
             del self._open[report.task_id]
         if heard:
             self._write_down()
+
+    def _go_over(self) -> None:
+        """Report to another hive only what is done: it has given no task to this robot yet."""
+        self._open = {
+            report.task_id: replace(report, assignment=ANY_ASSIGNMENT)
+            for report in self._open.values()
+            if report.state is TaskState.DONE
+        }
+        self._write_down()
 
     def known_of(self, task_ids: Iterable[str]) -> list[TaskRecord]:
         """Return where some tasks stand by the newest copy of the list that was acknowledged."""

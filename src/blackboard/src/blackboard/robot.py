@@ -211,6 +211,8 @@ class Robot:
             self._say_status()
         elif entry is not None:
             self._drop(entry)
+        if order.forgotten:
+            self._reports.forget(order)
 
     def _put_off_for(self, urgent: Task) -> None:
         """Hand back what is under way if a task that has just been given is to go before it."""

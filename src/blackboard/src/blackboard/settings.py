@@ -118,6 +118,12 @@ class BlackboardSettings(Settings):
             other robots [s].
         improve_threshold: They change hands only where that lowers what the offers cost by more
             than this share; at 1 or more nothing changes hands.
+        most_asked: Of more robots than this those that are likely to win are asked for bids first,
+            the others only for what none of these can take.
+        most_bids: One call for bids asks for at most so many; the most urgent tasks come first.
+        keep_ended: What has ended stays on the list for that long [s].
+        most_ended: Of more tasks that have ended than this the oldest go earlier, though not
+            within 10 s.
     """
 
     decision: str = "distributed"
@@ -133,6 +139,10 @@ class BlackboardSettings(Settings):
     most_hand_backs: int = 5
     improve_period: float = 2.0
     improve_threshold: float = 0.1
+    most_asked: int = 50
+    most_bids: int = 10_000
+    keep_ended: float = 3600.0
+    most_ended: int = 500
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -16,7 +16,7 @@ from blackboard.record import TaskRecord
 from blackboard.task import MAX_ID_LENGTH, TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from blackboard.cost import Bid
 
@@ -52,7 +52,11 @@ def shares(payload: float, capacities: Sequence[float]) -> tuple[float, ...]:
 
 
 def split(
-    record: TaskRecord, bids: Iterable[Bid], in_service: frozenset[str], taken: Iterable[str]
+    record: TaskRecord,
+    bids: Iterable[Bid],
+    in_service: frozenset[str],
+    is_taken: Callable[[str], bool],
+    earlier: int = 0,
 ) -> tuple[TaskRecord, ...]:
     """Return the record of a task that was split and those of its parts; none if it is not heavy.
 
@@ -60,7 +64,8 @@ def split(
         record: A task that nobody has bid on.
         bids: What robots have answered.
         in_service: The robots that count; others may carry more, but not now.
-        taken: The ids that there are.
+        is_taken: Says whether a task has an id already.
+        earlier: The highest number of an assignment that the hive has forgotten.
 
     Raises:
         SplitRefusedError: It is too heavy and cannot be split; the text says why.
@@ -80,23 +85,23 @@ def split(
         raise SplitRefusedError(
             f"{payload:g} kg would take more than {MAX_PARTS} parts of {max(able):g} kg at most"
         )
-    return _divide(record, shares(payload, able), frozenset(taken))
+    return _divide(record, shares(payload, able), is_taken, earlier)
 
 
 def _divide(
-    record: TaskRecord, weights: Sequence[float], taken: frozenset[str]
+    record: TaskRecord, weights: Sequence[float], is_taken: Callable[[str], bool], earlier: int
 ) -> tuple[TaskRecord, ...]:
     whole = record.task
     parts = []
     for number, weight in enumerate(weights, start=1):
         part_id = f"{whole.id}.{number}"
-        if part_id in taken or len(part_id) > MAX_ID_LENGTH:
+        if is_taken(part_id) or len(part_id) > MAX_ID_LENGTH:
             raise SplitRefusedError(
                 f"cannot be split, because the id {part_id} of a part is taken or longer than "
                 f"{MAX_ID_LENGTH} characters; post it again with another id"
             )
         task = replace(whole, id=part_id, payload=round(weight, 3))
-        parts.append(TaskRecord(task, parent=whole.id))
+        parts.append(TaskRecord.new(task, earlier, parent=whole.id))
     split_up = replace(record, parts=len(parts), step=0, eta=0.0)
     return progress(split_up, parts), *parts
 
@@ -140,7 +145,7 @@ def _eta(parts: Sequence[TaskRecord]) -> float:
 
 
 def with_wholes(
-    changed: Sequence[TaskRecord], known: Iterable[TaskRecord]
+    changed: Sequence[TaskRecord], known: Mapping[str, TaskRecord]
 ) -> tuple[TaskRecord, ...]:
     """Return changed records, and after them those of the tasks that they are parts of.
 
@@ -148,31 +153,31 @@ def with_wholes(
 
     Args:
         changed: Records as they are to become.
-        known: All records of the list as it is.
+        known: All records of the list as it is, by id.
     """
-    if not any(record.parent for record in changed):
-        return tuple(changed)
-    before = {record.task.id: record for record in known}
-    after = before | {record.task.id: record for record in changed}
     result = {record.task.id: record for record in changed}
+
+    def now(task_id: str) -> TaskRecord | None:
+        return result.get(task_id) or known.get(task_id)
+
     for record in changed:
         part = record
-        while part.parent in after:
-            parts = [other for other in after.values() if other.parent == part.parent]
-            part = progress(after[part.parent], parts)
-            after[part.task.id] = part
-            if part != before.get(part.task.id):
+        while (whole := now(part.parent)) is not None:
+            part = progress(whole, [each for each in map(now, part_ids(whole)) if each])
+            if part != whole:
                 result[part.task.id] = part
     return tuple(result.values())
 
 
-def unfinished_parts(whole_id: str, known: Iterable[TaskRecord]) -> tuple[TaskRecord, ...]:
+def part_ids(whole: TaskRecord) -> Iterable[str]:
+    """Return the ids of the parts into which a task was split; none where it is whole."""
+    return (f"{whole.task.id}.{number}" for number in range(1, whole.parts + 1))
+
+
+def unfinished_parts(whole: TaskRecord, known: Mapping[str, TaskRecord]) -> tuple[TaskRecord, ...]:
     """Return the parts of a task, and theirs, that have not ended."""
-    records = tuple(known)
     found: list[TaskRecord] = []
-    wholes = {whole_id}
-    while wholes:
-        parts = [record for record in records if record.parent in wholes]
-        found += [part for part in parts if not part.state.is_terminal]
-        wholes = {part.task.id for part in parts if part.parts}
+    for part in (known[name] for name in part_ids(whole) if name in known):
+        found += [] if part.state.is_terminal else [part]
+        found += unfinished_parts(part, known)
     return tuple(found)

@@ -4,19 +4,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from blackboard.talker import SYNC
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from blackboard.member import Member
     from blackboard.record import TaskRecord
     from blackboard.talker import Talker, Timer
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TaskList:
     """The task list, as far as it is committed (message BbSynch).
 
@@ -31,6 +32,11 @@ class TaskList:
     version: int
     records: tuple[TaskRecord, ...] = ()
     hive: str = ""
+
+    @cached_property
+    def by_id(self) -> Mapping[str, TaskRecord]:
+        """The records by the ids of their tasks."""
+        return {record.task.id: record for record in self.records}
 
     def is_before(self, other: TaskList) -> bool:
         """Return whether another list of the same hive is newer."""

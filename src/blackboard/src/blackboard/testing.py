@@ -142,7 +142,7 @@ class Listener:
         network.listen(TASK_STATE, self._show)
 
     def _echo(self, status: RobotStatus) -> None:
-        heard = ((status.robot_id, status.sent),)
+        heard = {status.robot_id: status.sent}
         beat = Heartbeat(1, "blackboard", heard=heard, robot_lease=self._robot_lease)
         self._network.send(BACKUP, beat)
 

@@ -59,9 +59,13 @@ class Watch:
         """Return the names of the robots that take tasks."""
         return self._presence.in_service()
 
-    def known(self) -> frozenset[str]:
-        """Return the names of all robots that have ever been heard."""
-        return self._presence.known()
+    def knows(self, robot_id: str) -> bool:
+        """Return whether a robot has ever been heard."""
+        return self._presence.knows(robot_id)
+
+    def last(self, robot_id: str) -> RobotStatus | None:
+        """Return the last status of a robot, or None where it was never heard."""
+        return self._presence.last(robot_id)
 
     def hear(self, status: RobotStatus) -> bool:
         """Take in a robot's status; return whether it may now bid better than before."""

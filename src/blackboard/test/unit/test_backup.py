@@ -91,7 +91,7 @@ def test_a_task_is_found_by_its_name():
 
     assert backup.get("T1") == ONE
     assert backup.get("T9") is None
-    assert backup.records == (ONE,)
+    assert tuple(backup.records.values()) == (ONE,)
 
 
 class Follower:

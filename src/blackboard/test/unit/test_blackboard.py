@@ -724,9 +724,11 @@ def test_what_does_not_exist_cannot_be_cancelled():
     rig = Rig()
     rig.cancel("never there")
 
-    assert rig.talker.warnings == [
+    (warning,) = rig.talker.warnings
+    assert warning.startswith(
         "a message on task_cancel is refused: there is no task 'never there'"
-    ]
+    )
+    assert warning.endswith("on the list; it may have ended long ago")
     assert not rig.said(TASK_STATE)
 
 
@@ -762,3 +764,78 @@ def test_a_robot_that_is_offline_is_not_waited_for():
     rig.bid("robot1", T1=1.0)
 
     assert rig.orders() == [("T1", "robot1")]
+
+
+# What has ended is forgotten in the end.
+
+
+def forgotten(**settings):
+    """Return a rig that has forgotten a task which robot1 has done."""
+    rig = Rig(keep_ended=30.0, **settings)
+    rig.assign(GO)
+    rig.report("robot1", GO, DONE)
+    for _ in range(35):
+        rig.wait(1.0)
+        rig.join("robot1")
+    assert rig.record(GO) is None
+    return rig
+
+
+def test_a_task_that_has_ended_leaves_the_list_after_its_time():
+    rig = Rig(keep_ended=30.0)
+    rig.post(GO)
+    rig.cancel("T1")
+
+    rig.wait(29.0)
+    assert rig.record(GO).state is CANCELLED
+    rig.wait(3.0)
+    assert rig.record(GO) is None
+
+
+def test_a_robot_that_reports_on_a_forgotten_task_is_told_to_report_no_more():
+    rig = forgotten()
+    rig.report("robot1", GO, DONE)
+
+    order = rig.said(TASK_ASSIGN)[-1]
+    assert (order.robot_id, order.forgotten, order.take_back) == ("robot1", True, True)
+    assert (order.task.id, order.assignment) == ("T1", 1)
+    assert rig.record(GO) is None
+
+
+def test_a_robot_that_has_a_forgotten_task_on_its_list_is_told_to_drop_it():
+    rig = forgotten()
+    rig.status("robot1", tasks=["T1"])
+
+    assert rig.said(TASK_ASSIGN)[-1].forgotten
+
+
+def test_an_id_that_is_forgotten_may_be_used_again_for_another_task():
+    rig = forgotten()
+    rig.post(replace(GO, goals=(B,)))
+    rig.bid("robot1", T1=1.0)
+
+    assert rig.record(GO).task.goals == (B,)
+    assert rig.said(TASK_ASSIGN)[-1].assignment == 2
+
+
+def test_a_late_report_on_a_forgotten_task_says_nothing_of_another_one_of_its_id():
+    rig = forgotten()
+    rig.post(GO)
+    rig.bid("robot1", T1=1.0)
+    rig.report("robot1", GO, DONE, assignment=1)
+
+    assert rig.record(GO).state is ASSIGNED
+    assert rig.said(TASK_ASSIGN)[-1].forgotten
+
+    rig.report("robot1", GO, DONE, assignment=2)
+    assert rig.record(GO).state is DONE
+
+
+def test_a_forgotten_task_cannot_be_cancelled_and_the_reason_is_said():
+    rig = forgotten()
+    rig.cancel("T1")
+
+    assert rig.states(GO)[-1] == (DONE, "robot1")
+    assert (
+        "there is no task 'T1' on the list; it may have ended long ago" in rig.talker.warnings[-1]
+    )

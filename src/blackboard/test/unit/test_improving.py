@@ -78,19 +78,32 @@ def test_nothing_offered_nothing_moved():
 def test_one_task_of_each_robot_is_offered_another_in_each_step_then_it_rests():
     chooser, _ = improving(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
-    offered = [names(chooser.offers(BOTH)) for _ in range(3)]
+    offered = [names(chooser.offers(BOTH, 100)) for _ in range(3)]
 
     assert offered == [["T2", "T3"], ["T1", "T3"], []]
 
 
+def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
+    chooser, _ = improving(
+        held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"), held("T4", "robot3")
+    )
+    robots = frozenset({"robot1", "robot2", "robot3"})
+
+    offered = [names(chooser.offers(robots, 2)) for _ in range(5)]
+
+    assert offered[4] == []
+    assert {name for step in offered for name in step} == {"T1", "T2", "T3", "T4"}
+    assert all(0 < len(step) <= 2 for step in offered[:4])
+
+
 def test_after_a_change_it_is_offered_again():
     chooser, _ = improving(held("T1", "robot1"))
-    chooser.offers(BOTH)
-    rests = chooser.offers(BOTH) == []
+    chooser.offers(BOTH, 100)
+    rests = chooser.offers(BOTH, 100) == []
     chooser.note_change()
 
     assert rests
-    assert names(chooser.offers(BOTH)) == ["T1"]
+    assert names(chooser.offers(BOTH, 100)) == ["T1"]
 
 
 def test_what_has_begun_is_not_offered_nor_what_a_robot_out_of_service_has():
@@ -98,13 +111,13 @@ def test_what_has_begun_is_not_offered_nor_what_a_robot_out_of_service_has():
         held("T1", "robot1", TaskState.STARTED), held("T2", "robot3"), held("T3", "robot2")
     )
 
-    assert names(chooser.offers(BOTH)) == ["T3"]
+    assert names(chooser.offers(BOTH, 100)) == ["T3"]
 
 
 def test_a_lone_robot_offers_nothing():
     chooser, _ = improving(held("T1", "robot1"))
 
-    assert chooser.offers(frozenset({"robot1"})) == []
+    assert chooser.offers(frozenset({"robot1"}), 100) == []
 
 
 def test_what_is_to_move_is_recalled_and_that_is_no_try_in_vain():

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a member has written down, it knows again; what it cannot read, it does not destroy."""
 
+import json
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -12,7 +15,8 @@ from blackboard.record import TaskRecord, TaskUpdate
 from blackboard.replication import Entry, Log, Position, Whole
 from blackboard.task import Task, TaskState, TaskType
 
-ONE = TaskRecord(Task("T1", TaskType.GAB, (Pose(1.0, 2.0), Pose(3.0, 4.0, 0.5)), payload=1.5))
+GOALS = (Pose(1.0, 2.0), Pose(3.0, 4.0, 0.5))
+ONE = TaskRecord(Task("T1", TaskType.GAB, GOALS, payload=1.5), assignment=2)
 TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(5.0, 6.0),)), tried=("robot1", "robot2"))
 EMPTY = Durable("robot1#1", 3, "robot2#5", Log.of(Whole(Position(1, 1), {}, ("robot1#1",))))
 DONE = TaskUpdate("T1", TaskState.DONE, "robot1", 2, 2, assignment=4)
@@ -61,6 +65,39 @@ def test_changes_that_gave_way_to_others_are_gone(path):
     journal.save(replace(EMPTY, log=second))
 
     assert again(journal, path).load() == replace(EMPTY, log=second)
+
+
+@pytest.mark.parametrize("kept", [1, 100])
+def test_what_was_forgotten_stays_forgotten_folded_or_not(path, kept):
+    journal = SqliteJournal(path)
+    log = EMPTY.log
+    for changed, forgotten in (((ONE, TWO), ()), ((), ("T1",)), ((ONE,), ()), ((TWO,), ())):
+        log = log.append(Entry(3, log.position.version + 1, changed, forgotten=forgotten))
+        log = log.commit(log.position.version, kept)
+        journal.save(replace(EMPTY, log=log))
+
+    known = again(journal, path).load()
+
+    assert known == replace(EMPTY, log=log)
+    assert list(known.log.latest.records) == ["T2", "T1"]
+    assert known.log.latest.earlier == ONE.assignment == 2
+
+
+def test_a_journal_of_a_program_that_forgot_nothing_is_read(path):
+    journal = SqliteJournal(path)
+    journal.save(replace(EMPTY, log=EMPTY.log.append(Entry(3, 2, (replace(TWO, assignment=1),)))))
+    journal.close()
+    with closing(sqlite3.connect(path)) as database, database:
+        ((text,),) = database.execute("SELECT entry FROM entries").fetchall()
+        entry = json.loads(text)
+        del entry["forgotten"], entry["records"][0]["earlier"]
+        database.execute("UPDATE entries SET entry = ?", (json.dumps(entry),))
+        database.execute("DELETE FROM self WHERE key = 'earlier'")
+
+    latest = SqliteJournal(path).load().log.latest
+
+    assert latest.records["T2"] == replace(TWO, assignment=1)
+    assert latest.earlier == 0
 
 
 def test_open_reports_are_known_to_the_next_process(path):

@@ -25,7 +25,7 @@ WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 
 
 def beat(sent, epoch=1, robot="robot1", robot_lease=3.5):
-    return Heartbeat(epoch, "blackboard", heard=((robot, sent),), robot_lease=robot_lease)
+    return Heartbeat(epoch, "blackboard", heard={robot: sent}, robot_lease=robot_lease)
 
 
 def started(task, step=0, **fields):

@@ -35,7 +35,7 @@ def last_word(begin, length):
         fence=NoFence(talker),
     )
     leave.start()
-    beat = Heartbeat(1, "blackboard", heard=(("robot1", 0.997 * begin),), robot_lease=length)
+    beat = Heartbeat(1, "blackboard", heard={"robot1": 0.997 * begin}, robot_lease=length)
     network.send(BACKUP, beat)
     network.run(2 * length)
     return said[-1]

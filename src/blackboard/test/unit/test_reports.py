@@ -8,7 +8,7 @@ import pytest
 from blackboard.backup import TaskList
 from blackboard.journal import MemoryJournal
 from blackboard.pose import Pose
-from blackboard.record import Order, TaskRecord, TaskUpdate
+from blackboard.record import ANY_ASSIGNMENT, Order, TaskRecord, TaskUpdate
 from blackboard.reports import Reports
 from blackboard.talker import TASK_STATE
 from blackboard.task import Task, TaskState, TaskType
@@ -121,3 +121,15 @@ def test_an_order_that_the_task_list_agrees_with_or_does_not_know_yet_stands(rec
     desk.know(record)
 
     assert not desk.reports.answer(ORDER)
+
+
+def test_another_hive_hears_of_what_is_done_and_of_nothing_else():
+    desk = Desk()
+    desk.reports.add(DONE)
+    desk.reports.add(replace(BACK, task_id="T2"))
+    desk.reports.acknowledge(TaskList(1, 1, (), "hive1"))
+    desk.reports.acknowledge(TaskList(1, 1, (), "hive2"))
+    said = len(desk.said())
+    desk.reports.repeat()
+
+    assert desk.said()[said:] == [replace(DONE, assignment=ANY_ASSIGNMENT)]

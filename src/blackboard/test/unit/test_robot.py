@@ -620,3 +620,56 @@ def test_a_robot_asks_its_member_for_the_list_with_every_status():
     rig.wait(3.0)
 
     assert member.asked == 3
+
+
+# Tasks that the hive has forgotten.
+
+
+def test_a_robot_drops_a_task_that_the_hive_has_forgotten():
+    rig = Rig()
+    rig.order(GO)
+    rig.order(GO, assignment=2**32 - 1, take_back=True, forgotten=True)
+
+    assert rig.status.tasks == ()
+    assert rig.command.running is None
+
+
+def test_a_robot_reports_no_more_on_a_task_that_the_hive_has_forgotten():
+    rig = Rig()
+    rig.order(GO)
+    rig.wait(STEP + 1.5)
+    rig.order(GO, take_back=True, forgotten=True)
+    said = len(rig.reports(GO))
+    rig.wait(5.0)
+
+    assert rig.reports(GO)[said - 1] == (DONE, 1)
+    assert len(rig.reports(GO)) == said
+
+
+def test_a_report_is_kept_that_is_on_a_later_task_than_the_forgotten_one():
+    rig = Rig()
+    rig.order(GO, assignment=3)
+    rig.wait(STEP + 1.5)
+    rig.order(GO, assignment=2, take_back=True, forgotten=True)
+    said = len(rig.reports(GO))
+    rig.wait(5.0)
+
+    assert len(rig.reports(GO)) > said
+
+
+def test_that_a_task_is_forgotten_counts_only_while_it_is_news():
+    rig = Rig()
+    rig.order(GO)
+    rig.order(GO, assignment=9, take_back=True, forgotten=True, heard=-10.0)
+
+    assert rig.status.tasks == ("T1",)
+
+
+def test_what_was_done_is_done_again_as_another_task_once_it_is_forgotten():
+    rig = Rig()
+    rig.order(GO)
+    rig.wait(STEP + 1.5)
+    rig.order(GO, take_back=True, forgotten=True)
+    rig.order(GO, assignment=2)
+
+    assert rig.status.tasks == ("T1",)

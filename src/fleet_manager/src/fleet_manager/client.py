@@ -139,12 +139,15 @@ class HiveClient:
             raise NotDoneError(f"no task {task_id}; the newest on the list: {known}")
         if record.state.is_terminal:
             raise NotDoneError(f"task {task_id} is {record.state.name} already")
-        ended = lambda: self.view.tasks[task_id].state.is_terminal  # noqa: E731  (one expression)
-        if not self._repeat(lambda: self.link.cancel(task_id), ended):
+
+        def state() -> TaskState:
+            return self.view.state_of(task_id) or record.state
+
+        if not self._repeat(lambda: self.link.cancel(task_id), lambda: state().is_terminal):
             raise self._no_answer(f"task {task_id} may not be cancelled")
-        state = self.view.tasks[task_id].state
-        if state is not TaskState.CANCELLED:
-            raise NotDoneError(f"task {task_id} became {state.name} before it could be cancelled")
+        if state() is not TaskState.CANCELLED:
+            became = f"task {task_id} became {state().name}"
+            raise NotDoneError(f"{became} before it could be cancelled")
 
     def fetch_tasks(self) -> None:
         """Wait until the blackboard's list is in the view.

@@ -4,7 +4,7 @@
 The blackboard's list is the truth and comes whole; updates only make the picture newer until the
 next list. A list that is older than one seen already is dropped, because lists may overtake each
 other when the blackboard moves to another robot. A hive that was founded anew begins with a list
-of its own.
+of its own. What has ended leaves the list after a while; its last word is kept for longer here.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from blackboard.record import TaskRecord
 
 
+MOST_ANSWERS = 10_000
+"""Tasks that are on no list and whose last word is kept; the oldest make way."""
+
 Report = TaskList | TaskUpdate | RobotStatus | Heartbeat | TruePlace | BatteryReading | Collisions
 """Whatever comes over a link: what the hive says, and what a recorder asked for as well."""
 
@@ -33,7 +36,8 @@ class HiveView:
     Attributes:
         tasks: Where each task stands, by id, in the order they were posted.
         robots: How each robot is, by name.
-        answers: The last word on tasks that are on no list yet, or never will be, by id.
+        answers: The last word on tasks that are on no list yet, never will be, or no longer are,
+            by id.
         heartbeat: Who carries the blackboard; None until it was heard.
         version: Epoch and version of the newest list; None until one came.
         hive: Id of the hive that it is from. Epochs of another hive are not comparable.
@@ -95,14 +99,24 @@ class HiveView:
                 self.tasks.clear()
             self.hive = task_list.hive
             self.version = (task_list.epoch, task_list.version)
+            before = self.tasks
             self.tasks = {record.task.id: self.newest(record) for record in task_list.records}
             for task_id in self.tasks.keys() & self.answers.keys():
                 del self.answers[task_id]
+            for task_id, record in before.items():
+                if task_id not in self.tasks and record.state.is_terminal:
+                    self._answer(record.told(task_list.epoch))
+
+    def _answer(self, update: TaskUpdate) -> None:
+        self.answers.pop(update.task_id, None)
+        self.answers[update.task_id] = update
+        if len(self.answers) > MOST_ANSWERS:
+            del self.answers[next(iter(self.answers))]
 
     def _take_in_update(self, update: TaskUpdate) -> None:
         record = self.tasks.get(update.task_id)
         if record is None or update.state is TaskState.REJECTED:
-            self.answers[update.task_id] = update
+            self._answer(update)
         elif not self.is_late(update):
             waiting = update.state is TaskState.WAITING
             self.tasks[update.task_id] = replace(

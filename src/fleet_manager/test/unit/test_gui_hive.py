@@ -108,6 +108,17 @@ def test_a_task_that_is_no_longer_listed_goes(desk):
     assert desk.log() == ["T1 is no longer on the list"]
 
 
+def test_a_task_that_has_ended_goes_without_a_word(desk):
+    done = replace(WAITING, state=TaskState.DONE, robot="robot1")
+    desk.hear_list(done)
+    desk.log()
+    desk.hear_list()
+    desk.hear(done.told(1))
+
+    assert desk.hive.tasks == {}
+    assert desk.log() == []
+
+
 def test_an_update_changes_a_task_before_the_next_list_does(desk):
     desk.hear_list(WAITING)
     desk.hear(TaskUpdate("T1", TaskState.STARTED, "robot2", step=1, steps=2, eta=30.0, epoch=1))

@@ -4,6 +4,7 @@ from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.pose import Pose
 from blackboard.record import TaskRecord, TaskUpdate
 from blackboard.task import Task, TaskState, TaskType
+from fleet_manager import hive_view
 from fleet_manager.hive_view import HiveView
 from fleet_manager.tables import fit, robot_data, robots_table, task_data, tasks_table, who_leads
 from fleet_manager.words import changes
@@ -170,3 +171,33 @@ def test_task_data_is_plain_and_complete():
 
 def test_lines_that_are_too_wide_are_cut_with_an_ellipsis():
     assert fit(["short", "much longer"], 6) == ["short", "much …"]
+
+
+def test_how_a_task_ended_is_known_after_it_has_left_the_list():
+    view = HiveView()
+    done = TaskRecord(TASK, TaskState.DONE, "robot1", 2)
+    view.take_in(TaskList(1, 1, (done,)))
+
+    assert told(view, TaskList(1, 2, ()), done.told(1)) == []
+    assert view.tasks == {}
+    assert view.state_of("T1") is TaskState.DONE
+
+
+def test_a_task_that_is_posted_anew_is_another_one():
+    view = HiveView()
+    view.take_in(TaskList(1, 1, (TaskRecord(TASK, TaskState.DONE, "robot1", 2),)))
+    view.take_in(TaskList(1, 2, ()))
+
+    said = told(view, TaskList(1, 3, (TaskRecord.new(TASK, 1),)))
+
+    assert said == ["task T1 waits for a robot"]
+    assert view.state_of("T1") is TaskState.WAITING
+
+
+def test_the_last_words_on_tasks_that_are_on_no_list_do_not_grow_for_ever(monkeypatch):
+    monkeypatch.setattr(hive_view, "MOST_ANSWERS", 2)
+    view = HiveView()
+    for number in range(3):
+        view.take_in(TaskUpdate(f"T{number}", TaskState.REJECTED))
+
+    assert list(view.answers) == ["T1", "T2"]

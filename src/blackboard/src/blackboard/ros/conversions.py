@@ -61,6 +61,8 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
         msg.order = msg.HAND_BACK if order.hand_back else msg.TAKE_BACK
     if order.if_unbegun:
         msg.order = msg.HAND_BACK_UNBEGUN
+    if order.forgotten:
+        msg.order = msg.FORGOTTEN
     msg.step = order.step
     msg.epoch = order.epoch
     msg.assignment = order.assignment
@@ -70,7 +72,8 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
 
 
 def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
-    if msg.order not in {msg.ASSIGN, msg.TAKE_BACK, msg.HAND_BACK, msg.HAND_BACK_UNBEGUN}:
+    takes_back = {msg.TAKE_BACK, msg.HAND_BACK, msg.HAND_BACK_UNBEGUN, msg.FORGOTTEN}
+    if msg.order not in {msg.ASSIGN, *takes_back}:
         raise ValueError(f"order {msg.order} is unknown")
     return Order(
         task=task_from_msg(msg),
@@ -83,6 +86,7 @@ def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
         heard=msg.heard,
         hive=msg.hive,
         if_unbegun=msg.order == msg.HAND_BACK_UNBEGUN,
+        forgotten=msg.order == msg.FORGOTTEN,
     )
 
 

@@ -35,8 +35,8 @@ def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
         progress=beat.progress,
         version=beat.version,
         sent=beat.sent,
-        robots=[robot for robot, _ in beat.heard],
-        heard=[sent for _, sent in beat.heard],
+        robots=list(beat.heard),
+        heard=list(beat.heard.values()),
         robot_lease=beat.robot_lease,
         hive=beat.hive,
     )
@@ -51,7 +51,7 @@ def _beat_from_msg(msg: bb_msgs.BbBackup) -> Heartbeat:
         progress=msg.progress,
         version=msg.version,
         sent=msg.sent,
-        heard=tuple(zip(msg.robots, msg.heard, strict=True)),
+        heard=dict(zip(msg.robots, msg.heard, strict=True)),
         robot_lease=msg.robot_lease,
         hive=msg.hive,
     )
@@ -64,12 +64,14 @@ def _entry_to_msg(entry: Entry) -> bb_msgs.BbEntry:
         tasks=list(map(record_to_msg, entry.records)),
         changes_members=entry.members is not None,
         members=list(entry.members or ()),
+        forgotten=list(entry.forgotten),
     )
 
 
 def _entry_from_msg(msg: bb_msgs.BbEntry) -> Entry:
     members = tuple(msg.members) if msg.changes_members else None
-    return Entry(msg.epoch, msg.version, tuple(map(record_from_msg, msg.tasks)), members)
+    records = tuple(map(record_from_msg, msg.tasks))
+    return Entry(msg.epoch, msg.version, records, members, tuple(msg.forgotten))
 
 
 def _entries_to_msg(entries: Entries) -> bb_msgs.BbEntries:
@@ -87,6 +89,7 @@ def _entries_to_msg(entries: Entries) -> bb_msgs.BbEntries:
         tasks=[record_to_msg(record) for record in whole.records.values()] if whole else [],
         members=list(whole.members) if whole else [],
         hive=entries.hive,
+        earlier=whole.earlier if whole else 0,
     )
 
 
@@ -99,7 +102,7 @@ def _entries_from_msg(msg: bb_msgs.BbEntries) -> Entries:
     whole = None
     if msg.whole:
         records = {record.task.id: record for record in map(record_from_msg, msg.tasks)}
-        whole = Whole(before, records, tuple(msg.members))
+        whole = Whole(before, records, tuple(msg.members), msg.earlier)
     return Entries(
         msg.epoch, msg.active, before, entries, msg.committed, msg.sent, whole, msg.hive
     )

@@ -71,6 +71,7 @@ def record_to_msg(record: TaskRecord) -> bb_msgs.TaskRecord:
         tried=list(record.tried),
         step_eta=record.step_eta,
         parts=record.parts,
+        earlier=record.earlier,
     )
 
 
@@ -88,4 +89,5 @@ def record_from_msg(msg: bb_msgs.TaskRecord) -> TaskRecord:
         tried=tuple(msg.tried),
         step_eta=msg.step_eta,
         parts=msg.parts,
+        earlier=msg.earlier,
     )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from blackboard.settings import BackupSettings
 from blackboard.simulation.schedule import (
     BLACKBOARD,
     OPERATOR,
+    PATIENCE,
     Crash,
     Cut,
     Moment,
@@ -30,11 +32,16 @@ _SEED = 0
 """Of the small delays; the schedules are written for this one."""
 
 
-def _schedule(name: str, *faults: Happening, stagger: float = 0.25) -> Schedule:
+_TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
+
+
+def _schedule(
+    name: str, *faults: Happening, stagger: float = 0.25, keep_ended: float = 3600.0
+) -> Schedule:
     """Return what happens to the blackboard node and two robots."""
-    post = Post(8.0, Task("T1", TaskType.GA, (Pose(1.0, 2.0),)))
     settings = BackupSettings(kept_changes=4, stagger=stagger)
-    return Schedule(_SEED, 2, (post, *faults), settings, mood=name)
+    patience = replace(PATIENCE, keep_ended=keep_ended)
+    return Schedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, patience, mood=name)
 
 
 # Both the blackboard node and robot2 ask robot1 for its vote in epoch 2. The blackboard node wins
@@ -63,6 +70,13 @@ _FIGURE_8 = (
     Crash(19.0, BLACKBOARD, 12.0),
 )
 
+# Robot1 is heard and hears nothing. It goes on reporting T1 when that is forgotten, and when
+# another task is posted by that id, which robot2 gets.
+_POSTED_ANEW = (
+    Cut(9.0, (BLACKBOARD, "robot2"), 20.0, one_way=True, others=("robot1",)),
+    Post(16.0, _TASK, anew=True),
+)
+
 DIRECTED: Mapping[str, Schedule] = MappingProxyType(
     {
         each.mood: each
@@ -72,6 +86,7 @@ DIRECTED: Mapping[str, Schedule] = MappingProxyType(
                 "forgetful rivals", *_RIVALS, Strike(13.0, Moment.VOTES, Crash(0.0, "", 0.05))
             ),
             _schedule("late vote", *_LATE_VOTE, stagger=3.5),
+            _schedule("posted anew", *_POSTED_ANEW, keep_ended=1.0),
             _schedule("figure 8", *_FIGURE_8),
         )
     }

@@ -7,6 +7,7 @@ for. So half of the schedules have a mood that brings such moments about; see `m
 
 from __future__ import annotations
 
+from dataclasses import replace
 from random import Random
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,12 @@ _CANCELLED = 0.1
 _IN_A_MOOD = 0.5
 """Share of the schedules that have a mood."""
 
+_FORGETFUL = 0.5
+"""Share of the schedules whose hive soon forgets what has ended."""
+
+_ANEW = 0.3
+"""Share of the tasks in these that are posted anew under the same id."""
+
 
 def draw(seed: int, mood: str = "") -> Schedule:
     """Draw a schedule.
@@ -34,8 +41,12 @@ def draw(seed: int, mood: str = "") -> Schedule:
         mood: A name of `MOODS`; drawn too where it is left out.
     """
     random = Random(seed)
-    if not mood and random.random() >= _IN_A_MOOD:
-        return _ordinary(seed, random)
+    in_a_mood = mood or random.random() < _IN_A_MOOD
+    schedule = _in_a_mood(seed, random, mood) if in_a_mood else _ordinary(seed, random)
+    return _forgetful(schedule) if random.random() < _FORGETFUL else schedule
+
+
+def _in_a_mood(seed: int, random: Random, mood: str) -> Schedule:
     name = mood or random.choice(list(MOODS))
     setting: Setting = MOODS[name](random)
     posts = _posts(random)
@@ -44,10 +55,10 @@ def draw(seed: int, mood: str = "") -> Schedule:
         setting.robots,
         (*posts, *_cancels(random, posts), *setting.faults),
         setting.settings,
-        setting.late,
-        setting.far_clocks,
-        setting.proofs,
-        name,
+        late=setting.late,
+        far_clocks=setting.far_clocks,
+        proofs=setting.proofs,
+        mood=name,
     )
 
 
@@ -63,6 +74,22 @@ def _ordinary(seed: int, random: Random) -> Schedule:
     ]
     happenings = (*posts, *_cancels(random, posts), *faults)
     return Schedule(seed, robots, happenings, mood="anything at any time")
+
+
+def _forgetful(schedule: Schedule) -> Schedule:
+    """Have what has ended forgotten soon, and some of it posted anew."""
+    random = Random(schedule.seed)
+    keep, most = random.choice([0.5, 3.0, 12.0]), random.choice([1, 500])
+    anew = tuple(
+        Post(each.at + random.uniform(5.0, 25.0), each.task, anew=True)
+        for each in schedule.happenings
+        if isinstance(each, Post) and random.random() < _ANEW
+    )
+    return replace(
+        schedule,
+        happenings=(*schedule.happenings, *(each for each in anew if each.at < SETTLE + TROUBLE)),
+        patience=replace(schedule.patience, keep_ended=keep, most_ended=most),
+    )
 
 
 def _posts(random: Random) -> Sequence[Post]:

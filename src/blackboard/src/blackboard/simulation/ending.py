@@ -48,14 +48,17 @@ class Ending:
         ended = {
             name: record
             for hive in self._hives.values()
-            for name, record in hive.truth.items()
+            for name, record in {**hive.forgotten, **hive.truth}.items()
             if record.state.is_terminal
         }
         return {**ended, **self._hives[self._greatest()].truth}
 
     def is_over(self) -> bool:
-        """Return whether one hive decides, and every task has ended or is left behind."""
-        if not self.is_one_hive():
+        """Return whether one hive decides, and every task has ended or is left behind.
+
+        And nobody repeats a report that the hive does not answer.
+        """
+        if not self.is_one_hive() or self._unanswered():
             return False
         truth = self.truth
         ended = {task_id for task_id, record in truth.items() if record.state.is_terminal}
@@ -70,6 +73,8 @@ class Ending:
         """Check, when all has been calm for long, that there is one hive and all has ended."""
         if not self.is_one_hive():
             self._broken("one hive", f"there are {', '.join(self._running_hives())}")
+        if told := self._unanswered():
+            self._broken("it goes on", f"{', '.join(told)}, and is not answered")
         for task_id in sorted(self._tasks):
             record = self.truth.get(task_id)
             if task_id in self.left_behind():
@@ -83,6 +88,16 @@ class Ending:
                 )
             elif record.state is TaskState.FAILED and not record.reason:
                 self._broken("it goes on", f"{task_id} has FAILED and does not say why")
+
+    def _unanswered(self) -> list[str]:
+        """Return which robots of the hive report what on and on."""
+        return [
+            f"{name} reports {report.task_id} as {report.state.name}"
+            for name, member in self._members.items()
+            if member.host.up and member.disk.durable and not member.gone
+            for report in member.disk.reports
+            if member.disk.durable.hive == self._greatest()
+        ]
 
     def left_behind(self) -> set[str]:
         """Return the tasks that only a hive knows which gives way to another, and has said so.

@@ -22,13 +22,18 @@ class History:
 
     Args:
         broken: Ends the run; told which property does not hold, and what was seen.
+        told: Ids of the tasks of which somebody has told that they have ended.
 
     Attributes:
-        truth: Every task as it was last committed.
+        truth: Every task on the list as it was last committed.
+        forgotten: Those that the list does without, as they had ended; one that was posted anew
+            under the id of another takes its place.
     """
 
-    def __init__(self, broken: Callable[[str, str], NoReturn]) -> None:
+    def __init__(self, broken: Callable[[str, str], NoReturn], told: set[str]) -> None:
         self._broken = broken
+        self._told = told
+        self.forgotten: dict[str, TaskRecord] = {}
         self._active_of: dict[int, str] = {}
         self._committed: dict[int, Position] = {}
         self._written: dict[Position, Entry] = {}
@@ -37,7 +42,7 @@ class History:
 
     def follow(
         self, member: Member, before: Member | None
-    ) -> Iterator[tuple[TaskRecord, TaskRecord]]:
+    ) -> Iterator[tuple[TaskRecord | None, TaskRecord]]:
         """Check that what a member holds as committed is what everyone else does.
 
         Args:
@@ -45,10 +50,12 @@ class History:
             before: Its state when it was looked at last.
 
         Yields:
-            Records that have changed: as they were, and as they are.
+            Records that have changed: as they were, None where they are new, and as they are.
         """
         log = member.log
-        for entry in log.entries:
+        for entry in reversed(log.entries):
+            if self._written.get(entry.position) is entry:
+                break  # who has written this one has written all before it
             self._written[entry.position] = entry
         first = 0 if before is None else before.log.committed
         base = log.base.position
@@ -66,23 +73,36 @@ class History:
                 )
             if position in self._written and version > self._applied:
                 self._applied = version
-                yield from self._apply(member, self._written[position].records)
+                yield from self._apply(member, self._written[position])
 
     def _apply(
-        self, member: Member, records: tuple[TaskRecord, ...]
-    ) -> Iterator[tuple[TaskRecord, TaskRecord]]:
-        for record in records:
+        self, member: Member, entry: Entry
+    ) -> Iterator[tuple[TaskRecord | None, TaskRecord]]:
+        for task_id in entry.forgotten:
+            self._forget(member, task_id)
+        for record in entry.records:
             known = self.truth.get(record.task.id)
             self.truth[record.task.id] = record
-            if known is None:
-                continue
             yield known, record
-            if known.state.is_terminal and record.state != known.state:
+            if known is None:
+                self.forgotten.pop(record.task.id, None)
+                self._told.discard(record.task.id)
+            elif known.state.is_terminal and record.state != known.state:
                 self._broken(
                     "done once",
                     f"{member.id} turns {record.task.id} from {known.state.name} "
                     f"to {record.state.name}",
                 )
+
+    def _forget(self, member: Member, task_id: str) -> None:
+        """Check that a task which the list does without has ended, and that this was told."""
+        record = self.truth.pop(task_id, None)
+        if record is None or not record.state.is_terminal:
+            state = "not on the list" if record is None else record.state.name
+            self._broken("nothing is lost", f"{member.id} forgets {task_id}, which is {state}")
+        if task_id not in self._told:
+            self._broken("nothing is lost", f"{member.id} forgets {task_id}, whose end is untold")
+        self.forgotten[task_id] = record
 
     def take_over(self, member: Member) -> None:
         """Check that a member that becomes active is alone in its epoch and lacks nothing."""
@@ -99,7 +119,13 @@ class History:
                 f"{member.id} becomes active with {held} where {known} was committed",
             )
         missing = self._applied - member.log.position.version
-        lost = [task_id for task_id in self.truth if task_id not in member.log.latest.records]
+        kept = member.log.latest.records.keys() | {
+            task_id
+            for entry in member.log.entries
+            if entry.version > self._applied
+            for task_id in entry.forgotten
+        }
+        lost = [task_id for task_id in self.truth if task_id not in kept]
         if missing > 0 or lost:
             self._broken(
                 "nothing is lost",

@@ -12,7 +12,7 @@ from blackboard.blackboard import Blackboard
 from blackboard.controller import CommandResult, CommandState, Controller
 from blackboard.journal import MemoryJournal
 from blackboard.robot import Robot
-from blackboard.settings import BlackboardSettings, ControllerSettings, RobotSettings
+from blackboard.settings import ControllerSettings, RobotSettings
 from blackboard.simulation.host import HostTalker
 from blackboard.simulation.network import SimulatedCrashError
 from blackboard.simulation.schedule import BLACKBOARD, Point
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
+    from blackboard.fence import Fence
     from blackboard.journal import Durable
     from blackboard.pose import Pose
-    from blackboard.settings import BackupSettings
+    from blackboard.settings import BackupSettings, BlackboardSettings
     from blackboard.simulation.host import Host
     from blackboard.task import TaskStep
 
-BLACKBOARD_SETTINGS = BlackboardSettings(retry_period=10.0)
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 
 _FAILURES = 0.05
@@ -127,6 +127,7 @@ class SimulatedMember:
         host: The machine.
         disk: Survives crashes, unless it is lost.
         settings: The hive's timers.
+        patience: How patient its blackboard is.
         backup: Of the process that runs now; None while none does.
         pose: Where the robot stands; it stays where it is when its process ends.
         gone: Whether it never comes back.
@@ -138,6 +139,7 @@ class SimulatedMember:
     pose: Pose
     random: Random
     settings: BackupSettings
+    patience: BlackboardSettings
     backup: Backup | None = None
     drive: Drive | None = None
     gone: bool = False
@@ -158,7 +160,7 @@ class SimulatedMember:
         self.backup = Backup(
             talker, self.name, self.settings, self.disk, self.random, founds=founds
         )
-        Blackboard(talker, self.backup, StraightWays(), BLACKBOARD_SETTINGS).start()
+        Blackboard(talker, self.backup, StraightWays(), self.patience).start()
         try:
             if self.name != BLACKBOARD:
                 self._robot(talker, self.backup).start()
@@ -166,7 +168,7 @@ class SimulatedMember:
         except SimulatedCrashError:
             host.crash()
 
-    def _robot(self, talker: HostTalker, fence: Backup) -> Robot:
+    def _robot(self, talker: HostTalker, fence: Fence) -> Robot:
         drive = self.drive = Drive(self.host, self.random, self._arrive)
         drive.at_work = lambda task, works: self.at_work(self.name, task, works)
         drive.step_done = lambda step: self.step_done(self.name, step)

@@ -45,12 +45,14 @@ class Host:
         self.generation += 1
         self.up, self.frozen = True, False
         self.handlers, self.watched, self.backlog = {}, None, []
+        self.network.forget_listeners()
 
     def crash(self) -> None:
         """End; those who watch it may get proof of it."""
         self.generation += 1
         self.up, self.frozen = False, False
         self.handlers, self.backlog = {}, []
+        self.network.forget_listeners()
         self.network.prove_death(self)
 
     def thaw(self) -> None:
@@ -134,6 +136,7 @@ class HostTalker:
         name = self._own if topic == "set_state" else topic
         handlers = self._host.handlers.setdefault(name, [])
         handlers.append(hear)
+        self._host.network.forget_listeners()
         return Listening(lambda: handlers.remove(hear))
 
     def every(self, period: float, action: Callable[[], None]) -> _Timer:

@@ -82,11 +82,17 @@ class Network:
         self._queue: list[Any] = []
         self._held: list[tuple[tuple[str, str], Host, int, tuple[str, object]]] = []
         self._order = itertools.count()
+        self._listeners: dict[str, list[Host]] = {}
 
     def add_host(self, name: str, rate: float = 1.0) -> Host:
         """Connect a host."""
         host = self.hosts[name] = Host(self, name, rate)
+        self.forget_listeners()
         return host
+
+    def forget_listeners(self) -> None:
+        """Note that a host has begun to listen to something, or listens to nothing any more."""
+        self._listeners.clear()
 
     def schedule(
         self,
@@ -140,9 +146,7 @@ class Network:
         self.said(sender, topic, message)
         packet = (topic, message)
         quality, random = self.quality, self.random
-        for host in self.hosts.values():
-            if topic not in host.handlers:
-                continue
+        for host in self._listening(topic):
             if to is not None and host.name not in to and BB_VOTE in host.handlers:
                 continue
             if host is sender:
@@ -163,6 +167,13 @@ class Network:
             if quality.double and random.random() < quality.double:
                 self.counts["doubled"] += 1
                 self.schedule(_FASTEST + spread * random.random(), host, host.deliver, packet)
+
+    def _listening(self, topic: str) -> list[Host]:
+        found = self._listeners.get(topic)
+        if found is None:
+            found = [host for host in self.hosts.values() if topic in host.handlers]
+            self._listeners[topic] = found
+        return found
 
     def _stop(self, sender: Host, host: Host, packet: tuple[str, object]) -> None:
         """Lose a message, or keep it until the link is there again."""

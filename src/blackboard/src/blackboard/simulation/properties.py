@@ -16,6 +16,7 @@ from blackboard.simulation.ending import Ending
 from blackboard.simulation.history import History, Violation
 from blackboard.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_STATE
 from blackboard.task import TaskState, split_task
+from blackboard.task_list import TaskList
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -52,11 +53,13 @@ class Properties:
         self._now = now
         self._seen: dict[str, Member] = {}
         self._active_now: set[str] = set()
-        self._hives: dict[str, History] = defaultdict(lambda: History(self._broken))
+        self._ended: set[str] = set()
+        self._hives: dict[str, History] = defaultdict(lambda: History(self._broken, self._ended))
         self._lost_disks: list[Durable | None] = []
         self._told: set[tuple[str, str, int, str]] = set()
         self._workers: dict[str, set[str]] = defaultdict(set)
         self._finishers: dict[str, str] = {}
+        self._finished: set[str] = set()
         self._handed_back: set[tuple[str, str, int]] = set()
         self._lost: set[str] = set()
         self.ending = Ending(members, self._hives, self._last_steps, self._broken)
@@ -91,6 +94,7 @@ class Properties:
         """Check what a host is about to say."""
         if topic in {BACKUP, TASK_BROADCAST, TASK_ASSIGN}:
             self._check_may_say(host, topic)
+        self._note_told(message)
         if topic == TASK_STATE and isinstance(message, TaskUpdate):
             if message.robot_id and message.state is TaskState.WAITING:
                 report = message.task_id, message.robot_id, message.assignment
@@ -122,6 +126,7 @@ class Properties:
         if step != self._last_steps.get(task):
             return
         self.done[task] += 1
+        self._finished.add(task)
         self._finishers[task] = robot
         if self.done[task] > 1 and task not in self._lost:
             self._broken("done once", f"{robot} finishes {task}, which was finished before")
@@ -138,14 +143,36 @@ class Properties:
         self._lost_disks.append(durable)
 
     def _is_known_as_done(self, task: str) -> bool:
-        records = (hive.truth.get(task) for hive in self._hives.values())
+        records = (
+            hive.truth.get(task) or hive.forgotten.get(task) for hive in self._hives.values()
+        )
         return any(record is not None and record.state.is_terminal for record in records)
 
     def _follow_commits(self, member: Member, before: Member | None) -> None:
         """Check that what a member holds as committed is what everyone else does."""
         hive = self._hives[member.hive]
         for known, record in hive.follow(member, before):
-            self._check_left(known, record)
+            if known is not None:
+                self._check_left(known, record)
+            elif record.task.id in hive.forgotten:
+                self._begin_anew(record.task.id)
+            if record.state is TaskState.DONE and record.task.id not in self._finished:
+                what = f"{member.id} takes {record.task.id} for done, which nobody has finished"
+                self._broken("done once", what)
+
+    def _note_told(self, message: object) -> None:
+        """Note of which tasks is told that they have ended."""
+        if isinstance(message, TaskUpdate) and message.state.is_terminal:
+            self._ended.add(message.task_id)
+        elif isinstance(message, TaskList):
+            ended = (each.task.id for each in message.records if each.state.is_terminal)
+            self._ended.update(ended)
+
+    def _begin_anew(self, task: str) -> None:
+        """Allow to be done what was posted under the id of a task that is forgotten."""
+        self.done[task] = 0
+        self._finished.discard(task)
+        self._lost.discard(task)
 
     def _check_left(self, before: TaskRecord, after: TaskRecord) -> None:
         """Check that a robot from which a task is taken unasked has stopped, because it is lost.

@@ -118,10 +118,9 @@ class Run:
             rate = _SLOWEST if rate < 1.0 else _FASTEST
         host = self.network.add_host(name, rate)
         pose = Pose(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0))
-        settings = self.schedule.settings
-        return simulated.SimulatedMember(
-            host, simulated.Disk(), pose, Random(random.random()), settings
-        )
+        own = Random(random.random())
+        settings, patience = self.schedule.settings, self.schedule.patience
+        return simulated.SimulatedMember(host, simulated.Disk(), pose, own, settings, patience)
 
     def run(self) -> Outcome:
         """Let it all happen; a broken property ends it."""
@@ -158,6 +157,8 @@ class Run:
 
     def _happen(self, happening: object) -> None:
         if isinstance(happening, Post):
+            if happening.anew:
+                self._answered.discard(happening.task.id)
             self._post(happening)
         elif isinstance(happening, Cancel):
             self.network.send(self._operator, TASK_CANCEL, happening.task)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from blackboard.settings import BackupSettings
+from blackboard.settings import BackupSettings, BlackboardSettings
 from blackboard.task import TaskType
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ OPERATOR = "operator"
 
 BY_HAND = "by hand"
 """Mood of a schedule that was not drawn."""
+
+PATIENCE = BlackboardSettings(retry_period=10.0)
+"""Of the blackboard, where a schedule says nothing else."""
 
 THE_ACTIVE_ONE = "the active one"
 """In place of a name: whoever carries the blackboard at the time."""
@@ -130,15 +133,22 @@ class SetState:
 
 @dataclass(frozen=True, slots=True)
 class Post:
-    """An operator posts a task, again and again until it is taken in or refused."""
+    """An operator posts a task, again and again until it is taken in or refused.
+
+    Attributes:
+        anew: Whether it was posted before, and is meant as a new task if that one is forgotten.
+    """
 
     at: float
     task: Task
+    anew: bool = False
 
     def __str__(self) -> str:
         task = self.task
         name = TaskType(task.type).name
-        return f"{self.at:6.2f} an operator posts {task.id}: {name}, priority {task.priority}"
+        anew = " anew" if self.anew else ""
+        what = f"posts {task.id}{anew}: {name}, priority {task.priority}"
+        return f"{self.at:6.2f} an operator {what}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,6 +214,7 @@ class Schedule:
         robots: How many robots there are besides the blackboard node.
         happenings: In any order.
         settings: The hive's timers.
+        patience: How patient its blackboard is, and for how long it keeps what has ended.
         late: Who is started how late [s]; the others are started within the first second.
         far_clocks: Whether every clock is as wrong as is allowed, one way or the other.
         proofs: Share of the deaths that others get proof of.
@@ -214,6 +225,7 @@ class Schedule:
     robots: int
     happenings: tuple[Happening, ...]
     settings: BackupSettings = field(default_factory=lambda: BackupSettings(kept_changes=4))
+    patience: BlackboardSettings = PATIENCE
     late: tuple[tuple[str, float], ...] = ()
     far_clocks: bool = False
     proofs: float = 0.9
@@ -233,6 +245,10 @@ class Schedule:
             for name in ("election", "stagger", "member_timeout", "most_members")
             if getattr(self.settings, name) != getattr(usual, name)
         ]
+        patience = self.patience
+        if patience.keep_ended != PATIENCE.keep_ended:
+            kept = f"{patience.most_ended} ended tasks kept, for {patience.keep_ended:g} s"
+            timers.append(kept)
         clocks = ["clocks 1 % wrong"] if self.far_clocks else []
         proofs = [] if self.proofs else ["no death is proved"]
         late = [f"{at:6.2f} {name} is started for the first time" for name, at in self.late]

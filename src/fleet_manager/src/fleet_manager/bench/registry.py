@@ -137,6 +137,15 @@ def _faults(schedules: int = _SCHEDULES) -> BenchResult:
     return BenchResult(found["figures"], found["aims"], found["figures"]["violations"] > 0)
 
 
+def _hive(*sizes: int) -> BenchResult:
+    chosen = {"sizes": sizes} if sizes else {}
+    found: dict[str, dict[str, float]] = import_module("blackboard.bench_hive").run(
+        **chosen, say=partial(click.echo, err=True)
+    )
+    broken = any(value for name, value in found["figures"].items() if name.endswith("_broken"))
+    return BenchResult(found["figures"], found["aims"], broken)
+
+
 def _flake(runs: int) -> BenchResult:
     result: BenchResult = import_module("fleet_manager.bench.flake").run(runs)
     return result
@@ -186,6 +195,12 @@ BENCHES: Mapping[str, Bench] = {
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
         _gui,
+    ),
+    "hive": Bench(
+        "a simulated hive of 10 to 1000 robots, or of --robots: time [s], messages, memory [MB]",
+        lambda _outside: _hive(),
+        _hive,
+        "robots",
     ),
     "localization": Bench(
         "the particle filter's errors [m, degrees], lost robots not found [0..1], CPU [s per s]",

@@ -41,7 +41,10 @@ if TYPE_CHECKING:
 )
 @click.option("--minutes", type=click.IntRange(min=2), metavar="N", help="How long, for soak.")
 @click.option(
-    "--robots", type=click.IntRange(min=2), metavar="N", help="How large a fleet, for auction."
+    "--robots",
+    type=click.IntRange(min=2),
+    metavar="N",
+    help="How large a fleet, for auction and hive.",
 )
 @pass_outside
 def bench(outside: Outside, name: str | None, file: Path | None, **counts: int | None) -> None:
@@ -56,9 +59,10 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
       hive bench faults --schedules 10000
       hive bench flake --runs 5
       hive bench auction --robots 10
+      hive bench hive --robots 100
 
-    Ends with 0 when the measurement ran, whatever it found; faults ends with 1 when a property
-    was broken.
+    Ends with 0 when the measurement ran, whatever it found; faults and hive end with 1 when a
+    property was broken.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:

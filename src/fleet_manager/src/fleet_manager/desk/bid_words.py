@@ -59,7 +59,7 @@ def story(record: TaskRecord, bids: Sequence[Bid], auctions: int) -> str:
     if bids and not able and (helps := what_would_help(record.task, bids)):
         lines.append(text("details.helps", what=helps))
     if auctions:
-        lines.append(text("details.offered", auctions=auctions, times=record.assignment))
+        lines.append(text("details.offered", auctions=auctions, times=record.times_assigned))
     if record.tried:
         tries = Counter(record.tried).items()
         names = ", ".join(f"{robot} ({count}x)" if count > 1 else robot for robot, count in tries)

@@ -175,7 +175,8 @@ class Hive:
                 continue
             self._changes.tasks.add(name)
             self._bids.forget(name)
-            if row.record.state is not TaskState.REJECTED:
+            self._posted.pop(name, None)
+            if not row.record.state.is_terminal:
                 self.note(self._log.removed(name))
 
     def _apply_update(self, update: TaskUpdate, stamp: float) -> None:

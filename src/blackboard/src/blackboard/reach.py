@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How far one call for bids reaches: which tasks it offers, and which robots it asks.
+
+Ten thousand tasks for a thousand robots would be ten million bids, nearly all of them too high. So
+a call offers the most urgent tasks, as many as fit, and of a large fleet it asks the robots that
+are likely to win: those with the shortest lists, among equals those that are nearest.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from blackboard.characteristics import RobotStatus
+    from blackboard.record import TaskRecord
+
+
+class Reach:
+    """Chooses tasks and robots for one call.
+
+    Args:
+        most_asked: Of a larger fleet, so many robots are asked.
+        most_bids: So many bids are asked for at most, though at least one of each robot.
+        last: Gives the last status of a robot; None where it was never heard.
+    """
+
+    def __init__(
+        self, most_asked: int, most_bids: int, last: Callable[[str], RobotStatus | None]
+    ) -> None:
+        self.most_asked = most_asked
+        self._most_bids = most_bids
+        self._last = last
+
+    def offers(self, records: Sequence[TaskRecord], robots: int) -> Sequence[TaskRecord]:
+        """Return what is offered: all of it, or the most urgent and oldest where it is too much.
+
+        Args:
+            records: Everything that could be.
+            robots: How many are asked, at least 1.
+        """
+        most = max(1, self._most_bids // robots)
+        if len(records) <= most:
+            return records
+        return sorted(records, key=lambda record: -record.task.priority)[:most]
+
+    def asked(self, offers: Sequence[TaskRecord], robots: frozenset[str]) -> frozenset[str]:
+        """Return who is asked; all where they are not too many.
+
+        Args:
+            offers: What is offered, at least one task.
+            robots: Those that are in service.
+        """
+        if len(robots) <= self.most_asked:
+            return robots
+        names = sorted(robots)
+        statuses = [self._last(name) for name in names]
+        places = [(each.pose.x, each.pose.y) if each else (0.0, 0.0) for each in statuses]
+        loads = [len(each.tasks) if each else 0 for each in statuses]
+        goals = [(record.task.goals[0].x, record.task.goals[0].y) for record in offers]
+        near = cdist(places, goals).min(axis=1)
+        best = np.lexsort((near, loads))[: self.most_asked]
+        return frozenset(names[index] for index in best)

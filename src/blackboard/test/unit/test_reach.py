@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which tasks a call for bids offers, and which robots of a large fleet it asks."""
+
+import pytest
+
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.pose import Pose
+from blackboard.reach import Reach
+from blackboard.record import TaskRecord
+from blackboard.settings import BlackboardSettings
+from blackboard.talker import TASK_BROADCAST
+from blackboard.task import Task, TaskType
+from blackboard.testing import Hive
+
+FLEET = frozenset({"near", "far", "loaded", "unheard"})
+
+
+def record(name, priority=0, place=0.0):
+    return TaskRecord(Task(name, TaskType.GA, (Pose(place, 0.0),), priority))
+
+
+def last(robot):
+    """Return how a robot of the fleet is."""
+    if robot == "unheard":
+        return None
+    place = 100.0 if robot == "far" else 1.0
+    tasks = ("T8", "T9") if robot == "loaded" else ()
+    return RobotStatus(robot, RobotState.IDLE, Pose(place, 0.0), 1.0, tasks=tasks)
+
+
+def names(records):
+    return [each.task.id for each in records]
+
+
+def test_all_is_offered_where_that_is_not_too_much():
+    records = [record("T1"), record("T2", 5)]
+
+    assert Reach(100, 4, last).offers(records, robots=2) is records
+
+
+def test_the_most_urgent_and_then_the_oldest_are_offered_first():
+    records = [record("T1"), record("T2", 5), record("T3"), record("T4", 9)]
+
+    assert names(Reach(100, 6, last).offers(records, robots=2)) == ["T4", "T2", "T1"]
+
+
+def test_one_task_is_offered_however_many_robots_there_are():
+    assert names(Reach(100, 6, last).offers([record("T1"), record("T2")], 1000)) == ["T1"]
+
+
+def test_all_are_asked_where_they_are_not_too_many():
+    assert Reach(4, 100, last).asked([record("T1")], FLEET) == FLEET
+
+
+@pytest.mark.parametrize(
+    ("most", "asked"), [(1, {"unheard"}), (2, {"near", "unheard"}), (3, FLEET - {"loaded"})]
+)
+def test_the_shortest_lists_are_asked_first_and_among_equals_the_nearest(most, asked):
+    assert Reach(most, 100, last).asked([record("T1"), record("T2", place=-50.0)], FLEET) == asked
+
+
+def test_what_those_that_were_asked_first_cannot_take_is_offered_to_all():
+    hive = Hive(BlackboardSettings(most_asked=1))
+    for name, place in (("near", 0.0), ("far", 50.0)):
+        hive.add_robot(name, Pose(place, 0.0), charge=0.05 if name == "near" else 1.0)
+
+    hive.post(Task("T1", TaskType.GA, (Pose(1.0, 0.0),)))
+    hive.network.run(1.0)
+
+    calls = [message for topic, message in hive.network.heard if topic == TASK_BROADCAST]
+    assert [set(call.asked) for call in calls] == [{"near"}, {"far"}]
+    assert hive.record("T1").robot == "far"
+
+
+def test_a_long_list_is_given_out_call_by_call():
+    hive = Hive(BlackboardSettings(most_bids=4))
+    for name in ("robot1", "robot2"):
+        hive.add_robot(name, Pose(0.0, 0.0))
+
+    hive.post(*(Task(f"T{number}", TaskType.GA, (Pose(1.0, 0.0),)) for number in range(6)))
+    hive.network.run(5.0)
+
+    calls = [message for topic, message in hive.network.heard if topic == TASK_BROADCAST]
+    assert max(len(call.tasks) for call in calls) == 2
+    assert all(hive.record(f"T{number}").robot for number in range(6))

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+
+"""Rules of forgetting what has ended, each of which, left out, breaks a property.
+
+As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
+"""
+
+import pytest
+
+from blackboard import forgetting
+from blackboard.blackboard import Blackboard
+from blackboard.orders import Orders
+from blackboard.record import TaskRecord
+
+
+def forget_what_has_not_ended(patch):
+    everything = lambda records: {name: [name] for name in records}  # noqa: E731  (one rule in one line)
+    patch.setattr(forgetting, "ended_families", everything)
+
+
+def forget_before_the_end_is_committed(patch):
+    commit = Blackboard._commit  # noqa: SLF001  (the rule is in it)
+
+    def hasty(self, *records, then=None, tell=True):
+        commit(self, *records, then=then, tell=tell)
+        ended = (record.task.id for record in records if record.state.is_terminal)
+        self._backup.forget(tuple(ended))
+
+    patch.setattr(Blackboard, "_commit", hasty)
+
+
+def number_what_is_posted_anew_from_one(patch):
+    def new(task, _earlier, reason="", parent=""):
+        return TaskRecord(task, reason=reason, parent=parent)
+
+    patch.setattr(TaskRecord, "new", new)
+
+
+def do_not_say_that_a_task_is_forgotten(patch):
+    patch.setattr(Orders, "disown", lambda *_: None)
+
+
+ANY = ""
+
+CAUGHT_BY = {
+    forget_what_has_not_ended: (1, ANY),
+    forget_before_the_end_is_committed: (22, "election storm"),
+    number_what_is_posted_anew_from_one: "posted anew",
+    do_not_say_that_a_task_is_forgotten: "posted anew",
+}
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
+
+
+@pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
+def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
+    assert caught(mutate, CAUGHT_BY[mutate])
