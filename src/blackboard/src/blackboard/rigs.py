@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One blackboard, or one robot, with a test in the place of all others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blackboard.backup import TaskList
+from blackboard.battery import Battery
+from blackboard.blackboard import Blackboard
+from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.controller import Controller
+from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.journal import MemoryJournal
+from blackboard.pose import Pose
+from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.robot import Robot
+from blackboard.settings import BlackboardSettings, ControllerSettings, RobotSettings
+from blackboard.talker import (
+    NEW_TASK,
+    ROBOT_STATUS,
+    SYNC,
+    TASK_ASSIGN,
+    TASK_BROADCAST,
+    TASK_CANCEL,
+    TASK_COST,
+    TASK_STATE,
+)
+from blackboard.task import StepKind
+from blackboard.testing import (
+    SMALL_ROBOT,
+    Listener,
+    Network,
+    NetworkTalker,
+    TimedCommand,
+    lone_backup,
+)
+from blackboard.ways import Grid, GridWays, StraightWays
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from blackboard.fence import Fence
+    from blackboard.task import Task, TaskState
+
+SOON = 0.01
+"""More than any message needs [s]."""
+
+STEP = 10.0
+"""Time that every step takes the robot [s]."""
+
+
+class _Rig:
+    """A network of its own, and what is said on it."""
+
+    def __init__(self) -> None:
+        self.network = Network()
+
+    def wait(self, duration: float = SOON) -> None:
+        """Let time pass [s]."""
+        self.network.run(duration)
+
+    def send(self, topic: str, message: object) -> None:
+        """Say something in another's place."""
+        self.network.send(topic, message)
+        self.wait()
+
+    def said(self, topic: str) -> list[Any]:
+        """Return all that was said on a topic."""
+        return [message for name, message in self.network.heard if name == topic]
+
+
+class BlackboardRig(_Rig):
+    """A blackboard on a floor of 4 m x 4 m with a wall, and what it says.
+
+    Args:
+        settings: How patient it is, where it is not as usual.
+    """
+
+    def __init__(self, **settings: Any) -> None:  # noqa: ANN401  (of BlackboardSettings)
+        super().__init__()
+        self.talker = NetworkTalker(self.network, "blackboard")
+        blocked = np.zeros((40, 40), dtype=bool)
+        blocked[:, 20] = True
+        backup = lone_backup(self.talker)
+        ways = GridWays(Grid(blocked, 0.1))
+        Blackboard(self.talker, backup, ways, BlackboardSettings(**settings)).start()
+        backup.start()
+
+    def join(self, *robots: str) -> None:
+        """Have robots say that they are there."""
+        for robot in robots:
+            self.status(robot)
+
+    def status(
+        self, robot: str, state: RobotState = RobotState.IDLE, tasks: tuple[str, ...] = ()
+    ) -> None:
+        """Have a robot say how it is."""
+        status = RobotStatus(robot, state, Pose(0.0, 0.0), charge=0.8, tasks=tuple(tasks))
+        self.send(ROBOT_STATUS, status)
+
+    def post(self, *tasks: Task) -> None:
+        """Post tasks at once."""
+        for task in tasks:
+            self.network.send(NEW_TASK, task)
+        self.wait()
+
+    def cancel(self, task_id: str) -> None:
+        """Cancel a task."""
+        self.send(TASK_CANCEL, task_id)
+
+    def bid(self, robot: str, auction: int | None = None, **costs: float) -> None:
+        """Answer the last broadcast, or another one, with a cost for each task."""
+        self._answer(robot, costs, auction)
+
+    def report(
+        self,
+        robot: str,
+        task: Task,
+        state: TaskState,
+        assignment: int = 1,
+        **fields: Any,  # noqa: ANN401  (of TaskUpdate)
+    ) -> None:
+        """Have a robot report on a task."""
+        update = TaskUpdate(task.id, state, robot, assignment=assignment)
+        self.send(TASK_STATE, replace(update, **fields))
+
+    def assign(self, task: Task, robot: str = "robot1") -> None:
+        """Have a task given to a robot."""
+        self.join(robot)
+        self.post(task)
+        self._answer(robot, {task.id: 1.0})
+
+    def states(self, task: Task) -> list[tuple[TaskState, str]]:
+        """Return (state, robot) of all that was said about a task."""
+        said = self.said(TASK_STATE)
+        return [(update.state, update.robot_id) for update in said if update.task_id == task.id]
+
+    def orders(self, *, take_back: bool = False) -> list[tuple[str, str]]:
+        """Return (task, robot) of the orders."""
+        said = self.said(TASK_ASSIGN)
+        return [(each.task.id, each.robot_id) for each in said if each.take_back == take_back]
+
+    def record(self, task: Task) -> TaskRecord | None:
+        """Return a task as the task list has it."""
+        self.wait(0.3)
+        records: tuple[TaskRecord, ...] = self.said(SYNC)[-1].records
+        return next((record for record in records if record.task.id == task.id), None)
+
+    @property
+    def offered(self) -> list[str]:
+        """What was broadcast last."""
+        return [task.id for task, _ in self.said(TASK_BROADCAST)[-1].tasks]
+
+    def _answer(self, robot: str, costs: Mapping[str, float], auction: int | None = None) -> None:
+        asked = self.said(TASK_BROADCAST)[-1]
+        number = auction or asked.auction
+        bids = tuple(
+            Bid(robot, name, cost, eta=10.0, reason="cannot" if cost == MAX_COST else "")
+            for name, cost in costs.items()
+        )
+        self.send(TASK_COST, Bids(robot, 1, number, bids, asked.round))
+
+
+class RobotRig(_Rig):
+    """robot1 at (0, 0), and what it says.
+
+    Args:
+        charge: Of its battery, 0 to 1.
+        fence: The member beside it, where there is one.
+    """
+
+    def __init__(self, charge: float = 1.0, fence: Fence | None = None) -> None:
+        super().__init__()
+        self.listener = Listener(self.network)
+        self.talker = NetworkTalker(self.network, "robot1")
+        self.battery = Battery(SMALL_ROBOT.battery, charge)
+        self.command = TimedCommand(self.network, lambda _: STEP)
+        controller = Controller(
+            dict.fromkeys(StepKind, self.command),
+            self.talker,
+            ControllerSettings(attempts=2, retry_delay=1.0),
+        )
+        self.robot = Robot(
+            self.talker,
+            "robot1",
+            SMALL_ROBOT,
+            self.battery,
+            StraightWays(),
+            controller,
+            Pose(0.0, 0.0),
+            RobotSettings(),
+            MemoryJournal(),
+            fence,
+        )
+        self.command.arrive = self.robot.set_pose
+        self.robot.start()
+        self.wait()
+
+    def order(
+        self,
+        task: Task,
+        assignment: int = 1,
+        **fields: Any,  # noqa: ANN401  (of Order)
+    ) -> None:
+        """Have the blackboard order something."""
+        heard = self.network.now
+        order = Order(task, "robot1", epoch=1, assignment=assignment, heard=heard)
+        self.send(TASK_ASSIGN, replace(order, **fields))
+
+    def know(
+        self,
+        task: Task,
+        state: TaskState,
+        robot: str = "robot1",
+        assignment: int = 1,
+        version: int = 1,
+    ) -> None:
+        """Have the blackboard tell a task list of one task."""
+        record = TaskRecord(task, state, robot=robot, assignment=assignment)
+        self.send(SYNC, TaskList(1, version, (record,)))
+
+    def set_state(self, word: str) -> None:
+        """Have an operator set its state."""
+        self.send("robot1/set_state", word)
+
+    def bids(self, *tasks: Task) -> Bids:
+        """Return its answer to a call for bids."""
+        offers = tuple((task, 0) for task in tasks)
+        self.send(TASK_BROADCAST, Broadcast(1, 7, offers))
+        answer: Bids = self.said(TASK_COST)[-1]
+        return answer
+
+    def reports(self, task: Task) -> list[tuple[TaskState, int]]:
+        """Return (state, step) of all that was reported on a task."""
+        said = self.said(TASK_STATE)
+        return [(update.state, update.step) for update in said if update.task_id == task.id]
+
+    @property
+    def status(self) -> RobotStatus:
+        """The last status that the robot told."""
+        status: RobotStatus = self.said(ROBOT_STATUS)[-1]
+        return status

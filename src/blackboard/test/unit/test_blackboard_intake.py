@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the blackboard takes in, with the test in the robots' and the operator's place."""
+
+from dataclasses import replace
+
+from blackboard.pose import Pose
+from blackboard.rigs import BlackboardRig
+from blackboard.talker import (
+    TASK_BROADCAST,
+    TASK_STATE,
+)
+from blackboard.task import Task, TaskState, TaskType
+
+A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
+GO = Task("T1", TaskType.GA, (A,), priority=3)
+WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
+
+
+def test_a_good_task_is_taken_in_and_said_to_wait():
+    rig = BlackboardRig()
+    rig.post(GO)
+
+    update = rig.said(TASK_STATE)[0]
+    assert (update.task_id, update.state, update.robot_id) == ("T1", WAITING, "")
+    assert (update.step, update.steps, update.epoch) == (0, 1, 1)
+
+
+def test_a_bad_task_is_rejected_with_the_reason_and_never_enters_the_list():
+    rig = BlackboardRig()
+    rig.post(replace(GO, goals=(Pose(2.05, 1.0),)))
+
+    (update,) = rig.said(TASK_STATE)
+    assert update.state is REJECTED
+    assert "goal A (2.05, 1.00) is inside a wall" in update.reason
+    assert rig.record(GO) is None
+
+
+def test_only_the_beginning_of_a_name_that_is_too_long_is_repeated():
+    rig = BlackboardRig()
+    rig.post(replace(GO, id="x" * 100_000))
+
+    (update,) = rig.said(TASK_STATE)
+    assert update.state is REJECTED
+    assert len(update.task_id) == 64
+
+
+def test_goals_that_will_not_be_visited_are_said():
+    rig = BlackboardRig()
+    rig.post(replace(GO, goals=(A, B)))
+
+    assert "not used" in rig.said(TASK_STATE)[0].reason
+
+
+def test_the_same_task_again_repeats_where_it_stands():
+    rig = BlackboardRig()
+    rig.assign(GO)
+    rig.post(replace(GO, posted=99.0))
+
+    assert rig.states(GO)[-1] == (ASSIGNED, "robot1")
+    assert rig.orders() == [("T1", "robot1")]
+
+
+def test_a_done_task_posted_again_is_still_done_and_not_done_again():
+    rig = BlackboardRig()
+    rig.assign(GO)
+    rig.report("robot1", GO, DONE)
+    rig.post(GO)
+
+    assert rig.states(GO)[-1] == (DONE, "robot1")
+    assert len(rig.said(TASK_BROADCAST)) == 1
+
+
+def test_another_task_by_a_taken_name_is_refused_and_the_first_goes_on():
+    rig = BlackboardRig()
+    rig.assign(GO)
+    rig.post(replace(GO, priority=4))
+
+    update = rig.said(TASK_STATE)[-1]
+    assert update.state is REJECTED
+    assert update.reason == "the id is taken by another task; post it with another id"
+    assert rig.record(GO).state is ASSIGNED
+    assert rig.record(GO).task.priority == 3

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A robot and the task list of the member beside it."""
+
+from blackboard.backup import TaskList
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord
+from blackboard.rigs import STEP, RobotRig
+from blackboard.task import Task, TaskState, TaskType
+
+A = Pose(6.0, 0.0)
+GO = Task("T1", TaskType.GA, (A,))
+WAITING, STARTED, DONE, FAILED = (
+    TaskState.WAITING,
+    TaskState.STARTED,
+    TaskState.DONE,
+    TaskState.FAILED,
+)
+
+
+class Beside:
+    """The member beside a robot, as the test tells it to be; see `blackboard.fence.Fence`."""
+
+    hive = ""
+    active = carriers = None
+
+    def __init__(self):
+        self.asked = 0
+
+    def obeys(self, _hive, _epoch):
+        return True
+
+    def follow(self, hear):
+        self.tell = hear
+
+    def show(self):
+        self.asked += 1
+
+
+def test_a_robot_beside_a_member_believes_that_one_and_not_what_is_told_to_everyone():
+    member = Beside()
+    rig = RobotRig(fence=member)
+    rig.order(GO)
+    rig.know(GO, TaskState.CANCELLED)
+    meanwhile = rig.status.tasks
+
+    cancelled = TaskRecord(GO, TaskState.CANCELLED, robot="robot1", assignment=1)
+    member.tell(TaskList(1, 2, (cancelled,)))
+    rig.wait()
+
+    assert meanwhile == ("T1",)
+    assert rig.status.tasks == ()
+
+
+def test_a_robot_asks_its_member_for_the_list_with_every_status():
+    member = Beside()
+    rig = RobotRig(fence=member)
+
+    rig.wait(3.0)
+
+    assert member.asked == 3
+
+
+def test_a_robot_drops_a_task_that_the_hive_has_forgotten():
+    rig = RobotRig()
+    rig.order(GO)
+    rig.order(GO, assignment=2**32 - 1, take_back=True, forgotten=True)
+
+    assert rig.status.tasks == ()
+    assert rig.command.running is None
+
+
+def test_a_robot_reports_no_more_on_a_task_that_the_hive_has_forgotten():
+    rig = RobotRig()
+    rig.order(GO)
+    rig.wait(STEP + 1.5)
+    rig.order(GO, take_back=True, forgotten=True)
+    said = len(rig.reports(GO))
+    rig.wait(5.0)
+
+    assert rig.reports(GO)[said - 1] == (DONE, 1)
+    assert len(rig.reports(GO)) == said
+
+
+def test_a_report_is_kept_that_is_on_a_later_task_than_the_forgotten_one():
+    rig = RobotRig()
+    rig.order(GO, assignment=3)
+    rig.wait(STEP + 1.5)
+    rig.order(GO, assignment=2, take_back=True, forgotten=True)
+    said = len(rig.reports(GO))
+    rig.wait(5.0)
+
+    assert len(rig.reports(GO)) > said
+
+
+def test_that_a_task_is_forgotten_counts_only_while_it_is_news():
+    rig = RobotRig()
+    rig.order(GO)
+    rig.order(GO, assignment=9, take_back=True, forgotten=True, heard=-10.0)
+
+    assert rig.status.tasks == ("T1",)
+
+
+def test_what_was_done_is_done_again_as_another_task_once_it_is_forgotten():
+    rig = RobotRig()
+    rig.order(GO)
+    rig.wait(STEP + 1.5)
+    rig.order(GO, take_back=True, forgotten=True)
+    rig.order(GO, assignment=2)
+
+    assert rig.status.tasks == ("T1",)
