@@ -87,7 +87,7 @@ def robot():
     args = (SMALL_ROBOT, battery, StraightWays(), controller, Pose(0.0, 0.0), RobotSettings())
     Robot(talker, "robot1", *args, MemoryJournal(), Beside()).start()
     network.send(TASK_BROADCAST, Broadcast(1, 1, ((GO, 0),)))
-    network.send(BACKUP, Heartbeat(1, "blackboard", heard=(("robot1", 0.0),), robot_lease=3.5))
+    network.send(BACKUP, Heartbeat(1, "blackboard", heard={"robot1": 0.0}, robot_lease=3.5))
     network.run(SOON)
     network.send(TASK_ASSIGN, Order(GO, "robot1", epoch=1, assignment=1))
     network.run(3.0)
@@ -111,7 +111,7 @@ def test_a_status_concerns_the_backup_too_which_may_have_to_know_all_robots_at_o
 def test_a_robot_says_how_it_is_at_once_when_another_member_has_become_the_active_one():
     talker, network = robot()
     before = len(talker.concerned[ROBOT_STATUS])
-    network.send(BACKUP, Heartbeat(2, "robot2", heard=(("robot1", network.now),)))
+    network.send(BACKUP, Heartbeat(2, "robot2", heard={"robot1": network.now}))
 
     network.run(SOON)
 
