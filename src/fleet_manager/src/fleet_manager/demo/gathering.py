@@ -22,7 +22,9 @@ ten, a busy one with two cores half a minute."""
 def wait_for_everyone(
     client: HiveClient, robots: Sequence[str], hive: LocalHive, within: float = START_WITHIN
 ) -> None:
-    """Wait until every robot and the blackboard have been heard.
+    """Wait until the blackboard has been heard, and it has heard every robot.
+
+    A task that is posted before may be split among the robots that are there already.
 
     Args:
         client: Listens to the hive.
@@ -48,5 +50,7 @@ def wait_for_everyone(
 
 def missing(view: HiveView, robots: Sequence[str]) -> list[str]:
     """Return who has not been heard yet, the blackboard first."""
-    silent = [name for name in robots if name not in view.robots]
-    return silent if view.heartbeat else ["the blackboard", *silent]
+    if view.heartbeat is None:
+        return ["the blackboard", *(name for name in robots if name not in view.robots)]
+    known = view.robots.keys() & view.heartbeat.heard.keys()
+    return [name for name in robots if name not in known]
