@@ -312,6 +312,16 @@ def test_the_log_tells_the_life_of_a_task_in_words(desk):
     ]
 
 
+def test_a_start_that_overtakes_the_list_is_told_after_the_giving(desk):
+    desk.hear_list(WAITING)
+    desk.log()
+    given = replace(WAITING, state=TaskState.ASSIGNED, robot="robot1")
+    desk.hear(TaskUpdate("T1", TaskState.STARTED, "robot1", epoch=1), stamp=105.0)
+    desk.hear_list(given, stamp=104.0)
+
+    assert desk.log() == ["T1 was given to robot1", "robot1 started T1"]
+
+
 def test_the_first_list_is_one_line_in_the_log_and_not_one_for_each_task(desk):
     desk.log()
     done = TaskRecord(replace(TASK, id="T2"), TaskState.DONE)

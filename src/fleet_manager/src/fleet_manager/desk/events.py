@@ -76,8 +76,11 @@ class Log:
 
     def task(
         self, before: TaskRecord | None, after: TaskRecord, bids: Sequence[Bid] = ()
-    ) -> Event | None:
-        """Return the line for a change of a task, or None where nothing is worth one.
+    ) -> Iterator[Event]:
+        """Give the lines for a change of a task.
+
+        A robot's word that it has started may overtake the blackboard's that the task is the
+        robot's; then both lines are given, so that the log always tells by whom and why.
 
         Args:
             before: As it was; None when it is new.
@@ -85,25 +88,28 @@ class Log:
             bids: Of its last auction, cheapest first.
         """
         name, state = after.task.id, after.state
-        if before and before.state is state and before.robot == after.robot:
-            return self._within(before, after)
+        was = before.robot if before else ""
+        if before and before.state is state and was == after.robot:
+            yield from self._within(before, after)
+            return
         if state is TaskState.WAITING:
-            return self._waits(before, after)
-        if state is TaskState.ASSIGNED:
-            return self._assigned(after, bids)
-        reason = after.reason or text("sent.no_reason")
-        words = text(f"log.{state.name}", id=name, robot=after.robot, reason=reason)
-        return Event(words, Weight.ALARM if state is TaskState.FAILED else Weight.NEWS)
+            yield self._waits(before, after)
+            return
+        if after.robot and (after.robot != was or state is TaskState.ASSIGNED):
+            yield self._assigned(after, bids)
+        if state is not TaskState.ASSIGNED:
+            reason = after.reason or text("sent.no_reason")
+            words = text(f"log.{state.name}", id=name, robot=after.robot, reason=reason)
+            yield Event(words, Weight.ALARM if state is TaskState.FAILED else Weight.NEWS)
 
-    def _within(self, before: TaskRecord, after: TaskRecord) -> Event | None:
-        """Return the line for a change that leaves the state as it is."""
+    def _within(self, before: TaskRecord, after: TaskRecord) -> Iterator[Event]:
+        """Give the line for a change that leaves the state as it is."""
         name = after.task.id
         if after.state is TaskState.STARTED and after.step > before.step:
             step, steps = after.step, after.steps
-            return Event(text("log.step", robot=after.robot, step=step, steps=steps, id=name))
+            yield Event(text("log.step", robot=after.robot, step=step, steps=steps, id=name))
         if after.state is TaskState.WAITING and after.reason and after.reason != before.reason:
-            return Event(text("log.waits_because", id=name, reason=after.reason), Weight.WARNING)
-        return None
+            yield Event(text("log.waits_because", id=name, reason=after.reason), Weight.WARNING)
 
     def _waits(self, before: TaskRecord | None, after: TaskRecord) -> Event:
         name = after.task.id

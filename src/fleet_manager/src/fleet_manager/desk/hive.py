@@ -214,7 +214,8 @@ class Hive:
 
     def _note_task(self, before: TaskRow | None, record: TaskRecord) -> None:
         bids = self.bids(record.task.id)
-        self.note(self._log.task(before.record if before else None, record, bids))
+        for event in self._log.task(before.record if before else None, record, bids):
+            self.note(event)
 
     def _apply_status(self, status: RobotStatus, now: Moment) -> None:
         before = self._robots.get(status.robot_id)
