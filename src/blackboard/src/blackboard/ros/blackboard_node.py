@@ -11,6 +11,7 @@ from blackboard.errors import BlackboardError
 from blackboard.ros import handshakes, membership, params
 from blackboard.ros.links import mend_links
 from blackboard.ros.prompt_sending import send_promptly
+from blackboard.ros.shared_reading import read_together
 from blackboard.ros.signals import end_on_signals
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import RosWays
@@ -32,6 +33,7 @@ def main() -> None:
     rospy.init_node("blackboard", disable_signals=True)
     handshakes.take_each_apart()
     send_promptly()
+    read_together()
     mend_links()
     try:
         kinds = (BlackboardSettings, BackupSettings, WaysSettings)

@@ -26,6 +26,7 @@ from blackboard.ros.commands import MoveBaseCommand, PickCommand
 from blackboard.ros.conversions import yaw_of
 from blackboard.ros.links import mend_links
 from blackboard.ros.prompt_sending import send_promptly
+from blackboard.ros.shared_reading import read_together
 from blackboard.ros.signals import end_on_signals
 from blackboard.ros.talker import RosTalker
 from blackboard.ros.ways import RosWays
@@ -62,6 +63,7 @@ def main() -> None:
     rospy.init_node("robot", disable_signals=True)
     handshakes.take_each_apart()
     send_promptly()
+    read_together()
     mend_links()
     try:
         _run()
