@@ -51,6 +51,9 @@ class Auction:
     Args:
         epoch: Of the blackboard that asks.
         number: Of the auction within the epoch.
+
+    Attributes:
+        offered: Ids of what is offered in this round.
     """
 
     def __init__(self, epoch: int, number: int) -> None:
@@ -58,7 +61,7 @@ class Auction:
         self.number = number
         self.round = 0
         self._records: dict[str, TaskRecord] = {}
-        self._offered: frozenset[str] = frozenset()
+        self.offered: frozenset[str] = frozenset()
         self._missing: set[str] = set()
         self._bids: dict[str, dict[str, Bid]] = {}
         self._answered: set[str] = set()
@@ -81,8 +84,8 @@ class Auction:
             Who has to bid; None where everybody has to, because of a task that is new.
         """
         self._records = {record.task.id: record for record in records}
-        is_new = not self._records.keys() <= self._offered
-        self._offered = frozenset(self._records)
+        is_new = not self._records.keys() <= self.offered
+        self.offered = frozenset(self._records)
         self.round += 1
         self._bids = {robot: bids for robot, bids in self._bids.items() if robot in robots}
         if is_new:
@@ -144,7 +147,7 @@ class Auction:
         self._bids[robot] = bids
 
     def _check(self, bid: Bid) -> None:
-        if bid.task_id not in self._offered:
+        if bid.task_id not in self.offered:
             raise BidRefusedError(f"{bid.robot_id} bids on {bid.task_id[:64]!r}: not offered")
         if not 0.0 <= bid.cost <= MAX_COST:
             raise BidRefusedError(

@@ -165,7 +165,7 @@ class Auctioneer:
             return
         hard = [record for record in waiting if record.task.id in self._hard]
         most = len(robots) if hard else min(len(robots), self._reach.most_asked)
-        offers = self._reach.offers(hard or waiting, most)
+        offers = self._reach.offers(hard or waiting, most, auction.offered)
         asked = robots if hard else self._reach.asked(offers, robots)
         self._left_out = asked != robots
         self._hard -= {record.task.id for record in offers}

@@ -96,7 +96,12 @@ class Blackboard:
             settings.bid_timeout,
             self._improving,
             awarding.carry_out,
-            Reach(settings.most_asked, settings.most_bids, self._watch.last),
+            Reach(
+                settings.most_asked,
+                settings.offers_each,
+                settings.most_bids,
+                self._watch.last,
+            ),
             central if settings.decision == "centralized" else None,
         )
         self._forgetting = Forgetting(settings.keep_ended, settings.most_ended)

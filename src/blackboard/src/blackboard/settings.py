@@ -120,7 +120,9 @@ class BlackboardSettings(Settings):
             than this share; at 1 or more nothing changes hands.
         most_asked: Of more robots than this those that are likely to win are asked for bids first,
             the others only for what none of these can take.
-        most_bids: One call for bids asks for at most so many; the most urgent tasks come first.
+        offers_each: One call for bids offers at most so many tasks for each robot that it asks,
+            the most urgent first.
+        most_bids: One call for bids asks for at most so many bids.
         keep_ended: What has ended stays on the list for that long [s].
         most_ended: Of more tasks that have ended than this the oldest go earlier, though not
             within 10 s.
@@ -140,7 +142,8 @@ class BlackboardSettings(Settings):
     improve_period: float = 2.0
     improve_threshold: float = 0.1
     most_asked: int = 50
-    most_bids: int = 10_000
+    offers_each: int = 4
+    most_bids: int = 2_000
     keep_ended: float = 3600.0
     most_ended: int = 500
 
