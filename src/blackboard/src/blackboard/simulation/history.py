@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
+    from collections import Counter
     from collections.abc import Callable, Iterator
 
     from blackboard.member import Member
@@ -22,7 +23,7 @@ class History:
 
     Args:
         broken: Ends the run; told which property does not hold, and what was seen.
-        told: Ids of the tasks of which somebody has told that they have ended.
+        told: How often somebody has told of a task, by its id, that it has ended.
 
     Attributes:
         truth: Every task on the list as it was last committed.
@@ -30,9 +31,10 @@ class History:
             under the id of another takes its place.
     """
 
-    def __init__(self, broken: Callable[[str, str], NoReturn], told: set[str]) -> None:
+    def __init__(self, broken: Callable[[str, str], NoReturn], told: Counter[str]) -> None:
         self._broken = broken
         self._told = told
+        self._told_before: dict[str, int] = {}
         self.forgotten: dict[str, TaskRecord] = {}
         self._active_of: dict[int, str] = {}
         self._committed: dict[int, Position] = {}
@@ -86,7 +88,7 @@ class History:
             yield known, record
             if known is None:
                 self.forgotten.pop(record.task.id, None)
-                self._told.discard(record.task.id)
+                self._told_before[record.task.id] = self._told[record.task.id]
             elif known.state.is_terminal and record.state != known.state:
                 self._broken(
                     "done once",
@@ -100,7 +102,7 @@ class History:
         if record is None or not record.state.is_terminal:
             state = "not on the list" if record is None else record.state.name
             self._broken("nothing is lost", f"{member.id} forgets {task_id}, which is {state}")
-        if task_id not in self._told:
+        if self._told[task_id] <= self._told_before.get(task_id, 0):
             self._broken("nothing is lost", f"{member.id} forgets {task_id}, whose end is untold")
         self.forgotten[task_id] = record
 

@@ -53,7 +53,7 @@ class Properties:
         self._now = now
         self._seen: dict[str, Member] = {}
         self._active_now: set[str] = set()
-        self._ended: set[str] = set()
+        self._ended: Counter[str] = Counter()
         self._hives: dict[str, History] = defaultdict(lambda: History(self._broken, self._ended))
         self._lost_disks: list[Durable | None] = []
         self._told: set[tuple[str, str, int, str]] = set()
@@ -163,7 +163,7 @@ class Properties:
     def _note_told(self, message: object) -> None:
         """Note of which tasks is told that they have ended."""
         if isinstance(message, TaskUpdate) and message.state.is_terminal:
-            self._ended.add(message.task_id)
+            self._ended[message.task_id] += 1
         elif isinstance(message, TaskList):
             ended = (each.task.id for each in message.records if each.state.is_terminal)
             self._ended.update(ended)
