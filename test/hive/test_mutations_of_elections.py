@@ -156,14 +156,14 @@ CAUGHT_BY = {
     vote_at_once_after_a_restart: (2, RESTARTS),
     elect_with_half_of_the_members: (1, STORM),
     count_a_vote_however_late: "late vote",
-    obey_an_active_one_of_any_epoch: (36, LATE),
-    ignore_epochs: (36, LATE),
+    obey_an_active_one_of_any_epoch: (70, LATE),
+    ignore_epochs: (6, LATE),
     count_when_an_answer_came: (35, LATE),
     go_on_without_a_majority: (0, STORM),
-    change_members_without_waiting: (39, CHURN),
+    change_members_without_waiting: (56, CHURN),
     keep_the_id_when_the_disk_is_lost: (1, DISKS),
     listen_to_every_hive: (1, ALONE),
-    join_without_handing_over: (76, DISKS),
+    join_without_handing_over: (72, DISKS),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
 

@@ -80,6 +80,7 @@ def become_active(member: Member, now: float) -> Step:
         votes=frozenset(),
         peers=MappingProxyType(peers),
         sent=member.log.position.version,
+        flying=0,
     )
     member, said = beat(member, now)
     member, more = write(member, now)
@@ -93,11 +94,30 @@ def write(
     members: tuple[str, ...] | None = None,
     forgotten: tuple[str, ...] = (),
 ) -> Step:
-    """Add a change to the list and have the others write it down too."""
-    before = member.log.position
-    entry = Entry(member.epoch, before.version + 1, records, members, forgotten)
-    member = member.but(log=member.log.append(entry))
-    return advance(member), [_entries(member, before, (entry,), now)]
+    """Add a change to the list and have the others write it down too.
+
+    While one is on its way to them, those after it are gathered, and go together when a majority
+    has written it down.
+    """
+    log = member.log
+    entry = Entry(member.epoch, log.position.version + 1, records, members, forgotten)
+    is_alone = member.flying <= log.committed
+    member = member.but(log=log.append(entry))
+    if not is_alone:  # it may leave so few members that a majority has what is on its way
+        return _go_on(advance(member), now)
+    member = member.but(flying=entry.version)
+    return advance(member), [_entries(member, log.position, (entry,), now)]
+
+
+def _go_on(member: Member, now: float) -> Step:
+    """Send what was gathered, if nothing is on its way any more."""
+    log = member.log
+    before, gathered = log.at(log.committed), log.since(log.committed)
+    if member.flying > log.committed or before is None or not gathered:
+        return member, []
+    entries = gathered[:MOST_ENTRIES]
+    member = member.but(flying=entries[-1].version)
+    return member, [_entries(member, before, entries, now)]
 
 
 def advance(member: Member) -> Member:
@@ -124,7 +144,7 @@ def hear_ack(member: Member, ack: Ack, now: float) -> Step:
     echo = max(known.echo, min(ack.echo, now))
     peers = {**member.peers, ack.member: Peer(version, echo, now)}
     member = member.but(peers=MappingProxyType(peers))
-    return (advance(member) if version > known.version else member), []
+    return _go_on(advance(member), now) if version > known.version else (member, [])
 
 
 def keep_going(member: Member, now: float) -> Step:
@@ -140,7 +160,8 @@ def keep_going(member: Member, now: float) -> Step:
     member = changed
     member, beaten = beat(member, now)
     missing = _what_is_missing(member, now)
-    return member.but(sent=member.log.position.version), said + beaten + missing
+    sent = max(member.flying, member.log.committed)
+    return member.but(sent=sent), said + beaten + missing
 
 
 def step_down(member: Member, now: float) -> Member:

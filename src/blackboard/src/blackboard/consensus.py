@@ -87,13 +87,23 @@ def step(member: Member, event: Event, now: float) -> Step:
     return said
 
 
-def concerned(message: object, event: Event) -> tuple[str, ...] | None:
-    """Return the names of the members that a message after an event concerns; None means all.
+def concerned(message: object, event: Event, member: Member) -> tuple[str, ...] | None:
+    """Return the names of the members that a message concerns; None means all.
 
-    An acknowledgement concerns whom it answers: nobody else counts it.
+    An acknowledgement concerns whom it answers: nobody else counts it. A change concerns those who
+    have a vote, and with the next heartbeat those who lack it.
+
+    Args:
+        message: What is said.
+        event: After what.
+        member: Who says it.
     """
     if isinstance(message, Ack) and isinstance(event, Heartbeat | Entries):
         return (name_of(event.active),)
+    if isinstance(message, Entries):
+        peers = member.peers.items()
+        lack_it = [each for each, peer in peers if peer.version < message.reaches]
+        return tuple(map(name_of, lack_it if isinstance(event, Tick) else member.members))
     return None
 
 

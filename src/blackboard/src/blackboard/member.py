@@ -71,6 +71,8 @@ class Member:
         asked: When it asked [s].
         peers: What it knows of the others by id, while it is active.
         sent: Version up to which everything had been sent at the last heartbeat.
+        flying: Version of the last change that it has sent, while it is active; on its way until
+            it is committed.
         progress: Heartbeats so far.
         hive: Id of its hive; empty where it belongs to none yet; on disk.
     """
@@ -93,6 +95,7 @@ class Member:
     asked: float = 0.0
     peers: Mapping[str, Peer] = field(default_factory=lambda: MappingProxyType({}))
     sent: int = 0
+    flying: int = 0
     progress: int = 0
     hive: str = ""
 

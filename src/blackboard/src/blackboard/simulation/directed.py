@@ -49,7 +49,7 @@ def _schedule(
 _RIVALS = (
     Cut(12.0, (BLACKBOARD,), 3.0, others=("robot1",)),
     Cut(12.0, (BLACKBOARD,), 20.0, others=("robot2",)),
-    Cut(12.0, ("robot1",), 5.6, one_way=True, others=("robot2",), holds=True),
+    Cut(12.0, ("robot1",), 6.2, one_way=True, others=("robot2",), holds=True),
     Strike(13.0, Moment.TAKES_OVER, Cut(0.0, (), 10.0), Point.BEFORE_SAYING),
 )
 
