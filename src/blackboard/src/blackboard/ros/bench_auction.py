@@ -23,6 +23,7 @@ import psutil
 import rospy
 
 import blackboard.msg as bb_msgs
+from blackboard.ros.links import PAUSES
 from blackboard.ros.live_hive import LiveHive, LiveHiveError, own_master
 from blackboard.ros.live_operator import LiveOperator, make_task
 
@@ -132,7 +133,8 @@ class Desk:
 
     def _hear(self, update: Any) -> None:  # noqa: ANN401  (a TaskState)
         now = time.monotonic()
-        if update.state == bb_msgs.TaskState.ASSIGNED:
+        # Of a task that is posted again it is told how it is by now.
+        if update.state in {bb_msgs.TaskState.ASSIGNED, bb_msgs.TaskState.STARTED}:
             with self._changed:
                 self._assigned.setdefault(update.task_id, now)
                 self._changed.notify_all()
@@ -257,7 +259,7 @@ def _module(name: str, *arguments: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _hive_at(robots: int, folder: Path) -> Iterator[tuple[LiveHive, LiveOperator]]:
-    """Run a hive in a namespace of its own until all of it answers."""
+    """Run a hive in a namespace of its own until all of it answers and has calmed down."""
     names = [f"robot{i + 1}" for i in range(robots)]
     hive = LiveHive(folder / f"{robots}", f"/hive{robots}/", names)
     spaces = [f"{hive.namespace}{name}" for name in names]
@@ -267,6 +269,8 @@ def _hive_at(robots: int, folder: Path) -> Iterator[tuple[LiveHive, LiveOperator
         stack.enter_context(_module("parked", *spaces))
         hive.start_all()
         operator.demand(operator.all_answer, f"{robots} robots answer", _START)
+        # Until then every node asks the ROS master now and then whom it does not hear.
+        time.sleep(sum(PAUSES))
         yield hive, operator
 
 
