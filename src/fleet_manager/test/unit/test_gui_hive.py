@@ -142,6 +142,19 @@ def test_a_list_written_before_an_update_does_not_take_it_back(desk):
     assert desk.state() is TaskState.WAITING
 
 
+def test_a_list_written_before_a_task_was_taken_in_does_not_take_it_off(desk):
+    desk.hear_list()
+    desk.hear(TASK)
+    desk.hear(TaskUpdate("T1", TaskState.ASSIGNED, "robot1", epoch=1), stamp=105.0)
+    desk.log()
+    desk.hear_list(stamp=104.0)
+    assert desk.state() is TaskState.ASSIGNED
+    assert desk.log() == []
+
+    desk.hear_list(stamp=106.0)
+    assert desk.hive.record("T1") is None
+
+
 def test_a_robot_that_hands_a_task_back_no_longer_has_it(desk):
     desk.hear_list(replace(WAITING, state=TaskState.STARTED, robot="robot1"))
     desk.hear(TaskUpdate("T1", TaskState.WAITING, "robot1", epoch=1))
@@ -228,6 +241,18 @@ def test_a_blackboard_that_was_started_anew_at_once_is_followed_too(desk):
     desk.beat()
 
     assert list(desk.hive.tasks) == ["T9"]
+
+
+@pytest.mark.parametrize("listed", [(), (WAITING,)])
+def test_the_clock_of_a_blackboard_that_was_started_anew_may_be_set_back(desk, listed):
+    desk.hear_list(WAITING)
+    desk.hear(TaskUpdate("T1", TaskState.STARTED, "robot1", epoch=1))
+    desk.wait(SILENCE)
+    desk.progress = desk.version = 0
+    desk.hear_list(*listed, stamp=3.0)
+    desk.beat()
+
+    assert [row.record for row in desk.hive.tasks.values()] == list(listed)
 
 
 def test_the_hive_has_a_blackboard_while_its_heart_beats():

@@ -141,10 +141,15 @@ class Hive:
             return
         is_first, self._version = self._version is None, version
         before, self._tasks = self._tasks, {}
+        # The clock of a hive that was started anew may have been set back.
+        newer = set() if is_first or is_old else _told_after(stamp, before)
         for record in told.records:
-            row = before.pop(record.task.id, None)
-            self._tasks[record.task.id] = self._listed(row, record, stamp, quiet=is_first)
-        self._keep_refused(before)
+            name = record.task.id
+            row = before.pop(name, None)
+            if row is None or (name not in newer and row.record != record):
+                row = self._listed(row, record, stamp, quiet=is_first)
+            self._tasks[name] = row
+        self._keep_unlisted(before, newer)
         if is_first and told.records:
             still_open = sum(not record.state.is_terminal for record in told.records)
             self.note(self._log.first_list(len(told.records), still_open))
@@ -152,23 +157,18 @@ class Hive:
     def _listed(
         self, before: TaskRow | None, record: TaskRecord, stamp: float, *, quiet: bool
     ) -> TaskRow:
-        """Return the row for a record of the list."""
-        if before and before.record.state is not TaskState.REJECTED:
-            told_since = before.stamp > stamp  # the next list knows
-            if before.record == record or told_since:
-                return before
-        row = TaskRow(record, due(record, stamp), stamp)
+        """Return the row for a record of the list that tells something new."""
         self._changes.tasks.add(record.task.id)
         if not quiet:
             self._note_task(before, record)
-        return row
+        return TaskRow(record, due(record, stamp), stamp)
 
-    def _keep_refused(self, unlisted: Mapping[str, TaskRow]) -> None:
-        """Of the rows that are not on the list, keep the newest refused ones."""
+    def _keep_unlisted(self, unlisted: Mapping[str, TaskRow], newer: set[str]) -> None:
+        """Of the rows that are not on the list, keep the newer ones and the last refused ones."""
         refused = [
             name for name, row in unlisted.items() if row.record.state is TaskState.REJECTED
         ]
-        kept = set(refused[-REMEMBERED:])
+        kept = newer.union(refused[-REMEMBERED:])
         for name, row in unlisted.items():
             if name in kept:
                 self._tasks[name] = row
@@ -254,3 +254,11 @@ class Hive:
             del self._posted[next(iter(self._posted))]
         if is_new:
             self.note(self._log.posted(task))
+
+
+def _told_after(stamp: float, rows: Mapping[str, TaskRow]) -> set[str]:
+    """Return the ids of tasks of which was told after a list was written; the next one knows."""
+    refused = TaskState.REJECTED
+    return {
+        name for name, row in rows.items() if row.stamp > stamp and row.record.state is not refused
+    }
