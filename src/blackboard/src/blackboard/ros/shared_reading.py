@@ -52,7 +52,7 @@ class Reader:
             hear: Called with the messages and the connection.
         """
         if self._read(connection, hear):
-            with contextlib.suppress(OSError, AttributeError):  # closed a moment ago
+            with contextlib.suppress(OSError, ValueError, AttributeError):  # just closed
                 connection.number = connection.socket.fileno()
                 self._open[connection.number] = connection, hear
                 self._ready.register(connection.number, select.EPOLLIN)
