@@ -18,9 +18,6 @@ LOAD = 58.0
 HEAVY = 80.0
 """What only robot1 can carry [kg]. Which AGV gets a lighter load depends on what they have learned
 of how long their drives take."""
-JUST_LEFT = 1.5
-"""How far a robot may have driven since it took its load, because it says once a second what it
-carries [m]."""
 OFF = 4.0
 """By which factor a bid may be off: robots only learn how long their drives take."""
 TOUR = ((2.0, 8.8, 0.0), (5.5, 4.0, 0.0), (8.8, 3.2, 0.0), (8.8, 9.0, 0.0))
@@ -228,21 +225,29 @@ def test_loads_are_picked_at_a_and_put_down_at_b_by_robots_that_can(operator, ob
     operator.post(task("P6-pick", TaskMsg.GPA, (12.0, 3.0, 0.0), payload=0.4))
     bring, pick = operator.follow("P6-bring"), operator.follow("P6-pick")
     operator.all_idle([bring.robot_id])
-    loaded = [s for s in operator.statuses[bring.robot_id] if s.task_id == "P6-bring"]
-    loaded = [status for status in loaded if status.payload]
+    statuses = operator.statuses[bring.robot_id]
+    loaded = [i for i, s in enumerate(statuses) if s.task_id == "P6-bring" and s.payload]
     assert loaded, f"no status of {bring.robot_id} has said that a load was on board"
-    first, last = loaded[0].pose, loaded[-1].pose
+    first, last = loaded[0], loaded[-1]
+    track = operator.tracks[bring.robot_id]
+    from_a = nearest(track, statuses[first - 1], statuses[first], a)
+    from_b = nearest(track, statuses[last], statuses[last + 1], b)
     afterwards = operator.robots[bring.robot_id].payload
     observed(
-        f"{bring.robot_id} had {loaded[0].payload:g} kg on board from ({first.x:.1f}, "
-        f"{first.y:.1f}) to ({last.x:.1f}, {last.y:.1f}), then {afterwards:g} kg; "
-        f"{pick.robot_id} did the GPA"
+        f"{bring.robot_id} took {statuses[first].payload:g} kg {from_a:.2f} m from A and put it "
+        f"down {from_b:.2f} m from B, then had {afterwards:g} kg; {pick.robot_id} did the GPA"
     )
 
     assert (bring.state, pick.state) == (TaskState.DONE, TaskState.DONE)
     assert (bring.step, bring.steps, pick.step, pick.steps) == (4, 4, 2, 2)
     assert {bring.robot_id, pick.robot_id} <= ARMS
-    assert {status.payload for status in loaded} == {2.0}
-    assert apart((first.x, first.y), a) < JUST_LEFT
-    assert apart((last.x, last.y), b) < TOLERANCE
+    assert {status.payload for status in statuses[first : last + 1]} == {2.0}
+    assert from_a < TOLERANCE
+    assert from_b < TOLERANCE
     assert afterwards == 0.0
+
+
+def nearest(track, before, after, goal):
+    """Return how near a track comes to a goal between the stamps of two statuses [m]."""
+    start, end = before.header.stamp.to_sec(), after.header.stamp.to_sec()
+    return min(apart(place, goal) for stamp, *place in track if start <= stamp <= end)
