@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import statistics
 import subprocess
@@ -14,7 +15,7 @@ import xml.etree.ElementTree as ET
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import click
 
@@ -59,6 +60,8 @@ class PlanRun:
 def run(runs: int) -> BenchResult:
     """Run the test plan several times; a line for each run is told on the way.
 
+    What a run with a failure printed is kept in a temporary folder, which its line names.
+
     Args:
         runs: How many times, above 0.
 
@@ -76,30 +79,33 @@ def run(runs: int) -> BenchResult:
     results = []
     for number in range(1, runs + 1):
         begun = time.monotonic()
-        cases = tuple(_run_once(root, files))
+        with tempfile.TemporaryDirectory(prefix="robo-hive-flake-") as folder:
+            cases = tuple(_run_once(root, files, Path(folder)))
+            word = f"{len(cases)} cases passed"
+            if failed := [case.name for case in cases if not case.passed]:
+                kept = shutil.copytree(folder, f"{folder}-failed")
+                word = f"failed: {', '.join(failed)}, see {kept}"
         results.append(PlanRun(cases, time.monotonic() - begun))
-        failed = [case.name for case in cases if not case.passed]
-        word = f"failed: {', '.join(failed)}" if failed else f"{len(cases)} cases passed"
         click.echo(f"run {number} of {runs}: {word}, {results[-1].time:.0f} s", err=True)
     return BenchResult(figures(results), AIMS)
 
 
-def _run_once(root: Path, files: Iterable[Path]) -> Iterator[CaseRun]:
-    with tempfile.TemporaryDirectory(prefix="robo-hive-flake-") as folder:
-        pytest = [sys.executable, "-m", "pytest", "-c", str(root / "pyproject.toml")]
-        options = ["-q", "-o", "pythonpath=", "-p", "no:cacheprovider", "--results", folder]
-        _run_to_its_end([*pytest, *options, *map(str, files)])
-        for file in files:
-            result = Path(folder) / f"{file.stem}.xml"
-            yield from cases_of(result) if result.exists() else [CaseRun(file.stem, False, 0.0)]
+def _run_once(root: Path, files: Iterable[Path], folder: Path) -> Iterator[CaseRun]:
+    pytest = [sys.executable, "-m", "pytest", "-c", str(root / "pyproject.toml")]
+    options = ["-q", "-o", "pythonpath=", "-p", "no:cacheprovider", "--results", str(folder)]
+    with (folder / "pytest.log").open("w") as log:
+        _run_to_its_end([*pytest, *options, *map(str, files)], log)
+    for file in files:
+        result = folder / f"{file.stem}.xml"
+        yield from cases_of(result) if result.exists() else [CaseRun(file.stem, False, 0.0)]
 
 
-def _run_to_its_end(command: Sequence[str]) -> None:
+def _run_to_its_end(command: Sequence[str], log: IO[str]) -> None:
     """Run tests; on Ctrl-C, let them end what they have started before this ends."""
     tests = subprocess.Popen(  # noqa: S603  (our own tests)
         command,
         env={k: v for k, v in os.environ.items() if k != "ROS_MASTER_URI"},
-        stdout=subprocess.DEVNULL,
+        stdout=log,
         start_new_session=True,
     )
     try:
