@@ -4,11 +4,15 @@
 What a step needs from the robot stands behind the `Command` port: on ROS these are actionlib
 clients (`ros.commands`). A command that fails is tried again a few times before the task is given
 up, because most failures of a drive pass by themselves: somebody stood in the way.
+
+Between a drive and what the arm does at its end, a robot may have had to move aside for another
+one. So it is looked at where it stands before its arm begins, and it drives back where need be.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
@@ -17,9 +21,16 @@ from blackboard.task import StepKind, split_task
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from blackboard.pose import Pose
     from blackboard.settings import ControllerSettings
     from blackboard.talker import Talker, Timer
     from blackboard.task import Task, TaskStep
+
+
+AWAY = 0.3
+"""From here on a robot has to drive back before its arm begins [m]. It is further than where a
+drive ends and what a pose that is heard a little late is off, and nearer than a robot moves aside
+(`robot_description.passing_place.DISTANCES`)."""
 
 
 class CommandState(Enum):
@@ -88,6 +99,16 @@ class Controller:
         self._settings = settings
         self._run: _Run | None = None
         self._watch: StepWatch | None = None
+        self._pose: Callable[[], Pose] | None = None
+
+    @property
+    def drives(self) -> bool:
+        """Whether a drive is under way, or is to be tried again."""
+        return self._run is not None and self._run.doing.kind is StepKind.MOVE
+
+    def look_at(self, pose: Callable[[], Pose]) -> None:
+        """Have it looked at from now on where the robot stands, before its arm begins."""
+        self._pose = pose
 
     def watch(self, watch: StepWatch) -> None:
         """Have every drive timed from now on."""
@@ -112,7 +133,9 @@ class Controller:
                 the run is stopped.
         """
         self.stop()
-        self._run = _Run(split_task(task), first_step, on_step, on_end, may_try_again)
+        steps = split_task(task)
+        doing = steps[min(first_step, len(steps) - 1)]
+        self._run = _Run(steps, first_step, doing, on_step, on_end, may_try_again)
         self._start_step(self._run)
 
     def stop(self) -> None:
@@ -132,14 +155,26 @@ class Controller:
             self._end(run, CommandResult(CommandState.SUCCEEDED))
             return
         step = run.steps[run.step]
+        run.tries += 1
+        if step.kind is not StepKind.MOVE and self._is_away_from(step.goal):
+            step = replace(step, kind=StepKind.MOVE, payload=0.0)
+        self._do(run, step)
+
+    def _is_away_from(self, goal: Pose) -> bool:
+        if self._pose is None:
+            return False
+        here = self._pose()
+        return math.dist((here.x, here.y), (goal.x, goal.y)) > AWAY
+
+    def _do(self, run: _Run, step: TaskStep) -> None:
+        run.doing = step
         command = self._commands.get(step.kind)
         if command is None:
             text = f"this robot has no command for {step.kind.name}"
             self._end(run, CommandResult(CommandState.REJECTED, text))
             return
-        run.tries += 1
         run.command = command
-        if self._watch is not None and step.kind is StepKind.MOVE:
+        if self._watch is not None and step is run.steps[run.step] and step.kind is StepKind.MOVE:
             self._watch.begin(step)
         command.start(step, lambda result: self._step_ended(run, result))
 
@@ -148,7 +183,9 @@ class Controller:
             return
         if self._watch is not None:
             (self._watch.end if result.state is CommandState.SUCCEEDED else self._watch.drop)()
-        if result.state is CommandState.SUCCEEDED:
+        if result.state is CommandState.SUCCEEDED and run.doing is not run.steps[run.step]:
+            self._do(run, run.steps[run.step])
+        elif result.state is CommandState.SUCCEEDED:
             run.step += 1
             run.tries = 0
             run.on_step(run.step)
@@ -178,6 +215,7 @@ class _Run:
 
     steps: tuple[TaskStep, ...]
     step: int
+    doing: TaskStep
     on_step: Callable[[int], None]
     on_end: Callable[[CommandResult], None]
     may_try_again: Callable[[], bool]

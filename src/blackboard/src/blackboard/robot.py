@@ -93,6 +93,7 @@ class Robot:
         self._settings = settings
         aging = Aging(talker.now, settings.aging)
         pace = Pace(characteristics.max_speed)
+        controller.look_at(lambda: self._pose)
         controller.watch(DriveWatch(pace, ways, talker.now, lambda: self._pose))
         self._list = Itinerary(characteristics, ways, settings.cost_model, aging, pace)
         self._service = Service()

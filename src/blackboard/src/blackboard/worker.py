@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.task import StepKind, split_task
+from blackboard.task import split_task
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -64,7 +64,7 @@ class Worker:
         if entry is None:
             return
         if not self._may_go(entry):
-            if self._moving and split_task(entry.task)[entry.step].kind is StepKind.MOVE:
+            if self._moving and self._controller.drives:
                 self._controller.stop()
                 self._moving = False
             return

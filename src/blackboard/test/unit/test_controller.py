@@ -46,6 +46,9 @@ class Bench:
         )
         self.steps, self.ends = [], []
 
+    def stands_at(self, pose):
+        self.controller.look_at(lambda: pose)
+
     def run(self, task=CARRY, first_step=0, **asked):
         self.controller.run(task, first_step, self.steps.append, self.ends.append, **asked)
 
@@ -233,3 +236,58 @@ def test_the_next_task_may_be_begun_by_who_hears_of_the_end():
     bench.drive.done(OK)
 
     assert [step.task_id for step in bench.drive.started] == ["T2", "T1"]
+
+
+def test_a_robot_that_had_to_move_aside_drives_back_before_its_arm_begins():
+    bench = Bench()
+    bench.stands_at(Pose(1.0, 0.4))
+    bench.run()
+    bench.drive.done(OK)
+
+    assert bench.controller.drives
+    assert [step.kind for step in bench.drive.started] == [StepKind.MOVE] * 2
+    assert [step.goal for step in bench.drive.started] == [A, A]
+    assert bench.arm.started == []
+
+    bench.drive.done(OK)
+
+    assert not bench.controller.drives
+    assert [step.kind for step in bench.arm.started] == [StepKind.PICK]
+    assert bench.steps == [1]
+
+
+def test_a_robot_that_stands_where_it_is_to_pick_does_not_drive_back():
+    bench = Bench()
+    bench.stands_at(Pose(1.1, 0.1))
+    bench.run()
+    bench.drive.done(OK)
+
+    assert len(bench.drive.started) == 1
+    assert [step.kind for step in bench.arm.started] == [StepKind.PICK]
+
+
+def test_an_arm_that_was_moved_away_at_work_tries_again_where_it_is_to_pick():
+    bench = Bench()
+    bench.stands_at(A)
+    bench.run()
+    bench.drive.done(OK)
+    bench.stands_at(Pose(1.0, -1.8))
+    bench.arm.done(FAILED)
+    bench.network.run(3.0)
+
+    assert [step.goal for step in bench.drive.started] == [A, A]
+    bench.drive.done(OK)
+    assert [step.kind for step in bench.arm.started] == [StepKind.PICK] * 2
+
+
+def test_a_drive_back_that_fails_counts_as_a_try_of_what_the_arm_was_to_do():
+    bench = Bench(attempts=2)
+    bench.stands_at(B)
+    bench.run()
+    bench.drive.done(OK)
+    bench.drive.done(FAILED)
+    bench.network.run(3.0)
+    bench.drive.done(FAILED)
+
+    assert bench.ends == [FAILED]
+    assert bench.arm.started == []
