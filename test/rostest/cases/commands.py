@@ -61,3 +61,42 @@ def test_a_goal_that_is_reached_while_it_is_being_sent_ends():
 
     assert ended.wait(PATIENCE)
     assert results == [CommandState.SUCCEEDED]
+
+
+class HeldUp:
+    """Has a clock and looks that only go on when the test says so."""
+
+    def __init__(self):
+        self.time = 0.0
+        self.looks = []
+
+    def now(self):
+        return self.time
+
+    def call(self, action):
+        action()
+
+    def after(self, _delay, action):
+        self.looks.append(action)
+
+
+@pytest.mark.usefixtures("server")
+def test_a_robot_that_was_held_up_itself_does_not_call_its_base_lost():
+    talker, results = HeldUp(), []
+    command = MoveBaseCommand(talker, 5.0)
+    command._client.manager.register_send_goal_fn(lambda _: None)  # noqa: SLF001  (on its way for ever)
+    assert command._client.wait_for_server(rospy.Duration(PATIENCE))  # noqa: SLF001
+    command.start(
+        TaskStep(StepKind.MOVE, Pose(1.0, 2.0, 0.0), 0.0, "T1"),
+        lambda result: results.append(result.state),
+    )
+    while command._goal is None:  # noqa: SLF001  (sent once the base has been heard)
+        talker.looks.pop()()
+    talker.time += 60.0
+    talker.looks.pop()()
+    held_up = list(results)
+    talker.time += 1.0
+    talker.looks.pop()()
+
+    assert held_up == []
+    assert results == [CommandState.LOST]

@@ -122,7 +122,8 @@ class ActionCommand:
                 self._talker.call(lambda: self._end(run, done, CommandResult(state, words)))
 
         self._goal = self._client.send_goal(self._make_goal(step), changed)
-        self._watch(run, self._goal, done, self._talker.now())
+        now = self._talker.now()
+        self._watch(run, self._goal, done, now, now)
 
     def _watch(
         self,
@@ -130,18 +131,23 @@ class ActionCommand:
         goal: actionlib.ClientGoalHandle,
         done: Callable[[CommandResult], None],
         sent: float,
+        looked: float,
     ) -> None:
-        """Look again and again whether the server still lives and has taken the goal."""
+        """Look again and again whether the server still lives and has taken the goal.
+
+        A look that comes late says that this node was held up, and what it has not read yet may
+        be what the server has said: then the next look judges.
+        """
         if run != self._run:
             return
+        now, period = self._talker.now(), self._timeout / _CHECKS_PER_TIMEOUT
         waiting = goal.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK
-        if not self._is_alive() or (waiting and self._talker.now() - sent > self._timeout):
+        is_silent = not self._is_alive() or (waiting and now - sent > self._timeout)
+        if is_silent and now - looked < 2 * period:
             goal.cancel()
             self._give_up(run, done)
             return
-        self._talker.after(
-            self._timeout / _CHECKS_PER_TIMEOUT, lambda: self._watch(run, goal, done, sent)
-        )
+        self._talker.after(period, lambda: self._watch(run, goal, done, sent, now))
 
     def _give_up(self, run: int, done: Callable[[CommandResult], None]) -> None:
         text = f"the action server {self._name} has not answered for {self._timeout:g} s"

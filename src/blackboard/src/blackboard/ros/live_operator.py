@@ -75,6 +75,7 @@ class LiveOperator:
         self.acknowledged: dict[str, int] = {}
         self.lives: dict[str, str] = {}
         self._list: dict[str, Any] = {}
+        self._list_version = (0, 0)
         self._new_task = rospy.Publisher(f"{namespace}new_task", bb_msgs.TaskMsg, queue_size=1000)
         self._cancel = rospy.Publisher(f"{namespace}task_cancel", String, queue_size=1000)
         listens = (
@@ -94,6 +95,10 @@ class LiveOperator:
         """Wait until something is so; return whether it became so in time [s]."""
         with self._changed:
             return bool(self._changed.wait_for(condition, patience))
+
+    def pass_time(self, seconds: float) -> None:
+        """Let time pass while messages are taken in [s]."""
+        self.wait(lambda: False, seconds)
 
     def demand(
         self, condition: Callable[[], object], what: str, patience: float = PATIENCE
@@ -117,27 +122,37 @@ class LiveOperator:
             self._acks.clear()
 
     def wait_for_another(self, than: str, since: float) -> float:
-        """Return after how long the first heartbeat of another active member came [s].
+        """Return after how long another active member sent its first heartbeat [s].
+
+        All members are on this machine, and so on its monotonic clock.
 
         Args:
             than: Name of the one before.
             since: When it was broken, on the monotonic clock [s].
         """
 
-        def first() -> list[float]:
-            return [at for at, beat in self.beats if at > since and beat.active != than]
+        def sent() -> list[float]:
+            return [b.sent for _, b in self.beats if b.sent > since and b.active != than]
 
-        self.demand(first, f"somebody takes over from {than}")
-        return first()[0] - since
+        self.demand(sent, f"somebody takes over from {than}")
+        return min(sent()) - since
 
     def post(self, task: bb_msgs.TaskMsg) -> Any:  # noqa: ANN401  (a TaskState)
-        """Post a task until somebody answers; return the first answer."""
+        """Post a task until somebody answers; return the first answer.
+
+        A robot that has begun it at once may be heard before the blackboard that took it in.
+        """
         known = len(self.updates[task.id])
+
+        def answers() -> list[Any]:
+            active = self.last.active if self.last else ""
+            return [u for u in self.updates[task.id][known:] if not _is_report(u, active)]
+
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             self._new_task.publish(task)
-            if self.wait(lambda: len(self.updates[task.id]) > known, _REPEAT):
-                return self.updates[task.id][known]
+            if self.wait(answers, _REPEAT):
+                return answers()[0]
         raise LiveHiveError(f"nobody answered {task.id} within {PATIENCE:.0f} s")
 
     def post_once(self, task: bb_msgs.TaskMsg) -> None:
@@ -221,9 +236,13 @@ class LiveOperator:
             self._changed.notify_all()
 
     def _hear_list(self, known: bb_msgs.BbSynch) -> None:
+        """Take in a list, unless one is known that is newer: an earlier boss may be heard late."""
         with self._changed:
-            self._list = {record.task.id: record for record in known.tasks}
-            self._changed.notify_all()
+            version = (known.epoch, known.version)
+            if version >= self._list_version:
+                self._list_version = version
+                self._list = {record.task.id: record for record in known.tasks}
+                self._changed.notify_all()
 
     def _hear_update(self, update: bb_msgs.TaskState) -> None:
         with self._changed:
@@ -244,6 +263,12 @@ def _unless_own(hear: Callable[[Any], None]) -> Callable[[Any], None]:
             hear(message)
 
     return hear_others
+
+
+def _is_report(update: bb_msgs.TaskState, active: str) -> bool:
+    """Return whether a robot says how far it is, and not the active blackboard what it decided."""
+    speaker: str = update._connection_header["callerid"]  # noqa: SLF001  (rospy's only way to tell)
+    return speaker != active and speaker.endswith(f"/{update.robot_id}/robot")
 
 
 def make_task(task_id: str, *goals: tuple[float, float], priority: int = 0) -> bb_msgs.TaskMsg:

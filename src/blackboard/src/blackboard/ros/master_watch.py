@@ -71,13 +71,15 @@ class MasterWatch:
         return pid is not None
 
     def look(self) -> MasterState | None:
-        """Return what changed since the last look; a new master is told of this node."""
+        """Return what changed since the last look; a new master is told of this node.
+
+        A master that does not take this node counts as lost, and is told again at the next look.
+        """
         pid = self._ask()
-        if pid is None:
+        is_new = pid is not None and self._pid is not None and pid != self._pid
+        if pid is None or (is_new and not self._register_again()):
             was_lost, self._is_lost = self._is_lost, True
             return None if was_lost else MasterState.LOST
-        if pid != self._pid and self._pid is not None:
-            self._register_again()
         self._pid = pid
         was_lost, self._is_lost = self._is_lost, False
         return MasterState.BACK if was_lost else None
@@ -90,8 +92,11 @@ class MasterWatch:
             return None
         return int(answer[2])
 
-    def _register_again(self) -> None:
-        """Tell a new master of this node's topics, and connect to those who did the same."""
+    def _register_again(self) -> bool:
+        """Tell a new master of this node's topics, and connect to those who did the same.
+
+        Returns whether it took all of them.
+        """
         name, uri, topics = rospy.get_name(), rospy.get_node_uri(), get_topic_manager()
         try:
             with xmlrpc.client.ServerProxy(self.address, _Transport()) as master:
@@ -103,6 +108,8 @@ class MasterWatch:
                         node.publisherUpdate("/master", topic, answer[2])
         except (OSError, xmlrpc.client.Error) as error:
             rospy.logwarn(f"the new ROS master at {self.address} did not take this node: {error}")
+            return False
+        return True
 
 
 def watch_master(tell: Callable[[MasterState], None]) -> None:

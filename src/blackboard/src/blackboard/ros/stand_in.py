@@ -9,8 +9,8 @@ the robot stands at first (x [m]).
 
 from __future__ import annotations
 
-import math
 import threading
+import time
 from typing import Any
 
 import actionlib
@@ -64,12 +64,13 @@ class StandIn:
     def _drive(self, goal: Any) -> None:  # noqa: ANN401  (a MoveBaseGoal)
         self.begun += 1
         run = self._cancelled
-        for _ in range(math.ceil(self.seconds / _LOOK_EVERY)):
+        end = time.monotonic() + self.seconds
+        while (left := end - time.monotonic()) > 0:
             given_up = run != self._cancelled or rospy.is_shutdown()
             if given_up or self._server.is_preempt_requested():
                 self._server.set_preempted()
                 return
-            threading.Event().wait(_LOOK_EVERY)
+            threading.Event().wait(min(left, _LOOK_EVERY))
         if self.fails:
             self._server.set_aborted(text="the stand-in was told to fail")
             return
