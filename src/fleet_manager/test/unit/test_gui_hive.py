@@ -347,6 +347,15 @@ def test_a_start_that_overtakes_the_list_is_told_after_the_giving(desk):
     assert desk.log() == ["T1 was given to robot1", "robot1 started T1"]
 
 
+def test_a_start_that_was_never_heard_of_is_told_with_the_end(desk):
+    given = replace(WAITING, state=TaskState.ASSIGNED, robot="robot1")
+    desk.hear_list(given)
+    desk.log()
+    desk.hear(TaskUpdate("T1", TaskState.DONE, "robot1", 2, 2, epoch=1), stamp=105.0)
+
+    assert desk.log() == ["robot1 started T1", "T1 is done by robot1"]
+
+
 def test_the_first_list_is_one_line_in_the_log_and_not_one_for_each_task(desk):
     desk.log()
     done = TaskRecord(replace(TASK, id="T2"), TaskState.DONE)

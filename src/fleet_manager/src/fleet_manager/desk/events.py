@@ -79,8 +79,8 @@ class Log:
     ) -> Iterator[Event]:
         """Give the lines for a change of a task.
 
-        A robot's word that it has started may overtake the blackboard's that the task is the
-        robot's; then both lines are given, so that the log always tells by whom and why.
+        What was missed in between is told as well: the word that a task was given to a robot, or
+        that the robot has started, may come late or never. So the log tells by whom and why.
 
         Args:
             before: As it was; None when it is new.
@@ -97,6 +97,8 @@ class Log:
             return
         if after.robot and (after.robot != was or state is TaskState.ASSIGNED):
             yield self._assigned(after, bids)
+        if state is TaskState.DONE and (before is None or before.state < TaskState.STARTED):
+            yield Event(text("log.STARTED", id=name, robot=after.robot))
         if state is not TaskState.ASSIGNED:
             reason = after.reason or text("sent.no_reason")
             words = text(f"log.{state.name}", id=name, robot=after.robot, reason=reason)

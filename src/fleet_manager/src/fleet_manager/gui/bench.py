@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 TASKS, ROBOTS, QUIET, BUSY = 2000, 50, 0, 500
 PHASE = 5.0  # [s] that each case is watched
-PATIENCE = 30.0  # [s] that anything may take to come up
+PATIENCE = 120.0  # [s] that anything may take to come up
 AIMS = {
     "stall, filled with 2000 tasks [s]": 0.1,
     "stall, 500 messages a second [s]": 0.1,

@@ -16,6 +16,7 @@ import rospy
 
 from blackboard.decision_book import read_decisions
 from blackboard.errors import JournalError, SettingsError
+from blackboard.ros.links import mend_links
 from blackboard.ros.master_watch import MasterState, MasterWatch
 from blackboard.ros.membership import journal_folder
 from fleet_manager.desk.facts import AskWhy, LinkChange, LinkState, Noted, PlacesKnown
@@ -99,6 +100,7 @@ class RosDeskLink:
         self._topics.advertise()
         self._topics.listen()
         self._topics.listen_to_person()
+        mend_links()
         self._report_master(LinkState.UP)
         self._inbox.put(PlacesKnown(world_places(rospy.get_param("~world", ""))))
         while not self._stopped.is_set():
