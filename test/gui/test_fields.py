@@ -64,6 +64,7 @@ def test_a_filled_form_is_sent_with_enter_and_emptied(person, window, link):
     entry = window.entry
     fill_in(person, entry)
     person.press(Qt.Key_Return)
+    person.wait_until(lambda: link.sent)  # a window that was held up has to hear the hive first
 
     (command,) = link.sent
     assert isinstance(command, PostTask)

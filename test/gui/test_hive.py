@@ -80,23 +80,32 @@ def test_a_goal_in_a_wall_is_refused_with_its_reason_beside_the_form(person, ent
 
 
 def test_the_details_show_the_bids_that_decided_it(person, entry, view, hive_window):
-    task = person.give_task(entry, TaskType.GA, HERE)
-    person.wait_until(lambda: person.state_of(view, task) not in {None, "waiting"})
-
-    def opened():
+    def opened(task):
         """Try until a click has met the row, which moves while tasks come and go."""
         if not hive_window.findChildren(TaskDetails):
             person.select_row(view.task_table, task)
             person.click(view.details_button)
         return hive_window.findChildren(TaskDetails)
 
-    person.wait_until(opened)
-    (details,) = hive_window.findChildren(TaskDetails)
-    person.wait_until(lambda: details.bid_table.rowCount() == 4)
+    def decided_by(task):
+        """Return whose bids the details of a task show."""
+        person.wait_until(lambda: person.state_of(view, task) not in {None, "waiting"})
+        person.wait_until(lambda: opened(task))
+        (details,) = hive_window.findChildren(TaskDetails)
+        table = details.bid_table
+        person.wait_until(table.rowCount)
+        robots = [table.item(row, 0).text() for row in range(table.rowCount())]
+        details.close()
+        person.wait_until(lambda: not hive_window.findChildren(TaskDetails))
+        return robots
 
-    robots = [details.bid_table.item(row, 0).text() for row in range(details.bid_table.rowCount())]
+    for _try in range(5):  # an auction does not wait for a robot that was held up for two seconds
+        robots = decided_by(person.give_task(entry, TaskType.GA, HERE))
+        if len(robots) == 4:
+            break
+
+    assert len(robots) == 4
     assert any(robot.endswith("(has it)") for robot in robots)
-    details.close()
 
 
 def test_a_task_is_cancelled_with_the_delete_key(person, entry, view):
@@ -151,7 +160,8 @@ def test_the_sign_comes_and_goes_with_the_blackboards_and_a_kept_task_is_sent(
     with frozen([hive.process_of(member) for member in members]):
         person.wait_until(lambda: "No blackboard" in view.authority_label.text())
         task = person.give_task(entry, TaskType.GA, HERE)
-        assert "kept here" in answer(entry)
+        # Heartbeats that came while this program was held up may be heard first.
+        person.wait_until(lambda: "kept here" in answer(entry))
 
     person.wait_until(lambda: "● Blackboard: " in view.authority_label.text())
     person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
@@ -161,7 +171,7 @@ def carrier(person, view):
     """Return who carries the blackboard, once a backup stands by."""
 
     def named():
-        return re.search(r"Blackboard: (\S+).*Backup: ", view.authority_label.text())
+        return re.search(r"Blackboard: (\S+).*Backup: (?!none\b)", view.authority_label.text())
 
     person.wait_until(named)
     return named()[1]

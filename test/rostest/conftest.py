@@ -11,6 +11,7 @@ every node's log. Programs that outlive their file are ended, and count as a fai
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import signal
@@ -35,6 +36,8 @@ START_AND_STOP = 45.0
 """Time that roslaunch may take around a test node [s]."""
 TIME_TO_STOP = 25.0
 """roslaunch gives its nodes 15 s after SIGINT and 2 s after SIGTERM [s]."""
+TIME_TO_END = 5.0
+"""What is just ending when rostest has ended may take that long [s]."""
 
 
 class RosTestError(Exception):
@@ -183,10 +186,15 @@ def _stop(rostest: subprocess.Popen[bytes]) -> None:
 
 
 def _end_leftovers(ros_home: Path) -> list[str]:
-    """Kill every process that was started for this run and still lives; return their commands."""
+    """Kill every process that was started for this run and does not end; return their commands."""
+    own = [
+        process
+        for process in psutil.process_iter(["environ", "cmdline"])
+        if (process.info["environ"] or {}).get("ROS_HOME") == str(ros_home)
+    ]
     ended = []
-    for process in psutil.process_iter(["environ", "cmdline"]):
-        if (process.info["environ"] or {}).get("ROS_HOME") == str(ros_home):
+    for process in psutil.wait_procs(own, timeout=TIME_TO_END)[1]:
+        with contextlib.suppress(psutil.NoSuchProcess):
             process.kill()
             ended.append(" ".join(process.info["cmdline"]))
     return ended

@@ -10,7 +10,7 @@ import sys
 import pytest
 import rospy
 from hive_operator import ROBOTS, Operator
-from launching import hears, publishers_of, wait_until_empty
+from launching import hears, is_heard, publishers_of, wait_until_empty
 
 
 def pytest_configure(config):
@@ -31,7 +31,8 @@ def operator():
 
     It listens only when all have told the master what they publish: rospy overlooks a publisher
     that registers at the same moment as a subscriber. A node that has overlooked one finds it a
-    little later, so it posts nothing before every robot hears who may ask it for a bid.
+    little later, so it posts nothing before every robot hears who may ask it for a bid, everybody
+    who may ask hears the bids, and it hears all of them itself.
     """
     rospy.init_node("operator")
     members = len(ROBOTS) + 1
@@ -45,11 +46,16 @@ def operator():
         f"a status of {', '.join(ROBOTS)}",
         lambda: sorted(operator.robots),
     )
-    links = [(f"/{robot}/robot", "/task_bc", members) for robot in ROBOTS]
-    links += [(f"/{robot}/robot", "/task_assign", members) for robot in ROBOTS]
+    robots = [f"/{robot}/robot" for robot in ROBOTS]
+    links = [(node, topic, members) for node in robots for topic in ("/task_bc", "/task_assign")]
     links += [(f"/{robot}/robot", f"/{robot}/move_base/status", 1) for robot in ROBOTS]
-    links += [("/blackboard", "/task_cost", len(ROBOTS))]
+    links += [(node, "/task_cost", len(ROBOTS)) for node in ("/blackboard", *robots)]
     wait_until_empty(lambda: [link for link in links if not hears(*link)])
+    by_members = ("/task_state", "/bb_sync", "/bb_backup")
+    said = [(node, topic) for node in ("/blackboard", *robots) for topic in by_members]
+    said += [(node, topic) for node in robots for topic in ("/task_cost", "/robot_status")]
+    said += [("/simulator", f"/{robot}/ground_truth") for robot in ROBOTS]
+    wait_until_empty(lambda: [each for each in said if not is_heard(*each, rospy.get_name())])
     return operator
 
 

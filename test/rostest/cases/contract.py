@@ -21,18 +21,23 @@ def test_a_task_of_every_type_is_done_with_its_states_in_order(operator):
         history, end = operator.history(each.id), operator.follow(each.id)
         said = list(operator.updates[each.id])
 
-        assert history == DONE_IN_ORDER
-        assert {update.robot_id for update in said if update.robot_id} == {end.robot_id}
-        steps = [update.step for update in said if update.state == TaskState.STARTED]
+        # What has not begun may change hands as often as that pays.
+        assert history[:2] == DONE_IN_ORDER[:2]
+        assert set(history[2:-2]) <= set(DONE_IN_ORDER[:2])
+        assert history[-2:] == DONE_IN_ORDER[2:]
+        begun = [update for update in said if update.state == TaskState.STARTED]
+        assert {update.robot_id for update in begun} == {end.robot_id}
+        steps = [update.step for update in begun]
         assert steps == sorted(steps)
         assert end.step == end.steps
 
 
 def test_the_robot_that_did_a_task_stands_at_its_last_goal(operator):
     operator.post(task("G1", TaskMsg.GA, (2.2, 9.0, 0.0)))
-    robot = operator.follow("G1").robot_id
+    done = operator.follow("G1")
+    operator.see_until(done.robot_id, done.header.stamp)
 
-    assert apart(operator.place(robot), (2.2, 9.0)) < TOLERANCE
+    assert apart(operator.place(done.robot_id), (2.2, 9.0)) < TOLERANCE
 
 
 def test_what_only_an_arm_can_do_goes_to_a_robot_that_has_one(operator):
@@ -56,7 +61,7 @@ def test_the_same_task_posted_again_is_the_same_task(operator):
         "another DONE of S1",
         lambda: operator.told("S1"),
     )
-    assert [u.state for u in operator.updates["S1"]].count(TaskState.WAITING) == 1
+    assert {u.state for u in operator.updates["S1"][known:]} == {TaskState.DONE}
 
 
 def test_a_taken_id_with_other_content_is_refused_and_the_task_goes_on(operator):

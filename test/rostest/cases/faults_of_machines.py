@@ -3,7 +3,6 @@
 
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -36,12 +35,6 @@ def make_hive(folder, namespace, robots):
     return hive, LiveOperator(namespace, hive.members)
 
 
-def pass_time(operator, seconds):
-    """Let time pass while messages are taken in."""
-    end = time.monotonic() + seconds
-    operator.wait(lambda: time.monotonic() > end, seconds + 1.0)
-
-
 def arrivals(hive, goal):
     return sum(drive.arrivals.count(goal) for drive in hive.drives)
 
@@ -68,7 +61,7 @@ def test_a_wall_clock_that_jumps_an_hour_changes_nothing(tmp_path):
             operator.post(make_task(f"jump{number}", (float(number), 1.0)))
             said = operator.last.header.stamp.to_sec()
             put(shift, jump)
-            pass_time(operator, LONGER)
+            operator.pass_time(LONGER)
 
             assert abs(operator.last.header.stamp.to_sec() - said) > 1800.0  # the jump was heard
             assert operator.follow(f"jump{number}") == TaskState.DONE
@@ -88,7 +81,7 @@ def test_ten_programs_that_take_the_processors_cost_twelve_robots_no_takeover(tm
         loop = [sys.executable, "-c", "while True: pass"]
         greedy += [subprocess.Popen(loop) for _ in range(GREEDY)]
         operator.post(make_task("busy", (1.0, 1.0)))
-        pass_time(operator, 2 * LONGER)
+        operator.pass_time(2 * LONGER)
 
         assert operator.follow("busy") == TaskState.DONE
         assert operator.last.epoch == epoch
@@ -106,14 +99,19 @@ def test_a_simulated_clock_that_stops_or_jumps_back_changes_nothing(tmp_path):
     hive, operator = make_hive(tmp_path, "/simulated/", ROBOTS[:2])
     try:
         hive.start_all()
-        run_clock(operator, clock, 1000.0, operator.is_whole)
+        stands = run_clock(operator, clock, 1000.0, operator.is_whole)
         epoch = operator.last.epoch
-        pass_time(operator, LONGER)  # the clock stands
+        operator.pass_time(LONGER)  # the clock stands
 
         assert operator.last.epoch == epoch
 
-        for number, begins in enumerate((1100.0, 500.0)):
-            operator.post_once(make_task(f"clock{number}", (float(number), 1.0)))
+        for drive in hive.drives:
+            drive.seconds = 1.0  # so that the clock goes on, or jumps, while a robot drives
+        for number, begins in enumerate((stands, 500.0)):
+            task = f"clock{number}"
+            operator.post(make_task(task, (float(number), 1.0)))
+            begun = lambda t=task: TaskState.STARTED in operator.states_of(t)  # noqa: E731  (a sentence)
+            operator.demand(begun, f"{task} is begun")
             ended = lambda n=number: operator.state_of(f"clock{n}") == TaskState.DONE  # noqa: E731  (a sentence)
             run_clock(operator, clock, begins, ended)
 
@@ -125,9 +123,10 @@ def test_a_simulated_clock_that_stops_or_jumps_back_changes_nothing(tmp_path):
 
 
 def run_clock(operator, clock, begins, until):
-    """Run the simulated clock in steps of 50 ms until something is so."""
+    """Run the simulated clock in steps of 50 ms until something is so; return where it stands."""
     for step in range(1200):
-        clock.publish(rospy.Time.from_sec(begins + 0.05 * step))
+        now = begins + 0.05 * step
+        clock.publish(rospy.Time.from_sec(now))
         if operator.wait(until, 0.05):
-            return
-    pytest.fail(f"it did not become so within a minute of simulated time; {operator.last}")
+            return now
+    return pytest.fail(f"it did not become so within a minute of simulated time; {operator.last}")

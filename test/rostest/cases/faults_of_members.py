@@ -15,7 +15,7 @@ import rospy
 from blackboard.msg import TaskState
 
 from blackboard.ros.live_hive import ROBOTS, LiveHive
-from blackboard.ros.live_operator import LiveOperator, make_task
+from blackboard.ros.live_operator import PATIENCE, LiveOperator, make_task
 from blackboard.ros.stand_in import StandIn
 
 NODES = Path(__file__).resolve().parents[1] / "nodes"
@@ -26,6 +26,8 @@ CRASH = 3.0
 """The same for a process that is proved dead [s]; docs/benchmarks.md has what it really takes."""
 FREEZE = 5.0
 """Longer than a lease and an election [s]."""
+WITHOUT_MAJORITY = 1.8
+"""By then an active blackboard that has no majority any more has stepped down [s]."""
 HICCUP = 0.8
 """Shorter than an active blackboard may be without answers [s]."""
 
@@ -87,7 +89,8 @@ def bosses_after(operator, since):
 def test_a_killed_blackboard_is_replaced_and_the_task_under_way_is_done_once(hive, operator):
     for drive in hive.drives.values():
         drive.seconds = 2.0
-    active = operator.last.active
+    # A robot whose node is killed with a task has another one drive as well.
+    active = takes_over(hive, operator, lambda name: name == hive.blackboard)
     assert operator.post(make_task("k1", (5.0, 1.0))).state == TaskState.WAITING
     operator.demand(is_busy(operator, "k1"), "k1 is begun")
     since = time.monotonic()
@@ -123,7 +126,7 @@ def test_the_blackboard_and_its_backup_are_killed_and_a_third_takes_over(hive, o
     hive.kill(active, backup)
     operator.demand(
         lambda: any(
-            at > since and beat.active not in {active, backup} for at, beat in operator.beats
+            beat.sent > since and beat.active not in {active, backup} for _, beat in operator.beats
         ),
         "a third takes over",
     )
@@ -138,17 +141,19 @@ def test_without_a_majority_the_task_under_way_is_finished_and_nothing_is_taken_
     active = operator.last.active
     operator.post(make_task("m1", (2.0, 1.0)))
     operator.demand(is_busy(operator, "m1"), "m1 is begun")
-    worker = hive.node_of(operator.updates["m1"][-1].robot_id)
+    begun = [u for u in operator.updates["m1"] if u.state == TaskState.STARTED]
+    worker = hive.node_of(begun[0].robot_id)
     others = [name for name in hive.members if name not in {active, worker}]
     rest = others if worker != active else others[1:]
     hive.kill(*rest[:3])
-    since = time.monotonic()
-    quiet = operator.wait(lambda: time.monotonic() - operator.beats[-1][0] > 1.0, 10.0)
+    given_up = time.monotonic() + WITHOUT_MAJORITY
+    operator.pass_time(WITHOUT_MAJORITY + 0.2)
     operator.post_once(make_task("m2", (3.0, 1.0)))
     refused = not operator.wait(lambda: operator.updates["m2"], 2.0)
+    beats_after = [beat for _, beat in operator.beats if beat.sent > given_up]
     hive.restart_ended()
 
-    assert quiet or time.monotonic() - since < TAKEOVER
+    assert beats_after == []
     assert refused
     assert operator.follow("m1") == TaskState.DONE
     assert sum(drive.arrivals.count((2.0, 1.0)) for drive in hive.drives.values()) == 1
@@ -172,7 +177,7 @@ def test_a_blackboard_that_was_frozen_comes_back_as_a_follower(hive, operator):
     since = time.monotonic()
     hive.freeze(active)
     gap = operator.wait_for_another(active, since)
-    operator.wait(lambda: time.monotonic() - since > FREEZE, FREEZE + 1)
+    operator.pass_time(since + FREEZE - time.monotonic())
     hive.thaw(active)
     back = time.monotonic()
     operator.post(make_task("z1", (1.0, 3.0)))
@@ -188,12 +193,20 @@ def test_a_blackboard_that_was_frozen_comes_back_as_a_follower(hive, operator):
 
 
 def test_a_blackboard_that_is_frozen_for_less_than_a_second_stays_the_active_one(hive, operator):
-    active, epoch = operator.last.active, operator.last.epoch
-    since = time.monotonic()
-    hive.freeze(active)
-    operator.wait(lambda: time.monotonic() - since > HICCUP, HICCUP + 1)
-    hive.thaw(active)
-    operator.wait(lambda: time.monotonic() - since > HICCUP + 2, HICCUP + 3)
+    for _ in range(5):
+        active, epoch = operator.last.active, operator.last.epoch
+        since = time.monotonic()
+        hive.freeze(active)
+        operator.pass_time(HICCUP)
+        hive.thaw(active)
+        if time.monotonic() - since < HICCUP + 0.2:
+            break
+        # It was frozen for longer, because this program was held up as well.
+        operator.forget_answers()
+        operator.wait_until_whole()
+    else:
+        pytest.fail("this machine lets no freeze be that short")
+    operator.pass_time(2.0)
 
     assert bosses_after(operator, since) == [(epoch, active)]
 
@@ -225,6 +238,7 @@ def test_a_second_blackboard_of_another_name_is_a_member_like_the_others(hive, o
 
     assert bosses_after(operator, since) == [(last.epoch, last.active)]
     hive.kill(second)
+    operator.demand(lambda: second not in operator.last.members, "it is off the list")
     del hive._processes[second]  # noqa: SLF001  (it is not to be started again)
 
 
@@ -232,7 +246,7 @@ def test_a_second_blackboard_of_the_same_name_takes_the_first_ones_place(hive, o
     name = hive.blackboard
     first = hive._processes[name]  # noqa: SLF001  (start replaces it)
     hive.start(name)
-    first.wait(20)
+    first.wait(PATIENCE)
     operator.forget_answers()
     operator.wait_until_whole()
     epochs = {beat.epoch: set() for _, beat in operator.beats}
@@ -260,6 +274,7 @@ def test_the_same_task_a_hundred_times_is_one_task(hive, operator):
     before = sum(drive.begun for drive in hive.drives.values())
     for _ in range(100):
         operator.post_once(make_task("again", (4.0, 1.0)))
+    operator.post(make_task("again", (4.0, 1.0)))
 
     assert operator.follow("again") == TaskState.DONE
     assert sum(drive.begun for drive in hive.drives.values()) == before + 1
@@ -273,7 +288,7 @@ def test_a_program_that_dies_right_after_it_has_posted_leaves_at_most_one_task(h
         "p = rospy.Publisher('/members/new_task', TaskMsg, queue_size=1, latch=True); "
         "p.publish(make_task('orphan', (1.5, 1.5))); rospy.sleep(0.3); os._exit(9)"
     )
-    subprocess.run([sys.executable, "-c", program], check=False, timeout=30)
+    subprocess.run([sys.executable, "-c", program], check=False, timeout=PATIENCE)
     begun = sum(drive.begun for drive in hive.drives.values())
     told = operator.wait(lambda: operator.updates["orphan"], 2.0)
     answer = operator.post(make_task("orphan", (1.5, 1.5)))

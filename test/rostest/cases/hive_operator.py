@@ -53,10 +53,10 @@ class Operator:
         robots: Every robot's last status.
         statuses: Every robot's statuses, in the order in which they came.
         tracks: Every robot's true places: stamp [s], x, y [m, frame map].
-        bids: The last bid of each robot on each task.
+        bids: Each robot's bids on each task, in the order in which they came.
         heartbeat: The last word of the active blackboard.
         actives: When each active blackboard was heard first, on the wall clock [s].
-        list: The last copy of the task list: every record by the task's id.
+        list: The newest copy of the task list: every record by the task's id.
         collisions: How many the simulator has counted.
     """
 
@@ -66,10 +66,11 @@ class Operator:
         self.robots = {}
         self.statuses = collections.defaultdict(list)
         self.tracks = collections.defaultdict(list)
-        self.bids = collections.defaultdict(dict)
+        self.bids = collections.defaultdict(lambda: collections.defaultdict(list))
         self.heartbeat = None
         self.actives = {}
         self.list = {}
+        self._list_version = (0, 0)
         self.collisions = None
         self.new_task = rospy.Publisher(f"{hive}new_task", TaskMsg, queue_size=100)
         self.cancel_task = rospy.Publisher(f"{hive}task_cancel", String, queue_size=10)
@@ -100,7 +101,7 @@ class Operator:
 
     def _note_bids(self, message):
         for bid in message.costs:
-            self.bids[bid.task_id][bid.robot_id] = bid
+            self.bids[bid.task_id][bid.robot_id].append(bid)
 
     def _note_heartbeat(self, message):
         if self.heartbeat is None or self.heartbeat.active != message.active:
@@ -108,11 +109,17 @@ class Operator:
         self.heartbeat = message
 
     def _note_list(self, message):
-        self.list = {record.task.id: record for record in message.tasks}
+        """Take in a list, unless one is known that is newer: an earlier boss may be heard late."""
+        version = (message.epoch, message.version)
+        if version >= self._list_version:
+            self._list_version = version
+            self.list = {record.task.id: record for record in message.tasks}
 
     def _see(self, message, robot):
         here = message.pose.pose.position
-        self.tracks[robot].append((message.header.stamp.to_sec(), here.x, here.y))
+        with self.changed:
+            self.tracks[robot].append((message.header.stamp.to_sec(), here.x, here.y))
+            self.changed.notify_all()
 
     def wait(self, condition, patience=PATIENCE):
         """Wait until a condition holds; return whether it did in time."""
@@ -125,24 +132,31 @@ class Operator:
             pytest.fail(f"within {patience:g} s not seen: {what}; last heard: {last()}")
 
     def post(self, task):
-        """Publish a task until somebody answers; return the answer."""
+        """Publish a task until somebody answers; return the answer.
+
+        A robot that has begun it at once may be heard before the blackboard that took it in.
+        """
         known = len(self.updates[task.id])
+
+        def answers():
+            active = self.heartbeat.active if self.heartbeat else ""
+            return [u for u in self.updates[task.id][known:] if not is_report(u, active)]
+
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             self.new_task.publish(task)
-            if self.wait(lambda: len(self.updates[task.id]) > known, REPEAT):
-                return self.updates[task.id][known]
+            if self.wait(answers, REPEAT):
+                return answers()[0]
         return pytest.fail(f"nobody answered {task.id}")
 
     def cancel(self, task_id):
-        """Take a task off the list; say so until somebody answers."""
-        known = len(self.updates[task_id])
+        """Take a task off the list; say so until it has ended."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             self.cancel_task.publish(String(task_id))
-            if self.wait(lambda: len(self.updates[task_id]) > known, REPEAT):
+            if self.wait(lambda: any(u.state in TERMINAL for u in self.updates[task_id]), REPEAT):
                 return
-        pytest.fail(f"nobody answered that {task_id} is cancelled")
+        pytest.fail(f"{task_id} has not ended after it was cancelled; {self.told(task_id)}")
 
     def said(self, task_id, state):
         """Return what was heard first of a task in a state, or None."""
@@ -173,17 +187,15 @@ class Operator:
     def history(self, task_id):
         """Wait until a task is done; return the states that it went through.
 
-        ROS keeps the order of one publisher, not of several: what the blackboard said, which
-        answered first, stands before what the robot said.
+        ROS keeps the order of one publisher, not of several: what the blackboard said stands
+        before what the robot said.
         """
         self.expect(
             lambda: set(DONE_IN_ORDER) <= {u.state for u in self.updates[task_id]},
             f"{task_id} WAITING, ASSIGNED, STARTED and DONE",
             lambda: self.told(task_id),
         )
-        updates = list(self.updates[task_id])
-        speakers = list(dict.fromkeys(map(sender, updates)))
-        states = [u.state for u in sorted(updates, key=lambda u: speakers.index(sender(u)))]
+        states = [u.state for u in sorted(self.updates[task_id], key=is_report)]
         return [s for i, s in enumerate(states) if i == 0 or states[i - 1] != s]
 
     def told(self, task_id):
@@ -198,24 +210,43 @@ class Operator:
         """Set a robot to a state and wait until it says so."""
         publisher = rospy.Publisher(f"/{robot}/set_state", String, queue_size=1)
         self.expect(publisher.get_num_connections, f"{robot} on set_state")
+        known = len(self.statuses[robot])
         publisher.publish(String(word))
         self.expect(
-            lambda: self.robots[robot].state == state,
+            lambda: any(status.state == state for status in self.statuses[robot][known:]),
             f"{robot} in state {state} after it was set {word}",
             lambda: self.robots[robot],
         )
 
-    def refusals(self, task_id):
-        """Return each robot's reason for not doing a task; empty where it would."""
+    def refusals(self, task_id, which=0):
+        """Return each robot's reason for not doing a task; empty where it would.
+
+        Args:
+            task_id: Which task.
+            which: Index of the bid; later ones may be on an offer to change hands.
+        """
         self.expect(
             lambda: set(ROBOTS) <= set(self.bids[task_id]),
             f"bids of all robots on {task_id}",
             lambda: sorted(self.bids[task_id]),
         )
         return {
-            robot: bid.reason if bid.cost >= TaskCost.MAX_COST else ""
-            for robot, bid in sorted(self.bids[task_id].items())
+            robot: bids[which].reason if bids[which].cost >= TaskCost.MAX_COST else ""
+            for robot, bids in sorted(self.bids[task_id].items())
         }
+
+    def see_until(self, robot, stamp):
+        """Wait until a robot has been seen as it was at a time or later.
+
+        Args:
+            robot: Its name.
+            stamp: The time, as in a message.
+        """
+        self.expect(
+            lambda: self.tracks[robot] and self.tracks[robot][-1][0] >= stamp.to_sec(),
+            f"{robot} at {stamp.to_sec():.1f} s",
+            lambda: self.tracks[robot][-1:],
+        )
 
     def place(self, robot):
         """Return where a robot stands in truth: x, y [m, frame map]."""
@@ -248,6 +279,17 @@ def task(task_id, kind, *goals, priority=0, payload=0.0, frame="map"):
 def sender(message):
     """Return the name of the node that published a message."""
     return message._connection_header["callerid"]  # noqa: SLF001  (rospy has no other way)
+
+
+def is_report(update, active=""):
+    """Return whether a robot says how far it is, which has said so as a robot only.
+
+    Args:
+        update: What was said of a task.
+        active: The node that carries the blackboard, which may be the robot's own.
+    """
+    speaker = sender(update)
+    return speaker != active and speaker.endswith(f"/{update.robot_id}/robot")
 
 
 def in_order(updates):

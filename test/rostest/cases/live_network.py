@@ -86,9 +86,9 @@ class LiveNetwork:
         for name in self._hosts:
             self._filter(name, f"iifname eth0 numgen random mod 100 < {percent} drop")
 
-    def heal(self) -> None:
-        """Carry everything again."""
-        for name in self._hosts:
+    def heal(self, *hosts: str) -> None:
+        """Carry everything again to and from some hosts; all, where none is named."""
+        for name in hosts or self._hosts:
             self._filter(name)
 
     def end(self) -> None:

@@ -13,7 +13,7 @@ import rosbag
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
 from hive_operator import HOME, ROBOTS, STATES, Operator, apart, task
-from launching import Launches, hears, kill
+from launching import Launches, hears, is_heard, kill, wait_until_empty
 from simenv.srv import Remove
 
 PORTER = Path(__file__).resolve().parents[1] / "models" / "porter.yaml"
@@ -44,7 +44,7 @@ def test_what_a_defect_robot_had_is_done_by_another(operator, observed):
     first = operator.until("R-defect", TaskState.STARTED).robot_id
     operator.set_state(first, "defect", RobotStatus.DEFECT)
     end = operator.follow("R-defect")
-    refused = operator.refusals("R-defect")[first]
+    refused = operator.refusals("R-defect", which=-1)[first]
     operator.set_state(first, "idle", RobotStatus.IDLE)
     observed(f"begun by {first}, which bids 1000 ({refused}); done by {end.robot_id}")
 
@@ -113,6 +113,13 @@ def newcomer(operator, launches):
         "a status of robot5 that names the hive",
         lambda: operator.robots.get("robot5"),
     )
+    members = len(ROBOTS) + 2
+    links = [("/robot5/robot", topic, members) for topic in ("/task_bc", "/task_assign")]
+    links += [("/blackboard", "/task_cost", len(ROBOTS) + 1)]
+    links += [("/robot5/robot", "/robot5/move_base/status", 1)]
+    wait_until_empty(lambda: [link for link in links if not hears(*link)])
+    said = [("/robot5/robot", topic, rospy.get_name()) for topic in ("/task_cost", "/task_state")]
+    wait_until_empty(lambda: [each for each in said if not is_heard(*each)])
     return launch
 
 
@@ -126,7 +133,7 @@ def newcomer(operator, launches):
 def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observed):
     operator.post(task("R-low", TaskMsg.GA, (17.2, 5.6, 0.0)))
     operator.expect(lambda: "robot5" in operator.bids["R-low"], "robot5's bid on R-low")
-    low = operator.bids["R-low"]["robot5"]
+    low = operator.bids["R-low"]["robot5"][0]
     operator.cancel("R-low")
     operator.set_state("robot5", "charging", RobotStatus.CHARGING)
     operator.expect(
@@ -140,7 +147,7 @@ def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observ
     done = operator.follow("R-charged")
     observed(
         f"bid {low.cost:g} at 10 %: {low.reason}; after charging {charge:.0%} and a bid of "
-        f"{operator.bids['R-charged']['robot5'].cost:.1f}"
+        f"{operator.bids['R-charged']['robot5'][0].cost:.1f}"
     )
 
     assert low.cost == TaskCost.MAX_COST
@@ -167,8 +174,6 @@ def test_an_unknown_robot_joins_works_and_leaves(operator, newcomer, launches, o
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
     operator.post(task("R-left", TaskMsg.GAB, *goals, *goals, *goals))
     worker = operator.until("R-left", TaskState.STARTED).robot_id
-    for robot in ROBOTS:
-        operator.set_state(robot, "idle", RobotStatus.IDLE)
     launches.stop(newcomer)
     operator.expect(
         lambda: operator.robots["robot5"].state == RobotStatus.OFFLINE,
@@ -176,6 +181,8 @@ def test_an_unknown_robot_joins_works_and_leaves(operator, newcomer, launches, o
         lambda: operator.robots["robot5"],
     )
     carry_away("robot5")
+    for robot in ROBOTS:
+        operator.set_state(robot, "idle", RobotStatus.IDLE)
     end = operator.follow("R-left")
     observed(
         f"{members} members with robot5; R-left begun by {worker}; robot5 left and was OFFLINE; "
@@ -200,6 +207,7 @@ def test_two_fleets_on_one_master_do_not_mix(operator, launches, observed):
     goal = (14.6, 3.4, 0.0)
     east.post(task("S1", TaskMsg.GA, goal))
     theirs = east.follow("S1")
+    east.see_until("robot6", theirs.header.stamp)
     place = east.place("robot6")
     heard = list(operator.updates["S1"])
     operator.post(task("S1", TaskMsg.GA, HOME[0], payload=58.0))

@@ -4,7 +4,9 @@
 import itertools
 import math
 import queue
+import statistics
 import subprocess
+import threading
 
 import actionlib
 import pytest
@@ -17,7 +19,7 @@ from nav_msgs.srv import GetMap
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from simenv.srv import Remove, Spawn
-from std_msgs.msg import Bool, UInt32
+from std_msgs.msg import Bool, Float64, UInt32
 from std_srvs.srv import Empty, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
@@ -59,18 +61,46 @@ def robot1():
     return "robot1"
 
 
+@pytest.fixture
+def real_time(robot1):
+    """At five times the real time, a tenth of a second late is a quarter of a metre."""
+    factor = rospy.Publisher("simenv/rtf", Float64, queue_size=1)
+    while not factor.get_num_connections():
+        rospy.sleep(0.01)
+    factor.publish(1.0)
+    yield robot1
+    factor.publish(5.0)
+
+
+class Arm:
+    """Gives orders; actionlib's simple client misses an answer that comes with the order."""
+
+    def __init__(self, name):
+        self._client = actionlib.ActionClient(name, PickAction)
+        assert self._client.wait_for_server(rospy.Duration(100))
+
+    def order(self, hear=lambda _: None, **fields):
+        """Give an order; return its goal, and an event that is set when it has ended."""
+        ended = threading.Event()
+
+        def changed(goal):
+            if goal.get_comm_state() == actionlib.CommState.DONE:
+                ended.set()
+
+        goal = self._client.send_goal(PickGoal(**fields), changed, lambda _, said: hear(said))
+        return goal, ended
+
+
 @pytest.fixture(scope="module")
 def fetch():
     assert spawn("robot3", "fetch", 12.0, 3.0).success
-    client = actionlib.SimpleActionClient("robot3/pick", PickAction)
-    assert client.wait_for_server(rospy.Duration(100))
-    return client
+    return Arm("robot3/pick")
 
 
-def pick(client, **fields):
-    client.send_goal(PickGoal(**fields))
-    assert client.wait_for_result(rospy.Duration(100))
-    return client.get_state(), client.get_result()
+def pick(arm, **fields):
+    goal, ended = arm.order(**fields)
+    assert ended.wait(WAIT)
+    return goal.get_goal_status(), goal.get_result()
 
 
 def test_odometry_starts_at_zero_in_the_robots_own_frames(robot1):
@@ -96,9 +126,11 @@ def test_a_scan_is_complete_and_in_the_lasers_frame(robot1):
 
 def test_a_scan_comes_every_tenth_of_a_second(robot1):
     scans = Topic(f"{robot1}/scan", LaserScan)
-    stamps = [scans.until(lambda _: True).header.stamp.to_nsec() for _ in range(5)]
+    stamps = [scans.until(lambda _: True).header.stamp.to_nsec() for _ in range(30)]
+    gaps = [late - early for early, late in itertools.pairwise(stamps)]
 
-    assert {late - early for early, late in itertools.pairwise(stamps)} == {100_000_000}
+    assert {gap % 100_000_000 for gap in gaps} == {0}  # a listener that is held up misses some
+    assert statistics.mode(gaps) == 100_000_000
 
 
 def test_no_stamp_is_ahead_of_the_clock(robot1):
@@ -110,7 +142,8 @@ def test_no_stamp_is_ahead_of_the_clock(robot1):
         assert stamp <= rospy.get_rostime()
 
 
-def test_a_robot_drives_while_it_is_told_to_and_stops_by_itself(robot1):
+def test_a_robot_drives_while_it_is_told_to_and_stops_by_itself(real_time):
+    robot1 = real_time
     truth = Topic(f"{robot1}/ground_truth", Odometry)
     start = truth.until(lambda _: True)
     commands = rospy.Publisher(f"{robot1}/cmd_vel", Twist, queue_size=1)
@@ -176,21 +209,21 @@ def test_a_load_that_is_too_heavy_aborts_with_the_reason(fetch):
 
 @pytest.mark.parametrize(("act", "payload"), [(7, 1.0), (0, math.nan), (0, -1.0)])
 def test_an_order_that_makes_no_sense_is_rejected(fetch, act, payload):
-    fetch.send_goal(PickGoal(act=act, task_id="T3", payload=payload))
-    assert fetch.wait_for_result(rospy.Duration(100))
+    goal, ended = fetch.order(act=act, task_id="T3", payload=payload)
 
-    assert fetch.get_state() == GoalStatus.REJECTED
-    assert fetch.get_goal_status_text().startswith("robot3: ")
+    assert ended.wait(WAIT)
+    assert goal.get_goal_status() == GoalStatus.REJECTED
+    assert goal.get_goal_status_text().startswith("robot3: ")
 
 
 def test_a_cancelled_pick_is_preempted(fetch):
     begun = queue.Queue()
-    fetch.send_goal(PickGoal(act=0, task_id="T4", payload=1.0), feedback_cb=begun.put)
+    goal, ended = fetch.order(begun.put, act=0, task_id="T4", payload=1.0)
     begun.get(timeout=WAIT)
-    fetch.cancel_goal()
-    assert fetch.wait_for_result(rospy.Duration(100))
+    goal.cancel()
 
-    assert fetch.get_state() == GoalStatus.PREEMPTED
+    assert ended.wait(WAIT)
+    assert goal.get_goal_status() == GoalStatus.PREEMPTED
 
 
 def test_a_robot_without_arm_has_no_pick_action(robot1):
