@@ -149,7 +149,7 @@ CHURN, DISKS, ALONE = "members come and go", "lost disks", "a founder alone"
 
 CAUGHT_BY = {
     vote_for_any_list: (30, STORM),
-    vote_although_the_active_one_is_heard: (35, STORM),
+    vote_although_the_active_one_is_heard: (54, STORM),
     vote_twice_in_an_epoch: "rivals",
     do_not_take_a_vote_for_a_promise: (71, STORM),
     forget_the_vote_over_a_restart: "forgetful rivals",
@@ -160,10 +160,10 @@ CAUGHT_BY = {
     ignore_epochs: (6, LATE),
     count_when_an_answer_came: (35, LATE),
     go_on_without_a_majority: (0, STORM),
-    change_members_without_waiting: (56, CHURN),
+    change_members_without_waiting: (76, CHURN),
     keep_the_id_when_the_disk_is_lost: (1, DISKS),
     listen_to_every_hive: (1, ALONE),
-    join_without_handing_over: (72, DISKS),
+    join_without_handing_over: (251, DISKS),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
 

@@ -126,10 +126,10 @@ CAUGHT_BY = {
     acknowledge_what_is_missing: (0, STORM),
     keep_what_the_new_active_one_lacks: (6, STORM),
     forget_reports_over_a_restart: (4, ANY),
-    forget_who_has_reported: (1, STORM),
+    forget_who_has_reported: (0, STORM),
     carry_out_an_order_again: (87, ANY),
     work_on_without_a_lease: (456, STORM),
-    renew_a_lease_after_its_end: (214, ANY),
+    renew_a_lease_after_its_end: (127, ANY),
     reassign_before_the_lease_has_ended: (56, ANY),
     count_leases_from_before_the_takeover: (3, STORM),
 }
