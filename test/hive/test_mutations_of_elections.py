@@ -149,7 +149,7 @@ CHURN, DISKS, ALONE = "members come and go", "lost disks", "a founder alone"
 
 CAUGHT_BY = {
     vote_for_any_list: (30, STORM),
-    vote_although_the_active_one_is_heard: (54, STORM),
+    vote_although_the_active_one_is_heard: (30, STORM),
     vote_twice_in_an_epoch: "rivals",
     do_not_take_a_vote_for_a_promise: (71, STORM),
     forget_the_vote_over_a_restart: "forgetful rivals",
@@ -163,7 +163,7 @@ CAUGHT_BY = {
     change_members_without_waiting: (76, CHURN),
     keep_the_id_when_the_disk_is_lost: (1, DISKS),
     listen_to_every_hive: (1, ALONE),
-    join_without_handing_over: (251, DISKS),
+    join_without_handing_over: (72, DISKS),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
 

@@ -129,7 +129,7 @@ CAUGHT_BY = {
     forget_who_has_reported: (0, STORM),
     carry_out_an_order_again: (87, ANY),
     work_on_without_a_lease: (456, STORM),
-    renew_a_lease_after_its_end: (127, ANY),
+    renew_a_lease_after_its_end: (34, ANY),
     reassign_before_the_lease_has_ended: (56, ANY),
     count_leases_from_before_the_takeover: (3, STORM),
 }

@@ -169,12 +169,16 @@ class SimulatedMember:
             host.crash()
 
     def _robot(self, talker: HostTalker, fence: Fence) -> Robot:
-        drive = self.drive = Drive(self.host, self.random, self._arrive)
+        def arrive(pose: Pose) -> None:
+            self.pose = pose
+            robot.set_pose(pose)
+
+        drive = self.drive = Drive(self.host, self.random, arrive)
         drive.at_work = lambda task, works: self.at_work(self.name, task, works)
         drive.step_done = lambda step: self.step_done(self.name, step)
         controller = Controller(dict.fromkeys(StepKind, drive), talker, CONTROLLER_SETTINGS)
         battery = Battery(SMALL_ROBOT.battery, 1.0)
-        return Robot(
+        robot = Robot(
             talker,
             self.name,
             SMALL_ROBOT,
@@ -186,6 +190,4 @@ class SimulatedMember:
             self.disk,
             fence,
         )
-
-    def _arrive(self, pose: Pose) -> None:
-        self.pose = pose
+        return robot
