@@ -5,6 +5,7 @@ import sys
 import threading
 
 import pytest
+import rosgraph
 import rospy
 from launching import Launches
 from rospy.impl.registration import RegManager
@@ -54,3 +55,19 @@ def test_a_publisher_that_rospy_has_overlooked_is_connected(links, launches, mon
 
     assert came.wait(PATIENCE)
     assert heard == ["here"]
+
+
+@pytest.mark.parametrize("links", [of_blackboard, of_robots])
+def test_the_master_is_asked_for_no_address_where_every_publisher_is_heard(
+    links, launches, monkeypatch
+):
+    rospy.init_node("listener")
+    topic, came = f"/{links.__name__.replace('.', '_')}_heard", threading.Event()
+    rospy.Subscriber(topic, String, lambda _: came.set())
+    launches.run(sys.executable, "-c", SPEAKER.format(topic=topic))
+    assert came.wait(PATIENCE)
+    asked = []
+    monkeypatch.setattr(rosgraph.Master, "lookupNode", lambda _, node: asked.append(node))
+    links.overlooked()
+
+    assert [node for node in asked if "speaker" in node] == []

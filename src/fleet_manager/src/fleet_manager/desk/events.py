@@ -97,7 +97,8 @@ class Log:
             return
         if after.robot and (after.robot != was or state is TaskState.ASSIGNED):
             yield self._assigned(after, bids)
-        if state is TaskState.DONE and (before is None or before.state < TaskState.STARTED):
+        begun = before is not None and before.state >= TaskState.STARTED
+        if state is TaskState.DONE and after.robot and not begun:
             yield Event(text("log.STARTED", id=name, robot=after.robot))
         if state is not TaskState.ASSIGNED:
             reason = after.reason or text("sent.no_reason")

@@ -18,7 +18,7 @@ from collections import defaultdict
 
 import rosgraph
 import rospy
-from rospy.impl.registration import get_topic_manager
+from rospy.impl.registration import Registration, get_topic_manager
 
 PAUSES = (4.0, 4.0, 8.0, 16.0, 32.0)
 """Between the start of a node and its looks at its connections [s, wall clock]."""
@@ -47,6 +47,9 @@ def _keep_looking() -> None:
 def overlooked() -> set[tuple[str, str]]:
     """Return topics, and on each the address of a node, that should be heard and is not.
 
+    Addresses are asked for only of nodes that no connection bears the name of: all nodes look at
+    once after a start, and the master answers one call after the other.
+
     Raises:
         OSError: The master cannot be reached.
         rosgraph.MasterException: The master knows less than it has just said.
@@ -57,7 +60,7 @@ def overlooked() -> set[tuple[str, str]]:
     return {
         (topic, address(node))
         for topic, _ in get_topic_manager().get_subscriptions()
-        for node in publishers.get(topic, [])
+        for node in set(publishers.get(topic, ())) - _heard(topic)
     } - {(topic, each) for topic, known in linked.items() for each in known}
 
 
@@ -75,6 +78,12 @@ def connect(lacking: set[tuple[str, str]]) -> None:
         wanted = {address for each, address in lacking if each == topic}
         with xmlrpc.client.ServerProxy(rospy.get_node_uri()) as this_node:
             this_node.publisherUpdate("/master", topic, sorted(linked[topic] | wanted))
+
+
+def _heard(topic: str) -> set[str]:
+    """Return the names of the nodes that this node is connected to and hears on a topic."""
+    subscription = get_topic_manager().get_impl(Registration.SUB, topic)
+    return {each.callerid_pub for each in subscription.connections} if subscription else set()
 
 
 def _linked() -> dict[str, set[str]]:
