@@ -202,6 +202,23 @@ def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
     assert reached >= 20
 
 
+def test_four_robots_whose_processes_are_held_up_again_and_again_touch_nothing():
+    simulation, traffic = lab(LAB)
+    random = np.random.default_rng(5)
+    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
+    goes_on = dict.fromkeys(LAB, 0.0)
+    while simulation.time < 120.0:
+        for name, navigator in traffic.navigators.items():
+            if navigator.goal is None:
+                traffic.send(name, free_pose(random, field))
+            if name not in traffic.held_up and random.random() < 0.01:
+                goes_on[name] = simulation.time + random.uniform(0.3, 1.5)
+        traffic.held_up = {name for name, until in goes_on.items() if simulation.time < until}
+        traffic.step()
+
+    assert simulation.collisions == 0
+
+
 def free_pose(random, field):
     """Return a random pose at which every model can stand."""
     while True:

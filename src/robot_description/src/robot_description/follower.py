@@ -73,6 +73,10 @@ class Follower(Protocol):
         """
         ...
 
+    def stopped(self) -> None:
+        """Learn that the base stands: it stops by itself where commands fail to come."""
+        ...
+
     def halt(self, dt: float) -> Velocity:
         """Return what brings the base to a stand in the next `dt` [s] or as soon as it can."""
         ...

@@ -59,7 +59,7 @@ HEARD_LATE = 0.2
 """How far a robot may have driven since it told where it is [m]."""
 
 LONGEST_ROUND = 0.5
-"""A round of the control loop that took longer is driven as if it had taken this long [s]."""
+"""After a round of the control loop that took longer the base has stopped by itself [s]."""
 
 
 class Tick(NamedTuple):
@@ -155,6 +155,8 @@ class Navigator:
         """
         since = 0.0 if self._last_time is None else now - self._last_time
         dt = min(max(since, 0.0), LONGEST_ROUND)
+        if since > LONGEST_ROUND:
+            self._follower.stopped()
         self._last_time = now
         self._still.update(now, pose)
         others = self._talking(now, heard)

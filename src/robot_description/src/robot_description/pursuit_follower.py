@@ -31,7 +31,8 @@ class Tuning:
         turn_on_spot: Heading error above which it stops and turns [rad].
         braking: Share of the base's deceleration that it plans with [-]; the rest is reserve.
         delay: Time until a command takes effect, half a round of the control loop included [s].
-        reaction: The same at worst, when it must stop in time [s].
+        reaction: The same at worst, when it must stop in time [s]: so long do bases drive on that
+            get no more commands, because whoever commands them does not get a processor.
         position_tolerance: How near the goal counts as there [m].
         yaw_tolerance: How near the goal's yaw counts as turned [rad].
     """
@@ -41,7 +42,7 @@ class Tuning:
     turn_on_spot: float = 0.7
     braking: float = 0.7
     delay: float = 0.15
-    reaction: float = 0.2
+    reaction: float = 0.5
     position_tolerance: float = 0.05
     yaw_tolerance: float = 0.05
 
@@ -121,6 +122,10 @@ class PursuitFollower:
         wanted = STOP if self._arrived else self._wanted(self._soon(pose), room)
         self._last = self._reachable(wanted, dt)
         return self._last
+
+    def stopped(self) -> None:
+        """See `Follower.stopped`."""
+        self._last = STOP
 
     def halt(self, dt: float) -> Velocity:
         """See `Follower.halt`."""

@@ -66,6 +66,7 @@ class Traffic:
         outcomes: How the latest goal of each robot has ended.
         mute: Robots that do not speak to the others.
         deaf: Robots that hear nobody.
+        held_up: Robots whose process gets no processor: their control loop stands still.
     """
 
     def __init__(self, world: World, grid: GridMap) -> None:
@@ -73,6 +74,7 @@ class Traffic:
         self.outcomes: dict[str, Outcome] = {}
         self.mute: set[str] = set()
         self.deaf: set[str] = set()
+        self.held_up: set[str] = set()
         self._world = world
         self._grid = grid
         self._planners: dict[str, OmplPlanner] = {}
@@ -96,7 +98,7 @@ class Traffic:
     def step(self) -> None:
         """Let one step of time pass."""
         for number, (name, navigator) in enumerate(self.navigators.items()):
-            if (self._steps - number) % STEPS_PER_ROUND == 0:
+            if (self._steps - number) % STEPS_PER_ROUND == 0 and name not in self.held_up:
                 self._round(name, navigator)
         while self._said and self._said[0][0] <= self._steps:
             said = self._said.pop(0)[1]

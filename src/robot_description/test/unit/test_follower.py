@@ -14,6 +14,7 @@ from robot_description.pursuit_follower import PursuitFollower, speed_to_stop_wi
 from robot_description.way import Way, angle_between
 
 DT = 0.1
+COMMAND_TIMEOUT = 0.5
 CORNER = Way([(0.0, 0.0), (3.0, 0.0), (4.0, 0.6), (4.0, 3.0)])
 
 
@@ -85,6 +86,31 @@ def test_it_stops_within_the_room_it_has(model: str) -> None:
         pose = moved(pose, follower.command(pose, Room(max(0.0, 3.0 - pose.x)), DT))
 
     assert 2.7 < pose.x <= 3.0
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_a_base_that_is_commanded_no_more_stops_within_the_room_it_had(model: str) -> None:
+    base = load_model(model).base
+    follower = PursuitFollower(base)
+    follower.start(Way([(0.0, 0.0), (9.0, 0.0)]), 0.0)
+    pose, last, ends = Pose(0.0, 0.0, 0.0), STOP, []
+    while pose.x < 2.5:
+        last = follower.command(pose, Room(3.0 - pose.x), DT)
+        pose = moved(pose, last)
+        ends.append(pose.x + last.vx * COMMAND_TIMEOUT + last.vx**2 / (2 * base.acceleration))
+
+    assert max(ends) <= 3.05
+
+
+def test_a_base_that_has_stopped_by_itself_starts_slowly() -> None:
+    follower = PursuitFollower(load_model("mir100").base)
+    follower.start(Way([(0.0, 0.0), (9.0, 0.0)]), 0.0)
+    begin = follower.command(Pose(0.0, 0.0, 0.0), Room(), DT)
+    for _ in range(10):
+        follower.command(Pose(0.0, 0.0, 0.0), Room(), DT)
+    follower.stopped()
+
+    assert follower.command(Pose(0.0, 0.0, 0.0), Room(), DT) == begin
 
 
 def test_it_does_not_turn_where_there_is_no_room_to_turn() -> None:
