@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from blackboard.backup import Backup
     from blackboard.central import Central
     from blackboard.cost import Bid, Bids
+    from blackboard.handing_over import Exchange, HandingOver, Move
     from blackboard.improving import Improving
     from blackboard.reach import Reach
     from blackboard.record import TaskRecord
@@ -33,6 +34,8 @@ class Auctioneer:
         in_service: Says which robots take tasks.
         bid_timeout: Longest time that an auction stays open [s].
         improving: Chooses what is offered while nothing waits.
+        handing_over: Takes care of what is to change hands because of that.
+        patience: What is to change hands is auctioned if it does not within this time [s].
         decide: Called with the result of each round, and with what is to follow once it is carried
             out; what it leaves as impossible is not offered again before something changes.
         reach: Limits what one call for bids offers, and to whom.
@@ -46,6 +49,8 @@ class Auctioneer:
         in_service: Callable[[], frozenset[str]],
         bid_timeout: float,
         improving: Improving,
+        handing_over: HandingOver,
+        patience: float,
         decide: Callable[[Result, Callable[[], None]], None],
         reach: Reach,
         central: Central | None = None,
@@ -55,6 +60,8 @@ class Auctioneer:
         self._in_service = in_service
         self._bid_timeout = bid_timeout
         self._improving = improving
+        self._handing_over = handing_over
+        self._patience = patience
         self._decide = decide
         self._reach = reach
         self._central = central
@@ -62,6 +69,8 @@ class Auctioneer:
         self._auction: Auction | None = None
         self._offers = Broadcast(0, 0, ())
         self._closing: Timer | None = None
+        self._giving_up: Timer | None = None
+        self._decided_in = (0, 0, 0)
         self._auctions = 0
         self._slow: set[str] = set()
         self._parked: set[str] = set()
@@ -71,17 +80,22 @@ class Auctioneer:
 
     def stop(self) -> None:
         """Drop the auction under way; nothing is decided by it."""
-        if self._closing is not None:
-            self._closing.cancel()
-        self._auction = self._closing = None
+        for timer in (self._closing, self._giving_up):
+            if timer is not None:
+                timer.cancel()
+        self._auction = self._closing = self._giving_up = None
+        self._handing_over.give_up()
 
     def open(self) -> None:
         """Ask for bids on all that waits, unless an auction is under way."""
         if self._auction is not None or not self._backup.may_act():
             return
         self._changed = False
+        moves = self._handing_over.ready(self._in_service())
         waiting = self._waiting()
-        if waiting and not self._in_service():
+        if moves:
+            self._give_out(moves)
+        elif waiting and not self._in_service():
             reason = "no robot is in service"
             self._settle(Result((), tuple((record.task.id, reason) for record in waiting)))
         elif waiting:
@@ -90,7 +104,9 @@ class Auctioneer:
 
     def improve(self) -> None:
         """Have some of what has not begun offered again, while there is nothing else to do."""
-        if self._auction is not None or not self._backup.may_act() or self._waiting():
+        if self._auction is not None or not self._backup.may_act():
+            return
+        if self._waiting() or self._handing_over.kept:
             return
         robots, most = self._in_service(), self._reach.most_asked
         offers = self._improving.offers(robots, most)
@@ -138,12 +154,14 @@ class Auctioneer:
             self._close_round()
 
     def _waiting(self) -> list[TaskRecord]:
+        kept = self._handing_over.kept
         return [
             record
             for record in self._backup.records.values()
             if record.state is TaskState.WAITING
             and not record.parts
             and record.task.id not in self._parked
+            and record.task.id not in kept
         ]
 
     def _begin(self, *, improves: bool) -> None:
@@ -177,7 +195,7 @@ class Auctioneer:
         auction = self._auction
         assert auction is not None  # noqa: S101  (whoever asks has begun one)
         asked = auction.ask(records, robots)
-        if asked is None and robots != self._in_service():
+        if asked is None and (awards or robots != self._in_service()):
             asked = robots
         auction.excuse(frozenset(self._slow))
         self._closing = self._talker.after(self._bid_timeout, self._close_round)
@@ -208,7 +226,7 @@ class Auctioneer:
         self._slow |= auction.missing
         if self._improves:
             self._auction = None
-            self._improving.decide(auction.offers())
+            self._have_handed_over(self._improving.decide(auction.offers()), auction)
             self.open()
             return
         result = auction.result()
@@ -218,8 +236,30 @@ class Auctioneer:
             result = replace(result, impossible=())
         for bid in result.awards:
             auction.forget(bid.robot_id)
+            self._handing_over.leave_out(bid.robot_id)
             self._improving.note_change()
         self._settle(result)
+
+    def _have_handed_over(self, exchanges: Sequence[Exchange], auction: Auction) -> None:
+        if not exchanges:
+            return
+        if self._giving_up is not None:
+            self._giving_up.cancel()
+        self._giving_up = self._talker.after(self._patience, self._give_up)
+        self._decided_in = (auction.epoch, auction.number, auction.round)
+        self._handing_over.begin(exchanges)
+
+    def _give_up(self) -> None:
+        self._handing_over.give_up()
+        self.open()
+
+    def _give_out(self, moves: Sequence[Move]) -> None:
+        """Give what has been handed back to those that are to have it."""
+        self._begin(improves=False)
+        awards = tuple(move.taker for move in moves)
+        bids = {move.record.task.id: move.bids for move in moves}
+        self._improving.note_change()
+        self._settle(Result(awards, (), bids, auction=self._decided_in))
 
     def _settle(self, result: Result) -> None:
         if not self._changed:

@@ -19,6 +19,7 @@ from blackboard.central import Central
 from blackboard.decision_book import NoBook
 from blackboard.errors import TaskRefusedError
 from blackboard.forgetting import Forgetting
+from blackboard.handing_over import HandingOver
 from blackboard.improving import Improving
 from blackboard.orders import Orders
 from blackboard.reach import Reach
@@ -85,16 +86,16 @@ class Blackboard:
         awarding = Awarding(
             backup, self._orders, in_service, self._commit, talker, book or NoBook()
         )
-        self._improving = Improving(
-            self._orders.held, self._orders.recall_unbegun, settings.improve_threshold
-        )
+        self._handing_over = HandingOver(backup.get, self._orders.recall_unbegun)
         central = Central(backup.get, ways_for or (lambda _radius: ways), talker.now)
         self._auctioneer = Auctioneer(
             talker,
             backup,
             in_service,
             settings.bid_timeout,
-            self._improving,
+            Improving(self._orders.held, settings.improve_by, settings.improve_threshold),
+            self._handing_over,
+            settings.order_timeout,
             awarding.carry_out,
             Reach(
                 settings.most_asked,
@@ -250,7 +251,9 @@ class Blackboard:
         if late := self._watch.lateness(record):
             update = replace(update, reason=f"{update.reason} ({late})")
         most = self._settings.most_hand_backs
-        released = put_back(record, update, most, tried=not self._improving.has_recalled(record))
+        released = put_back(
+            record, update, most, tried=not self._handing_over.has_recalled(record)
+        )
         if released is not None:
             self._commit(released)
             self._auctioneer.open()

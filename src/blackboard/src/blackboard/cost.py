@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from blackboard.bid_basis import BidBasis
 
@@ -124,6 +124,25 @@ COST_MODELS: Mapping[str, CostModel] = MappingProxyType(
     }
 )
 """The cost models by the names that fleet files use."""
+
+
+LATEST_COUNT = 12
+"""Power of the times at which lists end: a high one makes the latest outweigh all others."""
+
+MEASURES: Mapping[str, Callable[[CostTerms], float]] = MappingProxyType(
+    {
+        "way": lambda terms: terms.way,
+        "makespan": lambda terms: (terms.finish / 100.0) ** LATEST_COUNT,
+        "waiting": lambda terms: terms.waiting,
+    }
+)
+"""What a whole fleet may make small by exchanging tasks, by the names that parameter files use:
+how much of it one task adds to the list of a robot."""
+
+
+def measure_for(cost_model: str) -> str:
+    """Return the name in `MEASURES` of what a cost model makes small, or comes closest to."""
+    return {"energy": "way", "makespan": "makespan"}.get(cost_model, "waiting")
 
 
 class Exclusion(str, Enum):

@@ -2,11 +2,14 @@
 """Goes on improving who does what: tasks that have not begun are offered again.
 
 In each step every robot offers one task of its list, and every robot bids on all of these for a
-list without what it offers itself. The offers are given out so that the sum of the bids is least,
-one to each robot at most (the assignment problem); so a step moves tasks, swaps them, or passes
-them on in a ring, as in `allocation.exchange`. Where that gains enough, the robots that are to
-lose a task are asked to hand it back, and it is auctioned like any other: it is with nobody until
-its robot has let go of it, and a robot that has begun keeps it.
+list without what it offers itself. The offers are given out so that the sum of what is measured is
+least, one to each robot at most (the assignment problem); so a step moves tasks, swaps them, or
+passes them on in a ring, as in `allocation.exchange`. What gains enough `handing_over.py` carries
+out: a task is with nobody until its robot has let go of it, and a robot that has begun keeps it.
+
+What is measured is not what was bid: that says whom a task is to go to, but not with every cost
+model whether to take it from the one that has it. Where only its own time counts, for example,
+each could be put before all others again and again.
 """
 
 from __future__ import annotations
@@ -17,17 +20,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from blackboard.cost import MAX_COST
+from blackboard.cost import MEASURES
+from blackboard.handing_over import Move
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from blackboard.cost import Bid
+    from blackboard.cost import Bid, CostTerms
+    from blackboard.handing_over import Exchange
     from blackboard.record import TaskRecord
-
-_REFUSED = 1e6 * MAX_COST
-"""What stands for a bid that there is none of; the assignment needs finite numbers."""
 
 
 class Improving:
@@ -38,23 +40,19 @@ class Improving:
 
     Args:
         held: Gives the records of all that robots have on their lists.
-        recall: Has a robot hand a task back if it has not begun.
-        threshold: Tasks change hands only where that lowers the sum of the bids by more than this
+        measure: A name of `MEASURES`.
+        threshold: Tasks change hands only where that lowers what is measured by more than this
             share, so that assignments do not flutter.
     """
 
     def __init__(
-        self,
-        held: Callable[[], Iterable[TaskRecord]],
-        recall: Callable[[TaskRecord], None],
-        threshold: float,
+        self, held: Callable[[], Iterable[TaskRecord]], measure: str, threshold: float
     ) -> None:
         self._held = held
-        self._recall = recall
+        self._measure = MEASURES[measure]
         self._threshold = threshold
         self._turn = 0
         self._quiet_steps = 0
-        self._recalled: set[tuple[str, int]] = set()
 
     def note_change(self) -> None:
         """Begin to offer again: what was best may be so no longer."""
@@ -78,55 +76,85 @@ class Improving:
         self._turn += 1
         self._quiet_steps += 1
         turn, group = divmod(self._turn, groups)
+        # In each pass the same task of one robot meets another task of the next.
+        shift = turn // longest
         return [
-            records[turn % len(records)] for _, records in sorted(lists.items())[group::groups]
+            records[(turn + shift * place) % len(records)]
+            for place, (_, records) in enumerate(sorted(lists.items())[group::groups])
         ]
 
-    def decide(self, offers: Iterable[tuple[TaskRecord, Sequence[Bid]]]) -> None:
-        """Have what is to change hands handed back.
+    def decide(self, offers: Iterable[tuple[TaskRecord, Sequence[Bid]]]) -> list[Exchange]:
+        """Return what is to change hands.
 
         Args:
             offers: Each with what was bid on it, by the robot that has it too.
         """
-        moves = moved(offers, self._threshold)
-        for record in moves:
-            self._recalled.add((record.task.id, record.assignment))
-            self._recall(record)
-        if moves:
+        found = exchanges(offers, self._measure, self._threshold)
+        if found:
             self.note_change()
-
-    def has_recalled(self, record: TaskRecord) -> bool:
-        """Return whether a task is handed back because of this, and was not tried in vain."""
-        return (record.task.id, record.assignment) in self._recalled
+        return found
 
 
-def moved(
-    offers: Iterable[tuple[TaskRecord, Sequence[Bid]]], threshold: float
-) -> list[TaskRecord]:
-    """Return the offers that another robot is to have.
+def exchanges(
+    offers: Iterable[tuple[TaskRecord, Sequence[Bid]]],
+    measure: Callable[[CostTerms], float],
+    threshold: float,
+) -> list[Exchange]:
+    """Return which offers other robots are to have, put together where one gains by another.
 
     Args:
-        offers: Each with what was bid on it; one that its own robot does not bid on stays there.
-        threshold: The sum of the bids has to become less by more than this share.
+        offers: One of each robot at most, with what was bid on it; one that its own robot does not
+            bid on stays there.
+        measure: What of the bids is to become less.
+        threshold: It has to become less by more than this share of what changes hands.
     """
-    rows = [(record, {bid.robot_id: bid.cost for bid in bids}) for record, bids in offers]
-    rows = [
-        (record, costs) for record, costs in rows if costs.get(record.robot, MAX_COST) < MAX_COST
-    ]
-    robots = sorted({robot for _, costs in rows for robot in costs})
+    rows = [(record, bids, _worth(bids, record, measure)) for record, bids in offers]
+    rows = [row for row in rows if row[0].robot in row[2]]
+    robots = sorted({robot for _, _, worth in rows for robot in worth})
     if not rows:
         return []
-    cost = np.full((len(rows), len(robots)), _REFUSED)
-    for row, (record, costs) in enumerate(rows):
-        for robot, value in costs.items():
-            if value < MAX_COST and (robot == record.robot or robot not in record.tried):
-                cost[row, robots.index(robot)] = value
-    now = sum(costs[record.robot] for record, costs in rows)
-    order, takers = linear_sum_assignment(cost)
-    if now - cost[order, takers].sum() <= threshold * now:
-        return []
+    cost = np.full((len(rows), len(robots)), np.inf)
+    for number, (_, _, worth) in enumerate(rows):
+        for robot, value in worth.items():
+            cost[number, robots.index(robot)] = value
+    _, takers = linear_sum_assignment(cost)
+    moves = {}
+    gains = {}
+    for (record, bids, worth), taker in zip(rows, takers, strict=True):
+        if robots[taker] != record.robot:
+            taken = next(bid for bid in bids if bid.robot_id == robots[taker])
+            moves[record.robot] = Move(record, taken, tuple(bids))
+            own = worth[record.robot]
+            gains[record.robot] = own - worth[robots[taker]] - threshold * own
     return [
-        rows[row][0]
-        for row, taker in zip(order, takers, strict=True)
-        if robots[taker] != rows[row][0].robot
+        exchange
+        for exchange in _linked(moves)
+        if sum(gains[move.record.robot] for move in exchange) > 0
     ]
+
+
+def _worth(
+    bids: Iterable[Bid], record: TaskRecord, measure: Callable[[CostTerms], float]
+) -> dict[str, float]:
+    """Return what is measured, by robot, without those that have tried in vain to do the task."""
+    return {
+        bid.robot_id: measure(bid.terms)
+        for bid in bids
+        if bid.is_able
+        and bid.terms is not None
+        and (bid.robot_id == record.robot or bid.robot_id not in record.tried)
+    }
+
+
+def _linked(moves: dict[str, Move]) -> list[Exchange]:
+    """Return moves, by the robots that give something away, as chains and rings."""
+    takers = {move.taker.robot_id for move in moves.values()}
+    found = []
+    # Chains begin where nothing is taken; what is left are rings, and begin anywhere.
+    for first in sorted(moves, key=lambda giver: (giver in takers, giver)):
+        chain, giver = [], first
+        while giver in moves:
+            chain.append(moves.pop(giver))
+            giver = chain[-1].taker.robot_id
+        found.append(tuple(chain))
+    return [exchange for exchange in found if exchange]

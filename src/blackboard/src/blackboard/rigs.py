@@ -13,7 +13,7 @@ from blackboard.battery import Battery
 from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.controller import Controller
-from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
 from blackboard.journal import MemoryJournal
 from blackboard.pose import Pose
 from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
@@ -159,7 +159,14 @@ class BlackboardRig(_Rig):
         asked = self.said(TASK_BROADCAST)[-1]
         number = auction or asked.auction
         bids = tuple(
-            Bid(robot, name, cost, eta=10.0, reason="cannot" if cost == MAX_COST else "")
+            Bid(
+                robot,
+                name,
+                cost,
+                eta=10.0,
+                reason="cannot" if cost == MAX_COST else "",
+                terms=CostTerms(1.0, 1.0, 1, cost, 10.0, cost, cost),
+            )
             for name, cost in costs.items()
         )
         self.send(TASK_COST, Bids(robot, 1, number, bids, asked.round))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from blackboard.cost import COST_MODELS
+from blackboard.cost import COST_MODELS, MEASURES
 from blackboard.errors import SettingsError
 from blackboard.lease import longest_lease
 from blackboard.release import ON_ROBOT_LOST
@@ -35,6 +35,7 @@ class Settings:
         names = {
             "cost_model": tuple(COST_MODELS),
             "decision": DECISIONS,
+            "improve_by": tuple(MEASURES),
             "distance": DISTANCES,
             "on_robot_lost": ON_ROBOT_LOST,
         }
@@ -116,8 +117,9 @@ class BlackboardSettings(Settings):
         most_hand_backs: A task that robots have tried in vain this often is given up.
         improve_period: Time between two steps in which tasks that have not begun are offered to
             other robots [s].
-        improve_threshold: They change hands only where that lowers what the offers cost by more
-            than this share; at 1 or more nothing changes hands.
+        improve_by: What is made less by that: a name of `cost.MEASURES`.
+        improve_threshold: They change hands only where it becomes less by more than this share of
+            what they take; at 1 or more nothing changes hands.
         most_asked: Of more robots than this those that are likely to win are asked for bids first,
             the others only for what none of these can take.
         offers_each: One call for bids offers at most so many tasks for each robot that it asks,
@@ -140,7 +142,8 @@ class BlackboardSettings(Settings):
     retry_period: float = 30.0
     most_hand_backs: int = 5
     improve_period: float = 2.0
-    improve_threshold: float = 0.1
+    improve_by: str = "waiting"
+    improve_threshold: float = 0.05
     most_asked: int = 50
     offers_each: int = 4
     most_bids: int = 2_000

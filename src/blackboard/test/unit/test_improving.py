@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which tasks are offered again, and which of them change hands."""
 
-from blackboard.cost import MAX_COST, Bid
-from blackboard.improving import Improving, moved
+from blackboard.cost import MAX_COST, MEASURES, Bid, CostTerms
+from blackboard.improving import Improving, exchanges
 from blackboard.pose import Pose
 from blackboard.record import TaskRecord
 from blackboard.task import Task, TaskState, TaskType
@@ -16,9 +16,22 @@ def held(name, robot, state=TaskState.ASSIGNED, tried=()):
     return TaskRecord(task, state, robot, assignment=1, tried=tried)
 
 
-def offer(record, **costs):
-    """Return an offer with what the robots bid on it."""
-    return record, [Bid(robot, record.task.id, cost, eta=1.0) for robot, cost in costs.items()]
+def offer(record, **waiting):
+    """Return an offer with how much longer all would wait with each robot; None: it cannot."""
+    return record, [
+        Bid(robot, record.task.id, MAX_COST)
+        if seconds is None
+        else Bid(robot, record.task.id, 1.0, terms=CostTerms(0, 1, 1, 0, 1, 0, seconds))
+        for robot, seconds in waiting.items()
+    ]
+
+
+def moved(offers, threshold=0.1, measure="waiting"):
+    """Return which tasks change hands, and to whom: those that go together in one text."""
+    return [
+        " ".join(f"{move.record.task.id}>{move.taker.robot_id}" for move in exchange)
+        for exchange in exchanges(offers, MEASURES[measure], threshold)
+    ]
 
 
 def names(records):
@@ -27,27 +40,48 @@ def names(records):
 
 
 def improving(*records, threshold=0.1):
-    """Return what chooses among some records, and what it has recalled."""
-    recalled = []
-    return Improving(lambda: records, recalled.append, threshold), recalled
+    """Return what chooses among some records."""
+    return Improving(lambda: records, "waiting", threshold)
 
 
-def test_a_task_moves_to_the_robot_that_it_costs_less():
-    assert names(moved([offer(held("T1", "robot1"), robot1=10.0, robot2=5.0)], 0.1)) == ["T1"]
+def test_a_task_moves_to_the_robot_with_which_all_wait_less():
+    assert moved([offer(held("T1", "robot1"), robot1=10.0, robot2=5.0)]) == ["T1>robot2"]
 
 
 def test_a_task_stays_where_it_gains_no_more_than_the_threshold():
-    assert moved([offer(held("T1", "robot1"), robot1=10.0, robot2=9.0)], 0.1) == []
-    assert names(moved([offer(held("T1", "robot1"), robot1=10.0, robot2=8.9)], 0.1)) == ["T1"]
+    assert moved([offer(held("T1", "robot1"), robot1=10.0, robot2=9.0)]) == []
+    assert moved([offer(held("T1", "robot1"), robot1=10.0, robot2=8.9)]) == ["T1>robot2"]
 
 
-def test_two_tasks_are_swapped():
+def test_two_tasks_are_swapped_together():
     offers = [
         offer(held("T1", "robot1"), robot1=10.0, robot2=2.0),
         offer(held("T2", "robot2"), robot1=3.0, robot2=9.0),
     ]
 
-    assert names(moved(offers, 0.1)) == ["T1", "T2"]
+    assert moved(offers) == ["T1>robot2 T2>robot1"]
+
+
+def test_tasks_are_passed_on_in_a_chain_that_begins_with_who_takes_nothing():
+    offers = [
+        offer(held("T1", "robot1"), robot1=10.0, robot2=11.0, robot3=1.0),
+        offer(held("T2", "robot2"), robot1=1.0, robot2=10.0, robot3=11.0),
+    ]
+
+    assert moved(offers) == ["T2>robot1 T1>robot3"]
+
+
+def test_each_exchange_has_to_gain_enough_by_itself():
+    small = [
+        offer(held("T1", "robot1"), robot1=100.0, robot2=95.0),
+        offer(held("T2", "robot2"), robot1=95.0, robot2=100.0),
+    ]
+    large = [
+        offer(held("T3", "robot3"), robot3=20.0, robot4=1.0),
+        offer(held("T4", "robot4"), robot3=1.0, robot4=20.0),
+    ]
+
+    assert moved(small + large) == ["T3>robot4 T4>robot3"]
 
 
 def test_no_robot_gets_two():
@@ -57,26 +91,61 @@ def test_no_robot_gets_two():
     ]
 
     # One of them to robot2: T1 there gains 9, T3 there gains 6.
-    assert names(moved(offers, 0.1)) == ["T1"]
+    assert moved(offers) == ["T1>robot2"]
+
+
+def test_what_counts_is_what_the_fleet_makes_small():
+    far = Bid("robot1", "T1", 1.0, terms=CostTerms(0, 1, 1, way=9.0, eta=1, finish=50, waiting=1))
+    near = Bid("robot2", "T1", 9.0, terms=CostTerms(0, 1, 1, way=1.0, eta=9, finish=90, waiting=9))
+    here, there = (held("T1", "robot1"), [far, near]), (held("T1", "robot2"), [far, near])
+
+    assert moved([here], measure="way") == ["T1>robot2"]
+    assert moved([there], measure="way") == []
+    assert moved([here], measure="waiting") == moved([here], measure="makespan") == []
+    assert moved([there], measure="waiting") == ["T1>robot1"]
+    assert moved([there], measure="makespan") == ["T1>robot1"]
+
+
+def test_the_list_that_ends_last_counts_most():
+    def ends(task, robot, **finish):
+        bids = [
+            Bid(name, task, 1.0, terms=CostTerms(0, 1, 1, 0, 1, finish=end, waiting=0))
+            for name, end in finish.items()
+        ]
+        return held(task, robot), bids
+
+    # All lists end earlier in sum, but the last one ends later.
+    offers = [
+        ends("T1", "robot1", robot1=100.0, robot2=40.0),
+        ends("T2", "robot2", robot1=104.0, robot2=50.0),
+    ]
+
+    assert moved(offers, measure="makespan") == []
 
 
 def test_a_task_that_its_own_robot_does_not_bid_on_stays():
-    assert moved([offer(held("T1", "robot1"), robot1=MAX_COST, robot2=1.0)], 0.1) == []
-    assert moved([offer(held("T1", "robot1"), robot2=1.0)], 0.1) == []
+    assert moved([offer(held("T1", "robot1"), robot1=None, robot2=1.0)]) == []
+    assert moved([offer(held("T1", "robot1"), robot2=1.0)]) == []
 
 
 def test_a_robot_that_cannot_or_has_tried_in_vain_gets_nothing():
-    assert moved([offer(held("T1", "robot1"), robot1=900.0, robot2=MAX_COST)], 0.1) == []
+    assert moved([offer(held("T1", "robot1"), robot1=900.0, robot2=None)]) == []
     record = held("T1", "robot1", tried=("robot2",))
-    assert moved([offer(record, robot1=10.0, robot2=1.0)], 0.1) == []
+    assert moved([offer(record, robot1=10.0, robot2=1.0)]) == []
+
+
+def test_a_robot_that_does_not_say_what_its_bid_is_made_of_gets_nothing():
+    record, bids = offer(held("T1", "robot1"), robot1=10.0)
+
+    assert moved([(record, [*bids, Bid("robot2", "T1", 0.1)])]) == []
 
 
 def test_nothing_offered_nothing_moved():
-    assert moved([], 0.1) == []
+    assert moved([]) == []
 
 
 def test_one_task_of_each_robot_is_offered_another_in_each_step_then_it_rests():
-    chooser, _ = improving(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
+    chooser = improving(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
     offered = [names(chooser.offers(BOTH, 100)) for _ in range(3)]
 
@@ -84,7 +153,7 @@ def test_one_task_of_each_robot_is_offered_another_in_each_step_then_it_rests():
 
 
 def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
-    chooser, _ = improving(
+    chooser = improving(
         held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"), held("T4", "robot3")
     )
     robots = frozenset({"robot1", "robot2", "robot3"})
@@ -97,7 +166,7 @@ def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
 
 
 def test_after_a_change_it_is_offered_again():
-    chooser, _ = improving(held("T1", "robot1"))
+    chooser = improving(held("T1", "robot1"))
     chooser.offers(BOTH, 100)
     rests = chooser.offers(BOTH, 100) == []
     chooser.note_change()
@@ -107,7 +176,7 @@ def test_after_a_change_it_is_offered_again():
 
 
 def test_what_has_begun_is_not_offered_nor_what_a_robot_out_of_service_has():
-    chooser, _ = improving(
+    chooser = improving(
         held("T1", "robot1", TaskState.STARTED), held("T2", "robot3"), held("T3", "robot2")
     )
 
@@ -115,17 +184,27 @@ def test_what_has_begun_is_not_offered_nor_what_a_robot_out_of_service_has():
 
 
 def test_a_lone_robot_offers_nothing():
-    chooser, _ = improving(held("T1", "robot1"))
+    chooser = improving(held("T1", "robot1"))
 
     assert chooser.offers(frozenset({"robot1"}), 100) == []
 
 
-def test_what_is_to_move_is_recalled_and_that_is_no_try_in_vain():
-    record, other = held("T1", "robot1"), held("T2", "robot2")
-    chooser, recalled = improving(record, other)
+def test_in_each_pass_a_task_meets_another_one_of_the_next_robot():
+    chooser = improving(
+        held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"), held("T4", "robot2")
+    )
+    met = set()
+    for _ in range(4):
+        met.add(tuple(names(chooser.offers(BOTH, 100))))
+        chooser.note_change()
+
+    assert met == {("T1", "T3"), ("T1", "T4"), ("T2", "T3"), ("T2", "T4")}
+
+
+def test_after_a_gain_it_goes_on():
+    chooser = improving(record := held("T1", "robot1"))
+    chooser.offers(BOTH, 100)
 
     chooser.decide([offer(record, robot1=10.0, robot2=5.0)])
 
-    assert names(recalled) == ["T1"]
-    assert chooser.has_recalled(record)
-    assert not chooser.has_recalled(other)
+    assert names(chooser.offers(BOTH, 100)) == ["T1"]

@@ -149,7 +149,7 @@ def test_what_becomes_of_a_task_concerns_no_member_and_its_refusal_all():
     assert desk.talker.concerned[TASK_STATE] == [(), None]
 
 
-def test_an_order_concerns_its_robot_and_a_later_round_those_who_have_to_bid_again():
+def test_an_order_concerns_its_robot_and_a_round_those_who_have_to_bid_and_may_have_won():
     desk = Desk()
     for name in ("T1", "T2", "T3"):
         desk.say(NEW_TASK, replace(GO, id=name))
@@ -159,7 +159,8 @@ def test_an_order_concerns_its_robot_and_a_later_round_those_who_have_to_bid_aga
     desk.bid("robot2", T2=8.0, T3=9.0)
 
     assert desk.talker.concerned[TASK_ASSIGN] == [("robot1",), ("robot1",)]
-    assert desk.talker.concerned[TASK_BROADCAST] == [None, None, ("robot1",)]
+    both = ("robot1", "robot2")
+    assert desk.talker.concerned[TASK_BROADCAST] == [None, both, ("robot1",)]
 
 
 def follower():

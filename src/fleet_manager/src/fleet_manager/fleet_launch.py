@@ -8,6 +8,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
+from blackboard.cost import measure_for
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -31,6 +33,7 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
     lines += _charging(fleet)
     blackboard = {
         "decision": fleet.decision,
+        "improve_by": measure_for(fleet.cost_model),
         "distance": fleet.distance,
         "bid_timeout": f"{fleet.bid_timeout:g}",
     }

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How tasks that have not begun are exchanged, with the test in the robots' place."""
+
+import pytest
+
+from blackboard.pose import Pose
+from blackboard.rigs import BlackboardRig
+from blackboard.task import Task, TaskState, TaskType
+
+ONE = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
+TWO = Task("T2", TaskType.GA, (Pose(3.0, 3.0),))
+NEW = Task("T3", TaskType.GA, (Pose(1.0, 3.0),))
+WAITING, ASSIGNED, STARTED, *_ = TaskState
+
+
+@pytest.fixture
+def rig():
+    """Return a hive whose two robots have been told to swap what they have."""
+    rig = BlackboardRig(improve_period=1.0, order_timeout=2.0)
+    rig.join("robot1", "robot2")
+    rig.post(ONE)
+    rig.bid("robot1", T1=1.0)
+    rig.bid("robot2", T1=9.0)
+    rig.post(TWO)
+    rig.bid("robot1", T2=9.0)
+    rig.bid("robot2", T2=1.0)
+    rig.wait(1.0)
+    rig.bid("robot1", T1=9.0, T2=1.0)
+    rig.bid("robot2", T1=1.0, T2=9.0)
+    return rig
+
+
+def given(rig):
+    """Return the orders after the first two."""
+    return rig.orders()[2:]
+
+
+def test_what_is_to_change_hands_is_asked_for(rig):
+    assert rig.orders() == [("T1", "robot1"), ("T2", "robot2")]
+    assert rig.orders(take_back=True) == [("T1", "robot1"), ("T2", "robot2")]
+
+
+def test_a_swap_is_given_out_when_both_are_there_and_without_an_auction(rig):
+    rig.report("robot1", ONE, WAITING)
+    one_half = given(rig)
+    rig.report("robot2", TWO, WAITING)
+
+    assert one_half == []
+    assert given(rig) == [("T1", "robot2"), ("T2", "robot1")]
+    assert rig.offered == ["T1", "T2"]
+    assert rig.record(ONE).assignment == rig.record(TWO).assignment == 2
+    assert rig.record(ONE).tried == ()
+
+
+def test_where_the_other_half_has_begun_the_first_is_auctioned(rig):
+    rig.report("robot1", ONE, WAITING)
+    rig.report("robot2", TWO, STARTED)
+    rig.wait(2.0)
+    rig.bid("robot1", T1=1.0)
+    rig.bid("robot2", T1=2.0)
+
+    assert given(rig) == [("T1", "robot1")]
+    assert rig.record(TWO).robot == "robot2"
+
+
+def test_where_an_order_was_lost_the_other_half_is_auctioned_after_a_while(rig):
+    rig.report("robot1", ONE, WAITING)
+    rig.wait(1.5)
+    kept = given(rig)
+    rig.wait(0.6)
+
+    assert kept == []
+    assert rig.offered == ["T1"]
+
+
+def test_a_new_task_is_given_out_at_once_and_its_winner_gets_nothing_in_exchange(rig):
+    rig.report("robot1", ONE, WAITING)
+    rig.post(NEW)
+    rig.bid("robot1", T3=9.0)
+    rig.bid("robot2", T3=1.0)
+    rig.bid("robot1", T1=1.0)
+    rig.bid("robot2", T1=2.0)
+
+    assert given(rig) == [("T3", "robot2"), ("T1", "robot1")]
+
+
+def test_nothing_else_is_offered_while_an_exchange_is_under_way(rig):
+    before = rig.offered
+    rig.report("robot1", ONE, WAITING)
+    rig.wait(1.5)
+
+    assert rig.offered == before == ["T1", "T2"]
+
+
+def test_a_cancelled_half_leaves_the_other_one_to_an_auction(rig):
+    rig.report("robot1", ONE, WAITING)
+    rig.cancel("T2")
+    rig.wait(2.0)
+
+    assert rig.offered == ["T1"]

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tasks on their way from robot to robot: given out together, or left to the next auction."""
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard.cost import Bid
+from blackboard.handing_over import HandingOver, Move
+from blackboard.pose import Pose
+from blackboard.record import TaskRecord
+from blackboard.task import Task, TaskState, TaskType
+
+ALL = frozenset({"robot1", "robot2", "robot3"})
+
+
+class Lists:
+    """Where tasks stand, and who was asked to hand one back."""
+
+    def __init__(self, *records):
+        self.records = {record.task.id: record for record in records}
+        self.recalled = []
+
+    def hand_back(self, name):
+        self.change(name, state=TaskState.WAITING, robot="")
+
+    def change(self, name, **what):
+        self.records[name] = replace(self.records[name], **what)
+
+
+def move(name, giver, taker):
+    task = Task(name, TaskType.GA, (Pose(1.0, 1.0),))
+    bid = Bid(taker, name, 5.0)
+    return Move(TaskRecord(task, TaskState.ASSIGNED, giver, assignment=1), bid, (bid,))
+
+
+@pytest.fixture
+def swap():
+    return move("T1", "robot1", "robot2"), move("T2", "robot2", "robot1")
+
+
+@pytest.fixture
+def lists(swap):
+    return Lists(*(each.record for each in swap))
+
+
+@pytest.fixture
+def handing_over(lists, swap):
+    over = HandingOver(lists.records.get, lambda record: lists.recalled.append(record.task.id))
+    over.begin([swap])
+    return over
+
+
+def test_what_is_to_change_hands_is_asked_for_and_that_is_no_try_in_vain(
+    handing_over, lists, swap
+):
+    assert lists.recalled == ["T1", "T2"]
+    assert all(handing_over.has_recalled(each.record) for each in swap)
+    assert not handing_over.has_recalled(replace(swap[0].record, assignment=2))
+
+
+def test_one_half_of_a_swap_is_kept_until_the_other_is_there(handing_over, lists, swap):
+    lists.hand_back("T1")
+
+    assert handing_over.ready(ALL) == []
+    assert handing_over.kept == {"T1", "T2"}
+
+    lists.hand_back("T2")
+
+    assert handing_over.ready(ALL) == list(swap)
+    assert handing_over.kept == frozenset()
+    assert handing_over.ready(ALL) == []
+
+
+def test_exchanges_do_not_wait_for_each_other(lists, swap):
+    other = move("T3", "robot3", "robot3")
+    lists.records["T3"] = other.record
+    over = HandingOver(lists.records.get, lambda _: None)
+    over.begin([swap, (other,)])
+    lists.hand_back("T3")
+
+    assert over.ready(ALL) == [other]
+    assert over.kept == {"T1", "T2"}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"state": TaskState.STARTED},
+        {"state": TaskState.CANCELLED},
+        {"assignment": 2},
+    ],
+    ids=["begun", "cancelled", "given out anew"],
+)
+def test_nothing_is_kept_for_a_task_that_will_not_come(handing_over, lists, change):
+    lists.hand_back("T1")
+    lists.change("T2", **change)
+
+    assert handing_over.ready(ALL) == []
+    assert handing_over.kept == frozenset()
+
+
+def test_nothing_is_kept_for_a_task_that_the_hive_has_forgotten(handing_over, lists):
+    del lists.records["T2"]
+
+    assert handing_over.ready(ALL) == []
+    assert handing_over.kept == frozenset()
+
+
+def test_nothing_is_kept_for_a_robot_that_is_out_of_service(handing_over, lists):
+    lists.hand_back("T1")
+    lists.hand_back("T2")
+
+    assert handing_over.ready(ALL - {"robot1"}) == []
+    assert handing_over.kept == frozenset()
+
+
+def test_nothing_is_kept_for_a_robot_that_has_won_something_else(handing_over):
+    handing_over.leave_out("robot3")
+    assert handing_over.kept == {"T1", "T2"}
+
+    handing_over.leave_out("robot2")
+    assert handing_over.kept == frozenset()
+
+
+def test_what_is_given_up_is_still_no_try_in_vain(handing_over, swap):
+    handing_over.give_up()
+
+    assert handing_over.kept == frozenset()
+    assert handing_over.has_recalled(swap[0].record)
+
+
+def test_what_was_recalled_long_ago_is_not_remembered_for_ever(handing_over, lists, swap):
+    lists.change("T1", assignment=2)
+    handing_over.begin([])
+
+    assert not handing_over.has_recalled(swap[0].record)
+    assert handing_over.has_recalled(swap[1].record)
