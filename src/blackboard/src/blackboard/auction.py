@@ -61,6 +61,7 @@ class Auction:
         self.number = number
         self.round = 0
         self._records: dict[str, TaskRecord] = {}
+        self._sizes: Mapping[str, int] = {}
         self.offered: frozenset[str] = frozenset()
         self._missing: set[str] = set()
         self._bids: dict[str, dict[str, Bid]] = {}
@@ -73,17 +74,25 @@ class Auction:
         """The robots that have not answered yet."""
         return frozenset(self._missing)
 
-    def ask(self, records: Iterable[TaskRecord], robots: frozenset[str]) -> frozenset[str] | None:
+    def ask(
+        self,
+        records: Iterable[TaskRecord],
+        robots: frozenset[str],
+        sizes: Mapping[str, int] | None = None,
+    ) -> frozenset[str] | None:
         """Begin the next round.
 
         Args:
             records: The tasks that are offered.
             robots: Those whose bids count; what others have bid is forgotten.
+            sizes: How many tasks are offered as one, by the first of them; one, where it is left
+                out.
 
         Returns:
             Who has to bid; None where everybody has to, because of a task that is new.
         """
         self._records = {record.task.id: record for record in records}
+        self._sizes = sizes or {}
         is_new = not self._records.keys() <= self.offered
         self.offered = frozenset(self._records)
         self.round += 1
@@ -149,6 +158,11 @@ class Auction:
     def _check(self, bid: Bid) -> None:
         if bid.task_id not in self.offered:
             raise BidRefusedError(f"{bid.robot_id} bids on {bid.task_id[:64]!r}: not offered")
+        if bid.size != self._sizes.get(bid.task_id, 1):
+            raise BidRefusedError(
+                f"{bid.robot_id} bids on {bid.size} tasks from {bid.task_id} on; "
+                f"offered as one are {self._sizes.get(bid.task_id, 1)}"
+            )
         if not 0.0 <= bid.cost <= MAX_COST:
             raise BidRefusedError(
                 f"{bid.robot_id} bids {bid.cost:g} on {bid.task_id}; "

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from blackboard.central import Central
     from blackboard.cost import Bid, Bids
     from blackboard.handing_over import Exchange, HandingOver, Move
-    from blackboard.improving import Improving
+    from blackboard.improving import Improving, Piece
     from blackboard.reach import Reach
     from blackboard.record import TaskRecord
     from blackboard.talker import Talker, Timer
@@ -68,6 +68,7 @@ class Auctioneer:
         self._improves = False
         self._auction: Auction | None = None
         self._offers = Broadcast(0, 0, ())
+        self._pieces: dict[str, Piece] = {}
         self._closing: Timer | None = None
         self._giving_up: Timer | None = None
         self._decided_in = (0, 0, 0)
@@ -109,11 +110,12 @@ class Auctioneer:
         if self._waiting() or self._handing_over.kept:
             return
         robots, most = self._in_service(), self._reach.most_asked
-        offers = self._improving.offers(robots, most)
-        if offers:
+        pieces = self._improving.offers(robots, most)
+        if pieces:
             self._begin(improves=True)
+            offers = [record for piece in pieces for record in piece]
             holders = {record.robot for record in offers}
-            self._ask(offers, self._reach.asked(offers, robots) | holders, ())
+            self._ask(pieces, self._reach.asked(offers, robots) | holders, ())
 
     def try_again(self) -> None:
         """Offer again what nobody could take: something has changed.
@@ -187,14 +189,16 @@ class Auctioneer:
         asked = robots if hard else self._reach.asked(offers, robots)
         self._left_out = asked != robots
         self._hard -= {record.task.id for record in offers}
-        self._ask(offers, asked, awards)
+        self._ask([(record,) for record in offers], asked, awards)
 
     def _ask(
-        self, records: Sequence[TaskRecord], robots: frozenset[str], awards: tuple[Bid, ...]
+        self, pieces: Sequence[Piece], robots: frozenset[str], awards: tuple[Bid, ...]
     ) -> None:
         auction = self._auction
         assert auction is not None  # noqa: S101  (whoever asks has begun one)
-        asked = auction.ask(records, robots)
+        self._pieces = {piece[0].task.id: piece for piece in pieces}
+        sizes = {task_id: len(piece) for task_id, piece in self._pieces.items()}
+        asked = auction.ask([piece[0] for piece in pieces], robots, sizes)
         if asked is None and (awards or robots != self._in_service()):
             asked = robots
         auction.excuse(frozenset(self._slow))
@@ -204,14 +208,15 @@ class Auctioneer:
             return
         given = {bid.robot_id: bid.task_id for bid in awards}
         named = None if asked is None else {robot: given.get(robot, "") for robot in sorted(asked)}
-        offers = tuple((record.task, record.step) for record in records)
+        is_plain = all(size == 1 for size in sizes.values())
         self._offers = Broadcast(
             auction.epoch,
             auction.number,
-            offers,
+            tuple((record.task, record.step) for piece in pieces for record in piece),
             self._backup.hive,
             round=auction.round,
             asked=named,
+            sizes=() if is_plain else tuple(sizes.values()),
         )
         asks = self._offers if self._central is None else self._central.question(self._offers)
         self._talker.publish(TASK_BROADCAST, asks, named)
@@ -226,7 +231,7 @@ class Auctioneer:
         self._slow |= auction.missing
         if self._improves:
             self._auction = None
-            self._have_handed_over(self._improving.decide(auction.offers()), auction)
+            self._have_handed_over(self._improving.decide(self._still_offered(auction)), auction)
             self.open()
             return
         result = auction.result()
@@ -239,6 +244,16 @@ class Auctioneer:
             self._handing_over.leave_out(bid.robot_id)
             self._improving.note_change()
         self._settle(result)
+
+    def _still_offered(self, auction: Auction) -> list[tuple[Piece, list[Bid]]]:
+        """Return what has not changed since it was offered, with what was bid on it."""
+        offers = [(self._pieces[each.task.id], bids) for each, bids in auction.offers()]
+        get = self._backup.get
+        return [
+            (piece, bids)
+            for piece, bids in offers
+            if all(get(record.task.id) == record for record in piece)
+        ]
 
     def _have_handed_over(self, exchanges: Sequence[Exchange], auction: Auction) -> None:
         if not exchanges:
@@ -256,8 +271,8 @@ class Auctioneer:
     def _give_out(self, moves: Sequence[Move]) -> None:
         """Give what has been handed back to those that are to have it."""
         self._begin(improves=False)
-        awards = tuple(move.taker for move in moves)
-        bids = {move.record.task.id: move.bids for move in moves}
+        awards = tuple(bid for move in moves for bid in move.awards)
+        bids = {record.task.id: move.bids for move in moves for record in move.records}
         self._improving.note_change()
         self._settle(Result(awards, (), bids, auction=self._decided_in))
 

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from blackboard.robot import RobotCharacteristics
     from blackboard.task import Task
 
+    Piece = tuple[tuple[Task, int], ...]
+
 CHARGE_TOLERANCE = 0.10
 """The share of its charge that a robot keeps (the report's 10 %)."""
 
@@ -70,10 +72,10 @@ class Bidder:
         kept = {first.task.id} if first is not None else set()
         route = self._itinerary.route(here, at_work=at_work, without=offered - kept)
         bids = tuple(
-            self.refuse(task, refusal or "has begun with it", Exclusion.SERVICE)
-            if refusal or task.id in kept
-            else self._bid(task, step, here, route, at_work=at_work)
-            for task, step in broadcast.tasks
+            self.refuse(piece, refusal or "has begun with it", Exclusion.SERVICE)
+            if refusal or any(task.id in kept for task, _ in piece)
+            else self._bid(piece, here, route, at_work=at_work)
+            for piece in broadcast.pieces
         )
         return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids, broadcast.round)
 
@@ -87,10 +89,11 @@ class Bidder:
             at_work: Whether the first task on its list is being done.
         """
         route = self._itinerary.route(here, at_work=at_work)
-        return self._bid(task, step, here, route, at_work=at_work)
+        return self._bid(((task, step),), here, route, at_work=at_work)
 
-    def refuse(self, task: Task, reason: str, exclusion: Exclusion) -> Bid:
-        """Return the bid of a robot that cannot or should not do a task."""
+    def refuse(self, piece: Piece, reason: str, exclusion: Exclusion) -> Bid:
+        """Return the bid of a robot that cannot or should not do a task, or some as one."""
+        task, _ = piece[0]
         return Bid(
             self._robot_id,
             task.id,
@@ -98,18 +101,20 @@ class Bidder:
             reason=reason,
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
             exclusion=exclusion.value,
+            size=len(piece),
         )
 
-    def _bid(self, task: Task, step: int, here: Pose, route: Route, *, at_work: bool) -> Bid:
-        if reason := self._characteristics.excludes(task):
-            does_such = TaskType(task.type) in self._characteristics.capabilities
-            exclusion = Exclusion.PAYLOAD if does_such else Exclusion.TYPE
-            return self.refuse(task, reason, exclusion)
-        place = route.best_place(task, step)
+    def _bid(self, piece: Piece, here: Pose, route: Route, *, at_work: bool) -> Bid:
+        for task, _ in piece:
+            if reason := self._characteristics.excludes(task):
+                does_such = TaskType(task.type) in self._characteristics.capabilities
+                exclusion = Exclusion.PAYLOAD if does_such else Exclusion.TYPE
+                return self.refuse(piece, reason, exclusion)
+        place = route.best_place(*piece)
         if not math.isfinite(place.before.way + place.effort.way):
             radius = self._characteristics.radius
             reason = f"finds no way there from {place.before.end} for its radius of {radius:.2f} m"
-            return self.refuse(task, reason, Exclusion.WAY)
+            return self.refuse(piece, reason, Exclusion.WAY)
         charge_left = self._battery.charge_left - self._battery.charge_for(place.before.energy)
         charge = self._battery.charge_for(place.effort.energy)
         reserve = self._reserve(place.effort.end)
@@ -117,7 +122,7 @@ class Bidder:
         if share < CHARGE_TOLERANCE:
             way = " on the way to a charger" if reserve else ""
             reason = f"its charge would fall to {share:.0%}{way}, it keeps {CHARGE_TOLERANCE:.0%}"
-            return self.refuse(task, reason, Exclusion.CHARGE)
+            return self.refuse(piece, reason, Exclusion.CHARGE)
         eta = place.before.duration + place.effort.duration
         terms = CostTerms(
             charge,
@@ -131,8 +136,9 @@ class Bidder:
         cost = self._model.cost(terms)
         if cost >= MAX_COST:
             reason = f"its cost of {cost:.0f} is not under {MAX_COST:.0f}"
-            return self.refuse(task, reason, Exclusion.COST)
+            return self.refuse(piece, reason, Exclusion.COST)
         under_way = self._itinerary.first() if at_work else None
+        task, step = piece[0]
         return Bid(
             self._robot_id,
             task.id,
@@ -143,6 +149,7 @@ class Bidder:
             interrupt_cost=self._interrupt_cost(task, step, here, under_way),
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
             terms=terms,
+            size=len(piece),
         )
 
     def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:

@@ -93,7 +93,12 @@ class Blackboard:
             backup,
             in_service,
             settings.bid_timeout,
-            Improving(self._orders.held, settings.improve_by, settings.improve_threshold),
+            Improving(
+                self._orders.held,
+                self._watch.last,
+                settings.improve_by,
+                settings.improve_threshold,
+            ),
             self._handing_over,
             settings.order_timeout,
             awarding.carry_out,

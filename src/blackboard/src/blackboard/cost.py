@@ -182,6 +182,8 @@ class Bid:
             nothing of it, 0 where it does not say.
         terms: What the cost was worked out from; None where the robot takes no part.
         exclusion: Why the cost is `MAX_COST`, one of `Exclusion`.
+        size: How many tasks of the broadcast it is for, from this one on: those that are offered
+            as one.
     """
 
     robot_id: str
@@ -195,6 +197,7 @@ class Bid:
     most_payload: float = 0.0
     terms: CostTerms | None = None
     exclusion: str = ""
+    size: int = 1
 
     @property
     def is_able(self) -> bool:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 from blackboard.cost import friction_force
 from blackboard.pace import Pace
+from blackboard.pose import Pose
 from blackboard.task import StepKind, Task, TaskType, load_during, split_task
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from blackboard.battery import Battery
     from blackboard.characteristics import RobotCharacteristics
-    from blackboard.pose import Pose
     from blackboard.ways import Ways
 
 
@@ -125,6 +125,44 @@ class Job:
         way = self._ways.length(start, goal)
         duration = self._pace.duration(start, goal, way)
         return Effort(way, force * way + self._robot.idle_power * duration, duration, goal)
+
+
+class Series:
+    """Jobs that a robot does one after the other, put into its list as one.
+
+    Args:
+        jobs: One at least, each of a task of which something is left to do.
+        weights: What a second of waiting for each counts.
+
+    Attributes:
+        weight: What a second of waiting for all counts.
+        waiting: What is waited from the end of the first until each is done, by their weights [s].
+    """
+
+    def __init__(self, jobs: Sequence[Job], weights: Sequence[float]) -> None:
+        self._first, *others = jobs
+        self._rest: Effort | None = None
+        self.weight, self.waiting = sum(weights), 0.0
+        for job, weight in zip(others, weights[1:], strict=True):
+            done = self._rest or Effort(0.0, 0.0, 0.0, self._first.end_from(Pose(0.0, 0.0)))
+            self._rest = done.then(job.effort_from(done.end))
+            self.waiting += weight * self._rest.duration
+
+    def reach(self, start: Pose) -> tuple[float, float, float]:
+        """Return way [m], duration [s], and duration [s] of the first alone, from a place on."""
+        way, duration = self._first.reach(start)
+        if self._rest is None:
+            return way, duration, duration
+        return way + self._rest.way, duration + self._rest.duration, duration
+
+    def end_from(self, start: Pose) -> Pose:
+        """Return where the robot stands afterwards."""
+        return self._first.end_from(start) if self._rest is None else self._rest.end
+
+    def effort_from(self, start: Pose) -> Effort:
+        """Return what it takes from a place on."""
+        first = self._first.effort_from(start)
+        return first if self._rest is None else first.then(self._rest)
 
 
 def effort(

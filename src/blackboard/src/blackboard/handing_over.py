@@ -9,6 +9,7 @@ they are auctioned like any other.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from blackboard.task import TaskState
@@ -21,17 +22,27 @@ if TYPE_CHECKING:
 
 
 class Move(NamedTuple):
-    """A task that another robot is to have.
+    """A task, or some that follow each other, that another robot is to have.
 
     Attributes:
-        record: The task, with the robot that has it.
+        records: The tasks, with the robot that has them.
         taker: What the robot has bid that is to have it.
-        bids: What all have bid on it.
+        bids: What all have bid on them.
     """
 
-    record: TaskRecord
+    records: tuple[TaskRecord, ...]
     taker: Bid
     bids: tuple[Bid, ...]
+
+    @property
+    def giver(self) -> str:
+        """The robot that has them."""
+        return self.records[0].robot
+
+    @property
+    def awards(self) -> tuple[Bid, ...]:
+        """What the robot has bid that is to have them, as a bid on each."""
+        return tuple(replace(self.taker, task_id=each.task.id, size=1) for each in self.records)
 
 
 Exchange = tuple[Move, ...]
@@ -64,10 +75,10 @@ class HandingOver:
             if (record := self._get(task_id)) is not None and record.assignment == assignment
         }
         self._under_way = list(exchanges)
-        for move in self._moves():
-            self._recalled[move.record.task.id] = move.record.assignment
-        for move in self._moves():
-            self._recall(move.record)
+        asked_for = list(self._records())
+        self._recalled |= {record.task.id: record.assignment for record in asked_for}
+        for record in asked_for:
+            self._recall(record)
 
     def give_up(self) -> None:
         """Leave what is under way to the next auction."""
@@ -90,35 +101,33 @@ class HandingOver:
         can = [
             exchange
             for exchange in self._under_way
-            if all(
-                move.taker.robot_id in robots and self._is_on_its_way(move) for move in exchange
-            )
+            if all(move.taker.robot_id in robots for move in exchange)
+            and self._states(exchange) <= {TaskState.ASSIGNED, TaskState.WAITING}
         ]
-        complete = [exchange for exchange in can if all(map(self._is_back, exchange))]
+        complete = [each for each in can if self._states(each) == {TaskState.WAITING}]
         self._under_way = [exchange for exchange in can if exchange not in complete]
         return [move for exchange in complete for move in exchange]
 
     @property
     def kept(self) -> frozenset[str]:
         """The ids of the tasks that are under way."""
-        return frozenset(move.record.task.id for move in self._moves())
+        return frozenset(record.task.id for record in self._records())
 
     def has_recalled(self, record: TaskRecord) -> bool:
         """Return whether a task is handed back because of this, and was not tried in vain."""
         return self._recalled.get(record.task.id) == record.assignment
 
-    def _moves(self) -> Iterable[Move]:
-        return (move for exchange in self._under_way for move in exchange)
+    def _records(self) -> Iterable[TaskRecord]:
+        return (
+            record for exchange in self._under_way for move in exchange for record in move.records
+        )
 
-    def _is_on_its_way(self, move: Move) -> bool:
-        return self._state(move) in {TaskState.ASSIGNED, TaskState.WAITING}
+    def _states(self, exchange: Exchange) -> set[TaskState | None]:
+        """Return where the tasks of an exchange stand; None for one that was given out since."""
+        return {self._state(record) for move in exchange for record in move.records}
 
-    def _is_back(self, move: Move) -> bool:
-        return self._state(move) is TaskState.WAITING
-
-    def _state(self, move: Move) -> TaskState | None:
-        """Return where a task stands; None where it has been given out since."""
-        record = self._get(move.record.task.id)
-        if record is None or record.assignment != move.record.assignment:
+    def _state(self, asked_for: TaskRecord) -> TaskState | None:
+        record = self._get(asked_for.task.id)
+        if record is None or record.assignment != asked_for.assignment:
             return None
         return record.state

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Goes on improving who does what: tasks that have not begun are offered again.
 
-In each step every robot offers one task of its list, and every robot bids on all of these for a
-list without what it offers itself. The offers are given out so that the sum of what is measured is
-least, one to each robot at most (the assignment problem); so a step moves tasks, swaps them, or
-passes them on in a ring, as in `allocation.exchange`. What gains enough `handing_over.py` carries
-out: a task is with nobody until its robot has let go of it, and a robot that has begun keeps it.
+In each step every robot offers a piece of its list, one task or all from some task on, and every
+robot bids on all of these for a list without what it offers itself. They are given out so that the
+sum of what is measured is least, one to each robot at most (the assignment problem); so a step
+moves tasks, swaps them, exchanges the ends of lists (2-opt*), or passes them on in a ring, as in
+`allocation.exchange`. What gains enough `handing_over.py` carries out: a task is with nobody until
+its robot has let go of it, and a robot that has begun keeps it.
 
 What is measured is not what was bid: that says whom a task is to go to, but not with every cost
 model whether to take it from the one that has it. Where only its own time counts, for example,
@@ -15,6 +16,7 @@ each could be put before all others again and again.
 from __future__ import annotations
 
 from collections import defaultdict
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,33 +24,48 @@ from scipy.optimize import linear_sum_assignment
 
 from blackboard.cost import MEASURES
 from blackboard.handing_over import Move
+from blackboard.record import TaskRecord
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from blackboard.characteristics import RobotStatus
     from blackboard.cost import Bid, CostTerms
     from blackboard.handing_over import Exchange
-    from blackboard.record import TaskRecord
+
+
+PASSES = 3
+"""In one of so many passes through its list a robot only takes."""
+
+
+Piece = tuple[TaskRecord, ...]
+"""Tasks of one robot that are offered as one, in the order of its list."""
 
 
 class Improving:
     """Chooses what is offered, and which of it is to change hands.
 
-    Steps follow each other until every task has been offered once without a gain; then they rest
-    until something changes.
+    Steps follow each other until every robot has offered all of its list a few times without a
+    gain; then they rest until something changes.
 
     Args:
         held: Gives the records of all that robots have on their lists.
+        last: Gives the last status of a robot, with its list in order; None if it was never heard.
         measure: A name of `MEASURES`.
         threshold: Tasks change hands only where that lowers what is measured by more than this
             share, so that assignments do not flutter.
     """
 
     def __init__(
-        self, held: Callable[[], Iterable[TaskRecord]], measure: str, threshold: float
+        self,
+        held: Callable[[], Iterable[TaskRecord]],
+        last: Callable[[str], RobotStatus | None],
+        measure: str,
+        threshold: float,
     ) -> None:
         self._held = held
+        self._last = last
         self._measure = MEASURES[measure]
         self._threshold = threshold
         self._turn = 0
@@ -58,32 +75,48 @@ class Improving:
         """Begin to offer again: what was best may be so no longer."""
         self._quiet_steps = 0
 
-    def offers(self, robots: frozenset[str], most: int) -> list[TaskRecord]:
-        """Return what is offered in the next step, one task of each robot; nothing at rest.
+    def offers(self, robots: frozenset[str], most: int) -> list[Piece]:
+        """Return what is offered in the next step, one piece of each robot; nothing at rest.
 
         Args:
             robots: Those that are in service.
             most: So many of them offer at a time; of a larger fleet others in each step.
         """
-        lists = defaultdict(list)
-        for record in self._held():
-            if record.state is TaskState.ASSIGNED and record.robot in robots:
-                lists[record.robot].append(record)
-        longest = max(map(len, lists.values()), default=0)
+        lists = self._lists(robots)
+        longest = max(map(len, lists), default=0)
         groups = -(-len(lists) // most)
-        if len(robots) < 2 or self._quiet_steps >= longest * groups:  # noqa: PLR2004  (two can exchange)
+        steps = PASSES * longest * groups
+        if len(robots) < 2 or self._quiet_steps >= steps:  # noqa: PLR2004  (two can exchange)
             return []
         self._turn += 1
         self._quiet_steps += 1
         turn, group = divmod(self._turn, groups)
-        # In each pass the same task of one robot meets another task of the next.
-        shift = turn // longest
+        # In each pass the same task of one robot meets another task of the next, and other robots
+        # only take: who offers something as well cannot take without giving.
+        number, turn = divmod(turn, longest)
+        take = _rest if number % 2 else _one
         return [
-            records[(turn + shift * place) % len(records)]
-            for place, (_, records) in enumerate(sorted(lists.items())[group::groups])
+            take(records, (turn + number // 2 * place) % len(records))
+            for place, records in enumerate(lists[group::groups])
+            if (place + number) % PASSES
         ]
 
-    def decide(self, offers: Iterable[tuple[TaskRecord, Sequence[Bid]]]) -> list[Exchange]:
+    def _lists(self, robots: frozenset[str]) -> list[Piece]:
+        """Return what each robot has that has not begun, in the order of its list."""
+        lists = defaultdict(list)
+        for record in self._held():
+            if record.state is TaskState.ASSIGNED and record.robot in robots:
+                lists[record.robot].append(record)
+        return [self._in_order(robot, records) for robot, records in sorted(lists.items())]
+
+    def _in_order(self, robot: str, records: Iterable[TaskRecord]) -> Piece:
+        """Return the tasks of a robot in the order of its list; what it has not shown yet last."""
+        status = self._last(robot)
+        known = status.tasks if status is not None else ()
+        place = {task_id: number for number, task_id in enumerate(known)}
+        return tuple(sorted(records, key=lambda each: place.get(each.task.id, len(place))))
+
+    def decide(self, offers: Iterable[tuple[Piece, Sequence[Bid]]]) -> list[Exchange]:
         """Return what is to change hands.
 
         Args:
@@ -95,8 +128,19 @@ class Improving:
         return found
 
 
+def _one(records: Piece, place: int) -> Piece:
+    """Return one task of a list."""
+    return records[place : place + 1]
+
+
+def _rest(records: Piece, place: int) -> Piece:
+    """Return a list from a task on, as far as it is of one priority."""
+    priority = records[place].task.priority
+    return tuple(takewhile(lambda each: each.task.priority == priority, records[place:]))
+
+
 def exchanges(
-    offers: Iterable[tuple[TaskRecord, Sequence[Bid]]],
+    offers: Iterable[tuple[Piece, Sequence[Bid]]],
     measure: Callable[[CostTerms], float],
     threshold: float,
 ) -> list[Exchange]:
@@ -108,8 +152,8 @@ def exchanges(
         measure: What of the bids is to become less.
         threshold: It has to become less by more than this share of what changes hands.
     """
-    rows = [(record, bids, _worth(bids, record, measure)) for record, bids in offers]
-    rows = [row for row in rows if row[0].robot in row[2]]
+    rows = [(piece, bids, _worth(bids, piece, measure)) for piece, bids in offers]
+    rows = [row for row in rows if row[0][0].robot in row[2]]
     robots = sorted({robot for _, _, worth in rows for robot in worth})
     if not rows:
         return []
@@ -120,29 +164,26 @@ def exchanges(
     _, takers = linear_sum_assignment(cost)
     moves = {}
     gains = {}
-    for (record, bids, worth), taker in zip(rows, takers, strict=True):
-        if robots[taker] != record.robot:
-            taken = next(bid for bid in bids if bid.robot_id == robots[taker])
-            moves[record.robot] = Move(record, taken, tuple(bids))
-            own = worth[record.robot]
-            gains[record.robot] = own - worth[robots[taker]] - threshold * own
+    for (piece, bids, worth), number in zip(rows, takers, strict=True):
+        giver, taker = piece[0].robot, robots[number]
+        if taker != giver:
+            taken = next(bid for bid in bids if bid.robot_id == taker)
+            moves[giver] = Move(piece, taken, tuple(bids))
+            gains[giver] = worth[giver] - worth[taker] - threshold * worth[giver]
     return [
-        exchange
-        for exchange in _linked(moves)
-        if sum(gains[move.record.robot] for move in exchange) > 0
+        exchange for exchange in _linked(moves) if sum(gains[move.giver] for move in exchange) > 0
     ]
 
 
 def _worth(
-    bids: Iterable[Bid], record: TaskRecord, measure: Callable[[CostTerms], float]
+    bids: Iterable[Bid], piece: Piece, measure: Callable[[CostTerms], float]
 ) -> dict[str, float]:
-    """Return what is measured, by robot, without those that have tried in vain to do the task."""
+    """Return what is measured, by robot, without those that have tried in vain to do a task."""
+    tried = {robot for record in piece for robot in record.tried} - {piece[0].robot}
     return {
         bid.robot_id: measure(bid.terms)
         for bid in bids
-        if bid.is_able
-        and bid.terms is not None
-        and (bid.robot_id == record.robot or bid.robot_id not in record.tried)
+        if bid.is_able and bid.terms is not None and bid.robot_id not in tried
     }
 
 

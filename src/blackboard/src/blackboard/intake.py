@@ -69,6 +69,8 @@ def _answered_by_others(_message: object) -> str:
 
 
 def _broadcast_flaw(broadcast: Broadcast) -> str:
+    if broadcast.sizes and (sum(broadcast.sizes) != len(broadcast.tasks) or 0 in broadcast.sizes):
+        return f"sizes {broadcast.sizes} are not those of pieces of {len(broadcast.tasks)} tasks"
     return next(filter(None, (_task_flaw(*offer) for offer in broadcast.tasks)), "")
 
 

@@ -145,7 +145,7 @@ class Itinerary:
         index = 0
         if not is_picked(order.task, step):
             route = self.route(here, at_work=keep_first)
-            index = route.best_place(order.task, step).index
+            index = route.best_place((order.task, step)).index
         self._entries.insert(index, Entry(order, step))
 
     def restore(self, entries: Iterable[Entry]) -> None:

@@ -11,7 +11,7 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from blackboard.effort import Effort, Job
+from blackboard.effort import Effort, Job, Series
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -133,24 +133,28 @@ class Route:
             self._own.append(stop.job.effort_from(self.before[-1].end))
             self.before.append(self.before[-1].then(self._own[-1]))
 
-    def best_place(self, task: Task, step: int) -> Placement:
-        """Find the best place for one more task that does not pass a higher priority.
+    def best_place(self, *piece: tuple[Task, int]) -> Placement:
+        """Find the best place for one more task, or for several that follow each other.
 
-        Where several are as good, it does not pass what is on the list already.
+        They do not pass a higher priority, and where several places are as good, nothing that is
+        on the list already.
 
         Args:
-            task: A task that `analyze_task` has passed.
-            step: Its first step that is still to be done.
+            piece: Tasks of one priority that `analyze_task` has passed, each with its first step
+                that is still to be done.
         """
+        task, _ = piece[0]
         ahead = sum(
             1
             for index, stop in enumerate(self._stops)
             if stop.priority > task.priority or (self._keep_first and index == 0)
         )
         equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
-        job = Job(task, step, self._robot, self._ways, pace=self._pace)
-        weight = self._aging.weight(task)
-        gains = [self._gain(index, job, weight) for index in range(ahead, ahead + equals + 1)]
+        series = Series(
+            [Job(each, step, self._robot, self._ways, pace=self._pace) for each, step in piece],
+            [self._aging.weight(each) for each, _ in piece],
+        )
+        gains = [self._gain(index, series) for index in range(ahead, ahead + equals + 1)]
         best, nearest = 0, math.inf
         for number, gain in enumerate(gains):
             value = round(self._rule(gain), _DIGITS)
@@ -158,18 +162,17 @@ class Route:
                 best, nearest = number, value
         index, gain = ahead + best, gains[best]
         before = self.before[index]
-        own = job.effort_from(before.end)
+        own = series.effort_from(before.end)
         return Placement(index, own, gain.added_way, before, gain.finish, gain.added_waiting)
 
-    def _gain(self, index: int, job: Job, weight: float) -> Gain:
+    def _gain(self, index: int, series: Series) -> Gain:
         before = self.before[index]
-        own_way, own_duration = job.reach(before.end)
-        added, longer = own_way, own_duration
+        added, longer, first = series.reach(before.end)
         if index < len(self._stops):
-            way, duration = self._stops[index].job.reach(job.end_from(before.end))
+            way, duration = self._stops[index].job.reach(series.end_from(before.end))
             added += way - self._own[index].way
             longer += duration - self._own[index].duration
-        waiting = weight * (before.duration + own_duration)
+        waiting = series.weight * (before.duration + first) + series.waiting
         if behind := self._weight_behind[index]:
             waiting += behind * longer
         return Gain(added, self.before[-1].duration + longer, waiting)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 from blackboard.task import TRANSITIONS, TaskState, split_task
@@ -186,6 +187,8 @@ class Broadcast:
         asked: The robots that are asked, each with the task that it has just been given and that
             has to be on its list when it bids, empty where there is none. All are asked if None.
         basis: Whether robots answer with what their bids are worked out from, instead of bids.
+        sizes: How many of the tasks, which follow each other, are offered as one in each piece;
+            where it is empty, each by itself.
     """
 
     epoch: int
@@ -195,6 +198,13 @@ class Broadcast:
     round: int = 1
     asked: Mapping[str, str] | None = None
     basis: bool = False
+    sizes: tuple[int, ...] = ()
+
+    @property
+    def pieces(self) -> list[tuple[tuple[Task, int], ...]]:
+        """What is offered as one, each a few of `tasks`."""
+        ends = [*accumulate(self.sizes or (1,) * len(self.tasks))]
+        return [self.tasks[start:end] for start, end in pairwise([0, *ends])]
 
     def asks(self, robot_id: str) -> bool:
         """Return whether a robot has to answer."""

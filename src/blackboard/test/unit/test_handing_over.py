@@ -31,7 +31,7 @@ class Lists:
 def move(name, giver, taker):
     task = Task(name, TaskType.GA, (Pose(1.0, 1.0),))
     bid = Bid(taker, name, 5.0)
-    return Move(TaskRecord(task, TaskState.ASSIGNED, giver, assignment=1), bid, (bid,))
+    return Move((TaskRecord(task, TaskState.ASSIGNED, giver, assignment=1),), bid, (bid,))
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def swap():
 
 @pytest.fixture
 def lists(swap):
-    return Lists(*(each.record for each in swap))
+    return Lists(*(each.records[0] for each in swap))
 
 
 @pytest.fixture
@@ -55,8 +55,8 @@ def test_what_is_to_change_hands_is_asked_for_and_that_is_no_try_in_vain(
     handing_over, lists, swap
 ):
     assert lists.recalled == ["T1", "T2"]
-    assert all(handing_over.has_recalled(each.record) for each in swap)
-    assert not handing_over.has_recalled(replace(swap[0].record, assignment=2))
+    assert all(handing_over.has_recalled(each.records[0]) for each in swap)
+    assert not handing_over.has_recalled(replace(swap[0].records[0], assignment=2))
 
 
 def test_one_half_of_a_swap_is_kept_until_the_other_is_there(handing_over, lists, swap):
@@ -72,9 +72,27 @@ def test_one_half_of_a_swap_is_kept_until_the_other_is_there(handing_over, lists
     assert handing_over.ready(ALL) == []
 
 
+def test_what_is_taken_as_one_is_given_out_one_by_one_when_all_is_there(swap):
+    piece = swap[0]._replace(records=tuple(each.records[0] for each in swap))
+    lists = Lists(*piece.records)
+    over = HandingOver(lists.records.get, lambda _: None)
+    over.begin([(piece,)])
+    lists.hand_back("T2")
+
+    assert over.ready(ALL) == []
+
+    lists.hand_back("T1")
+
+    assert over.ready(ALL) == [piece]
+    assert [(bid.task_id, bid.robot_id) for bid in piece.awards] == [
+        ("T1", "robot2"),
+        ("T2", "robot2"),
+    ]
+
+
 def test_exchanges_do_not_wait_for_each_other(lists, swap):
     other = move("T3", "robot3", "robot3")
-    lists.records["T3"] = other.record
+    lists.records["T3"] = other.records[0]
     over = HandingOver(lists.records.get, lambda _: None)
     over.begin([swap, (other,)])
     lists.hand_back("T3")
@@ -127,12 +145,12 @@ def test_what_is_given_up_is_still_no_try_in_vain(handing_over, swap):
     handing_over.give_up()
 
     assert handing_over.kept == frozenset()
-    assert handing_over.has_recalled(swap[0].record)
+    assert handing_over.has_recalled(swap[0].records[0])
 
 
 def test_what_was_recalled_long_ago_is_not_remembered_for_ever(handing_over, lists, swap):
     lists.change("T1", assignment=2)
     handing_over.begin([])
 
-    assert not handing_over.has_recalled(swap[0].record)
-    assert handing_over.has_recalled(swap[1].record)
+    assert not handing_over.has_recalled(swap[0].records[0])
+    assert handing_over.has_recalled(swap[1].records[0])

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which tasks are offered again, and which of them change hands."""
 
+from dataclasses import replace
+
+from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.cost import MAX_COST, MEASURES, Bid, CostTerms
 from blackboard.improving import Improving, exchanges
 from blackboard.pose import Pose
@@ -18,7 +21,7 @@ def held(name, robot, state=TaskState.ASSIGNED, tried=()):
 
 def offer(record, **waiting):
     """Return an offer with how much longer all would wait with each robot; None: it cannot."""
-    return record, [
+    return (record,), [
         Bid(robot, record.task.id, MAX_COST)
         if seconds is None
         else Bid(robot, record.task.id, 1.0, terms=CostTerms(0, 1, 1, 0, 1, 0, seconds))
@@ -29,19 +32,26 @@ def offer(record, **waiting):
 def moved(offers, threshold=0.1, measure="waiting"):
     """Return which tasks change hands, and to whom: those that go together in one text."""
     return [
-        " ".join(f"{move.record.task.id}>{move.taker.robot_id}" for move in exchange)
+        " ".join(f"{move.records[0].task.id}>{move.taker.robot_id}" for move in exchange)
         for exchange in exchanges(offers, MEASURES[measure], threshold)
     ]
 
 
-def names(records):
-    """Return the ids of some tasks."""
-    return [record.task.id for record in records]
+def names(pieces):
+    """Return the ids of what is offered: those of one piece in one text."""
+    return [" ".join(record.task.id for record in piece) for piece in pieces]
 
 
 def improving(*records, threshold=0.1):
-    """Return what chooses among some records."""
-    return Improving(lambda: records, "waiting", threshold)
+    """Return what chooses among some records; lists are in the order of the names of tasks."""
+    shown = {record.robot: [] for record in records}
+    for record in sorted(records, key=lambda each: each.task.id):
+        shown[record.robot].append(record.task.id)
+    status = {
+        robot: RobotStatus(robot, RobotState.BUSY, Pose(0.0, 0.0), 1.0, tasks=tuple(tasks))
+        for robot, tasks in shown.items()
+    }
+    return Improving(lambda: records, status.get, "waiting", threshold)
 
 
 def test_a_task_moves_to_the_robot_with_which_all_wait_less():
@@ -97,7 +107,7 @@ def test_no_robot_gets_two():
 def test_what_counts_is_what_the_fleet_makes_small():
     far = Bid("robot1", "T1", 1.0, terms=CostTerms(0, 1, 1, way=9.0, eta=1, finish=50, waiting=1))
     near = Bid("robot2", "T1", 9.0, terms=CostTerms(0, 1, 1, way=1.0, eta=9, finish=90, waiting=9))
-    here, there = (held("T1", "robot1"), [far, near]), (held("T1", "robot2"), [far, near])
+    here, there = ((held("T1", "robot1"),), [far, near]), ((held("T1", "robot2"),), [far, near])
 
     assert moved([here], measure="way") == ["T1>robot2"]
     assert moved([there], measure="way") == []
@@ -112,7 +122,7 @@ def test_the_list_that_ends_last_counts_most():
             Bid(name, task, 1.0, terms=CostTerms(0, 1, 1, 0, 1, finish=end, waiting=0))
             for name, end in finish.items()
         ]
-        return held(task, robot), bids
+        return (held(task, robot),), bids
 
     # All lists end earlier in sum, but the last one ends later.
     offers = [
@@ -135,39 +145,81 @@ def test_a_robot_that_cannot_or_has_tried_in_vain_gets_nothing():
 
 
 def test_a_robot_that_does_not_say_what_its_bid_is_made_of_gets_nothing():
-    record, bids = offer(held("T1", "robot1"), robot1=10.0)
+    piece, bids = offer(held("T1", "robot1"), robot1=10.0)
 
-    assert moved([(record, [*bids, Bid("robot2", "T1", 0.1)])]) == []
+    assert moved([(piece, [*bids, Bid("robot2", "T1", 0.1)])]) == []
 
 
 def test_nothing_offered_nothing_moved():
     assert moved([]) == []
 
 
-def test_one_task_of_each_robot_is_offered_another_in_each_step_then_it_rests():
+def steps(chooser, count, robots=BOTH, most=100):
+    """Return what is offered in so many steps, whether they gain or not."""
+    offered = []
+    for _ in range(count):
+        offered.append(names(chooser.offers(robots, most)))
+        chooser.note_change()
+    return offered
+
+
+def test_robots_offer_a_piece_each_and_in_every_third_pass_one_of_them_only_takes():
     chooser = improving(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
-    offered = [names(chooser.offers(BOTH, 100)) for _ in range(3)]
+    assert steps(chooser, 6) == [
+        ["T3"],  # the first pass begins with its second step
+        ["T1 T2", "T3"],
+        ["T2", "T3"],
+        ["T1"],
+        ["T2"],
+        ["T3"],
+    ]
 
-    assert offered == [["T2", "T3"], ["T1", "T3"], []]
+
+def test_ends_of_lists_are_offered_in_the_order_in_which_the_robot_has_them():
+    records = [held(name, "robot1") for name in ("T3", "T1", "T2")]
+    chooser = improving(*records, held("T4", "robot2"))
+
+    offered = {name for step in steps(chooser, 18) for name in step}
+
+    assert offered == {"T1", "T2", "T3", "T1 T2 T3", "T2 T3", "T4"}
+
+
+def test_what_is_offered_as_one_is_of_one_priority():
+    urgent = held("T1", "robot1")
+    urgent = replace(urgent, task=replace(urgent.task, priority=5))
+    chooser = improving(urgent, held("T2", "robot1"), held("T3", "robot1"), held("T4", "robot2"))
+
+    offered = {name for step in steps(chooser, 18) for name in step}
+
+    assert "T2 T3" in offered
+    assert not any(name.startswith("T1 ") for name in offered)
+
+
+def test_it_rests_when_all_was_offered_in_some_passes_without_a_gain():
+    chooser = improving(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
+
+    offered = [names(chooser.offers(BOTH, 100)) for _ in range(8)]
+
+    assert [] not in offered[:6]
+    assert offered[6:] == [[], []]
 
 
 def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
-    chooser = improving(
-        held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"), held("T4", "robot3")
-    )
-    robots = frozenset({"robot1", "robot2", "robot3"})
+    robots = [f"robot{number}" for number in range(6)]
+    chooser = improving(*(held(f"T{number}", robot) for number, robot in enumerate(robots)))
 
-    offered = [names(chooser.offers(robots, 2)) for _ in range(5)]
+    offered = [names(chooser.offers(frozenset(robots), 2)) for _ in range(10)]
 
-    assert offered[4] == []
-    assert {name for step in offered for name in step} == {"T1", "T2", "T3", "T4"}
-    assert all(0 < len(step) <= 2 for step in offered[:4])
+    assert {name for step in offered for name in step} == {f"T{number}" for number in range(6)}
+    assert all(len(step) <= 2 for step in offered)
+    assert offered[9] == []
 
 
 def test_after_a_change_it_is_offered_again():
     chooser = improving(held("T1", "robot1"))
-    chooser.offers(BOTH, 100)
+    for _ in range(3):
+        chooser.offers(BOTH, 100)
     rests = chooser.offers(BOTH, 100) == []
     chooser.note_change()
 
@@ -193,12 +245,10 @@ def test_in_each_pass_a_task_meets_another_one_of_the_next_robot():
     chooser = improving(
         held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"), held("T4", "robot2")
     )
-    met = set()
-    for _ in range(4):
-        met.add(tuple(names(chooser.offers(BOTH, 100))))
-        chooser.note_change()
 
-    assert met == {("T1", "T3"), ("T1", "T4"), ("T2", "T3"), ("T2", "T4")}
+    met = {tuple(step) for step in steps(chooser, 40)}
+
+    assert {("T1", "T3"), ("T1", "T4"), ("T2", "T3"), ("T2", "T4")} <= met
 
 
 def test_after_a_gain_it_goes_on():

@@ -107,7 +107,7 @@ def test_what_is_not_under_way_yields_to_a_higher_priority():
 def test_a_place_in_the_list_knows_what_comes_before():
     itinerary = listed(go("first", 6.0, 5))
 
-    place = itinerary.route(HERE, at_work=True).best_place(go("second", 12.0, 1), 0)
+    place = itinerary.route(HERE, at_work=True).best_place((go("second", 12.0, 1), 0))
 
     assert place.index == 1
     assert place.before.way == pytest.approx(6.0)
@@ -119,7 +119,7 @@ def test_a_place_in_the_list_knows_what_comes_before():
 def test_a_task_on_the_way_adds_nothing_to_it():
     itinerary = listed(go("far", 10.0))
 
-    place = itinerary.route(HERE, at_work=False).best_place(go("on the way", 4.0), 0)
+    place = itinerary.route(HERE, at_work=False).best_place((go("on the way", 4.0), 0))
 
     assert place.index == 0
     assert place.added_way == pytest.approx(0.0)
@@ -171,7 +171,7 @@ def test_the_best_place_is_the_one_that_the_allocation_of_whole_fleets_finds(leg
     instance = on_a_road([0.0], starts, ends, speed=[MEAN_SPEED_SHARE * ROBOT.max_speed])
     plan = (tuple(int(entry.task.id[1:]) for entry in itinerary),)
 
-    place = itinerary.route(HERE, at_work=False).best_place(tasks[-1], 0)
+    place = itinerary.route(HERE, at_work=False).best_place((tasks[-1], 0))
 
     lists = []
     for index in range(len(tasks)):
@@ -212,7 +212,7 @@ def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
     before = itinerary.ahead(HERE)[-1].way
     order = [entry.task for entry in itinerary]
 
-    place = itinerary.route(HERE, at_work=False).best_place(go("new", x, 5), 0)
+    place = itinerary.route(HERE, at_work=False).best_place((go("new", x, 5), 0))
 
     added = []
     for index in range(len(order) + 1):
@@ -226,7 +226,7 @@ def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
 def test_among_places_that_are_as_good_a_task_does_not_pass_what_is_on_the_list_already():
     itinerary = listed(go("first", 8.0))
 
-    place = itinerary.route(HERE, at_work=False).best_place(go("same place", 8.0), 0)
+    place = itinerary.route(HERE, at_work=False).best_place((go("same place", 8.0), 0))
 
     assert place.index == 1
 
@@ -237,7 +237,7 @@ def test_what_has_waited_long_is_not_passed_by_what_is_new():
         old = replace(go("old", 60.0), posted=1000.0 - waited)
         itinerary.insert(Order(old, "robot1"), HERE, keep_first=False)
         new = replace(go("new", -12.0), posted=1000.0)
-        return itinerary.route(HERE, at_work=False).best_place(new, 0).index
+        return itinerary.route(HERE, at_work=False).best_place((new, 0)).index
 
     assert place_of_the_new(waited=0.0) == 0
     assert place_of_the_new(waited=600.0) == 1

@@ -106,6 +106,7 @@ def _broadcast_to_msg(broadcast: Broadcast) -> bb_msgs.TaskMsgArray:
         robots=list(broadcast.asked or ()),
         given=list((broadcast.asked or {}).values()),
         basis=broadcast.basis,
+        sizes=list(broadcast.sizes),
     )
 
 
@@ -120,6 +121,7 @@ def _broadcast_from_msg(msg: bb_msgs.TaskMsgArray) -> Broadcast:
         round=msg.round,
         asked=asked,
         basis=msg.basis,
+        sizes=tuple(msg.sizes),
     )
 
 
@@ -137,6 +139,7 @@ def _bid_to_msg(bid: Bid, header: Header, epoch: int) -> bb_msgs.TaskCost:
         interrupt_cost=bid.interrupt_cost,
         most_payload=bid.most_payload,
         exclusion=bid.exclusion,
+        size=bid.size,
     )
     if bid.terms is not None:
         msg.place = bid.terms.place
@@ -183,6 +186,7 @@ def _bids_from_msg(msg: bb_msgs.TaskCostArray) -> Bids:
             cost.most_payload,
             _terms_from_msg(cost),
             cost.exclusion,
+            cost.size or 1,
         )
         for cost in msg.costs
     )
