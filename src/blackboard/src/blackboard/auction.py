@@ -36,6 +36,7 @@ class Result:
         bids: What was bid on all of these, by their ids.
         silent: The robots that were waited for in vain.
         auction: Epoch, number of the auction, and round; zeros where none was held.
+        reason: Why robots get what they get, where it is not the lowest bid.
     """
 
     awards: tuple[Bid, ...]
@@ -43,6 +44,7 @@ class Result:
     bids: Mapping[str, tuple[Bid, ...]] = field(default_factory=dict)
     silent: frozenset[str] = frozenset()
     auction: tuple[int, int, int] = (0, 0, 0)
+    reason: str = ""
 
 
 class Auction:

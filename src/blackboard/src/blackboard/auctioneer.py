@@ -274,7 +274,8 @@ class Auctioneer:
         awards = tuple(bid for move in moves for bid in move.awards)
         bids = {record.task.id: move.bids for move in moves for record in move.records}
         self._improving.note_change()
-        self._settle(Result(awards, (), bids, auction=self._decided_in))
+        reason = "exchanged: " + ", ".join(map(str, moves))
+        self._settle(Result(awards, (), bids, auction=self._decided_in, reason=reason))
 
     def _settle(self, result: Result) -> None:
         if not self._changed:

@@ -94,7 +94,7 @@ class Awarding:
             for record in changed
             if record.state is TaskState.WAITING and not record.parts
         }
-        given = [(bid.task_id, bid.robot_id, "") for bid in result.awards]
+        given = [(bid.task_id, bid.robot_id, result.reason) for bid in result.awards]
         refused = [(task_id, "", reason) for task_id, reason in refusals.items()]
         epoch, auction, round_ = result.auction
         try:

@@ -132,6 +132,7 @@ class Bidder:
             eta,
             place.finish,
             place.added_waiting,
+            self._battery.charge_for(place.added_energy),
         )
         cost = self._model.cost(terms)
         if cost >= MAX_COST:

@@ -42,6 +42,7 @@ class CostTerms:
         finish: Time from now until the robot would have done its whole list [s].
         waiting: How much longer all tasks of the list wait until they are done, its own wait
             included, summed [s].
+        added_charge: How much more charge the whole list takes because of it [Ah].
     """
 
     energy_charge: float
@@ -51,6 +52,7 @@ class CostTerms:
     eta: float
     finish: float = 0.0
     waiting: float = 0.0
+    added_charge: float = 0.0
 
 
 class CostModel(Protocol):
@@ -69,11 +71,11 @@ class ReportCost:
 
 
 class EnergyCost:
-    """Least charge for the fleet: `1000 * Ce / Xe`, whatever waits in the robot's list."""
+    """Least charge for the fleet: `1000 * C / Xe`, C what the robot's whole list takes more."""
 
     def cost(self, terms: CostTerms) -> float:
         """Return the final cost; see `CostModel`."""
-        return MAX_COST * terms.energy_charge / terms.charge_left
+        return MAX_COST * terms.added_charge / terms.charge_left
 
 
 class TimeCost:

@@ -23,7 +23,7 @@ class Decision:
         round: Of the auction.
         at: When [s].
         winner: The robot that was given the task; empty where nobody could take it.
-        reason: In words, where nobody could take it.
+        reason: In words, where nobody could take it, or it was not for the lowest bid.
         bids: What the robots had bid, in the order of their names.
         silent: The robots that were waited for in vain.
     """
@@ -73,8 +73,10 @@ def from_plain(values: dict[str, Any]) -> Decision:
     Raises:
         KeyError, TypeError: They stand for none.
     """
-    bids = tuple(
-        Bid(**{**bid, "terms": CostTerms(**bid["terms"]) if bid["terms"] else None})
-        for bid in values["bids"]
-    )
+    bids = tuple(Bid(**{**bid, "terms": _terms(bid["terms"])}) for bid in values["bids"])
     return Decision(**{**values, "bids": bids, "silent": tuple(values["silent"])})
+
+
+def _terms(values: dict[str, Any] | None) -> CostTerms | None:
+    """Return terms; older records do not have what the charge of the whole list grows by."""
+    return CostTerms(**{"added_charge": values["energy_charge"], **values}) if values else None

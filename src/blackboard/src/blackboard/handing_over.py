@@ -34,6 +34,10 @@ class Move(NamedTuple):
     taker: Bid
     bids: tuple[Bid, ...]
 
+    def __str__(self) -> str:
+        tasks = " and ".join(record.task.id for record in self.records)
+        return f"{tasks} from {self.giver} to {self.taker.robot_id}"
+
     @property
     def giver(self) -> str:
         """The robot that has them."""

@@ -31,6 +31,7 @@ class Placement:
     Attributes:
         index: In the list, 0 is first.
         effort: What the task itself takes there.
+        added_energy: How much more the robot draws because of it [J]; at least 0.
         added_way: How much further the robot drives because of it [m].
         before: What the robot does before its turn comes.
         finish: Time from now until the whole list is done with it [s].
@@ -40,6 +41,7 @@ class Placement:
 
     index: int
     effort: Effort
+    added_energy: float
     added_way: float
     before: Effort
     finish: float
@@ -163,7 +165,13 @@ class Route:
         index, gain = ahead + best, gains[best]
         before = self.before[index]
         own = series.effort_from(before.end)
-        return Placement(index, own, gain.added_way, before, gain.finish, gain.added_waiting)
+        added = own.energy
+        if index < len(self._stops):
+            behind = self._stops[index].job.effort_from(own.end)
+            added = max(0.0, added + behind.energy - self._own[index].energy)
+        return Placement(
+            index, own, added, gain.added_way, before, gain.finish, gain.added_waiting
+        )
 
     def _gain(self, index: int, series: Series) -> Gain:
         before = self.before[index]

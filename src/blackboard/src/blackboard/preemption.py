@@ -62,12 +62,17 @@ def interruption(
     own = predict(urgent, step, here)
     later = predict(current.task, step_to_resume(current.task, current.step), own.end)
     now = predict(current.task, current.step, here)
+    charge = battery.charge_for(max(0.0, own.energy + later.energy - now.energy))
+    longer = max(0.0, own.duration + later.duration - now.duration)
     return CostTerms(
-        energy_charge=battery.charge_for(max(0.0, own.energy + later.energy - now.energy)),
+        energy_charge=charge,
         charge_left=battery.charge_left,
         place=1,
         way=max(0.0, own.way + later.way - now.way),
-        eta=max(0.0, own.duration + later.duration - now.duration),
+        eta=longer,
+        finish=longer,
+        waiting=longer,
+        added_charge=charge,
     )
 
 

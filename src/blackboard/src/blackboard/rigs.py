@@ -14,6 +14,7 @@ from blackboard.blackboard import Blackboard
 from blackboard.characteristics import RobotState, RobotStatus
 from blackboard.controller import Controller
 from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
+from blackboard.decision_book import MemoryBook
 from blackboard.journal import MemoryJournal
 from blackboard.pose import Pose
 from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
@@ -78,6 +79,9 @@ class BlackboardRig(_Rig):
 
     Args:
         settings: How patient it is, where it is not as usual.
+
+    Attributes:
+        book: Where it notes why.
     """
 
     def __init__(self, **settings: Any) -> None:  # noqa: ANN401  (of BlackboardSettings)
@@ -87,7 +91,8 @@ class BlackboardRig(_Rig):
         blocked[:, 20] = True
         backup = lone_backup(self.talker)
         ways = GridWays(Grid(blocked, 0.1))
-        Blackboard(self.talker, backup, ways, BlackboardSettings(**settings)).start()
+        self.book = MemoryBook()
+        Blackboard(self.talker, backup, ways, BlackboardSettings(**settings), self.book).start()
         backup.start()
 
     def join(self, *robots: str) -> None:
@@ -152,12 +157,19 @@ class BlackboardRig(_Rig):
 
     @property
     def offered(self) -> list[str]:
-        """What was broadcast last."""
+        """What was broadcast last, task by task."""
         return [task.id for task, _ in self.said(TASK_BROADCAST)[-1].tasks]
+
+    @property
+    def pieces(self) -> list[tuple[str, ...]]:
+        """What was broadcast last, as it was offered."""
+        asked: Broadcast = self.said(TASK_BROADCAST)[-1]
+        return [tuple(task.id for task, _ in piece) for piece in asked.pieces]
 
     def _answer(self, robot: str, costs: Mapping[str, float], auction: int | None = None) -> None:
         asked = self.said(TASK_BROADCAST)[-1]
         number = auction or asked.auction
+        sizes = {piece[0][0].id: len(piece) for piece in asked.pieces}
         bids = tuple(
             Bid(
                 robot,
@@ -166,6 +178,7 @@ class BlackboardRig(_Rig):
                 eta=10.0,
                 reason="cannot" if cost == MAX_COST else "",
                 terms=CostTerms(1.0, 1.0, 1, cost, 10.0, cost, cost),
+                size=sizes.get(name, 1),
             )
             for name, cost in costs.items()
         )

@@ -304,6 +304,19 @@ def test_a_bid_on_what_is_not_offered_is_refused():
     assert not winners(round_)
 
 
+def test_a_bid_on_a_part_of_what_is_offered_as_one_is_refused():
+    first = record("T1")
+    round_ = Auction(epoch=1, number=1)
+    round_.ask([first], frozenset({"robot1"}), {"T1": 3})
+    whole = Bid("robot1", "T1", 5.0, eta=1.0, size=3)
+
+    with pytest.raises(BidRefusedError, match="bids on 1 tasks from T1 on; offered as one are 3"):
+        round_.take(answer("robot1", T1=5.0))
+    round_.take(Bids("robot1", 1, 1, (whole,)))
+
+    assert round_.offers() == [(first, [whole])]
+
+
 def test_bids_of_nobody_are_refused():
     round_ = auction(record("T1"))
 

@@ -50,6 +50,10 @@ def test_a_swap_is_given_out_when_both_are_there_and_without_an_auction(rig):
     assert rig.offered == ["T1", "T2"]
     assert rig.record(ONE).assignment == rig.record(TWO).assignment == 2
     assert rig.record(ONE).tried == ()
+    assert [(each.task_id, each.winner, each.reason) for each in rig.book.decisions[2:]] == [
+        ("T1", "robot2", "exchanged: T1 from robot1 to robot2, T2 from robot2 to robot1"),
+        ("T2", "robot1", "exchanged: T1 from robot1 to robot2, T2 from robot2 to robot1"),
+    ]
 
 
 def test_where_the_other_half_has_begun_the_first_is_auctioned(rig):
@@ -98,3 +102,24 @@ def test_a_cancelled_half_leaves_the_other_one_to_an_auction(rig):
     rig.wait(2.0)
 
     assert rig.offered == ["T1"]
+
+
+def test_ends_of_lists_are_exchanged_as_a_whole():
+    rig = BlackboardRig(improve_period=1.0)
+    rig.join("robot1", "robot2")
+    for task, winner in ((ONE, "robot1"), (TWO, "robot1"), (NEW, "robot2")):
+        rig.post(task)
+        for robot in ("robot1", "robot2"):
+            rig.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
+    rig.status("robot1", tasks=("T2", "T1"))
+    rig.status("robot2", tasks=("T3",))
+    while rig.pieces != [("T2", "T1"), ("T3",)]:
+        for robot in ("robot1", "robot2"):
+            rig.bid(robot, **{piece[0]: 5.0 for piece in rig.pieces})
+        rig.wait(1.0)
+    rig.bid("robot1", T2=9.0, T3=1.0)
+    rig.bid("robot2", T2=1.0, T3=9.0)
+    for robot, task in (("robot1", ONE), ("robot1", TWO), ("robot2", NEW)):
+        rig.report(robot, task, WAITING)
+
+    assert rig.orders()[3:] == [("T2", "robot2"), ("T1", "robot2"), ("T3", "robot1")]

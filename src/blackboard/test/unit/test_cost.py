@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 
 from blackboard.cost import COST_MODELS, MAX_COST, Bid, CostTerms, friction_force
 
-TERMS = CostTerms(energy_charge=0.5, charge_left=10.0, place=2, way=20.0, eta=600.0)
+TERMS = CostTerms(
+    energy_charge=0.5, charge_left=10.0, place=2, way=20.0, eta=600.0, added_charge=0.3
+)
 
 
 def test_the_friction_force_is_coefficient_times_weight():
@@ -28,10 +30,11 @@ def test_by_the_report_an_idle_robot_is_not_free():
     assert COST_MODELS["report"].cost(first) == pytest.approx(50.0)
 
 
-def test_by_energy_the_place_in_the_list_does_not_matter():
+def test_by_energy_it_is_the_charge_that_the_list_takes_more_wherever_the_task_goes():
     model = COST_MODELS["energy"]
 
-    assert model.cost(TERMS) == pytest.approx(50.0)
+    # 1000 * 0.3 Ah / 10 Ah.
+    assert model.cost(TERMS) == pytest.approx(30.0)
     assert model.cost(replace(TERMS, place=9)) == model.cost(TERMS)
 
 

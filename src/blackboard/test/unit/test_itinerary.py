@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from blackboard.aging import Aging
 from blackboard.allocation.testing import figures, on_a_road
 from blackboard.effort import effort
-from blackboard.itinerary import Itinerary
+from blackboard.itinerary import Entry, Itinerary
 from blackboard.pace import MEAN_SPEED_SHARE
 from blackboard.pose import Pose
 from blackboard.record import Order
@@ -221,6 +221,47 @@ def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
         way = sum(a.distance_to(b) for a, b in pairwise(road))
         added.append(way - before)
     assert place.added_way == pytest.approx(min(added), abs=1e-6)
+
+
+def taken(tasks):
+    """Return way, energy, time until all are done, and how long all wait in all, from HERE on."""
+    way, energy, time, waiting, here = 0.0, 0.0, 0.0, 0.0, HERE
+    for task in tasks:
+        own = effort(task, 0, here, ROBOT, WAYS)
+        way, energy, time, here = way + own.way, energy + own.energy, time + own.duration, own.end
+        waiting += time
+    return way, energy, time, waiting
+
+
+@pytest.mark.parametrize("model", ["energy", "makespan", "latency"])
+@given(tasks=TASKS, xs=st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=3))
+def test_what_a_piece_adds_is_what_the_list_takes_more_with_it_and_nowhere_less(model, tasks, xs):
+    order = [replace(task, priority=5) for task in tasks]
+    piece = [Task(f"N{i}", TaskType.GAB, (Pose(x, 0.0), HERE), 5) for i, x in enumerate(xs)]
+    itinerary = Itinerary(ROBOT, WAYS, model)
+    itinerary.restore(Entry(Order(task, "robot1")) for task in order)
+
+    place = itinerary.route(HERE, at_work=False).best_place(*((each, 0) for each in piece))
+
+    before = taken(order)
+    there = taken(order[: place.index] + piece + order[place.index :])
+    assert place.added_way == pytest.approx(there[0] - before[0], abs=1e-6)
+    assert place.added_energy == pytest.approx(there[1] - before[1], abs=1e-6)
+    assert place.finish == pytest.approx(there[2], abs=1e-6)
+    assert place.added_waiting == pytest.approx(there[3] - before[3], abs=1e-6)
+    number = {"energy": 0, "makespan": 2, "latency": 3}[model]
+    others = [taken(order[:i] + piece + order[i:])[number] for i in range(len(order) + 1)]
+    assert there[number] == pytest.approx(min(others), abs=1e-5)
+
+
+def test_a_piece_keeps_its_order_and_counts_what_each_task_of_it_waits():
+    piece = [(go("N1", 6.0), 0), (go("N2", 12.0), 0)]
+
+    place = listed().route(HERE, at_work=False).best_place(*piece)
+
+    # 10 s until the first is done, 20 s until the second.
+    assert place.added_waiting == pytest.approx(30.0)
+    assert place.effort == effort(go("N", 12.0), 0, HERE, ROBOT, WAYS)
 
 
 def test_among_places_that_are_as_good_a_task_does_not_pass_what_is_on_the_list_already():

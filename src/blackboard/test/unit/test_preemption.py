@@ -124,6 +124,14 @@ def test_what_has_been_done_of_the_other_task_is_not_counted_again():
     )
 
 
+@pytest.mark.parametrize("model", COST_MODELS)
+def test_by_every_cost_model_a_longer_detour_costs_more(model):
+    near = interrupt_cost(replace(URGENT, goals=(Pose(-10.0, 0.0),)), LESSER, model=model)
+    far = interrupt_cost(replace(URGENT, goals=(Pose(-20.0, 0.0),)), LESSER, model=model)
+
+    assert 0.0 < near < far < MAX_COST
+
+
 def test_a_robot_that_is_free_has_nothing_to_interrupt():
     assert interrupt_cost(URGENT, LESSER, at_work=False) == MAX_COST
 

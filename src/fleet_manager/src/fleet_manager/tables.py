@@ -84,7 +84,8 @@ def _bid_row(bid: Bid) -> tuple[str, ...]:
 
 def decided(decision: Decision) -> str:
     """Return in words what an auction has decided about a task."""
-    what = f"was given to {decision.winner}" if decision.winner else decision.reason
+    reason = f" ({decision.reason})" if decision.reason else ""
+    what = f"was given to {decision.winner}{reason}" if decision.winner else decision.reason
     silent = f"; no answer from {', '.join(decision.silent)}" if decision.silent else ""
     number = f"auction {decision.epoch}/{decision.auction}, round {decision.round}"
     return f"{decision.task_id} at {decision.at:.1f} s, {number}: {what}{silent}"

@@ -12,9 +12,15 @@ from blackboard.decision_book import ENDING, SqliteBook
 from fleet_manager.cli.main import run
 from fleet_manager.cli.outside import Outside
 
-NEAR = Bid("robot1", "T7", 0.52, eta=300.0, terms=CostTerms(0.02, 39.5, 1, 8.25, 300.0))
-SOON = Bid("robot2", "T7", 0.71, eta=30.0, terms=CostTerms(0.03, 38.0, 2, 12.0, 30.0))
+NEAR = Bid(
+    "robot1", "T7", 0.52, eta=300.0, terms=CostTerms(0.02, 39.5, 1, 8.25, 300.0, added_charge=0.02)
+)
+SOON = Bid(
+    "robot2", "T7", 0.71, eta=30.0, terms=CostTerms(0.03, 38.0, 2, 12.0, 30.0, added_charge=0.03)
+)
 EMPTY = Bid("robot3", "T7", MAX_COST, reason="its charge would fall to 8%", exclusion="charge")
+
+EXCHANGED = "exchanged: T5 from robot1 to robot2, T9 from robot2 to robot1"
 
 
 @pytest.fixture
@@ -25,6 +31,7 @@ def hive(tmp_path, capsys):
     book.note([
         Decision("T7", 1, 4, 1, 10.0, "", reason, (EMPTY,)),
         Decision("T7", 1, 5, 2, 12.5, "robot1", "", (NEAR, SOON, EMPTY), ("robot4",)),
+        Decision("T5", 1, 6, 1, 14.0, "robot2", EXCHANGED, (NEAR, SOON)),
     ])  # fmt: skip
     book.close()
 
@@ -50,6 +57,14 @@ def test_why_tells_the_last_decision_with_all_bids_the_cheapest_first(hive):
     ]  # fmt: skip
     assert lines[4].endswith("its charge would fall to 8%")
     assert err == "1 earlier: hive why T7 --all\n"
+
+
+def test_why_and_replay_tell_that_a_task_was_exchanged_whatever_was_bid(hive):
+    _, why, _ = hive("why", "T5")
+    _, replay, _ = hive("replay", "T5", "--model", "energy")
+
+    assert why.startswith(f"T5 at 14.0 s, auction 1/6, round 1: was given to robot2 ({EXCHANGED})")
+    assert f"it did not go to the lowest bid: {EXCHANGED}" in replay
 
 
 def test_why_tells_all_decisions_oldest_first(hive):

@@ -147,6 +147,7 @@ def _bid_to_msg(bid: Bid, header: Header, epoch: int) -> bb_msgs.TaskCost:
         msg.charge_left = bid.terms.charge_left
         msg.finish = bid.terms.finish
         msg.waiting = bid.terms.waiting
+        msg.added_charge = bid.terms.added_charge
     return msg
 
 
@@ -154,7 +155,14 @@ def _terms_from_msg(msg: bb_msgs.TaskCost) -> CostTerms | None:
     if not msg.place:
         return None
     return CostTerms(
-        msg.energy_cost, msg.charge_left, msg.place, msg.way, msg.eta, msg.finish, msg.waiting
+        msg.energy_cost,
+        msg.charge_left,
+        msg.place,
+        msg.way,
+        msg.eta,
+        msg.finish,
+        msg.waiting,
+        msg.added_charge,
     )
 
 

@@ -86,6 +86,8 @@ def replay(outside: Outside, task: str, model: str, folder: Path | None) -> None
     now = decision.winner or "nobody"
     changed = f"{then} instead of {now}" if then != now else f"{now} all the same"
     click.echo(f"{task} by {model}: {changed}")
+    if decision.winner and decision.reason:
+        click.echo(f"it did not go to the lowest bid: {decision.reason}")
     click.echo("\n".join(tables.bids_table(bids)))
 
 
