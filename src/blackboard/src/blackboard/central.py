@@ -43,7 +43,7 @@ class Central:
 
     def question(self, broadcast: Broadcast) -> Broadcast:
         """Return what robots are asked instead of a call for bids; they need not see the tasks."""
-        return replace(broadcast, tasks=(), basis=True)
+        return replace(broadcast, tasks=(), sizes=(), basis=True)
 
     def bids(self, answer: Bids, broadcast: Broadcast) -> Bids:
         """Return the bids of a robot that has told what they are worked out from.
