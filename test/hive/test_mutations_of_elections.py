@@ -163,7 +163,7 @@ CAUGHT_BY = {
     change_members_without_waiting: (76, CHURN),
     keep_the_id_when_the_disk_is_lost: (1, DISKS),
     listen_to_every_hive: (1, ALONE),
-    join_without_handing_over: (1712, DISKS),
+    join_without_handing_over: (326, DISKS),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
 
