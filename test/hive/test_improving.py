@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from blackboard.bench_exchange import run
 from blackboard.pose import Pose
 from blackboard.properties import Properties
 from blackboard.settings import BlackboardSettings
@@ -89,3 +90,11 @@ def test_assignments_come_to_rest(model):
 
     assert all(hive.record(task.id).state is DONE for task in tasks)
     assert sum(hive.record(task.id).assignment for task in tasks) <= 2 * len(tasks)
+
+
+def test_under_every_cost_model_exchanging_makes_less_of_what_it_is_to_make_less():
+    found = run(seeds=range(2))
+    shares = {name: found["figures"][name] for name in found["aims"]}
+
+    assert len(shares) == 4
+    assert all(share < 1.0 for share in shares.values()), shares

@@ -137,6 +137,11 @@ def _faults(schedules: int = _SCHEDULES) -> BenchResult:
     return BenchResult(found["figures"], found["aims"], found["figures"]["violations"] > 0)
 
 
+def _exchange(_outside: Outside) -> BenchResult:
+    found: dict[str, dict[str, float]] = import_module("blackboard.bench_exchange").run()
+    return BenchResult(found["figures"], found["aims"])
+
+
 def _hive(*sizes: int) -> BenchResult:
     chosen = {"sizes": sizes} if sizes else {}
     found: dict[str, dict[str, float]] = import_module("blackboard.bench_hive").run(
@@ -173,6 +178,10 @@ BENCHES: Mapping[str, Bench] = {
     "decision": Bench(
         "bytes and processor time [s] for each task, bids worked out by robots or the blackboard",
         _decision,
+    ),
+    "exchange": Bench(
+        "what exchanging tasks makes small over what it was before, and tasks given anew [1]",
+        _exchange,
     ),
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
