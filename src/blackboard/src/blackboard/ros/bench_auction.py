@@ -51,7 +51,7 @@ _OPEN_AT_ONCE = 20
 """Tasks that are posted and not assigned yet, while the sustained rate is measured."""
 
 _WARM = 10
-_START = 420.0
+_START = 1800.0
 """Wall time within which all nodes of a large hive have found each other [s]."""
 
 _PATIENCE = 60.0
