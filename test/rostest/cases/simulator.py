@@ -217,9 +217,10 @@ def test_an_order_that_makes_no_sense_is_rejected(fetch, act, payload):
 
 
 def test_a_cancelled_pick_is_preempted(fetch):
-    begun = queue.Queue()
-    goal, ended = fetch.order(begun.put, act=0, task_id="T4", payload=1.0)
-    begun.get(timeout=WAIT)
+    begun = threading.Event()
+    goal, ended = fetch.order(lambda _: begun.set(), act=0, task_id="T4", payload=1.0)
+    heard = begun.wait(WAIT)
+    assert heard, (goal.get_comm_state(), goal.get_goal_status(), goal.get_goal_status_text())
     goal.cancel()
 
     assert ended.wait(WAIT)

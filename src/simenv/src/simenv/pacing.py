@@ -84,7 +84,18 @@ class Every:
         self._step = round(step * 1e9)
         self._period = max(round(1e9 / rate), self._step)
         self._shift = phase * self._step % self._period
+        self._number: int | None = None
 
     def due(self, nanoseconds: int) -> bool:
         """Say whether it is due in the step that ended at this time [ns]."""
         return (nanoseconds + self._shift) % self._period < self._step
+
+    def has_come(self, nanoseconds: int) -> bool:
+        """Say whether it has become due since this was asked last, some steps ago.
+
+        Args:
+            nanoseconds: The time [ns].
+        """
+        number = (nanoseconds + self._shift) // self._period
+        before, self._number = self._number, number
+        return number != before

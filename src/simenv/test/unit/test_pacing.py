@@ -75,6 +75,16 @@ def test_something_at_10_hz_is_due_every_fourth_step_of_25_ms():
     assert due == [4, 8, 12]
 
 
+@pytest.mark.parametrize("steps", [1, 3, 4, 8, 11])
+def test_what_is_looked_at_once_in_several_steps_has_come_as_often_as_it_can(steps):
+    every = Every(5.0, STEP)
+    looks = range(steps - 1, 8000, steps)
+
+    come = sum(every.has_come(step * 25_000_000) for step in looks)
+
+    assert come == pytest.approx(min(len(looks), 1000), abs=1)
+
+
 def test_a_phase_shifts_what_is_due():
     due = [
         [step for step in range(1, 9) if Every(10.0, STEP, phase).due(step * 25_000_000)]

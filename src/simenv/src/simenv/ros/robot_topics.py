@@ -110,7 +110,7 @@ class RobotTopics:
             self._bumper.publish(Bool(touching))
         if self._pick is not None:
             self._pick.report()
-            if self._feedback_due.due(nanoseconds):
+            if self._feedback_due.has_come(nanoseconds):
                 self._pick.feed_back()
 
     def transform(self, nanoseconds: int) -> TransformStamped | None:

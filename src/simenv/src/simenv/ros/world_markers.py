@@ -71,9 +71,9 @@ class WorldMarkers:
         self._world.publish(_numbered(markers))
 
     def tick(self, nanoseconds: int) -> None:
-        """Tell where people are, if that is due after the step that ended at this time [ns]."""
+        """Tell where people are at a time [ns], if that has become due since it was told last."""
         world = self._simulation.world
-        if not (world.people and self._people_due.due(nanoseconds)):
+        if not (world.people and self._people_due.has_come(nanoseconds)):
             return
         markers = []
         radii = {person.name: person.radius for person in world.people}
