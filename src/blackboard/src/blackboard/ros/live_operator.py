@@ -176,10 +176,12 @@ class LiveOperator:
             return [each for each in tasks if self.state_of(each) not in TERMINAL]
 
         end = time.monotonic() + PATIENCE
+        pause = _REPEAT
         while left() and time.monotonic() < end:
             for task_id in left():
                 self._cancel.publish(task_id)
-            self.wait(lambda: not left(), _REPEAT)
+            self.wait(lambda: not left(), pause)
+            pause *= 2  # every member reads every word: 200 said twice a second keep 50 busy
         if left():
             raise LiveHiveError(f"{len(left())} tasks were not cancelled within {PATIENCE:.0f} s")
 
