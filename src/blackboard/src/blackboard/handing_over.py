@@ -3,8 +3,8 @@
 
 Their robots are asked to hand them back. Each is kept out of auctions until all that change hands
 with it are there: a swap of which only one half happens is no gain. Then they are given out as was
-decided. Where that fails, because a robot has begun meanwhile, or has won or lost something else,
-they are auctioned like any other.
+decided. Where that fails, because a robot has begun meanwhile, has won something else, or is out
+of service, they are auctioned like any other.
 """
 
 from __future__ import annotations
