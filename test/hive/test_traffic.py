@@ -10,9 +10,11 @@ import pytest
 
 pytest.importorskip("ompl")
 
+from robot_description.follower import Pose
 from robot_description.grid_map import GridMap
 from robot_description.map_reader import read_map
 from robot_description.models import load_model
+from robot_description.navigator import LONGEST_ROUND
 from robot_description.testing import Traffic
 from simenv.simulation import Simulation
 from simenv.world_file import load_world
@@ -217,6 +219,27 @@ def test_four_robots_whose_processes_are_held_up_again_and_again_touch_nothing()
         traffic.step()
 
     assert simulation.collisions == 0
+
+
+def test_a_robot_that_was_held_up_starts_slowly_again():
+    simulation, traffic = lab({"robot1": LAB["robot1"]})
+    navigator = traffic.navigators["robot1"]
+    traffic.send("robot1", (12.0, 3.0, 0.0))
+
+    def drive():
+        pose = Pose(*simulation.poses["robot1"])
+        velocity = navigator.tick(simulation.time, pose, simulation.scan("robot1"), ()).velocity
+        simulation.set_command("robot1", *velocity)
+        return velocity.vx
+
+    while (speed := drive()) < 0.8 and simulation.time < 30.0:
+        simulation.step(0.1)
+    held_up_since = simulation.time
+    while simulation.time <= held_up_since + LONGEST_ROUND:
+        simulation.step(0.1)
+
+    assert speed >= 0.8
+    assert 0.0 < drive() <= load_model("mir100").base.acceleration * LONGEST_ROUND
 
 
 def free_pose(random, field):

@@ -7,11 +7,11 @@ import rospy
 from geometry_msgs.msg import Pose2D
 
 from blackboard.bid_basis import BidBasis
-from blackboard.cost import Bids
+from blackboard.cost import Bid, Bids, CostTerms
 from blackboard.pose import Pose
-from blackboard.record import Order
+from blackboard.record import Broadcast, Order
 from blackboard.ros.conversions import WIRES
-from blackboard.talker import TASK_ASSIGN, TASK_COST
+from blackboard.talker import TASK_ASSIGN, TASK_BROADCAST, TASK_COST
 from blackboard.task import Task, TaskType
 from blackboard.testing import SMALL_ROBOT
 
@@ -147,6 +147,26 @@ def test_a_task_arrives_over_a_topic_as_it_was_sent():
 def test_an_order_of_any_kind_is_read_as_it_was_given(order):
     given = Order(Task("T1", TaskType.GA, (Pose(1.0, 2.0),)), "robot1", assignment=3, **order)
     wire = WIRES[TASK_ASSIGN]
+
+    assert wire.from_msg(wire.to_msg(given)) == given
+
+
+def test_a_call_for_bids_is_read_as_it_was_made():
+    tasks = tuple((Task(f"T{step}", TaskType.GA, (Pose(1.0, 2.0),)), step) for step in range(3))
+    asked = {"robot1": "", "robot2": "T7"}
+    given = Broadcast(2, 3, tasks, "hive", round=4, asked=asked, basis=True, sizes=(2, 1))
+    wire = WIRES[TASK_BROADCAST]
+
+    assert wire.from_msg(wire.to_msg(given)) == given
+
+
+def test_bids_are_read_as_they_were_made():
+    terms = CostTerms(0.5, 7.0, 2, 11.0, 13.0, 17.0, 19.0, 0.25)
+    taken = Bid("robot1", "T1", 300.0, 0.5, 13.0, terms=terms, size=3)
+    begun = Bid("robot1", "T4", 9.0, 0.0, 5.0, under_way="T2", interrupt_cost=20.0)
+    refused = Bid("robot1", "T5", 1000.0, reason="heavy", most_payload=4.0, exclusion="payload")
+    given = Bids("robot1", 2, 3, (taken, begun, refused), 4, None)
+    wire = WIRES[TASK_COST]
 
     assert wire.from_msg(wire.to_msg(given)) == given
 
