@@ -30,5 +30,9 @@ class SplitRefusedError(BlackboardError):
     """A task is too heavy for every robot and cannot be split; the text says why."""
 
 
+class LiveHiveError(BlackboardError):
+    """A hive of real processes did not do in time what is waited for; the text says what."""
+
+
 class JournalError(BlackboardError):
     """A member's disk cannot be read or written; the text names the file and the remedy."""

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from blackboard.characteristics import RobotState, RobotStatus
+from blackboard.errors import LiveHiveError
 from blackboard.pose import Pose
 from blackboard.record import TaskUpdate
 from blackboard.task import TaskState
@@ -197,6 +198,21 @@ def test_bench_faults_ends_with_1_when_a_property_was_broken(
 
     assert (code, wanted) == (expected, [7])
     assert "violations" in out
+
+
+def test_bench_says_in_one_line_that_a_hive_was_too_slow_to_be_measured(terminal, monkeypatch):
+    pytest.importorskip("blackboard.msg", reason="benchmarks of processes need ROS")
+
+    def wait_in_vain(robots):
+        raise LiveHiveError(f"not within 60 s: {robots} robots bid")
+
+    monkeypatch.setattr("fleet_manager.bench.registry.local_hive", contextlib.nullcontext)
+    monkeypatch.setattr("blackboard.ros.bench_auction.run", wait_in_vain)
+
+    code, _, err = terminal("bench", "auction", "--robots", "7")
+
+    assert code == 4
+    assert err == "hive: the hive was too slow to be measured: not within 60 s: 7 robots bid\n"
 
 
 def test_bench_refuses_a_number_of_schedules_where_there_are_none(terminal):

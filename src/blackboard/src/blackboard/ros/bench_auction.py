@@ -23,8 +23,9 @@ import psutil
 import rospy
 
 import blackboard.msg as bb_msgs
+from blackboard.errors import LiveHiveError
 from blackboard.ros.links import PAUSES
-from blackboard.ros.live_hive import LiveHive, LiveHiveError, own_master
+from blackboard.ros.live_hive import LiveHive, own_master
 from blackboard.ros.live_operator import LiveOperator, make_task
 
 if TYPE_CHECKING:

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 import rosgraph
 import rospy
 
+from blackboard.errors import LiveHiveError
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
@@ -45,10 +47,6 @@ MODEL: dict[str, Any] = {
 
 _MASTER_WITHIN = 60.0
 _LOOK_EVERY = 0.05
-
-
-class LiveHiveError(Exception):
-    """The hive did not do what whoever runs it waits for; the text says what was seen."""
 
 
 class LiveHive:

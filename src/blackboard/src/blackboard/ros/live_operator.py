@@ -17,8 +17,8 @@ from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header, String
 
 import blackboard.msg as bb_msgs
+from blackboard.errors import LiveHiveError
 from blackboard.ros.links import mend_links
-from blackboard.ros.live_hive import LiveHiveError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

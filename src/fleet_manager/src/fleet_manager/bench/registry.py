@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from blackboard.errors import LiveHiveError
 from fleet_manager.demo.local_hive import local_hive
+from fleet_manager.errors import TimeUpError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -59,12 +61,21 @@ class Bench:
 
 
 def _on_live_hive(module: str, *count: int) -> BenchResult:
-    """Run a benchmark of the package blackboard on a ROS master of its own."""
+    """Run a benchmark of the package blackboard on a ROS master of its own.
+
+    Raises:
+        TimeUpError: The hive did not do in time what the benchmark waits for.
+    """
     with (
         tempfile.TemporaryDirectory(prefix="robo-hive-bench-") as folder,
         local_hive(Path(folder)),
     ):
-        found: dict[str, dict[str, float]] = import_module(f"blackboard.ros.{module}").run(*count)
+        try:
+            found: dict[str, dict[str, float]] = import_module(f"blackboard.ros.{module}").run(
+                *count
+            )
+        except LiveHiveError as error:
+            raise TimeUpError(f"the hive was too slow to be measured: {error}") from error
     return BenchResult(found["figures"], found["aims"])
 
 
