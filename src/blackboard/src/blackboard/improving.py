@@ -20,7 +20,8 @@ from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from blackboard.cost import MEASURES
 from blackboard.handing_over import Move
@@ -28,7 +29,7 @@ from blackboard.record import TaskRecord
 from blackboard.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from blackboard.characteristics import RobotStatus
     from blackboard.cost import Bid, CostTerms
@@ -154,18 +155,13 @@ def exchanges(
     """
     rows = [(piece, bids, _worth(bids, piece, measure)) for piece, bids in offers]
     rows = [row for row in rows if row[0][0].robot in row[2]]
-    robots = sorted({robot for _, _, worth in rows for robot in worth})
     if not rows:
         return []
-    cost = np.full((len(rows), len(robots)), np.inf)
-    for number, (_, _, worth) in enumerate(rows):
-        for robot, value in worth.items():
-            cost[number, robots.index(robot)] = value
-    _, takers = linear_sum_assignment(cost)
+    takers = _takers([worth for _, _, worth in rows])
     moves = {}
     gains = {}
-    for (piece, bids, worth), number in zip(rows, takers, strict=True):
-        giver, taker = piece[0].robot, robots[number]
+    for (piece, bids, worth), taker in zip(rows, takers, strict=True):
+        giver = piece[0].robot
         if taker != giver:
             taken = next(bid for bid in bids if bid.robot_id == taker)
             moves[giver] = Move(piece, taken, tuple(bids))
@@ -185,6 +181,21 @@ def _worth(
         for bid in bids
         if bid.is_able and bid.terms is not None and bid.robot_id not in tried
     }
+
+
+def _takers(worths: Sequence[Mapping[str, float]]) -> list[str]:
+    """Return who is to have each, nobody two, so that what is measured is least in all.
+
+    Args:
+        worths: By robot; each has to have a robot of its own that could take it.
+    """
+    robots = sorted({robot for worth in worths for robot in worth})
+    rows = [row for row, worth in enumerate(worths) for _ in worth]
+    columns = [robots.index(robot) for worth in worths for robot in worth]
+    values = np.array([value for worth in worths for value in worth.values()])
+    # Zero would say that a robot cannot; what is added to all changes nothing in who takes what.
+    weights = csr_array((values - values.min() + 1.0, (rows, columns)))
+    return [robots[column] for column in min_weight_full_bipartite_matching(weights)[1]]
 
 
 def _linked(moves: dict[str, Move]) -> list[Exchange]:

@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -81,6 +80,7 @@ class Reach:
         places = [(each.pose.x, each.pose.y) if each else (0.0, 0.0) for each in statuses]
         loads = [len(each.tasks) if each else 0 for each in statuses]
         goals = [(record.task.goals[0].x, record.task.goals[0].y) for record in offers]
-        near = cdist(places, goals).min(axis=1)
+        ways = np.array(places)[:, np.newaxis] - np.array(goals)
+        near = np.linalg.norm(ways, axis=2).min(axis=1)
         best = np.lexsort((near, loads))[: self.most_asked]
         return frozenset(names[index] for index in best)
