@@ -6,11 +6,12 @@ has observed go into the results as properties, from which docs/test-plan.md is 
 """
 
 import sys
+from itertools import product
 
 import pytest
 import rospy
 from hive_operator import ROBOTS, Operator
-from launching import hears, is_heard, publishers_of, wait_until_empty
+from launching import is_heard, publishers_of, wait_until_empty
 
 
 def pytest_configure(config):
@@ -32,11 +33,10 @@ def operator():
     It listens only when all have told the master what they publish: rospy overlooks a publisher
     that registers at the same moment as a subscriber. A node that has overlooked one finds it a
     little later, so it posts nothing before every robot hears who may ask it for a bid, everybody
-    who may ask hears the bids, and it hears all of them itself.
+    who may ask hears the robots and their bids, and it hears all of them itself.
     """
     rospy.init_node("operator")
-    members = len(ROBOTS) + 1
-    speakers = dict.fromkeys(("/task_state", "/bb_backup", "/bb_sync"), members)
+    speakers = dict.fromkeys(("/task_state", "/bb_backup", "/bb_sync"), len(ROBOTS) + 1)
     speakers |= dict.fromkeys(("/robot_status", "/task_cost"), len(ROBOTS))
     speakers |= {f"/{robot}/ground_truth": 1 for robot in ROBOTS}
     wait_until_empty(lambda: {t: n for t, n in speakers.items() if publishers_of(t) < n})
@@ -46,16 +46,24 @@ def operator():
         f"a status of {', '.join(ROBOTS)}",
         lambda: sorted(operator.robots),
     )
-    robots = [f"/{robot}/robot" for robot in ROBOTS]
-    links = [(node, topic, members) for node in robots for topic in ("/task_bc", "/task_assign")]
-    links += [(f"/{robot}/robot", f"/{robot}/move_base/status", 1) for robot in ROBOTS]
-    links += [(node, "/task_cost", len(ROBOTS)) for node in ("/blackboard", *robots)]
-    wait_until_empty(lambda: [link for link in links if not hears(*link)])
-    by_members = ("/task_state", "/bb_sync", "/bb_backup")
-    said = [(node, topic) for node in ("/blackboard", *robots) for topic in by_members]
-    said += [(node, topic) for node in robots for topic in ("/task_cost", "/robot_status")]
-    said += [("/simulator", f"/{robot}/ground_truth") for robot in ROBOTS]
-    wait_until_empty(lambda: [each for each in said if not is_heard(*each, rospy.get_name())])
+    here, robots = rospy.get_name(), [f"/{robot}/robot" for robot in ROBOTS]
+    members = ["/blackboard", *robots]
+    links = [
+        *product(members, ("/task_bc", "/task_assign"), robots),
+        *product(robots, ("/task_cost", "/robot_status"), members),
+        *product(robots, ("/task_cost", "/robot_status"), [here]),
+        *product(members, ("/task_state", "/bb_sync", "/bb_backup"), [here]),
+    ]
+    for name in ROBOTS:
+        links.append(("/simulator", f"/{name}/ground_truth", here))
+        links.append((f"/{name}/move_base", f"/{name}/move_base/status", f"/{name}/robot"))
+    wait_until_empty(lambda: [link for link in links if not is_heard(*link)])
+    # What is heard here from now on has been sent to the blackboard as well.
+    known = {robot: len(operator.statuses[robot]) for robot in ROBOTS}
+    operator.expect(
+        lambda: all(len(operator.statuses[robot]) > n for robot, n in known.items()),
+        f"another status of {', '.join(ROBOTS)}",
+    )
     return operator
 
 

@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A connection that rospy has lost is made: the news of a publisher came in before "nobody"."""
+"""A connection that rospy has lost is made: the news of a publisher came in before "nobody".
 
+And many that are made at once come about at once.
+"""
+
+import contextlib
+import socket
 import sys
 import threading
 
@@ -9,6 +14,7 @@ import rosgraph
 import rospy
 from launching import Launches
 from rospy.impl.registration import RegManager
+from rospy.impl.tcpros_base import init_tcpros_server
 from std_msgs.msg import String
 
 from blackboard.ros import links as of_blackboard
@@ -71,3 +77,17 @@ def test_the_master_is_asked_for_no_address_where_every_publisher_is_heard(
     links.overlooked()
 
     assert [node for node in asked if "speaker" in node] == []
+
+
+@pytest.mark.parametrize("links", [of_blackboard, of_robots])
+def test_a_hundred_who_call_a_busy_node_at_once_are_all_let_in(links, monkeypatch):
+    rospy.init_node("listener")
+    door, goes_on = init_tcpros_server().tcp_ros_server, threading.Event()
+    door.server_sock.listen(5)
+    monkeypatch.setattr(door, "inbound_handler", lambda *_: goes_on.wait(PATIENCE))
+    links.mend_links()
+
+    with contextlib.ExitStack() as callers:
+        callers.callback(goes_on.set)
+        for _ in range(100):
+            callers.enter_context(socket.create_connection(door.get_full_addr(), timeout=3.0))

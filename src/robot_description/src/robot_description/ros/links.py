@@ -6,12 +6,16 @@ rospy puts both into one queue and believes what was put in last. Where the firs
 registers in between, the older answer, "nobody", is put in last: then it is never connected, and
 nothing says so. So every node looks again a few times after its start. The nodes of the
 blackboard do the same with a copy of their own, because neither package knows the other.
+
+And rospy lets five callers wait at its door. Of more that come at once the system leaves out some,
+which call again a second later, then after two more; so a node has room for as many as it may.
 """
 
 from __future__ import annotations
 
 import contextlib
 import functools
+import socket
 import threading
 import xmlrpc.client
 from collections import defaultdict
@@ -19,13 +23,15 @@ from collections import defaultdict
 import rosgraph
 import rospy
 from rospy.impl.registration import Registration, get_topic_manager
+from rospy.impl.tcpros_base import init_tcpros_server
 
 PAUSES = (4.0, 4.0, 8.0, 16.0, 32.0)
 """Between the start of a node and its looks at its connections [s, wall clock]."""
 
 
 def mend_links() -> None:
-    """Look a few times for lost connections, in a thread of its own; after `rospy.init_node`."""
+    """Let all in who call, and look a few times for lost connections; after `rospy.init_node`."""
+    init_tcpros_server().tcp_ros_server.server_sock.listen(socket.SOMAXCONN)
     threading.Thread(target=_keep_looking, name="links", daemon=True).start()
 
 
