@@ -58,12 +58,7 @@ def operator():
         links.append(("/simulator", f"/{name}/ground_truth", here))
         links.append((f"/{name}/move_base", f"/{name}/move_base/status", f"/{name}/robot"))
     wait_until_empty(lambda: [link for link in links if not is_heard(*link)])
-    # What is heard here from now on has been sent to the blackboard as well.
-    known = {robot: len(operator.statuses[robot]) for robot in ROBOTS}
-    operator.expect(
-        lambda: all(len(operator.statuses[robot]) > n for robot, n in known.items()),
-        f"another status of {', '.join(ROBOTS)}",
-    )
+    operator.hear_again(*ROBOTS)
     return operator
 
 

@@ -235,6 +235,15 @@ class Operator:
             for robot, bids in sorted(self.bids[task_id].items())
         }
 
+    def hear_again(self, *robots):
+        """Wait for another status of each robot, which all hear that are connected by now."""
+        known = {robot: len(self.statuses[robot]) for robot in robots}
+        self.expect(
+            lambda: all(len(self.statuses[robot]) > number for robot, number in known.items()),
+            f"another status of {', '.join(robots)}",
+            lambda: {robot: self.robots.get(robot) for robot in robots},
+        )
+
     def see_until(self, robot, stamp):
         """Wait until a robot has been seen as it was at a time or later.
 

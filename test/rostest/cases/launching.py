@@ -61,16 +61,6 @@ def kill(*nodes):
         os.kill(pid, signal.SIGKILL)
 
 
-def hears(node, topic, publishers):
-    """Return whether a node is connected to at least so many publishers of a topic."""
-    with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
-        uri = rosgraph.Master("/operator").lookupNode(node)
-        with xmlrpc.client.ServerProxy(uri) as slave:
-            links = slave.getBusInfo("/operator")[2]
-        return sum(link[2] == "i" and link[4] == topic for link in links) >= publishers
-    return False
-
-
 def is_heard(node, topic, listener):
     """Return whether what a node says on a topic goes to a listener.
 

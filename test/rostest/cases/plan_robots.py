@@ -6,6 +6,7 @@ kills a robot is the last.
 """
 
 import subprocess
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ import rosbag
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
 from hive_operator import HOME, ROBOTS, STATES, Operator, apart, task
-from launching import Launches, hears, is_heard, kill, wait_until_empty
+from launching import Launches, is_heard, kill, wait_until_empty
 from simenv.srv import Remove
 
 PORTER = Path(__file__).resolve().parents[1] / "models" / "porter.yaml"
@@ -62,10 +63,10 @@ def test_a_recorded_run_tells_the_same_history_of_tasks(operator, launches, tmp_
     operator.all_idle()
     bag = tmp_path / "run.bag"
     record = launches.run("rosbag", "record", "-O", str(bag), "/task_state", "__name:=recorder")
-    speakers = len(ROBOTS) + 1
-    while not hears("/recorder", "/task_state", speakers):
-        operator.wait(lambda: record.poll() is not None, 0.1)
-        assert record.poll() is None, "rosbag record has ended by itself"
+    for node in ("/blackboard", *(f"/{robot}/robot" for robot in ROBOTS)):
+        while not is_heard(node, "/task_state", "/recorder"):
+            operator.wait(lambda: record.poll() is not None, 0.1)
+            assert record.poll() is None, "rosbag record has ended by itself"
     for number, goal in enumerate(HOME):
         operator.post(task(f"B{number}", TaskMsg.GA, goal, payload=58.0))
     operator.post(task("B-bad", TaskMsg.GA, (99.0, 0.0, 0.0)))
@@ -113,13 +114,16 @@ def newcomer(operator, launches):
         "a status of robot5 that names the hive",
         lambda: operator.robots.get("robot5"),
     )
-    members = len(ROBOTS) + 2
-    links = [("/robot5/robot", topic, members) for topic in ("/task_bc", "/task_assign")]
-    links += [("/blackboard", "/task_cost", len(ROBOTS) + 1)]
-    links += [("/robot5/robot", "/robot5/move_base/status", 1)]
-    wait_until_empty(lambda: [link for link in links if not hears(*link)])
-    said = [("/robot5/robot", topic, rospy.get_name()) for topic in ("/task_cost", "/task_state")]
-    wait_until_empty(lambda: [each for each in said if not is_heard(*each)])
+    here, new = rospy.get_name(), "/robot5/robot"
+    members = ("/blackboard", *(f"/{robot}/robot" for robot in (*ROBOTS, "robot5")))
+    links = [
+        *product(members, ("/task_bc", "/task_assign"), [new]),
+        *product([new], ("/task_cost", "/robot_status"), [*members, here]),
+        (new, "/task_state", here),
+        ("/robot5/move_base", "/robot5/move_base/status", new),
+    ]
+    wait_until_empty(lambda: [link for link in links if not is_heard(*link)])
+    operator.hear_again("robot5")
     return launch
 
 
