@@ -2,6 +2,7 @@
 """Hives whose members crash, freeze and are cut off, and what must hold of them all the time."""
 
 import os
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -46,6 +47,15 @@ def test_random_schedules_break_no_property():
     assert not broken, broken[0].in_full()
 
 
+def test_random_schedules_with_robots_that_do_not_stand_by_break_no_property():
+    drawn = [draw(seed) for seed in range(150)]
+    aside = [tuple(f"robot{n}" for n in range(3, each.robots + 1)) for each in drawn]
+    outcomes = [run(replace(each, aside=names)) for each, names in zip(drawn, aside, strict=True)]
+    broken = [outcome for outcome in outcomes if outcome.violation]
+
+    assert not broken, broken[0].in_full()
+
+
 @pytest.mark.parametrize("seed", [2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35345])
 def test_what_schedules_have_found_stays_mended(seed):
     outcome = run(draw(seed))
@@ -61,6 +71,14 @@ def test_without_faults_the_first_active_one_stays_and_all_is_done():
 
 def test_a_crash_of_the_active_one_costs_one_takeover():
     outcome = run(schedule(Crash(12.0, BLACKBOARD, back_after=10.0)))
+
+    assert (outcome.violation, outcome.takeovers, outcome.ended) == ("", 2, {"DONE": 4})
+
+
+def test_robots_that_do_not_stand_by_go_on_through_a_takeover_by_one_that_does():
+    aside = tuple(f"robot{number}" for number in range(3, 9))
+    crash = schedule(Crash(12.0, BLACKBOARD, back_after=60.0), robots=8)
+    outcome = run(replace(crash, aside=aside))
 
     assert (outcome.violation, outcome.takeovers, outcome.ended) == ("", 2, {"DONE": 4})
 

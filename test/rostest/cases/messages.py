@@ -10,8 +10,9 @@ from blackboard.bid_basis import BidBasis
 from blackboard.cost import Bid, Bids, CostTerms
 from blackboard.pose import Pose
 from blackboard.record import Broadcast, Order
+from blackboard.replication import Ack
 from blackboard.ros.conversions import WIRES
-from blackboard.talker import TASK_ASSIGN, TASK_BROADCAST, TASK_COST
+from blackboard.talker import BB_ACK, TASK_ASSIGN, TASK_BROADCAST, TASK_COST
 from blackboard.task import Task, TaskType
 from blackboard.testing import SMALL_ROBOT
 
@@ -167,6 +168,14 @@ def test_bids_are_read_as_they_were_made():
     refused = Bid("robot1", "T5", 1000.0, reason="heavy", most_payload=4.0, exclusion="payload")
     given = Bids("robot1", 2, 3, (taken, begun, refused), 4, None)
     wire = WIRES[TASK_COST]
+
+    assert wire.from_msg(wire.to_msg(given)) == given
+
+
+@pytest.mark.parametrize("stands_by", [True, False])
+def test_an_acknowledgement_is_read_as_it_was_given(stands_by):
+    given = Ack("robot1#1", 2, 3, 4.0, "hive", stands_by)
+    wire = WIRES[BB_ACK]
 
     assert wire.from_msg(wire.to_msg(given)) == given
 

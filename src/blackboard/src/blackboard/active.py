@@ -142,7 +142,7 @@ def hear_ack(member: Member, ack: Ack, now: float) -> Step:
     known = member.peers.get(ack.member, Peer())
     version = max(known.version, min(ack.version, member.log.position.version))
     echo = max(known.echo, min(ack.echo, now))
-    peers = {**member.peers, ack.member: Peer(version, echo, now)}
+    peers = {**member.peers, ack.member: Peer(version, echo, now, ack.stands_by)}
     member = member.but(peers=MappingProxyType(peers))
     return _go_on(advance(member), now) if version > known.version else (member, [])
 
@@ -230,19 +230,21 @@ def next_members(member: Member, now: float) -> tuple[str, ...] | None:
     names = set(map(name_of, members))
     if len(members) < member.settings.most_members:
         for each in sorted(member.peers):
-            if name_of(each) not in names and _follows(member, each, now):
+            stands_by = member.peers[each].stands_by
+            if stands_by and name_of(each) not in names and _follows(member, each, now):
                 return (*members, each)
     return None
 
 
 def _is_gone(member: Member, other: str, now: float) -> bool:
+    """Return whether another member has left the hive, or would carry the blackboard no more."""
     peer = member.peers.get(other, Peer())
     settings = member.settings
     # Of two, both would be needed. The other cannot be elected without this one, so this one need
     # not wait before it goes on alone, and must not wait until it would have to step down itself.
     few = len(member.members) < FEWEST_MEMBERS
     patience = settings.self_demotion / 2 if few else settings.member_timeout
-    if now - peer.heard > patience:
+    if now - peer.heard > patience or not peer.stands_by:
         return True
     name = name_of(other)
     return any(

@@ -62,6 +62,8 @@ class Backup:
         journal: Its disk.
         random: For what must not happen at the same time on two members.
         founds: Whether it founds a hive when its disk is new and nobody else is heard.
+        stands_by: Whether it would carry the blackboard. Who would not holds the list, has no vote
+            and hears the active one only.
 
     Attributes:
         tell: Has the task list told to everyone within the sync period.
@@ -78,6 +80,7 @@ class Backup:
         random: Random,
         *,
         founds: bool = False,
+        stands_by: bool = True,
     ) -> None:
         self._talker = talker
         self._settings = settings
@@ -97,7 +100,7 @@ class Backup:
         self._robot_lease = 0.0
         self._border = Border(talker, member, settings.election)
         known = journal.load() or newcomer(member, random)
-        self._member = awake(known, settings, talker.now())
+        self._member = awake(known, settings, talker.now(), stands_by=stands_by)
 
     def serve(self, carrier: Carrier) -> None:
         """Tell a blackboard from now on when to begin and when to stop."""
@@ -105,7 +108,8 @@ class Backup:
 
     def start(self) -> None:
         """Begin to listen and to speak."""
-        for topic in (BACKUP, BB_ENTRIES, BB_VOTE, BB_ACK):
+        among_equals = (BB_VOTE, BB_ACK) if self._member.stands_by else ()
+        for topic in (BACKUP, BB_ENTRIES, *among_equals):
             self._talker.subscribe(topic, self._hear)
         heartbeat = self._settings.heartbeat
         self._talker.every(heartbeat, self._tick)
@@ -234,7 +238,9 @@ class Backup:
 
     def _begin_as(self, durable: Durable) -> None:
         self._journal.save(durable)
-        self._member = awake(durable, self._settings, self._talker.now())
+        stands_by = self._member.stands_by
+        now = self._talker.now()
+        self._member = awake(durable, self._settings, now, stands_by=stands_by)
 
     def _step(self, event: Event) -> None:
         before = self._member

@@ -137,7 +137,7 @@ def _hear_beat(member: Member, beat: Heartbeat, now: float) -> Step:
         return member, _contradict(member, beat.epoch)
     log = heard.log.commit(min(beat.version, heard.version), heard.settings.kept_changes)
     heard = heard.but(backup=beat.backup, log=log)
-    return heard, [Ack(heard.id, heard.epoch, heard.version, beat.sent, heard.hive)]
+    return heard, [_ack(heard, heard.version, beat.sent)]
 
 
 def _hear_entries(member: Member, message: Entries, now: float) -> Step:
@@ -149,7 +149,11 @@ def _hear_entries(member: Member, message: Entries, now: float) -> Step:
         version = max(heard.version, message.reaches)
         log = log.commit(min(message.committed, version), heard.settings.kept_changes)
         heard = heard.but(log=log, version=version)
-    return heard, [Ack(heard.id, heard.epoch, heard.version, message.sent, heard.hive)]
+    return heard, [_ack(heard, heard.version, message.sent)]
+
+
+def _ack(member: Member, version: int, echo: float) -> Ack:
+    return Ack(member.id, member.epoch, version, echo, member.hive, member.stands_by)
 
 
 def _heed(member: Member, epoch: int, speaker: str, hive: str, now: float) -> Member | None:
@@ -168,7 +172,7 @@ def _heed(member: Member, epoch: int, speaker: str, hive: str, now: float) -> Me
 
 def _contradict(member: Member, epoch: int) -> list[object]:
     """Let an active one of a lower epoch know that its time is over."""
-    return [Ack(member.id, member.epoch, 0, 0.0, member.hive)] if epoch < member.epoch else []
+    return [_ack(member, 0, 0.0)] if epoch < member.epoch else []
 
 
 def _hear_ack(member: Member, ack: Ack, now: float) -> Step:

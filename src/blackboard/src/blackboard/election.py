@@ -97,7 +97,7 @@ def stand_if_due(member: Member, now: float, chance: float) -> Step:
     """
     # The first is looked at every heartbeat, and its turn only when that is over.
     early = now < _may_stand_at(member) or now < stands_at(member)
-    if early or member.id not in member.members:
+    if early or member.id not in member.members or not member.stands_by:
         return member, []
     member = member.but(
         role=Role.ASKING,

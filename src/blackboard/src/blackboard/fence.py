@@ -177,7 +177,7 @@ class Border:
 
     def _greet(self, founder: Ack, own: Member) -> None:
         """Let one who waits whether it has to found a hive know that there is one."""
-        answer = Ack(own.id, own.epoch, 0, 0.0, own.hive)
+        answer = Ack(own.id, own.epoch, 0, 0.0, own.hive, own.stands_by)
         self._talker.publish(BB_ACK, answer, (name_of(founder.member),))
 
     def _end_handover(self) -> None:

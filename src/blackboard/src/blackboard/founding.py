@@ -54,7 +54,9 @@ def founder(member_id: str, hive: str) -> Durable:
     return Durable(member_id, 0, "", log, hive)
 
 
-def awake(durable: Durable, settings: BackupSettings, now: float) -> Member:
+def awake(
+    durable: Durable, settings: BackupSettings, now: float, *, stands_by: bool = True
+) -> Member:
     """Return the state of a member that starts with what it has on disk.
 
     Unless nobody else has a vote, it neither votes nor stands for a while: it does not know whom
@@ -64,6 +66,7 @@ def awake(durable: Durable, settings: BackupSettings, now: float) -> Member:
         durable: What it has on disk.
         settings: The hive's timers.
         now: The time by its own clock [s].
+        stands_by: Whether it would carry the blackboard.
     """
     alone = durable.log.latest.members == (durable.member,)
     return Member(
@@ -76,6 +79,7 @@ def awake(durable: Durable, settings: BackupSettings, now: float) -> Member:
         quiet_until=float("-inf") if alone else now + settings.election,
         version=durable.log.committed,
         hive=durable.hive,
+        stands_by=stands_by,
     )
 
 

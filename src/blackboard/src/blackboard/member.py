@@ -41,11 +41,13 @@ class Peer:
         version: Up to which it has the list on disk.
         echo: When the message was sent that it answered last [s].
         heard: When it was last heard [s].
+        stands_by: Whether it would carry the blackboard.
     """
 
     version: int = 0
     echo: float = float("-inf")
     heard: float = float("-inf")
+    stands_by: bool = True
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ class Member:
             it is committed.
         progress: Heartbeats so far.
         hive: Id of its hive; empty where it belongs to none yet; on disk.
+        stands_by: Whether it would carry the blackboard; who would not holds the list only.
     """
 
     id: str
@@ -98,6 +101,7 @@ class Member:
     flying: int = 0
     progress: int = 0
     hive: str = ""
+    stands_by: bool = True
 
     def but(self, **changes: object) -> Member:
         """Return the same with some fields changed.

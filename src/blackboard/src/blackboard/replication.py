@@ -206,6 +206,7 @@ class Ack:
         version: Up to which its list is that of the active blackboard of this epoch.
         echo: `sent` of what it answers [s].
         hive: Id of the hive; empty where it belongs to none yet.
+        stands_by: Whether it would carry the blackboard; who would not gets no vote.
     """
 
     member: str
@@ -213,6 +214,7 @@ class Ack:
     version: int
     echo: float
     hive: str = ""
+    stands_by: bool = True
 
 
 def extend(log: Log, message: Entries) -> Log | None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from blackboard.cost import COST_MODELS
 from blackboard.errors import SettingsError
-from blackboard.settings import DECISIONS, DISTANCES, ChargingSettings
+from blackboard.settings import DECISIONS, DISTANCES, STANDING_BY, ChargingSettings
 from fleet_manager.resources import beside, find_file
 from robot_description.checked_yaml import error_at, read_checked
 from robot_description.errors import FileError
@@ -47,7 +47,7 @@ _SCHEMA: dict[str, Any] = {
     "additionalProperties": False,
     "required": ["robots"],
     "description": "cost_model, decision, distance, bid_timeout, localization, battery, "
-    "chargers, robots",
+    "chargers, stand_by, robots",
     "properties": {
         "cost_model": {"enum": sorted(COST_MODELS), "description": " | ".join(COST_MODELS)},
         "decision": {"enum": list(DECISIONS), "description": " | ".join(DECISIONS)},
@@ -86,6 +86,11 @@ _SCHEMA: dict[str, Any] = {
                 "description": "a charger with name and pose, and nothing else",
                 "properties": {"name": {"type": "string", "minLength": 1}, "pose": _POSE},
             },
+        },
+        "stand_by": {
+            "type": "integer",
+            "minimum": 2,
+            "description": "a number of robots, at least 2",
         },
         "robots": {
             "type": "array",
@@ -147,6 +152,7 @@ class Fleet:
             not say, and the simulator's are used.
         localization: How robots find where they are; None: told by the simulator where there is
             one, otherwise by a node of their own.
+        stand_by: How many robots, the first ones, stand by to carry the blackboard.
     """
 
     path: Path
@@ -158,6 +164,7 @@ class Fleet:
     localization: str | None = None
     battery: ChargingSettings = field(default_factory=ChargingSettings)
     chargers: Mapping[str, tuple[float, float, float]] | None = None
+    stand_by: int = STANDING_BY
 
 
 def read_fleet(name: str) -> Fleet:

@@ -38,7 +38,7 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
         "bid_timeout": f"{fleet.bid_timeout:g}",
     }
     lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
-    for robot in fleet.robots:
+    for number, robot in enumerate(fleet.robots):
         x, y, yaw = robot.pose
         values = {
             "name": robot.name,
@@ -49,6 +49,7 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
             "sim": str(sim).lower(),
             "cost_model": fleet.cost_model,
             "distance": fleet.distance,
+            "stands_by": str(number < fleet.stand_by).lower(),
         }
         if fleet.localization is not None:
             values["localization"] = fleet.localization

@@ -80,6 +80,7 @@ def test_a_path_that_is_no_file_is_said(tmp_path):
         ("cost_model: time", "cost_model: luck", ["/mine.yaml:1: cost_model", "report"]),
         ("cost_model: time", "decision: mine", ["/mine.yaml:1: decision", "mine", "centralized"]),
         ("cost_model: time", "bid_timeout: -1", ["/mine.yaml:1: bid_timeout", "-1", "0.1..60"]),
+        ("cost_model: time", "stand_by: 1", ["/mine.yaml:1: stand_by", "1", "at least 2"]),
         ("cost_model: time", "colour: red", ["/mine.yaml:1:", "colour"]),
     ],
 )
@@ -126,6 +127,17 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
     assert [one["name"] for one in values[1:]] == [robot.name for robot in fleet.robots]
     assert values[1]["model"] == "mir100"
     assert (values[1]["x"], values[1]["sim"]) == ("2.6", "false")
+
+
+def test_the_first_robots_stand_by_to_carry_the_blackboard(tmp_path):
+    path = tmp_path / "mine.yaml"
+    carol = "  - {name: carol, model: mir100, pose: [9, 2, 0]}\n"
+    path.write_text(f"stand_by: 2\n{GOOD.rstrip()}\n{carol}", encoding="utf-8")
+
+    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))  # noqa: S314  (made here)
+
+    told = [arg.get("value") for arg in root.iterfind(".//arg[@name='stands_by']")]
+    assert told == ["true", "true", "false"]
 
 
 def test_every_robot_is_told_the_chargers_and_thresholds_of_the_file(tmp_path):

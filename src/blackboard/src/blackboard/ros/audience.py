@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Hands what one node publishes to those of its subscribers that it concerns.
 
-Every member is connected to all others on every topic, so that any of them can carry the
-blackboard at once and without the ROS master. Most of what is said concerns the active one only,
-and to read a message costs a member ten times what it costs to send it. So it is the publisher
-that leaves out the members that need not hear (docs/decisions/070-who-hears-what.md).
+Every member that stands by is connected to all others on every topic, so that any of them can
+carry the blackboard at once and without the ROS master. Most of what is said concerns the active
+one only, and to read a message costs a member ten times what it costs to send it. So it is the
+publisher that leaves out the members that need not hear (docs/decisions/070-who-hears-what.md).
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+
+from blackboard.talker import BB_ACK, BB_ENTRIES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -22,7 +24,7 @@ _NAMELESS = "unknown"
 
 
 class Audience:
-    """Knows which subscribers are members: those that both speak and listen on `bb_vote`.
+    """Knows which subscribers are members: those that both speak and listen on `TOPICS`.
 
     A subscriber of which that is not known yet hears everything.
 
@@ -30,15 +32,19 @@ class Audience:
         node_of: Gives the name of the node that speaks as a robot; empty where nobody is known to.
 
     Attributes:
-        speaks: The publisher on `bb_vote`; None in a node that is no member.
-        listens: The subscriber of `bb_vote`; None in a node that is no member.
+        speaks: The publishers on `TOPICS` that this node has; none where it is no member.
+        listens: The subscribers of `TOPICS` that it has.
     """
+
+    TOPICS = frozenset({BB_ENTRIES, BB_ACK})
+    """Of these a member that stands by speaks and listens on both; another one speaks on `bb_ack`
+    only and listens to `bb_entries` only."""
 
     def __init__(self, node_of: Callable[[str], str]) -> None:
         self._node_of = node_of
-        self.speaks: rospy.Publisher | None = None
-        self.listens: rospy.Subscriber | None = None
-        self._links: tuple[Sequence[Any], Sequence[Any]] = ((), ())
+        self.speaks: list[rospy.Publisher] = []
+        self.listens: list[rospy.Subscriber] = []
+        self._links: list[Sequence[Any]] = []
         self._members: frozenset[str] = frozenset()
 
     def tell(self, publisher: rospy.Publisher, message: object, to: Collection[str]) -> None:
@@ -64,14 +70,14 @@ class Audience:
 
     def _known_members(self) -> frozenset[str]:
         """Return the names of the members; found anew only when rospy has changed its links."""
-        if self.speaks is None or self.listens is None:
-            return frozenset()
-        there, here = self.speaks.impl.connections, self.listens.impl.connections
-        if self._links[0] is not there or self._links[1] is not here:
-            speak = frozenset(each.callerid_pub for each in here)
-            self._members = speak & {each.endpoint_id for each in there}
+        there = [publisher.impl.connections for publisher in self.speaks]
+        here = [subscriber.impl.connections for subscriber in self.listens]
+        links = [*there, *here]
+        if list(map(id, links)) != list(map(id, self._links)):
+            speak = frozenset(each.callerid_pub for links in here for each in links)
+            self._members = speak & {each.endpoint_id for links in there for each in links}
             if _NAMELESS not in speak:
-                self._links = there, here
+                self._links = links
         return self._members
 
 

@@ -109,11 +109,13 @@ def _entries_from_msg(msg: bb_msgs.BbEntries) -> Entries:
 
 
 def _ack_to_msg(ack: Ack) -> bb_msgs.BbAck:
-    return bb_msgs.BbAck(_header(), ack.member, ack.epoch, ack.version, ack.echo, ack.hive)
+    return bb_msgs.BbAck(
+        _header(), ack.member, ack.epoch, ack.version, ack.echo, ack.hive, ack.stands_by
+    )
 
 
 def _ack_from_msg(msg: bb_msgs.BbAck) -> Ack:
-    return Ack(msg.member, msg.epoch, msg.version, msg.echo, msg.hive)
+    return Ack(msg.member, msg.epoch, msg.version, msg.echo, msg.hive, msg.stands_by)
 
 
 def _ballot_to_msg(ballot: Ballot) -> bb_msgs.BbVote:

@@ -19,6 +19,7 @@ import rosgraph
 import rospy
 
 from blackboard.errors import LiveHiveError
+from blackboard.settings import STANDING_BY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -58,6 +59,7 @@ class LiveHive:
         robots: Names of its robots.
         blackboard: Private parameters of the blackboard node, beside those that it needs here.
         robot: Private parameters of every robot node, beside those that it needs here.
+        standing_by: How many robots, the first ones, stand by to carry the blackboard.
 
     Attributes:
         namespace: Of the hive.
@@ -72,6 +74,7 @@ class LiveHive:
         robots: Sequence[str] = ROBOTS,
         blackboard: Mapping[str, Any] | None = None,
         robot: Mapping[str, Any] | None = None,
+        standing_by: int = STANDING_BY,
     ) -> None:
         self._folder = folder
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
@@ -82,7 +85,8 @@ class LiveHive:
         self._parameters: dict[str, Any] = {self.blackboard: {**common, **(blackboard or {})}}
         for name in self.robots:
             self._parameters[f"{namespace}{name}/characteristics"] = MODEL
-            self._parameters[self.node_of(name)] = {**common, **(robot or {})}
+            own = {**common, "stands_by": name in self.robots[:standing_by]}
+            self._parameters[self.node_of(name)] = {**own, **(robot or {})}
         self.set_parameters()
 
     def set_parameters(self) -> None:

@@ -41,6 +41,9 @@ SPEAKS = (
 )
 """What a member may have to publish; all of it is advertised before it has to."""
 
+SPEAKS_ASIDE = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BB_ACK)
+"""The same for a robot that would not carry the blackboard."""
+
 _LOOK_EVERY = 1.0
 """Time between two looks whether the hive stands still [s]."""
 
@@ -91,7 +94,13 @@ def default_folder() -> Path:
 
 
 def join(
-    talker: RosTalker, hive: str, ways: RosWays, journal: SqliteJournal, *, founds: bool
+    talker: RosTalker,
+    hive: str,
+    ways: RosWays,
+    journal: SqliteJournal,
+    *,
+    founds: bool = False,
+    stands_by: bool = True,
 ) -> Backup:
     """Make this node a member; call `start` of what is returned when all else is wired up.
 
@@ -103,6 +112,8 @@ def join(
         ways: Knows where a robot can stand, and how far it is for each.
         journal: Its disk.
         founds: Whether it founds a hive where there is none.
+        stands_by: Whether it would carry the blackboard; the talker has to speak on `SPEAKS` then,
+            and else on `SPEAKS_ASIDE`.
 
     Raises:
         SettingsError: A parameter is not allowed; the text names it.
@@ -111,11 +122,18 @@ def join(
     node = f"{hive}blackboard"
     settings = params.read(BackupSettings, node)
     backup = Backup(
-        talker.steady, rospy.get_name(), settings, journal, random.SystemRandom(), founds=founds
+        talker.steady,
+        rospy.get_name(),
+        settings,
+        journal,
+        random.SystemRandom(),
+        founds=founds,
+        stands_by=stands_by,
     )
-    book = SqliteBook(_file(ENDING))
-    decides = params.read(BlackboardSettings, node)
-    Blackboard(talker, backup, ways.of(0.0), decides, book, ways.of).start()
+    if stands_by:
+        book = SqliteBook(_file(ENDING))
+        decides = params.read(BlackboardSettings, node)
+        Blackboard(talker, backup, ways.of(0.0), decides, book, ways.of).start()
     standstill = Standstill(talker.steady, lambda: backup.member, str(_file(".sqlite3")))
     talker.steady.every(_LOOK_EVERY, standstill.look)
     Diagnostics(talker, backup, standstill).start()

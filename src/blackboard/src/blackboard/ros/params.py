@@ -44,6 +44,23 @@ def read(kind: type[S], node: str = "~") -> S:
         raise SettingsError(f"{rospy.get_name()}/{error}") from None
 
 
+def read_flag(name: str, *, default: bool) -> bool:
+    """Read a private parameter that is true or false.
+
+    Args:
+        name: Of the parameter.
+        default: Where it is not set.
+
+    Raises:
+        SettingsError: It is neither; the text names it.
+    """
+    value = rospy.get_param(f"~{name}", default)
+    if not isinstance(value, bool):
+        full_name = rospy.resolve_name(f"~{name}")
+        raise SettingsError(f"{full_name} is {value!r}; allowed: true or false")
+    return value
+
+
 def refuse_unknown(kinds: Sequence[type[Settings]], others: Sequence[str] = ()) -> None:
     """Check that no private parameter is set that nothing reads: most likely a slip of the pen.
 

@@ -36,7 +36,7 @@ from blackboard.task import StepKind
 if TYPE_CHECKING:
     from blackboard.characteristics import RobotCharacteristics
 
-_SPEAKS = (topics.TASK_COST, topics.CHARGER_CLAIM, *membership.SPEAKS)
+_SPEAKS = (topics.TASK_COST, topics.CHARGER_CLAIM)
 
 _LONGEST_STEP = 1.0
 """Two odometry messages further apart than this are no drive but a reset [m]."""
@@ -48,13 +48,13 @@ _PATIENCE = 5.0
 def main() -> None:
     """Run one robot's part of the hive until the node is shut down.
 
-    The node lives in the robot's namespace; the hive is the namespace above it. It stands by to
-    carry the blackboard too, so it listens and may speak on all topics that the blackboard does.
+    The node lives in the robot's namespace; the hive is the namespace above it. Where it stands by
+    to carry the blackboard too, it listens and may speak on all topics that the blackboard does.
 
-    ROS Subscribers: `task_bc`, `task_assign`, `map` of the hive, and those of the
-        blackboard; `set_state`, `amcl_pose`, `odom` of the robot.
-    ROS Publishers: `task_cost` of the hive, and those of the blackboard; `battery_state` of the
-        robot.
+    ROS Subscribers: `task_bc`, `task_assign`, `map`, `bb_backup`, `bb_entries` of the hive, and,
+        where it stands by, those of the blackboard; `set_state`, `amcl_pose`, `odom` of the robot.
+    ROS Publishers: `task_cost`, `task_state`, `robot_status`, `bb_ack` of the hive, and, where it
+        stands by, those of the blackboard; `battery_state` of the robot.
     ROS Actions: client of the robot's `move_base` and, where it has an arm, `pick`.
     ROS Parameters: `characteristics` of the robot, `charging` of the hive (its chargers and
         thresholds); otherwise see config/robot.yaml.
@@ -83,16 +83,19 @@ def _run() -> None:
             "start it with roslaunch blackboard robot.launch name:=robot1"
         )
     hive = namespace[: -len(robot_id) - 1]
-    params.refuse_unknown((RobotSettings, ControllerSettings, WaysSettings), ["charge", "journal"])
+    kinds = (RobotSettings, ControllerSettings, WaysSettings)
+    params.refuse_unknown(kinds, ["charge", "journal", "stands_by"])
     settings = params.read(RobotSettings)
     patience = params.read(ControllerSettings)
     characteristics = characteristics_from(rospy.get_param("characteristics", {}))
     battery = Battery(characteristics.battery, rospy.get_param("~charge", 1.0))
+    stands_by = params.read_flag("stands_by", default=True)
     journal = membership.open_journal()
-    talker = RosTalker(hive, _SPEAKS)
+    speaks = membership.SPEAKS if stands_by else membership.SPEAKS_ASIDE
+    talker = RosTalker(hive, (*_SPEAKS, *speaks))
     ways = RosWays(talker, hive, params.read(WaysSettings))
     controller = Controller(_commands(talker, characteristics, patience), talker, patience)
-    backup = membership.join(talker, hive, ways, journal, founds=False)
+    backup = membership.join(talker, hive, ways, journal, stands_by=stands_by)
     robot = Robot(
         talker,
         robot_id,

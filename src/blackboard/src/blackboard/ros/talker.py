@@ -80,7 +80,8 @@ class RosTalker:
         self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
         self._audience = Audience(self._speakers.node_of)
-        self._audience.speaks = self._publishers.get(BB_VOTE)
+        in_hive = self._publishers.keys() & Audience.TOPICS
+        self._audience.speaks = [self._publishers[topic] for topic in in_hive]
         # Whoever waits for the queue is to see that the node is shut down.
         rospy.on_shutdown(lambda: self.call(lambda: None))
 
@@ -129,8 +130,8 @@ class RosTalker:
         if topic == BACKUP and self._death is None:
             self._death = DeathWatch(subscriber)
             self.steady.every(PERIOD, self._death.look)
-        elif topic == BB_VOTE:
-            self._audience.listens = subscriber
+        elif topic in Audience.TOPICS:
+            self._audience.listens.append(subscriber)
 
     def _take_in(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
         sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)

@@ -16,6 +16,7 @@ from blackboard.settings import ControllerSettings, RobotSettings
 from blackboard.simulation.host import HostTalker
 from blackboard.simulation.network import SimulatedCrashError
 from blackboard.simulation.schedule import BLACKBOARD, Point
+from blackboard.talker import BB_VOTE
 from blackboard.task import StepKind
 from blackboard.testing import SMALL_ROBOT
 from blackboard.ways import StraightWays
@@ -131,6 +132,7 @@ class SimulatedMember:
         backup: Of the process that runs now; None while none does.
         pose: Where the robot stands; it stays where it is when its process ends.
         gone: Whether it never comes back.
+        stands_by: Whether it would carry the blackboard.
         drive: Of the robot that runs now, if there is one.
     """
 
@@ -143,6 +145,7 @@ class SimulatedMember:
     backup: Backup | None = None
     drive: Drive | None = None
     gone: bool = False
+    stands_by: bool = True
     at_work: Callable[[str, str, bool], None] = field(default=lambda *_: None)
     step_done: Callable[[str, TaskStep], None] = field(default=lambda *_: None)
 
@@ -158,9 +161,18 @@ class SimulatedMember:
         talker = HostTalker(host, self.name)
         founds = self.name == BLACKBOARD
         self.backup = Backup(
-            talker, self.name, self.settings, self.disk, self.random, founds=founds
+            talker,
+            self.name,
+            self.settings,
+            self.disk,
+            self.random,
+            founds=founds,
+            stands_by=self.stands_by,
         )
-        Blackboard(talker, self.backup, StraightWays(), self.patience).start()
+        if self.stands_by:
+            Blackboard(talker, self.backup, StraightWays(), self.patience).start()
+        else:
+            host.handlers[BB_VOTE] = []  # as members do, it hears only what concerns it
         try:
             if self.name != BLACKBOARD:
                 self._robot(talker, self.backup).start()

@@ -120,7 +120,10 @@ class Run:
         pose = Pose(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0))
         own = Random(random.random())
         settings, patience = self.schedule.settings, self.schedule.patience
-        return simulated.SimulatedMember(host, simulated.Disk(), pose, own, settings, patience)
+        disk, stands_by = simulated.Disk(), name not in self.schedule.aside
+        return simulated.SimulatedMember(
+            host, disk, pose, own, settings, patience, stands_by=stands_by
+        )
 
     def run(self) -> Outcome:
         """Let it all happen; a broken property ends it."""

@@ -219,6 +219,7 @@ class Schedule:
         far_clocks: Whether every clock is as wrong as is allowed, one way or the other.
         proofs: Share of the deaths that others get proof of.
         mood: In words, what kind of trouble it was drawn for.
+        aside: Robots that do not stand by to carry the blackboard.
     """
 
     seed: int
@@ -230,6 +231,7 @@ class Schedule:
     far_clocks: bool = False
     proofs: float = 0.9
     mood: str = BY_HAND
+    aside: tuple[str, ...] = ()
 
     @property
     def members(self) -> tuple[str, ...]:
@@ -251,5 +253,8 @@ class Schedule:
             timers.append(kept)
         clocks = ["clocks 1 % wrong"] if self.far_clocks else []
         proofs = [] if self.proofs else ["no death is proved"]
+        aside = [f"{', '.join(self.aside)} aside"] if self.aside else []
         late = [f"{at:6.2f} {name} is started for the first time" for name, at in self.late]
-        return "\n".join([", ".join([head, *timers, *clocks, *proofs]), *late, *map(str, ordered)])
+        return "\n".join(
+            [", ".join([head, *timers, *clocks, *proofs, *aside]), *late, *map(str, ordered)]
+        )

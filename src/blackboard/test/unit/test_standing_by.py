@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Members that would not carry the blackboard: they hold the list, and have no vote."""
+
+from random import Random
+from types import MappingProxyType
+
+import pytest
+
+from blackboard import active, election
+from blackboard.backup import Backup
+from blackboard.consensus import step
+from blackboard.journal import MemoryJournal
+from blackboard.member import Member, Peer, Role
+from blackboard.replication import Ack, Log, Position, Whole
+from blackboard.settings import BackupSettings
+from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
+from blackboard.testing import Network, NetworkTalker
+
+VOTERS = ("blackboard#1", "robot1#1")
+NOW = 100.0
+
+
+def member(role=Role.ACTIVE, **fields):
+    """Return the blackboard's member of a hive of two that vote."""
+    log = Log.of(Whole(Position(1, 1), members=VOTERS))
+    return Member(VOTERS[0], BackupSettings(), log, epoch=1, role=role, hive="hive1", **fields)
+
+
+def boss_of(**stands_by):
+    """Return the active member that has heard others of late, and whether they stand by."""
+    peers = {f"{name}#1": Peer(1, NOW, NOW, each) for name, each in stands_by.items()}
+    return member(active="blackboard", peers=MappingProxyType(peers))
+
+
+def test_who_does_not_stand_by_gets_no_vote():
+    boss = boss_of(robot1=True, robot2=False, robot3=True)
+
+    assert active.next_members(boss, NOW) == (*VOTERS, "robot3#1")
+
+
+def test_who_stands_by_no_more_loses_its_vote():
+    assert active.next_members(boss_of(robot1=False), NOW) == VOTERS[:1]
+
+
+def test_the_active_one_learns_from_acknowledgements_who_stands_by():
+    boss, _ = step(boss_of(robot1=True), Ack("robot2#1", 1, 1, NOW, "hive1", False), NOW)
+
+    assert not boss.peers["robot2#1"].stands_by
+
+
+@pytest.mark.parametrize("stands_by", [True, False])
+def test_who_has_a_vote_from_before_stands_only_if_it_stands_by(stands_by):
+    follower = member(Role.FOLLOWER, heard=NOW - 60.0, stands_by=stands_by)
+
+    _, said = election.stand_if_due(follower, NOW, 0.0)
+
+    assert bool(said) == stands_by
+
+
+@pytest.mark.parametrize(
+    ("stands_by", "topics"),
+    [
+        (True, {BACKUP, BB_ENTRIES, BB_VOTE, BB_ACK}),
+        (False, {BACKUP, BB_ENTRIES}),
+    ],
+)
+def test_who_does_not_stand_by_listens_to_the_active_one_only(stands_by, topics):
+    heard = set()
+
+    class Ears(NetworkTalker):
+        def subscribe(self, topic, *_):
+            heard.add(topic)
+
+    talker = Ears(Network(), "robot1")
+    settings = BackupSettings()
+    disk = MemoryJournal()
+    Backup(talker, "robot1", settings, disk, Random(0), stands_by=stands_by).start()
+
+    assert heard == topics
