@@ -56,8 +56,8 @@ def forget_the_vote_over_a_restart(patch):
 def vote_at_once_after_a_restart(patch):
     awake = backup.awake
 
-    def hasty(durable, settings, now):
-        return awake(durable, settings, now).but(heard=float("-inf"), quiet_until=float("-inf"))
+    def hasty(*what, **how):
+        return awake(*what, **how).but(heard=float("-inf"), quiet_until=float("-inf"))
 
     patch.setattr(backup, "awake", hasty)
 
@@ -129,8 +129,8 @@ def change_members_without_waiting(patch):
 def keep_the_id_when_the_disk_is_lost(patch):
     awake = backup.awake
 
-    def same(durable, settings, now):
-        return awake(replace(durable, member=name_of(durable.member)), settings, now)
+    def same(durable, *what, **how):
+        return awake(replace(durable, member=name_of(durable.member)), *what, **how)
 
     patch.setattr(backup, "awake", same)
 

@@ -74,7 +74,7 @@ def test_the_numbers_of_the_states_are_the_right_ones():
         (
             "Of `robot_node`",
             (RobotSettings, ControllerSettings, WaysSettings),
-            {"charge": "1.0"},
+            {"charge": "1.0", "stands_by": "true"},
         ),
     ],
 )
