@@ -48,13 +48,10 @@ class Topic:
 
 @pytest.fixture
 def audience():
-    """The audience of a node that stands by, as robot1 does, and robot2 does not.
-
-    A window is there too.
-    """
+    """The audience of a node that votes together with two robots; a window is there too."""
     audience = Audience(lambda robot: NODES.get(robot, ""))
-    audience.speaks = [Topic("/robot1/robot"), Topic(*NODES.values())]
-    audience.listens = [Topic(*NODES.values(), "/talks/nonsense"), Topic("/robot1/robot")]
+    audience.speaks = Topic(*NODES.values())
+    audience.listens = Topic(*NODES.values(), "/talks/nonsense")
     return audience
 
 
@@ -92,11 +89,10 @@ def test_a_robot_whose_node_is_not_known_is_told_with_all_others(audience, publi
 
 
 def test_a_member_that_is_not_known_as_one_yet_hears_everything(audience, publisher):
-    robot2 = audience.listens[0].connections[1]
-    robot2.callerid_pub = "unknown"  # until it has said its name
+    audience.listens.connections[1].callerid_pub = "unknown"  # until it has said its name
     audience.tell(publisher, "first", ("robot1",))
     early = publisher.heard_by()
-    robot2.callerid_pub = "/robot2/robot"
+    audience.listens.connections[1].callerid_pub = "/robot2/robot"
     audience.tell(publisher, "second", ("robot1",))
 
     assert "/robot2/robot" in early
@@ -105,7 +101,7 @@ def test_a_member_that_is_not_known_as_one_yet_hears_everything(audience, publis
 
 def test_who_joins_later_is_found(audience, publisher):
     audience.tell(publisher, "first", ("robot1",))
-    for topic in (audience.speaks[1], audience.listens[0]):
+    for topic in (audience.speaks, audience.listens):
         topic.connections = [*topic.connections, Link("/robot3/robot")]
     publisher.connections = [*publisher.connections, Link("/robot3/robot")]
     audience.tell(publisher, "second", ("robot1",))

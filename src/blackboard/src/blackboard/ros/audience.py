@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blackboard.talker import BB_ACK, BB_ENTRIES
-
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
@@ -24,27 +22,25 @@ _NAMELESS = "unknown"
 
 
 class Audience:
-    """Knows which subscribers are members: those that both speak and listen on `TOPICS`.
+    """Knows which subscribers are members: those that speak on `bb_ack` and hear `bb_entries`.
 
-    A subscriber of which that is not known yet hears everything.
+    A robot that does not stand by speaks to those only who do, and knows them the other way round:
+    they speak on `bb_entries` and hear `bb_ack`. A subscriber of which it is not known yet whether
+    it is a member hears everything.
 
     Args:
         node_of: Gives the name of the node that speaks as a robot; empty where nobody is known to.
 
     Attributes:
-        speaks: The publishers on `TOPICS` that this node has; none where it is no member.
-        listens: The subscribers of `TOPICS` that it has.
+        speaks: The publisher to members; None in a node that is none.
+        listens: The subscriber that hears members; None in a node that is none.
     """
-
-    TOPICS = frozenset({BB_ENTRIES, BB_ACK})
-    """Of these a member that stands by speaks and listens on both; another one speaks on `bb_ack`
-    only and listens to `bb_entries` only."""
 
     def __init__(self, node_of: Callable[[str], str]) -> None:
         self._node_of = node_of
-        self.speaks: list[rospy.Publisher] = []
-        self.listens: list[rospy.Subscriber] = []
-        self._links: list[Sequence[Any]] = []
+        self.speaks: rospy.Publisher | None = None
+        self.listens: rospy.Subscriber | None = None
+        self._links: tuple[Sequence[Any], Sequence[Any]] = ((), ())
         self._members: frozenset[str] = frozenset()
 
     def tell(self, publisher: rospy.Publisher, message: object, to: Collection[str]) -> None:
@@ -70,14 +66,14 @@ class Audience:
 
     def _known_members(self) -> frozenset[str]:
         """Return the names of the members; found anew only when rospy has changed its links."""
-        there = [publisher.impl.connections for publisher in self.speaks]
-        here = [subscriber.impl.connections for subscriber in self.listens]
-        links = [*there, *here]
-        if list(map(id, links)) != list(map(id, self._links)):
-            speak = frozenset(each.callerid_pub for links in here for each in links)
-            self._members = speak & {each.endpoint_id for links in there for each in links}
+        if self.speaks is None or self.listens is None:
+            return frozenset()
+        there, here = self.speaks.impl.connections, self.listens.impl.connections
+        if self._links[0] is not there or self._links[1] is not here:
+            speak = frozenset(each.callerid_pub for each in here)
+            self._members = speak & {each.endpoint_id for each in there}
             if _NAMELESS not in speak:
-                self._links = links
+                self._links = there, here
         return self._members
 
 

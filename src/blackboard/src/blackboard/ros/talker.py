@@ -80,8 +80,8 @@ class RosTalker:
         self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in speaks}
         self._audience = Audience(self._speakers.node_of)
-        in_hive = self._publishers.keys() & Audience.TOPICS
-        self._audience.speaks = [self._publishers[topic] for topic in in_hive]
+        self._stands_by = BB_ENTRIES in self._publishers
+        self._audience.speaks = self._publishers.get(BB_ENTRIES if self._stands_by else BB_ACK)
         # Whoever waits for the queue is to see that the node is shut down.
         rospy.on_shutdown(lambda: self.call(lambda: None))
 
@@ -130,8 +130,8 @@ class RosTalker:
         if topic == BACKUP and self._death is None:
             self._death = DeathWatch(subscriber)
             self.steady.every(PERIOD, self._death.look)
-        elif topic in Audience.TOPICS:
-            self._audience.listens.append(subscriber)
+        elif topic == (BB_ACK if self._stands_by else BB_ENTRIES):
+            self._audience.listens = subscriber
 
     def _take_in(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
         sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
