@@ -17,9 +17,8 @@ _SHORTEST_SILENCE = 2.0
 """Under 30 % packet loss a heartbeat at 10 Hz paused for up to 1.8 s (docs/benchmarks.md) [s]."""
 
 STANDING_BY = 12
-"""Robots that stand by to carry the blackboard where nobody says how many: beside the blackboard
-node, the members that have a vote (`BackupSettings.most_members`) and one for nearly each of them
-to take its place."""
+"""Robots that stand by to carry the blackboard where nobody says how many: with the blackboard
+node these are the seven that have a vote and six to follow them."""
 
 DECISIONS = ("distributed", "centralized")
 """Who works bids out: every robot its own, or the active blackboard those of all."""
