@@ -220,7 +220,9 @@ class Blackboard:
         # The robot repeats it until a copy of the list shows that it is known.
         self._backup.tell()
         holds = (update.robot_id, update.assignment) == (record.robot, record.assignment)
-        if event is not TaskEvent.START:
+        # A repeated DONE is no news: what the robot has bid since holds.
+        is_news = record.state is not TaskState.DONE
+        if is_news and event is not TaskEvent.START:
             self._auctioneer.list_changed(update.robot_id)
         if event is TaskEvent.FINISH and not holds and record.is_once_held(update.assignment):
             self._believe(record, update)

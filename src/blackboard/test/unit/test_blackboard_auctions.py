@@ -46,6 +46,19 @@ def test_the_auction_ends_as_soon_as_everyone_in_service_has_answered():
     assert rig.network.now < 0.2
 
 
+def test_a_report_that_is_repeated_takes_no_bid_back():
+    rig = BlackboardRig()
+    rig.assign(GO, "robot2")
+    rig.join("robot1", "robot2")
+    rig.report("robot2", GO, DONE)
+    rig.post(ROUND)
+    rig.bid("robot2", T3=4.0)
+    rig.report("robot2", GO, DONE)
+    rig.bid("robot1", T3=5.0)
+
+    assert rig.orders()[-1] == ("T3", "robot2")
+
+
 def test_the_auction_ends_at_the_bid_timeout_at_the_latest():
     rig = BlackboardRig(bid_timeout=2.0)
     rig.join("robot1", "robot2")
