@@ -56,6 +56,8 @@ _START = 1800.0
 """Wall time within which all nodes of a large hive have found each other [s]."""
 
 _PATIENCE = 60.0
+_BURST_WITHIN = 300.0
+"""A burst takes a hive of a hundred more than a minute [s]."""
 _REPEAT = 5.0
 _SIDE = 60.0
 """Side of the square in which the goals lie [m]."""
@@ -153,7 +155,7 @@ def one_by_one(desk: Desk, count: int = _ONE_BY_ONE) -> list[float]:
 def burst(desk: Desk, count: int = _BURST) -> float:
     """Return how long it takes until all of some tasks posted at once are assigned [s]."""
     since = time.monotonic()
-    return desk.wait(desk.post(count)) - since
+    return desk.wait(desk.post(count), _BURST_WITHIN) - since
 
 
 def sustained(desk: Desk, count: int = _SUSTAINED) -> float:
