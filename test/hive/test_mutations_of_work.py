@@ -7,7 +7,7 @@ As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
 
 import pytest
 
-from blackboard import active, consensus
+from blackboard import active, consensus, sending
 from blackboard.backup import _TOPICS, Backup
 from blackboard.consensus import Write
 from blackboard.lease import Lease, Leases
@@ -142,6 +142,6 @@ def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
 
 
 def test_what_an_earlier_epoch_left_is_not_committed_by_count(caught, monkeypatch):
-    monkeypatch.setattr(active, "MOST_ENTRIES", 1)  # else the changes come in one message
+    monkeypatch.setattr(sending, "MOST_ENTRIES", 1)  # else the changes come in one message
 
     assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")

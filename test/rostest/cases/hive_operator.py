@@ -207,7 +207,10 @@ class Operator:
         return "; ".join(words[-6:]) or "nothing"
 
     def set_state(self, robot, word, state):
-        """Set a robot to a state and wait until it says so."""
+        """Set a robot to a state and wait until it says so.
+
+        It says so twice: the blackboard may hear it later than this program does.
+        """
         publisher = rospy.Publisher(f"/{robot}/set_state", String, queue_size=1)
         self.expect(publisher.get_num_connections, f"{robot} on set_state")
         known = len(self.statuses[robot])
@@ -217,6 +220,7 @@ class Operator:
             f"{robot} in state {state} after it was set {word}",
             lambda: self.robots[robot],
         )
+        self.hear_again(robot)
 
     def refusals(self, task_id, which=0):
         """Return each robot's reason for not doing a task; empty where it would.

@@ -145,6 +145,8 @@ def test_a_robot_with_a_low_battery_refuses_until_it_is_charged(operator, observ
         "robot5 back in service",
         lambda: operator.robots["robot5"],
     )
+    # The blackboard may have heard it later than this program.
+    operator.hear_again("robot5")
     charge = operator.robots["robot5"].charge
     # It had set out for a charger by itself; nobody is nearer to where it has stopped.
     operator.post(task("R-charged", TaskMsg.GA, (*operator.place("robot5"), 0.0)))

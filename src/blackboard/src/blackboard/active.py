@@ -7,7 +7,7 @@ majority has followed it of late: by then the others may elect another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,8 @@ from blackboard.member import (
     majority_of,
     name_of,
 )
-from blackboard.replication import Entries, Entry, Log, Position, committed_version
+from blackboard.replication import Entry, Log, committed_version
+from blackboard.sending import send, send_what_is_missing
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
 
 FEWEST_MEMBERS = 3
 """With fewer, no majority is left when one is gone, so failover is off."""
-
-MOST_ENTRIES = 200
-"""Changes in one message; the rest follows when these are acknowledged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +77,6 @@ def become_active(member: Member, now: float) -> Step:
         died=None,
         votes=frozenset(),
         peers=MappingProxyType(peers),
-        sent=member.log.position.version,
         flying=0,
     )
     member, said = beat(member, now)
@@ -105,8 +102,8 @@ def write(
     member = member.but(log=log.append(entry))
     if not is_alone:  # it may leave so few members that a majority has what is on its way
         return _go_on(advance(member), now)
-    member = member.but(flying=entry.version)
-    return advance(member), [_entries(member, log.position, (entry,), now)]
+    member, message = send(member, member.members, log.position, (entry,), now)
+    return advance(member.but(flying=entry.version)), [message]
 
 
 def _go_on(member: Member, now: float) -> Step:
@@ -115,9 +112,8 @@ def _go_on(member: Member, now: float) -> Step:
     before, gathered = log.at(log.committed), log.since(log.committed)
     if member.flying > log.committed or before is None or not gathered:
         return member, []
-    entries = gathered[:MOST_ENTRIES]
-    member = member.but(flying=entries[-1].version)
-    return member, [_entries(member, before, entries, now)]
+    member, message = send(member, member.members, before, gathered, now)
+    return member.but(flying=message.reaches), [message]
 
 
 def advance(member: Member) -> Member:
@@ -142,9 +138,12 @@ def hear_ack(member: Member, ack: Ack, now: float) -> Step:
     known = member.peers.get(ack.member, Peer())
     version = max(known.version, min(ack.version, member.log.position.version))
     echo = max(known.echo, min(ack.echo, now))
-    peers = {**member.peers, ack.member: Peer(version, echo, now, ack.stands_by)}
-    member = member.but(peers=MappingProxyType(peers))
-    return _go_on(advance(member), now) if version > known.version else (member, [])
+    gets_on = version > known.version
+    # What it has not answered yet was sent after that.
+    sent_at = max(known.sent_at, echo) if gets_on else known.sent_at
+    peer = Peer(version, echo, now, ack.stands_by, known.sent, sent_at)
+    member = member.but(peers=MappingProxyType({**member.peers, ack.member: peer}))
+    return _go_on(advance(member), now) if gets_on else (member, [])
 
 
 def keep_going(member: Member, now: float) -> Step:
@@ -159,9 +158,8 @@ def keep_going(member: Member, now: float) -> Step:
         return step_down(member, now), []
     member = changed
     member, beaten = beat(member, now)
-    missing = _what_is_missing(member, now)
-    sent = max(member.flying, member.log.committed)
-    return member.but(sent=sent), said + beaten + missing
+    member, missing = send_what_is_missing(member, now)
+    return member, said + beaten + missing
 
 
 def step_down(member: Member, now: float) -> Member:
@@ -251,29 +249,3 @@ def _is_gone(member: Member, other: str, now: float) -> bool:
         name_of(each) == name and each != other and seen.heard > peer.heard
         for each, seen in member.peers.items()
     )
-
-
-def _what_is_missing(member: Member, now: float) -> list[object]:
-    """Return what brings on those that lack changes which were sent before the last heartbeat."""
-    recently = now - member.settings.self_demotion
-    behind = [
-        peer.version
-        for peer in member.peers.values()
-        if peer.heard >= recently and peer.version < member.sent
-    ]
-    if not behind:
-        return []
-    log = member.log
-    first = min(behind)
-    entries = log.since(first)
-    before = log.at(first)
-    if entries is None or before is None:
-        base = log.base
-        first_entries = log.entries[:MOST_ENTRIES]
-        return [replace(_entries(member, base.position, first_entries, now), whole=base)]
-    return [_entries(member, before, entries[:MOST_ENTRIES], now)]
-
-
-def _entries(member: Member, before: Position, entries: tuple[Entry, ...], now: float) -> Entries:
-    committed = member.log.committed
-    return Entries(member.epoch, member.id, before, entries, committed, now, hive=member.hive)

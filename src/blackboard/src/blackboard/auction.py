@@ -70,11 +70,17 @@ class Auction:
         self._answered: set[str] = set()
         self._asked_in: dict[str, int] = {}
         self._all_asked_in = 0
+        self._outdated: set[str] = set()
 
     @property
     def missing(self) -> frozenset[str]:
         """The robots that have not answered yet."""
         return frozenset(self._missing)
+
+    @property
+    def is_outdated(self) -> bool:
+        """Whether a robot might bid better by now than it has bid."""
+        return bool(self._outdated)
 
     def ask(
         self,
@@ -98,7 +104,9 @@ class Auction:
         is_new = not self._records.keys() <= self.offered
         self.offered = frozenset(self._records)
         self.round += 1
-        self._bids = {robot: bids for robot, bids in self._bids.items() if robot in robots}
+        hold = robots - self._outdated
+        self._bids = {robot: bids for robot, bids in self._bids.items() if robot in hold}
+        self._outdated.clear()
         if is_new:
             self._bids.clear()
             self._asked_in.clear()
@@ -184,6 +192,10 @@ class Auction:
         """Have a robot bid again in the next round: its list has changed."""
         if self._bids.pop(robot_id, None) is not None:
             self._asked_in[robot_id] = self.round + 1
+
+    def outdate(self, robot_id: str) -> None:
+        """Have a robot bid again in the next round; what it bids in this one holds until then."""
+        self._outdated.add(robot_id)
 
     def offers(self) -> list[tuple[TaskRecord, list[Bid]]]:
         """Return what is still offered, with what was bid on it."""

@@ -72,6 +72,7 @@ class Auctioneer:
         self._closing: Timer | None = None
         self._giving_up: Timer | None = None
         self._decided_in = (0, 0, 0)
+        self._dropped = (0, 0)
         self._auctions = 0
         self._slow: set[str] = set()
         self._parked: set[str] = set()
@@ -81,15 +82,15 @@ class Auctioneer:
 
     def stop(self) -> None:
         """Drop the auction under way; nothing is decided by it."""
-        for timer in (self._closing, self._giving_up):
-            if timer is not None:
-                timer.cancel()
-        self._auction = self._closing = self._giving_up = None
+        self._drop()
+        if self._giving_up is not None:
+            self._giving_up.cancel()
+            self._giving_up = None
         self._handing_over.give_up()
 
     def open(self) -> None:
-        """Ask for bids on all that waits, unless an auction is under way."""
-        if self._auction is not None or not self._backup.may_act():
+        """Ask for bids on all that waits, unless an auction of that is under way."""
+        if not self._backup.may_act() or not self._is_free():
             return
         self._changed = False
         moves = self._handing_over.ready(self._in_service())
@@ -109,8 +110,8 @@ class Auctioneer:
             return
         if self._waiting() or self._handing_over.kept:
             return
-        robots, most = self._in_service(), self._reach.most_asked
-        pieces = self._improving.offers(robots, most)
+        robots = self._in_service()
+        pieces = self._improving.offers(robots, self._reach.most_pieces(len(robots)))
         if pieces:
             self._begin(improves=True)
             offers = [record for piece in pieces for record in piece]
@@ -125,6 +126,14 @@ class Auctioneer:
         self._parked.clear()
         self._changed = True
         self._improving.note_change()
+        self.open()
+
+    def bids_better(self, robot_id: str) -> None:
+        """Have a robot bid again that might bid better now, on what nobody could take as well."""
+        self._parked.clear()
+        self._improving.note_change()
+        if self._auction is not None:
+            self._auction.outdate(robot_id)
         self.open()
 
     def withdraw(self, task_id: str) -> None:
@@ -143,7 +152,7 @@ class Auctioneer:
     def take_bids(self, bids: Bids) -> None:
         """Take in a robot's bids; the last one expected closes the round."""
         self._slow.discard(bids.robot_id)
-        if self._auction is None:
+        if self._auction is None or (bids.epoch, bids.auction) == self._dropped:
             return
         try:
             if self._central is not None:
@@ -154,6 +163,19 @@ class Auctioneer:
             return
         if self._closing is not None and not self._auction.missing:
             self._close_round()
+
+    def _is_free(self) -> bool:
+        """Return whether an auction may begin; what waits need not wait for an improvement."""
+        auction = self._auction
+        if auction is not None and self._improves and self._waiting():
+            self._dropped = (auction.epoch, auction.number)
+            self._drop()
+        return self._auction is None
+
+    def _drop(self) -> None:
+        if self._closing is not None:
+            self._closing.cancel()
+        self._auction = self._closing = None
 
     def _waiting(self) -> list[TaskRecord]:
         kept = self._handing_over.kept
@@ -278,6 +300,7 @@ class Auctioneer:
         self._settle(Result(awards, (), bids, auction=self._decided_in, reason=reason))
 
     def _settle(self, result: Result) -> None:
-        if not self._changed:
+        auction = self._auction
+        if not self._changed and not (auction is not None and auction.is_outdated):
             self._parked |= {task_id for task_id, _ in result.impossible}
         self._decide(result, lambda: self._begin_round(result.awards))

@@ -249,7 +249,7 @@ class Backup:
             return
         self._member = after
         for message in said:
-            to = consensus.concerned(message, event, after)
+            to = consensus.concerned(message, event)
             self._talker.publish(_TOPICS[type(message)], self._with_leases(message), to)
         self._notice(before, after)
 

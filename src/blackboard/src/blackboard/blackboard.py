@@ -270,7 +270,7 @@ class Blackboard:
             return
         can_bid_better = self._watch.hear(status)
         if can_bid_better and self._backup.may_act():
-            self._auctioneer.try_again()
+            self._auctioneer.bids_better(status.robot_id)
 
     def _look_after_robots(self) -> None:
         if not self._backup.may_act():

@@ -87,24 +87,19 @@ def step(member: Member, event: Event, now: float) -> Step:
     return said
 
 
-def concerned(message: object, event: Event, member: Member) -> tuple[str, ...] | None:
+def concerned(message: object, event: Event) -> tuple[str, ...] | None:
     """Return the names of the members that a message concerns; None means all.
 
-    An acknowledgement concerns whom it answers: nobody else counts it. A change concerns those who
-    have a vote, and with the next heartbeat those who lack it.
+    An acknowledgement concerns whom it answers: nobody else counts it. Changes concern those who
+    lack them, see `sending`.
 
     Args:
         message: What is said.
         event: After what.
-        member: Who says it.
     """
     if isinstance(message, Ack) and isinstance(event, Heartbeat | Entries):
         return (name_of(event.active),)
-    if isinstance(message, Entries):
-        peers = member.peers.items()
-        lack_it = [each for each, peer in peers if peer.version < message.reaches]
-        return tuple(map(name_of, lack_it if isinstance(event, Tick) else member.members))
-    return None
+    return message.to if isinstance(message, Entries) else None
 
 
 def _pass_time(member: Member, tick: Tick, now: float) -> Step:

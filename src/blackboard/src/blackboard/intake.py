@@ -8,6 +8,7 @@ the reason, see `task.analyze_task`. So are bids, which the auction answers.
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Mapping
@@ -150,13 +151,21 @@ def flaw_of(value: object, name: str) -> str:
         return f"{name} is {value}; allowed: finite numbers" * (not math.isfinite(value))
     inner: Iterable[tuple[object, str]] = ()
     if isinstance(value, Mapping):
-        value = tuple(value.items())
-    if isinstance(value, tuple):
+        inner = ((tuple(value), name), (tuple(value.values()), name))
+    elif isinstance(value, tuple):
         if len(value) > MOST_ITEMS:
             return f"{name} has {len(value)} items; allowed: at most {MOST_ITEMS}"
         if all(type(each) is str and len(each) <= LONGEST_NAME for each in value):
             return ""  # The names of all tasks on a robot's list: nothing is looked at more often.
+        if all(type(each) is float and math.isfinite(each) for each in value):
+            return ""  # When each robot of a fleet was heard: every member reads it all the time.
         inner = ((each, name) for each in value)
-    elif is_dataclass(value):
-        inner = ((getattr(value, each.name), f"{name}.{each.name}") for each in fields(value))
+    else:
+        names = _fields(type(value))  # type: ignore[arg-type]  # mypy takes no class for hashable
+        inner = ((getattr(value, each), f"{name}.{each}") for each in names)
     return next(filter(None, (flaw_of(*each) for each in inner)), "")
+
+
+@functools.cache
+def _fields(kind: type) -> tuple[str, ...]:
+    return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()

@@ -42,12 +42,16 @@ class Peer:
         echo: When the message was sent that it answered last [s].
         heard: When it was last heard [s].
         stands_by: Whether it would carry the blackboard.
+        sent: Up to which version it has been sent the list.
+        sent_at: When the first part of that was sent which it has not answered, or earlier [s].
     """
 
     version: int = 0
     echo: float = float("-inf")
     heard: float = float("-inf")
     stands_by: bool = True
+    sent: int = 0
+    sent_at: float = float("-inf")
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,6 @@ class Member:
         votes: Ids of those who said yes, while it asks.
         asked: When it asked [s].
         peers: What it knows of the others by id, while it is active.
-        sent: Version up to which everything had been sent at the last heartbeat.
         flying: Version of the last change that it has sent, while it is active; on its way until
             it is committed.
         progress: Heartbeats so far.
@@ -97,7 +100,6 @@ class Member:
     votes: frozenset[str] = frozenset()
     asked: float = 0.0
     peers: Mapping[str, Peer] = field(default_factory=lambda: MappingProxyType({}))
-    sent: int = 0
     flying: int = 0
     progress: int = 0
     hive: str = ""

@@ -47,8 +47,9 @@ class Reach:
     ) -> Sequence[TaskRecord]:
         """Return what is offered: all of it, or the most urgent and oldest where it is too much.
 
-        What was offered before stays alone until there is less of it than robots, or something
-        more urgent: bids on it still hold, and for anything new every robot has to bid again.
+        What was offered before stays alone until there is less of it than robots and than half a
+        call, or something more urgent: bids on it still hold, and for anything new every robot has
+        to bid again.
 
         Args:
             records: Everything that could be.
@@ -61,10 +62,19 @@ class Reach:
         by_urgency = sorted(records, key=lambda record: -record.task.priority)
         left = [record for record in by_urgency if record.task.id in before]
         others = [record for record in by_urgency if record.task.id not in before]
-        enough = others and len(left) >= robots
+        enough = others and len(left) >= min(robots, most / 2)
         if enough and left[-1].task.priority >= others[0].task.priority:
             return left
         return by_urgency[:most]
+
+    def most_pieces(self, robots: int) -> int:
+        """Return how many robots may offer something at a time, at least 2.
+
+        Args:
+            robots: How many there are.
+        """
+        bidders = min(robots, 2 * self.most_asked)  # those asked, and those that offer
+        return max(2, min(self.most_asked, self._most_bids // max(1, bidders)))
 
     def asked(self, offers: Sequence[TaskRecord], robots: frozenset[str]) -> frozenset[str]:
         """Return who is asked; all where they are not too many.

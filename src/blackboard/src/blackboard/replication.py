@@ -179,6 +179,7 @@ class Entries:
         sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
         whole: The list at `before`, for those who have no other way to get there.
         hive: Id of the hive.
+        to: Names of the members that it is meant for; it is not told them.
     """
 
     epoch: int
@@ -189,6 +190,7 @@ class Entries:
     sent: float
     whole: Whole | None = None
     hive: str = ""
+    to: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def reaches(self) -> int:

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import pytest
 
-from blackboard import active
+from blackboard import sending
 from blackboard.consensus import Tick, Write, concerned, step
 from blackboard.member import Member, Peer, Role
 from blackboard.pose import Pose
@@ -39,18 +39,18 @@ class Active:
         """Return the changes that are sent after an event: their versions, and to whom they go."""
         self.member, said = step(self.member, event, now)
         return [
-            ([entry.version for entry in each.entries], set(concerned(each, event, self.member)))
+            ([entry.version for entry in each.entries], set(concerned(each, event)))
             for each in said
             if isinstance(each, Entries)
         ]
 
-    def write(self, name):
+    def write(self, name, now=NOW):
         """Write a new task."""
-        return self.do(Write((TaskRecord(Task(name, TaskType.GA, (Pose(1.0, 1.0),))),)))
+        return self.do(Write((TaskRecord(Task(name, TaskType.GA, (Pose(1.0, 1.0),))),)), now)
 
-    def hear(self, member, version):
-        """Hear that a member has written down up to a version."""
-        return self.do(Ack(member, 1, version, NOW, "hive1"))
+    def hear(self, member, version, echo=NOW):
+        """Hear that a member has written down up to a version, answering what was sent then."""
+        return self.do(Ack(member, 1, version, echo, "hive1"), max(echo, NOW))
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_once_all_is_committed_the_next_change_goes_at_once_again(blackboard):
 
 
 def test_no_message_brings_more_changes_than_are_allowed(blackboard, monkeypatch):
-    monkeypatch.setattr(active, "MOST_ENTRIES", 2)
+    monkeypatch.setattr(sending, "MOST_ENTRIES", 2)
     for number in range(4):
         blackboard.write(f"T{number}")
 
@@ -90,23 +90,56 @@ def test_no_message_brings_more_changes_than_are_allowed(blackboard, monkeypatch
 
 def test_whoever_has_no_vote_is_sent_changes_with_the_heartbeat(blackboard):
     blackboard.write("T1")
-    for voter in VOTERS[1:]:
-        blackboard.hear(voter, 2)
 
-    blackboard.do(Tick(0.0))
     assert blackboard.do(Tick(0.0)) == [([2], {"robot8", "robot9"})]
 
 
-def test_what_was_lost_is_sent_again_to_those_who_lack_it(blackboard):
+def test_nobody_is_sent_a_change_again_for_answering_late(blackboard):
     blackboard.write("T1")
-    blackboard.write("T2")
-    for each in (*VOTERS[2:], *LISTENERS):
-        blackboard.hear(each, 2)
     blackboard.do(Tick(0.0))
-    for each in (*VOTERS[2:], *LISTENERS):
-        blackboard.hear(each, 3)
+    blackboard.hear("robot1#1", 2)
+    blackboard.write("T2")
 
-    assert blackboard.do(Tick(0.0)) == [([2, 3], {"robot1"})]
+    assert blackboard.do(Tick(0.0), NOW + 1.0) == [([3], {"robot8", "robot9"})]
+
+
+def test_what_was_lost_is_sent_again_to_whoever_has_answered_something_later_without_it(
+    blackboard,
+):
+    blackboard.write("T1")
+    blackboard.do(Tick(0.0))
+    blackboard.hear("robot2#1", 2)
+    later = NOW + blackboard.member.settings.heartbeat
+    for each in ("robot1#1", "robot8#1"):
+        blackboard.hear(each, 1, later)
+
+    assert blackboard.do(Tick(0.0), later) == [([2], {"robot1", "robot8"})]
+    assert blackboard.do(Tick(0.0), later) == []
+
+
+def test_what_was_lost_is_sent_again_while_other_changes_follow_all_the_time(blackboard):
+    sent = []
+    for number in range(8):
+        now = NOW + 0.1 * number
+        sent += blackboard.write(f"T{number}", now)
+        version = blackboard.member.log.position.version
+        blackboard.hear("robot2#1", version, now)
+        blackboard.hear("robot1#1", 1, now)
+        sent += blackboard.do(Tick(0.0), now)
+
+    assert any(versions[0] == 2 and to == {"robot1"} for versions, to in sent)
+
+
+def test_whoever_is_far_behind_is_sent_the_whole_list_and_nobody_else(blackboard):
+    for number in range(200):
+        blackboard.write(f"T{number}")
+        for each in (*VOTERS[1:], LISTENERS[0]):
+            blackboard.hear(each, blackboard.member.log.position.version)
+
+    ((versions, to),) = blackboard.do(Tick(0.0), NOW + 0.1)
+
+    assert versions[0] > 2
+    assert to == {"robot9"}
 
 
 def test_one_of_two_that_goes_on_alone_commits_what_was_on_its_way_to_the_other(blackboard):

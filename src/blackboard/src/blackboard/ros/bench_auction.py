@@ -21,12 +21,13 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 import rospy
+from std_msgs.msg import String
 
 import blackboard.msg as bb_msgs
 from blackboard.errors import LiveHiveError
 from blackboard.ros.links import PAUSES
 from blackboard.ros.live_hive import LiveHive, own_master
-from blackboard.ros.live_operator import LiveOperator, make_task
+from blackboard.ros.live_operator import TERMINAL, LiveOperator, make_task
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -56,8 +57,9 @@ _START = 1800.0
 """Wall time within which all nodes of a large hive have found each other [s]."""
 
 _PATIENCE = 60.0
-_BURST_WITHIN = 300.0
-"""A burst takes a hive of a hundred more than a minute [s]."""
+_WHOLE_LIST = 300.0
+"""Within that all tasks on the list of a large hive are assigned, or cancelled [s]."""
+
 _REPEAT = 5.0
 _SIDE = 60.0
 """Side of the square in which the goals lie [m]."""
@@ -69,21 +71,23 @@ class Desk:
     Make it after `rospy.init_node`.
 
     Args:
-        namespace: Of `new_task` and `task_state`, ending in a slash.
+        namespace: Of `new_task`, `task_cancel` and `task_state`, ending in a slash.
 
-    ROS Publishers: `new_task`.
+    ROS Publishers: `new_task`, `task_cancel`.
     ROS Subscribers: `task_state`.
     """
 
     def __init__(self, namespace: str) -> None:
         self._changed = threading.Condition()
         self._assigned: dict[str, float] = {}
+        self._ended: set[str] = set()
         self._tasks: dict[str, Any] = {}
         self._draw = random.Random(1)  # noqa: S311  (no secret)
         self._posted = 0
         self._post = rospy.Publisher(
             f"{namespace}new_task", bb_msgs.TaskMsg, queue_size=1000, tcp_nodelay=True
         )
+        self._cancel = rospy.Publisher(f"{namespace}task_cancel", String, queue_size=1000)
         self._ear = rospy.Subscriber(
             f"{namespace}task_state", bb_msgs.TaskState, self._hear, tcp_nodelay=True
         )
@@ -122,6 +126,22 @@ class Desk:
                     self._post.publish(self._tasks[task])
             return max(self._assigned[task] for task in wanted)
 
+    def clear(self) -> None:
+        """Take all that was posted off the list, and say so until it is.
+
+        Raises:
+            LiveHiveError: It was not in time.
+        """
+        end = time.monotonic() + _WHOLE_LIST
+        while left := self._tasks.keys() - self._ended:
+            if time.monotonic() > end:
+                raise LiveHiveError(f"{len(left)} tasks not cancelled in {_WHOLE_LIST:.0f} s")
+            for task in left:
+                self._cancel.publish(task)
+            with self._changed:
+                self._changed.wait_for(lambda: self._tasks.keys() <= self._ended, _REPEAT)
+        self._tasks.clear()
+
     def wait_for_fewer(self, tasks: Sequence[str], than: int) -> None:
         """Wait until fewer than so many of these are left to assign."""
         with self._changed:
@@ -137,10 +157,12 @@ class Desk:
     def _hear(self, update: Any) -> None:  # noqa: ANN401  (a TaskState)
         now = time.monotonic()
         # Of a task that is posted again it is told how it is by now.
-        if update.state in {bb_msgs.TaskState.ASSIGNED, bb_msgs.TaskState.STARTED}:
-            with self._changed:
+        with self._changed:
+            if update.state in {bb_msgs.TaskState.ASSIGNED, bb_msgs.TaskState.STARTED}:
                 self._assigned.setdefault(update.task_id, now)
-                self._changed.notify_all()
+            elif update.state in TERMINAL:
+                self._ended.add(update.task_id)
+            self._changed.notify_all()
 
 
 def one_by_one(desk: Desk, count: int = _ONE_BY_ONE) -> list[float]:
@@ -155,7 +177,7 @@ def one_by_one(desk: Desk, count: int = _ONE_BY_ONE) -> list[float]:
 def burst(desk: Desk, count: int = _BURST) -> float:
     """Return how long it takes until all of some tasks posted at once are assigned [s]."""
     since = time.monotonic()
-    return desk.wait(desk.post(count), _BURST_WITHIN) - since
+    return desk.wait(desk.post(count), _WHOLE_LIST) - since
 
 
 def sustained(desk: Desk, count: int = _SUSTAINED) -> float:
@@ -196,12 +218,13 @@ def measure(robots: int, folder: Path) -> dict[str, float]:
         _warm_up(desk)
         figures = spread("bare", one_by_one(desk))
         figures["bare_seconds_per_task"] = sustained(desk)
-    with _hive_at(robots, folder) as (hive, operator):
+    with _hive_at(robots, folder) as hive:
         desk = Desk(hive.namespace)
         _wait_until(lambda: desk.is_heard, "the hive hears the desk")
-        _clear(operator, _warm_up(desk))
+        _warm_up(desk)
+        desk.clear()
         figures[f"burst_of_{_BURST}"] = burst(desk)
-        _clear(operator, operator.open_tasks())
+        desk.clear()
         figures |= spread("assigned", one_by_one(desk))
         figures["seconds_per_task"] = sustained(desk)
         sizes = [_proportional_size(hive.pid_of(hive.node_of(name))) for name in hive.robots]
@@ -209,18 +232,11 @@ def measure(robots: int, folder: Path) -> dict[str, float]:
     return figures
 
 
-def _warm_up(desk: Desk) -> list[str]:
-    """Post until all nodes have found each other; return the tasks that were posted."""
-    tasks = []
+def _warm_up(desk: Desk) -> None:
+    """Post until all nodes have found each other."""
     for _ in range(_WARM):
-        tasks += desk.post()
         with contextlib.suppress(LiveHiveError):
-            desk.wait(tasks[-1:])
-    return tasks
-
-
-def _clear(operator: LiveOperator, tasks: Iterable[str]) -> None:
-    operator.cancel_all(tasks)
+            desk.wait(desk.post())
 
 
 def _wait_until(condition: Any, what: str, patience: float = _START) -> None:  # noqa: ANN401
@@ -261,8 +277,11 @@ def _module(name: str, *arguments: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _hive_at(robots: int, folder: Path) -> Iterator[tuple[LiveHive, LiveOperator]]:
-    """Run a hive in a namespace of its own until all of it answers and has calmed down."""
+def _hive_at(robots: int, folder: Path) -> Iterator[LiveHive]:
+    """Run a hive in a namespace of its own, once all of it answers and has calmed down.
+
+    Nobody else listens to it then, as nobody does to the bare nodes.
+    """
     names = [f"robot{i + 1}" for i in range(robots)]
     hive = LiveHive(folder / f"{robots}", f"/hive{robots}/", names)
     spaces = [f"{hive.namespace}{name}" for name in names]
@@ -272,9 +291,10 @@ def _hive_at(robots: int, folder: Path) -> Iterator[tuple[LiveHive, LiveOperator
         stack.enter_context(_module("parked", *spaces))
         hive.start_all()
         operator.demand(operator.all_answer, f"{robots} robots answer", _START)
+        operator.close()
         # Until then every node asks the ROS master now and then whom it does not hear.
         time.sleep(sum(PAUSES))
-        yield hive, operator
+        yield hive
 
 
 def run(robots: int = 0) -> dict[str, dict[str, float]]:

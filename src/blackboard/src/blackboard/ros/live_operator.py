@@ -91,6 +91,11 @@ class LiveOperator:
         ]
         mend_links()
 
+    def close(self) -> None:
+        """Hear no more, and be heard no more."""
+        for link in (*self._subscribers, self._new_task, self._cancel):
+            link.unregister()
+
     def wait(self, condition: Callable[[], object], patience: float = PATIENCE) -> bool:
         """Wait until something is so; return whether it became so in time [s]."""
         with self._changed:
@@ -167,28 +172,6 @@ class LiveOperator:
             if self.wait(lambda: self.state_of(task_id) in TERMINAL, _REPEAT):
                 return
         raise LiveHiveError(f"{task_id} was not cancelled within {PATIENCE:.0f} s")
-
-    def cancel_all(self, task_ids: Iterable[str]) -> None:
-        """Take tasks off the list, and say so until all are."""
-        tasks = list(task_ids)
-
-        def left() -> list[str]:
-            return [each for each in tasks if self.state_of(each) not in TERMINAL]
-
-        end = time.monotonic() + PATIENCE
-        pause = _REPEAT
-        while left() and time.monotonic() < end:
-            for task_id in left():
-                self._cancel.publish(task_id)
-            self.wait(lambda: not left(), pause)
-            pause *= 2  # every member reads every word: 200 said twice a second keep 50 busy
-        if left():
-            raise LiveHiveError(f"{len(left())} tasks were not cancelled within {PATIENCE:.0f} s")
-
-    def open_tasks(self) -> list[str]:
-        """Return the ids of the tasks that have not ended, on the list as published last."""
-        with self._changed:
-            return [name for name, each in self._list.items() if each.state not in TERMINAL]
 
     def follow(self, task_id: str) -> int:
         """Wait for the end of a task; return the state in which it ended."""

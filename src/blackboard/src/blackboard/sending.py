@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the active blackboard sends to whom: each change once to each member, unless it is lost.
+
+A busy member answers late. To send it again what it has not answered makes it busier still, and
+where all are busy the hive comes to a stand (docs/decisions/083-sent-once.md). So a member is sent
+a change again only when it has answered something later without it.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from blackboard.member import name_of
+from blackboard.replication import Entries
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from blackboard.election import Step
+    from blackboard.member import Member, Peer
+    from blackboard.replication import Entry, Position, Whole
+
+MOST_ENTRIES = 200
+"""Changes in one message; the rest follows later."""
+
+_LATER = 0.5
+"""An answer to what was sent so many heartbeats later, without the change, shows that it is lost:
+messages of different topics may overtake each other by less."""
+
+
+def send(
+    member: Member,
+    to: Collection[str],
+    before: Position,
+    entries: tuple[Entry, ...],
+    now: float,
+    whole: Whole | None = None,
+) -> tuple[Member, Entries]:
+    """Send changes, and note that they are sent.
+
+    Args:
+        member: Who sends, the active one.
+        to: Ids of those who get them.
+        before: What the changes follow.
+        entries: The changes; of too many the first.
+        now: The time [s].
+        whole: The list at `before`, for those who do not have that.
+    """
+    message = Entries(
+        member.epoch,
+        member.id,
+        before,
+        entries[:MOST_ENTRIES],
+        member.log.committed,
+        now,
+        whole,
+        member.hive,
+        tuple(map(name_of, to)),
+    )
+    peers = dict(member.peers)
+    for each in to:
+        if (peer := peers.get(each)) is not None:
+            answers_first = whole is not None or before.version <= peer.version
+            sent_at = now if answers_first else peer.sent_at
+            peers[each] = replace(peer, sent=message.reaches, sent_at=sent_at)
+    return member.but(peers=MappingProxyType(peers)), message
+
+
+def send_what_is_missing(member: Member, now: float) -> Step:
+    """Send what is on its way or committed to all who have not been sent it, or have lost it."""
+    log = member.log
+    recently = now - member.settings.self_demotion
+    lacking = defaultdict(list)
+    for each, peer in member.peers.items():
+        has_lost = _has_lost(peer, member.settings.heartbeat)
+        known = peer.version if has_lost else max(peer.version, peer.sent)
+        if peer.heard >= recently and known < max(member.flying, log.committed):
+            lacking[log.at(known)].append(each)
+    said: list[object] = []
+    for before, to in lacking.items():
+        if before is None:
+            member, message = send(member, to, log.base.position, log.entries, now, log.base)
+        else:
+            entries = log.since(before.version) or ()
+            member, message = send(member, to, before, entries, now)
+        said.append(message)
+    return member, said
+
+
+def _has_lost(peer: Peer, heartbeat: float) -> bool:
+    return peer.echo > peer.sent_at + _LATER * heartbeat
