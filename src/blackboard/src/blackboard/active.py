@@ -7,7 +7,7 @@ majority has followed it of late: by then the others may elect another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from blackboard.record import TaskRecord
     from blackboard.replication import Ack
 
+BEATS_ASIDE = 5
+"""Whoever does not stand by hears only one in so many heartbeats, and changes only with it: of a
+large fleet these are nearly all, and to hear one costs a robot more than anything else at rest."""
+
 FEWEST_MEMBERS = 3
 """With fewer, no majority is left when one is gone, so failover is off."""
 
@@ -51,6 +55,7 @@ class Heartbeat:
         heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
         robot_lease: How long a robot may work from that time on [s], by its own clock.
         hive: Id of the hive.
+        to: Names of the members that it is meant for, which is not told them; None means all.
     """
 
     epoch: int
@@ -63,6 +68,7 @@ class Heartbeat:
     heard: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     robot_lease: float = 0.0
     hive: str = ""
+    to: tuple[str, ...] | None = field(default=None, compare=False)
 
 
 def become_active(member: Member, now: float) -> Step:
@@ -79,9 +85,9 @@ def become_active(member: Member, now: float) -> Step:
         peers=MappingProxyType(peers),
         flying=0,
     )
-    member, said = beat(member, now)
+    member, first = beat(member, now)
     member, more = write(member, now)
-    return member, said + more
+    return member, [replace(first, to=None), *more]
 
 
 def write(
@@ -158,8 +164,8 @@ def keep_going(member: Member, now: float) -> Step:
         return step_down(member, now), []
     member = changed
     member, beaten = beat(member, now)
-    member, missing = send_what_is_missing(member, now)
-    return member, said + beaten + missing
+    member, missing = send_what_is_missing(member, now, aside=beaten.to is None)
+    return member, [*said, beaten, *missing]
 
 
 def step_down(member: Member, now: float) -> Member:
@@ -168,8 +174,8 @@ def step_down(member: Member, now: float) -> Member:
     return follow(member).but(active="", backup="", heard=silent_since, died=None)
 
 
-def beat(member: Member, now: float) -> Step:
-    """Say that it is there."""
+def beat(member: Member, now: float) -> tuple[Member, Heartbeat]:
+    """Say that it is there; every time to those who stand by, and now and then to the others."""
     member = member.but(backup=name_backup(member, now), progress=member.progress + 1)
     names = tuple(map(name_of, member.members))
     beat_ = Heartbeat(
@@ -181,8 +187,16 @@ def beat(member: Member, now: float) -> Step:
         member.log.committed,
         now,
         hive=member.hive,
+        to=_those_who_stand_by(member) if member.progress % BEATS_ASIDE else None,
     )
-    return member, [beat_]
+    return member, beat_
+
+
+def _those_who_stand_by(member: Member) -> tuple[str, ...] | None:
+    """Return the names of those who do, or None where all do that are known."""
+    by_id = dict.fromkeys(member.members, True)
+    by_id |= {each: peer.stands_by for each, peer in member.peers.items()}
+    return None if all(by_id.values()) else tuple(name_of(each) for each in by_id if by_id[each])
 
 
 def name_backup(member: Member, now: float) -> str:

@@ -91,7 +91,7 @@ def concerned(message: object, event: Event) -> tuple[str, ...] | None:
     """Return the names of the members that a message concerns; None means all.
 
     An acknowledgement concerns whom it answers: nobody else counts it. Changes concern those who
-    lack them, see `sending`.
+    lack them, see `sending`, and most heartbeats those who stand by.
 
     Args:
         message: What is said.
@@ -99,7 +99,7 @@ def concerned(message: object, event: Event) -> tuple[str, ...] | None:
     """
     if isinstance(message, Ack) and isinstance(event, Heartbeat | Entries):
         return (name_of(event.active),)
-    return message.to if isinstance(message, Entries) else None
+    return message.to if isinstance(message, Entries | Heartbeat) else None
 
 
 def _pass_time(member: Member, tick: Tick, now: float) -> Step:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
 from typing import Any
 
 from blackboard.pose import Pose
@@ -19,8 +18,11 @@ def to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
 
 
 def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
-    """Return the fields of a value by name, for `json.dumps`; `asdict` would copy all in them."""
-    return {each.name: getattr(value, each.name) for each in fields(value)}
+    """Return the fields of a value by name, for `json.dumps`.
+
+    `asdict` would copy all in them, and `fields` takes ten times as long.
+    """
+    return {name: getattr(value, name) for name in value.__dataclass_fields__}
 
 
 def entry_from(text: str) -> Entry:

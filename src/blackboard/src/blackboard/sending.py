@@ -69,15 +69,22 @@ def send(
     return member.but(peers=MappingProxyType(peers)), message
 
 
-def send_what_is_missing(member: Member, now: float) -> Step:
-    """Send what is on its way or committed to all who have not been sent it, or have lost it."""
+def send_what_is_missing(member: Member, now: float, *, aside: bool) -> Step:
+    """Send what is on its way or committed to all who have not been sent it, or have lost it.
+
+    Args:
+        member: Who sends, the active one.
+        now: The time [s].
+        aside: Whether those are sent it as well who do not stand by.
+    """
     log = member.log
     recently = now - member.settings.self_demotion
     lacking = defaultdict(list)
     for each, peer in member.peers.items():
         has_lost = _has_lost(peer, member.settings.heartbeat)
         known = peer.version if has_lost else max(peer.version, peer.sent)
-        if peer.heard >= recently and known < max(member.flying, log.committed):
+        is_due = (aside or peer.stands_by) and peer.heard >= recently
+        if is_due and known < max(member.flying, log.committed):
             lacking[log.at(known)].append(each)
     said: list[object] = []
     for before, to in lacking.items():

@@ -28,6 +28,7 @@ from blackboard.errors import LiveHiveError
 from blackboard.ros.links import PAUSES
 from blackboard.ros.live_hive import LiveHive, own_master
 from blackboard.ros.live_operator import TERMINAL, LiveOperator, make_task
+from blackboard.ros.parked import SPACING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -62,7 +63,7 @@ _WHOLE_LIST = 300.0
 
 _REPEAT = 5.0
 _SIDE = 60.0
-"""Side of the square in which the goals lie [m]."""
+"""Side of the square in which the goals lie, unless the row of robots is longer [m]."""
 
 
 class Desk:
@@ -72,17 +73,19 @@ class Desk:
 
     Args:
         namespace: Of `new_task`, `task_cancel` and `task_state`, ending in a slash.
+        side: Of the square in which the goals lie [m].
 
     ROS Publishers: `new_task`, `task_cancel`.
     ROS Subscribers: `task_state`.
     """
 
-    def __init__(self, namespace: str) -> None:
+    def __init__(self, namespace: str, side: float) -> None:
         self._changed = threading.Condition()
         self._assigned: dict[str, float] = {}
         self._ended: set[str] = set()
         self._tasks: dict[str, Any] = {}
         self._draw = random.Random(1)  # noqa: S311  (no secret)
+        self._side = side
         self._posted = 0
         self._post = rospy.Publisher(
             f"{namespace}new_task", bb_msgs.TaskMsg, queue_size=1000, tcp_nodelay=True
@@ -151,7 +154,7 @@ class Desk:
 
     def _make(self) -> bb_msgs.TaskMsg:
         self._posted += 1
-        goal = (self._draw.uniform(0.0, _SIDE), self._draw.uniform(0.0, _SIDE))
+        goal = (self._draw.uniform(0.0, self._side), self._draw.uniform(0.0, self._side))
         return make_task(f"A{self._posted}", goal)
 
     def _hear(self, update: Any) -> None:  # noqa: ANN401  (a TaskState)
@@ -212,14 +215,15 @@ def measure(robots: int, folder: Path) -> dict[str, float]:
     Raises:
         LiveHiveError: The hive did not do what was waited for.
     """
+    side = max(_SIDE, SPACING * robots)
     with _bare_nodes(robots):
-        desk = Desk("/bare/")
+        desk = Desk("/bare/", side)
         _wait_until(lambda: desk.is_heard, f"{robots} bare nodes are there")
         _warm_up(desk)
         figures = spread("bare", one_by_one(desk))
         figures["bare_seconds_per_task"] = sustained(desk)
     with _hive_at(robots, folder) as hive:
-        desk = Desk(hive.namespace)
+        desk = Desk(hive.namespace, side)
         _wait_until(lambda: desk.is_heard, "the hive hears the desk")
         _warm_up(desk)
         desk.clear()

@@ -127,7 +127,7 @@ class RosTalker:
             queue_size=_QUEUE_SIZE,
             tcp_nodelay=True,
         )
-        if topic == BACKUP and self._death is None:
+        if topic == BACKUP and self._stands_by:
             self._death = DeathWatch(subscriber)
             self.steady.every(PERIOD, self._death.look)
         elif topic == (BB_ACK if self._stands_by else BB_ENTRIES):
