@@ -5,6 +5,7 @@ import pytest
 
 from blackboard.pose import Pose
 from blackboard.rigs import BlackboardRig
+from blackboard.talker import TASK_BROADCAST
 from blackboard.task import Task, TaskState, TaskType
 
 ONE = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
@@ -123,3 +124,37 @@ def test_ends_of_lists_are_exchanged_as_a_whole():
         rig.report(robot, task, WAITING)
 
     assert rig.orders()[3:] == [("T2", "robot2"), ("T1", "robot2"), ("T3", "robot1")]
+
+
+def offering():
+    """Return a hive whose two robots have just been offered what each of them has."""
+    rig = BlackboardRig(improve_period=1.0)
+    rig.join("robot1", "robot2")
+    for task, winner in ((ONE, "robot1"), (TWO, "robot2")):
+        rig.post(task)
+        for robot in ("robot1", "robot2"):
+            rig.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
+    rig.wait(1.0)
+    return rig
+
+
+def test_a_new_task_does_not_wait_for_an_improvement():
+    rig = offering()
+    assert rig.offered == ["T1", "T2"]
+
+    rig.post(NEW)
+
+    assert rig.offered == ["T3"]
+
+
+def test_answers_to_an_improvement_that_has_made_way_change_nothing_and_are_no_fault():
+    rig = offering()
+    improvement = rig.said(TASK_BROADCAST)[-1].auction
+    rig.post(NEW)
+    rig.bid("robot1", auction=improvement, T1=9.0, T2=1.0)
+    rig.bid("robot2", auction=improvement, T1=1.0, T2=9.0)
+    rig.bid("robot1", T3=1.0)
+    rig.bid("robot2", T3=2.0)
+
+    assert rig.orders() == [("T1", "robot1"), ("T2", "robot2"), ("T3", "robot1")]
+    assert rig.talker.warnings == []

@@ -58,6 +58,23 @@ def test_what_is_offered_stays_alone_while_there_is_something_for_each_robot():
     assert names(reach.offers(records, 3, {"T2", "T4"})) == names(records[:6])
 
 
+def test_a_call_to_many_robots_stays_until_half_of_it_is_given_out():
+    records = [record(f"T{number}") for number in range(9)]
+    reach = Reach(100, 4, 24, last)
+
+    assert names(reach.offers(records, 6, {"T2", "T4"})) == ["T2", "T4"]
+    assert names(reach.offers(records, 6, {"T2"})) == names(records[:4])
+
+
+@pytest.mark.parametrize(("robots", "pieces"), [(1, 10), (10, 10), (20, 5), (50, 5), (2, 10)])
+def test_improving_asks_for_no_more_bids_than_a_call_may(robots, pieces):
+    assert Reach(10, 4, 100, last).most_pieces(robots) == pieces
+
+
+def test_at_least_two_robots_offer_at_a_time():
+    assert Reach(100, 4, 4, last).most_pieces(50) == 2
+
+
 def test_something_more_urgent_is_offered_at_once():
     records = [record("T1"), record("T2", 5), record("T3"), record("T4", 5), record("T5", 9)]
     reach = Reach(100, 2, 100, last)
