@@ -157,7 +157,7 @@ CAUGHT_BY = {
     elect_with_half_of_the_members: (1, STORM),
     count_a_vote_however_late: "late vote",
     obey_an_active_one_of_any_epoch: (70, LATE),
-    ignore_epochs: (6, LATE),
+    ignore_epochs: (17, LATE),
     count_when_an_answer_came: (35, LATE),
     go_on_without_a_majority: (0, STORM),
     change_members_without_waiting: (76, CHURN),

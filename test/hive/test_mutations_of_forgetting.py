@@ -44,7 +44,7 @@ ANY = ""
 
 CAUGHT_BY = {
     forget_what_has_not_ended: (1, ANY),
-    forget_before_the_end_is_committed: (4, "election storm"),
+    forget_before_the_end_is_committed: (14, "election storm"),
     number_what_is_posted_anew_from_one: "posted anew",
     do_not_say_that_a_task_is_forgotten: "posted anew",
 }

@@ -130,7 +130,7 @@ CAUGHT_BY = {
     carry_out_an_order_again: (61, ANY),
     work_on_without_a_lease: (456, STORM),
     renew_a_lease_after_its_end: (34, ANY),
-    reassign_before_the_lease_has_ended: (56, ANY),
+    reassign_before_the_lease_has_ended: (11, ANY),
     count_leases_from_before_the_takeover: (3, STORM),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""

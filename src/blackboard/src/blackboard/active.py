@@ -7,7 +7,7 @@ majority has followed it of late: by then the others may elect another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -87,7 +87,7 @@ def become_active(member: Member, now: float) -> Step:
     )
     member, first = beat(member, now)
     member, more = write(member, now)
-    return member, [replace(first, to=None), *more]
+    return member, [first, *more]
 
 
 def write(

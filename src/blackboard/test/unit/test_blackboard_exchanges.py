@@ -158,3 +158,22 @@ def test_answers_to_an_improvement_that_has_made_way_change_nothing_and_are_no_f
 
     assert rig.orders() == [("T1", "robot1"), ("T2", "robot2"), ("T3", "robot1")]
     assert rig.talker.warnings == []
+
+
+def test_of_a_large_fleet_only_some_offer_what_they_have_at_a_time():
+    rig = BlackboardRig(improve_period=1.0, most_bids=8)
+    robots = [f"robot{number}" for number in range(1, 5)]
+    rig.join(*robots)
+    for winner in robots:
+        task = Task(f"of_{winner}", TaskType.GA, (Pose(1.0, 1.0),))
+        rig.post(task)
+        for robot in robots:
+            rig.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
+    offered = []
+    for _ in range(6):
+        rig.wait(1.0)
+        offered.append(len(rig.pieces))
+        for robot in robots:
+            rig.bid(robot, **{piece[0]: 5.0 for piece in rig.pieces})
+
+    assert max(offered) == 2

@@ -117,6 +117,18 @@ def test_what_was_lost_is_sent_again_to_whoever_has_answered_something_later_wit
     assert blackboard.do(Tick(0.0), later) == []
 
 
+def test_whoever_is_always_one_change_behind_has_lost_nothing(blackboard):
+    for number in range(8):
+        now = NOW + 0.1 * number
+        blackboard.write(f"T{number}", now)
+        version = blackboard.member.log.position.version
+        for each in (*VOTERS[2:], *LISTENERS):
+            blackboard.hear(each, version, now)
+        blackboard.hear("robot1#1", version - 1, now)
+
+        assert blackboard.do(Tick(0.0), now) == []
+
+
 def test_what_was_lost_is_sent_again_while_other_changes_follow_all_the_time(blackboard):
     sent = []
     for number in range(8):

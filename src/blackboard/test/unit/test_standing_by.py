@@ -7,14 +7,13 @@ from types import MappingProxyType
 import pytest
 
 from blackboard import active, election
-from blackboard.active import Heartbeat
 from blackboard.backup import Backup
 from blackboard.consensus import Tick, Write, concerned, step
 from blackboard.journal import MemoryJournal
 from blackboard.member import Member, Peer, Role
 from blackboard.pose import Pose
 from blackboard.record import TaskRecord
-from blackboard.replication import Ack, Entries, Log, Position, Whole
+from blackboard.replication import Ack, Log, Position, Whole
 from blackboard.settings import BackupSettings
 from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
 from blackboard.task import Task, TaskType
@@ -53,29 +52,23 @@ def test_the_active_one_learns_from_acknowledgements_who_stands_by():
 
 
 def told(boss, beats):
-    """Return whom each of some heartbeats in a row concerns, and each change sent with them."""
-    heartbeats, changes = [], []
+    """Return whom some heartbeats in a row concern, each with the changes that go with it."""
+    heard = []
     for number in range(beats):
         boss, said = step(boss, Tick(0.0), NOW + 0.2 * number)
-        heartbeats += [concerned(each, Tick(0.0)) for each in said if isinstance(each, Heartbeat)]
-        changes += [concerned(each, Tick(0.0)) for each in said if isinstance(each, Entries)]
-    return heartbeats, changes
+        heard.append([concerned(each, Tick(0.0)) for each in said])
+    return heard
 
 
 def test_who_does_not_stand_by_hears_one_heartbeat_in_five_and_changes_with_it():
     boss = boss_of(robot1=True, robot2=False).but(settings=BackupSettings(most_members=2))
     boss, _ = step(boss, Write((TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 1.0),))),)), NOW)
 
-    heartbeats, changes = told(boss, 5)
-
-    assert heartbeats == [("blackboard", "robot1")] * 4 + [None]
-    assert changes == [("robot2",)]
+    assert told(boss, 5) == [[("blackboard", "robot1")]] * 4 + [[None, ("robot2",)]]
 
 
 def test_where_all_stand_by_all_hear_every_heartbeat():
-    heartbeats, _ = told(boss_of(robot1=True), 5)
-
-    assert heartbeats == [None] * 5
+    assert told(boss_of(robot1=True), 5) == [[None]] * 5
 
 
 def test_everyone_hears_at_once_who_has_become_active():
