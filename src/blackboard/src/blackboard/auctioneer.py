@@ -90,7 +90,7 @@ class Auctioneer:
 
     def open(self) -> None:
         """Ask for bids on all that waits, unless an auction of that is under way."""
-        if not self._backup.may_act() or not self._is_free():
+        if not self._backup.may_act() or not self._make_way():
             return
         self._changed = False
         moves = self._handing_over.ready(self._in_service())
@@ -164,8 +164,8 @@ class Auctioneer:
         if self._closing is not None and not self._auction.missing:
             self._close_round()
 
-    def _is_free(self) -> bool:
-        """Return whether an auction may begin; what waits need not wait for an improvement."""
+    def _make_way(self) -> bool:
+        """Drop an improvement that something waits for; return whether an auction may begin."""
         auction = self._auction
         if auction is not None and self._improves and self._waiting():
             self._dropped = (auction.epoch, auction.number)
