@@ -56,7 +56,7 @@ def test_random_schedules_with_robots_that_do_not_stand_by_break_no_property():
     assert not broken, broken[0].in_full()
 
 
-@pytest.mark.parametrize("seed", [2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35345])
+@pytest.mark.parametrize("seed", [2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35345, 54852])
 def test_what_schedules_have_found_stays_mended(seed):
     outcome = run(draw(seed))
 

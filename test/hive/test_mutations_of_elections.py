@@ -158,10 +158,10 @@ CAUGHT_BY = {
     count_a_vote_however_late: "late vote",
     obey_an_active_one_of_any_epoch: (70, LATE),
     ignore_epochs: (17, LATE),
-    count_when_an_answer_came: (35, LATE),
+    count_when_an_answer_came: (22, LATE),
     go_on_without_a_majority: (0, STORM),
     change_members_without_waiting: (76, CHURN),
-    keep_the_id_when_the_disk_is_lost: (1, DISKS),
+    keep_the_id_when_the_disk_is_lost: (43, DISKS),
     listen_to_every_hive: (1, ALONE),
     join_without_handing_over: (326, DISKS),
 }

@@ -142,7 +142,9 @@ def hear_ack(member: Member, ack: Ack, now: float) -> Step:
     if ack.epoch != member.epoch or ack.member == member.id:
         return member, []
     known = member.peers.get(ack.member, Peer())
-    version = max(known.version, min(ack.version, member.log.position.version))
+    version = min(ack.version, member.log.position.version)
+    if ack.echo <= known.echo:
+        version = max(version, known.version)  # otherwise it has been started again
     echo = max(known.echo, min(ack.echo, now))
     gets_on = version > known.version
     # What it has not answered yet was sent after that.

@@ -142,6 +142,27 @@ def test_what_was_lost_is_sent_again_while_other_changes_follow_all_the_time(bla
     assert any(versions[0] == 2 and to == {"robot1"} for versions, to in sent)
 
 
+def test_whoever_is_started_again_is_sent_what_it_no_longer_knows_to_be_committed(blackboard):
+    blackboard.write("T1")
+    blackboard.do(Tick(0.0))
+    for each in (*VOTERS[1:], *LISTENERS):
+        blackboard.hear(each, 2)
+    later = NOW + blackboard.member.settings.heartbeat
+    blackboard.hear("robot1#1", 1, later)
+
+    assert blackboard.do(Tick(0.0), later) == [([2], {"robot1"})]
+
+
+def test_an_answer_that_comes_late_changes_nothing(blackboard):
+    blackboard.write("T1")
+    blackboard.do(Tick(0.0))
+    for each in (*VOTERS[1:], *LISTENERS):
+        blackboard.hear(each, 2)
+    blackboard.hear("robot1#1", 1, NOW - 0.1)
+
+    assert blackboard.do(Tick(0.0), NOW + 1.0) == []
+
+
 def test_whoever_is_far_behind_is_sent_the_whole_list_and_nobody_else(blackboard):
     for number in range(200):
         blackboard.write(f"T{number}")
