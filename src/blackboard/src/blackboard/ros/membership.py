@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import rosgraph
+import rosgraph.network
 import rospkg
 import rospy
 
@@ -88,9 +89,14 @@ def journal_folder() -> Path:
 
 
 def default_folder() -> Path:
-    """Return the folder of the journals where no parameter names one, by the ROS master."""
+    """Return the folder of the journals where no parameter names one, by the ROS master.
+
+    A machine has several names for itself, and who asks may use another than the nodes.
+    """
     address = urlsplit(rosgraph.get_master_uri())
-    return Path(rospkg.get_ros_home()) / "robo-hive" / f"{address.hostname}-{address.port}"
+    is_here = rosgraph.network.is_local_address(address.hostname)
+    host = "localhost" if is_here else address.hostname
+    return Path(rospkg.get_ros_home()) / "robo-hive" / f"{host}-{address.port}"
 
 
 def join(
