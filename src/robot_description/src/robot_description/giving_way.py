@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from robot_description.passing_place import way_aside
@@ -89,10 +90,11 @@ class GivingWay:
         if not on or now < self._search_at or not (towards or standing >= HESITATION):
             return None
         self._search_at = now + SEARCH_AGAIN
-        way = self._passing_way(me, on, [meeting.other for meeting in met])
+        right, others = min(self._behind(on)), [meeting.other for meeting in met]
+        way = self._passing_way(replace(me, right=right), on, others)
         if way is None:
-            return self._ask(now, me, min(on, key=_right), [meeting.other for meeting in met])
-        self.right = min(self._behind(on))
+            return self._ask(now, me, min(on, key=_right), others)
+        self.right = right
         self._moving_aside = True
         return way
 

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robot_description.grid_map import Disc
 from robot_description.planner import PlanError
-from robot_description.right_of_way import LEAST_GAP, keep_apart
+from robot_description.right_of_way import LEAST_GAP, keep_apart, meetings
 from robot_description.way import Way
 
 if TYPE_CHECKING:
@@ -55,10 +56,10 @@ def way_aside(
     field: ClearanceField,
     need: float,
 ) -> list[Point] | None:
-    """Return a way to the nearest passing place.
+    """Return a way to the nearest passing place that the right of way lets the robot drive to.
 
     Args:
-        me: The robot that moves aside.
+        me: The robot that moves aside, with the right that it has then.
         first: Those whose ways it must leave and keep off.
         others: Everyone who is in the way as a body.
         planner: The robot's planner.
@@ -66,7 +67,8 @@ def way_aside(
         need: The clearance that the robot needs [m].
 
     Returns:
-        The corners of the way, frame map [m], or None if there is no such place.
+        The corners of the way, frame map [m]; one that has to be waited for, if no other is there;
+        None if there is no place.
     """
     here = np.array([me.x, me.y])
     discs = other_robots(others)
@@ -82,23 +84,29 @@ def way_aside(
     places = places[np.argsort(_cost(here, places, first), kind="stable")]
     starts = np.repeat([here], len(places), axis=0)
     seen = np.flatnonzero(around.lines_are_clear(starts, places, need))
-    if len(seen):
-        x, y = places[seen[0]]
-        return [(me.x, me.y), (float(x), float(y))]
-    return _planned((me.x, me.y), places[:: max(1, len(places) // 40)][:PLANS], planner, discs)
+    ways = [[(me.x, me.y), (float(x), float(y))] for x, y in places[seen]]
+    if not ways:
+        ways = _planned((me.x, me.y), places[:: max(1, len(places) // 40)][:PLANS], planner, discs)
+    free = (way for way in ways if _is_free(replace(me, way=tuple(way)), others))
+    return next(free, ways[0] if ways else None)
+
+
+def _is_free(me: Announcement, others: Sequence[Announcement]) -> bool:
+    """Return whether nobody's claim or right keeps a robot from driving its whole way now."""
+    return all(math.isinf(meeting.room) for meeting in meetings(me, others))
 
 
 def _planned(
     here: Point, places: Array, planner: Planner, discs: Sequence[Disc]
-) -> list[Point] | None:
-    """Return the shortest way to one of some places."""
+) -> list[list[Point]]:
+    """Return ways to some places, the shortest first."""
     ways = []
     for x, y in places:
         try:
             ways.append(planner.plan(here, (float(x), float(y)), discs))
         except PlanError:
             continue
-    return min(ways, key=lambda way: Way(way).length, default=None)
+    return sorted(ways, key=lambda way: Way(way).length)
 
 
 def _candidates(here: Array) -> Array:
