@@ -109,6 +109,18 @@ def test_an_idle_robot_in_a_doorway_moves_aside():
     assert all_arrive(simulation, traffic, 30)
 
 
+@pytest.mark.parametrize("x", [5.4, 5.45, 5.5])
+def test_who_has_picked_makes_room_for_who_waits_close_by_for_the_same_place(x):
+    robots = {"a": ("mir100", (5.5, 4.02, -0.05)), "b": ("ld60", (5.2, 7.4, -1.2))}
+    simulation, traffic = lab(robots)
+    traffic.navigators["a"].parked = True
+    traffic.send("b", (x, 4.0, 0.0))
+    assert not traffic.run(6)
+    traffic.navigators["a"].parked = False
+
+    assert all_arrive(simulation, traffic, 30)
+
+
 def test_a_parked_robot_in_a_doorway_stays_and_the_other_takes_the_other_door():
     robots = {"a": ("mir100", (7.0, 3.2, 0.0)), "b": ("fetch", (10.0, 3.2, 1.57))}
     simulation, traffic = lab(robots)

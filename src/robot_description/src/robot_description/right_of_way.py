@@ -9,8 +9,8 @@ first stretch of that way, which it is about to drive and may no longer be able 
    The others do not extend their claims into the announced way of one that goes first: they wait
    before it.
 3. Who stands on the way of one that goes first, and is not just leaving it, moves aside to the
-   nearest passing place (`passing_place.py`). Until then it has the other's right, one step lower,
-   so that a third robot in its way moves aside for it in turn.
+   nearest passing place that these rules let it drive to (`passing_place.py`). Until then it has
+   the other's right, one step lower, so that a third robot in its way moves aside for it in turn.
 4. Who finds no passing place asks the other to let it out: it takes the other's right, one step
    higher, so that the other moves aside by the same rules.
 5. A parked robot (one that picks, charges or is defect) does not move aside; the others plan
