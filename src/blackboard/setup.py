@@ -6,9 +6,15 @@ setup(
     **generate_distutils_setup(
         packages=[
             "blackboard",
-            "blackboard.allocation",
+            "blackboard.auction",
+            "blackboard.board",
+            "blackboard.consensus",
+            "blackboard.costing",
+            "blackboard.domain",
+            "blackboard.robot",
             "blackboard.ros",
-            "blackboard.simulation",
+            "blackboard.ros.codec",
+            "blackboard.ros.rospy_patches",
         ],
         package_dir={"": "src"},
     )

@@ -6,9 +6,9 @@ setup(
     **generate_distutils_setup(
         packages=[
             "fleet_manager",
-            "fleet_manager.bench",
-            "fleet_manager.bench.allocation",
             "fleet_manager.cli",
+            "fleet_manager.client",
+            "fleet_manager.config",
             "fleet_manager.demo",
             "fleet_manager.desk",
             "fleet_manager.gui",

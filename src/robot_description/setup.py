@@ -4,6 +4,9 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["robot_description", "robot_description.ros"], package_dir={"": "src"}
+        packages=[
+            "robot_description",
+        ],
+        package_dir={"": "src"},
     )
 )

@@ -2,4 +2,15 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["simenv", "simenv.ros"], package_dir={"": "src"}))
+setup(
+    **generate_distutils_setup(
+        packages=[
+            "simenv",
+            "simenv.bodies",
+            "simenv.ros",
+            "simenv.sensors",
+            "simenv.world",
+        ],
+        package_dir={"": "src"},
+    )
+)

@@ -16,7 +16,7 @@ from python_qt_binding.QtCore import QEvent, QEventLoop, QSettings, Qt
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
-from blackboard.backup import Heartbeat
+from blackboard.consensus.node import Heartbeat
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.desk.facts import Told
 from fleet_manager.gui.desk import Desk
@@ -48,7 +48,7 @@ def screen():
 
 
 @pytest.fixture(scope="session")
-def application(screen):  # noqa: ARG001  (it must be there first)
+def application(screen):
     os.environ.pop("QT_QPA_PLATFORM", None)
     return QApplication(["test_gui"])
 

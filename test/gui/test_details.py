@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.backup import TaskList
-from blackboard.cost import Bid
-from blackboard.decision import Decision
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.auction.decision import Decision
+from blackboard.consensus.node import TaskList
+from blackboard.costing.cost import Bid
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.desk.facts import AskWhy, Noted
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.task_details import TaskDetails
+from hive_common.pose import Pose
 
 WAITING = TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 2.0),)))
 GIVEN = replace(WAITING, state=TaskState.ASSIGNED, robot="robot1", assignment=1)

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import pytest
 
-from fleet_manager.gui import bench
+from hive_lab.windows import bench
 
 RUNS = 6
 """What else the machine does can only lengthen a stall, so the shortest of a few runs counts."""
 
 
 @pytest.mark.timeout(1200)  # every case is watched for some seconds
-def test_no_stall_of_the_event_loop_is_longer_than_a_tenth_of_a_second(screen):  # noqa: ARG001
+def test_no_stall_of_the_event_loop_is_longer_than_a_tenth_of_a_second(screen):
     missed, shortest, errors = bench.AIMS, {}, []
     for _run in range(RUNS):
         if not missed:

@@ -6,13 +6,13 @@ from __future__ import annotations
 import pytest
 from python_qt_binding.QtCore import QSettings, Qt
 
-from blackboard.pose import Pose
-from blackboard.record import TaskUpdate
-from blackboard.task import TaskState, TaskType
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import TaskState, TaskType
 from fleet_manager.desk.facts import Clicked, PlacesKnown, PostTask
 from fleet_manager.desk.places import Place
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
+from hive_common.pose import Pose
 
 WRONG = {
     "empty": "",

@@ -11,7 +11,7 @@ import signal
 import pytest
 from python_qt_binding.QtCore import Qt
 
-from blackboard.task import TaskType
+from blackboard.domain.task import TaskType
 from fleet_manager.gui.task_details import TaskDetails
 
 pytestmark = [

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from blackboard.task import TaskType
-from fleet_manager.resources import package_folder
+from blackboard.domain.task import TaskType
+from hive_common.resources import package_folder
 
 # rospy leaves sockets to be closed by the garbage collector.
 pytestmark = [
@@ -92,7 +92,7 @@ def find_canvas(others):
 
 
 @pytest.fixture
-def canvas(person, hive_window, tmp_path):  # noqa: ARG001  (RViz lies on top of it)
+def canvas(person, hive_window, tmp_path):
     others, seen = windows_named("^$"), []
     command, software = ["rviz", "-d", str(CONFIG)], {"LIBGL_ALWAYS_SOFTWARE": "1"}
     with Path(tmp_path / "rviz.log").open("wb") as log:

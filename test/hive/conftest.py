@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from blackboard.simulation.directed import DIRECTED
-from blackboard.simulation.draw import draw
-from blackboard.simulation.run import run
+from hive_lab.fault_schedules.directed import DIRECTED
+from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.run import run
 
 PAGE = Path(__file__).parents[2] / "docs/protocol.md"
 

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.controller import CommandResult, CommandState
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.talker import NEW_TASK, SET_STATE, TASK_CANCEL, TASK_STATE
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Hive, Network
+from blackboard.domain.talker import NEW_TASK, SET_STATE, TASK_CANCEL, TASK_STATE
+from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.robot.controller import CommandResult, CommandState
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive, Network
+from hive_lab.virtual.properties import Properties
 
 OPERATORS = (NEW_TASK, TASK_CANCEL, SET_STATE)
 FAILURE = CommandResult(CommandState.ABORTED, "somebody stood in the way")

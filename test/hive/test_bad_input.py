@@ -6,15 +6,14 @@ import random
 
 import pytest
 
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import Bid, Bids
-from blackboard.election import Ballot, BallotKind
-from blackboard.intake import LONGEST_NAME, why_refused
-from blackboard.pose import Pose
-from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
-from blackboard.replication import Ack, Entries, Entry, Position
-from blackboard.talker import (
+from blackboard.board.intake import LONGEST_NAME, why_refused
+from blackboard.consensus.election import Ballot, BallotKind
+from blackboard.consensus.log import Ack, Entries, Entry, Position
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.costing.cost import Bid, Bids
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.domain.talker import (
     BACKUP,
     BB_ACK,
     BB_ENTRIES,
@@ -29,8 +28,9 @@ from blackboard.talker import (
     TASK_COST,
     TASK_STATE,
 )
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Hive
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive
 
 MESSAGES = 5000
 HUGE = "x" * 10_000_000

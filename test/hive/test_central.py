@@ -5,12 +5,12 @@ import random
 
 import pytest
 
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.settings import BlackboardSettings
-from blackboard.talker import TASK_ASSIGN, TASK_COST
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Hive
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.talker import TASK_ASSIGN, TASK_COST
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.properties import Properties
 
 
 def place(draw):

@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blackboard.bench_faults import simulate
-from blackboard.pose import Pose
-from blackboard.simulation.draw import draw
-from blackboard.simulation.long_run import run_with_freezes, run_with_losses
-from blackboard.simulation.network import Quality
-from blackboard.simulation.run import run
-from blackboard.simulation.schedule import (
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.bench.faults import simulate
+from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
+from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.run import run
+from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
     BadLinks,
     Crash,
@@ -24,7 +25,6 @@ from blackboard.simulation.schedule import (
     PowerCut,
     Schedule,
 )
-from blackboard.task import Task, TaskType
 
 SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "1000"))
 """How many random schedules are run; more on demand."""

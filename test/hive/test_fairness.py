@@ -3,10 +3,10 @@
 
 import pytest
 
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Hive
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.properties import Properties
 
 NEVER = 1e9
 

@@ -5,11 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.characteristics import RobotState
-from blackboard.controller import CommandResult, CommandState
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.talker import (
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.talker import (
     ROBOT_STATUS,
     SYNC,
     TASK_ASSIGN,
@@ -17,8 +14,11 @@ from blackboard.talker import (
     TASK_COST,
     TASK_STATE,
 )
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT, Hive, Network
+from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.robot.controller import CommandResult, CommandState
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT, Hive, Network
+from hive_lab.virtual.properties import Properties
 
 GO = Task("T1", TaskType.GA, (Pose(5.0, 0.0),))
 ROUND = Task("T1", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)))

@@ -3,12 +3,12 @@
 
 from dataclasses import replace
 
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.settings import BlackboardSettings
-from blackboard.talker import SYNC, TASK_STATE
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Hive
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.talker import SYNC, TASK_STATE
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.properties import Properties
 
 GO = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
 HEAVY = replace(GO, id="T7", payload=35.0)

@@ -4,10 +4,10 @@
 from collections import Counter
 from dataclasses import replace
 
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT, Hive
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT, Hive
+from hive_lab.virtual.properties import Properties
 
 AGV = replace(
     SMALL_ROBOT,

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.bench_exchange import run
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.settings import BlackboardSettings
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Hive
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.bench.exchange import run
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.properties import Properties
 
 NEAR, FAR = Pose(5.0, 0.0), Pose(80.0, 0.0)
 WAITING, ASSIGNED, STARTED, DONE, *_ = TaskState

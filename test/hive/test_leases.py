@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.characteristics import RobotState
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.settings import BlackboardSettings
-from blackboard.talker import BACKUP, ROBOT_STATUS, SYNC, TASK_ASSIGN, TASK_STATE
-from blackboard.task import StepKind, Task, TaskState, TaskType
-from blackboard.testing import Hive, Network
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.talker import BACKUP, ROBOT_STATUS, SYNC, TASK_ASSIGN, TASK_STATE
+from blackboard.domain.task import StepKind, Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive, Network
+from hive_lab.virtual.properties import Properties
 
 ROUND = Task("T1", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)))
 CARRY = Task("T1", TaskType.GPAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)), payload=3.0)

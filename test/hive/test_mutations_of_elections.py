@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# ruff: noqa: SLF001  (a mutation reaches inside)
+
 """Rules of elections, each of which, left out, breaks a property for some schedule.
 
 The table in docs/protocol.md lists these mutations. A seed replays with
-`python3 -m blackboard.simulation.run SEED --mood MOOD`, which finds nothing as long as the rule is
+`python3 -m hive_lab.fault_schedules.run SEED --mood MOOD`, which finds nothing as long as the rule is
 there.
 """
 
@@ -11,12 +11,12 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard import active, backup, consensus, election
-from blackboard.election import BallotKind
-from blackboard.fence import Border
-from blackboard.founding import Handover
-from blackboard.member import name_of
-from blackboard.simulation.hive import Disk
+from blackboard.consensus import election, leader, node, step
+from blackboard.consensus.bootstrap import Handover
+from blackboard.consensus.election import BallotKind
+from blackboard.consensus.hive_filter import Border
+from blackboard.consensus.member import name_of
+from hive_lab.fault_schedules.hive import Disk
 
 
 def vote_for_any_list(patch):
@@ -54,12 +54,12 @@ def forget_the_vote_over_a_restart(patch):
 
 
 def vote_at_once_after_a_restart(patch):
-    awake = backup.awake
+    awake = node.awake
 
     def hasty(*what, **how):
         return awake(*what, **how).but(heard=float("-inf"), quiet_until=float("-inf"))
 
-    patch.setattr(backup, "awake", hasty)
+    patch.setattr(node, "awake", hasty)
 
 
 def elect_with_half_of_the_members(patch):
@@ -79,16 +79,16 @@ def count_a_vote_however_late(patch):
 
 
 def obey_an_active_one_of_any_epoch(patch):
-    heed = consensus._heed
+    heed = step._heed
 
     def meek(member, epoch, speaker, hive, now):
         return heed(member, max(epoch, member.epoch), speaker, hive, now)
 
-    patch.setattr(consensus, "_heed", meek)
+    patch.setattr(step, "_heed", meek)
 
 
 def count_answers_of_any_epoch(patch):
-    hear_ack, hear_answer = active.hear_ack, election.hear_answer
+    hear_ack, hear_answer = leader.hear_ack, election.hear_answer
 
     def count_ack(member, ack, now):
         return hear_ack(member, replace(ack, epoch=member.epoch), now)
@@ -98,7 +98,7 @@ def count_answers_of_any_epoch(patch):
             ballot = replace(ballot, epoch=member.epoch)
         return hear_answer(member, ballot, now)
 
-    patch.setattr(active, "hear_ack", count_ack)
+    patch.setattr(leader, "hear_ack", count_ack)
     patch.setattr(election, "hear_answer", count_vote)
 
 
@@ -109,30 +109,30 @@ def ignore_epochs(patch):
 
 
 def count_when_an_answer_came(patch):
-    hear_ack = active.hear_ack
+    hear_ack = leader.hear_ack
 
     def generous(member, ack, now):
         return hear_ack(member, replace(ack, echo=now), now)
 
-    patch.setattr(active, "hear_ack", generous)
+    patch.setattr(leader, "hear_ack", generous)
 
 
 def go_on_without_a_majority(patch):
-    patch.setattr(active, "has_lease", lambda *_: True)
-    patch.setattr(consensus, "has_lease", lambda *_: True)
+    patch.setattr(leader, "has_lease", lambda *_: True)
+    patch.setattr(step, "has_lease", lambda *_: True)
 
 
 def change_members_without_waiting(patch):
-    patch.setattr(active, "may_change_members", lambda *_: True)
+    patch.setattr(leader, "may_change_members", lambda *_: True)
 
 
 def keep_the_id_when_the_disk_is_lost(patch):
-    awake = backup.awake
+    awake = node.awake
 
     def same(durable, *what, **how):
         return awake(replace(durable, member=name_of(durable.member)), *what, **how)
 
-    patch.setattr(backup, "awake", same)
+    patch.setattr(node, "awake", same)
 
 
 def listen_to_every_hive(patch):

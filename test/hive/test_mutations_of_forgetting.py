@@ -7,19 +7,19 @@ As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
 
 import pytest
 
-from blackboard import forgetting
-from blackboard.blackboard import Blackboard
-from blackboard.orders import Orders
-from blackboard.record import TaskRecord
+from blackboard.board import retention
+from blackboard.board.blackboard import Blackboard
+from blackboard.board.orders import Orders
+from blackboard.domain.record import TaskRecord
 
 
 def forget_what_has_not_ended(patch):
-    everything = lambda records: {name: [name] for name in records}  # noqa: E731  (one rule in one line)
-    patch.setattr(forgetting, "ended_families", everything)
+    everything = lambda records: {name: [name] for name in records}
+    patch.setattr(retention, "ended_families", everything)
 
 
 def forget_before_the_end_is_committed(patch):
-    commit = Blackboard._commit  # noqa: SLF001  (the rule is in it)
+    commit = Blackboard._commit
 
     def hasty(self, *records, then=None, tell=True):
         commit(self, *records, then=then, tell=tell)

@@ -7,26 +7,26 @@ As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
 
 import pytest
 
-from blackboard import active, consensus, sending
-from blackboard.backup import _TOPICS, Backup
-from blackboard.consensus import Write
-from blackboard.lease import Lease, Leases
-from blackboard.leave import Leave
-from blackboard.reports import Reports
-from blackboard.simulation.hive import Disk
-from blackboard.watch import Watch
+from blackboard.board.watch import Watch
+from blackboard.consensus import append_entries, leader, step
+from blackboard.consensus.lease import Lease, Leases
+from blackboard.consensus.node import _TOPICS, Backup
+from blackboard.consensus.step import Write
+from blackboard.robot.lease_keeper import Leave
+from blackboard.robot.reports import Reports
+from hive_lab.fault_schedules.hive import Disk
 
 
 def commit_with_half_of_the_members(patch):
-    half = lambda members: max(1, len(members) // 2)  # noqa: E731  (one rule in one line)
-    patch.setattr(active, "majority_of", half)
+    half = lambda members: max(1, len(members) // 2)
+    patch.setattr(leader, "majority_of", half)
 
 
 def commit_by_count_what_an_earlier_epoch_left(patch):
     def count(log, _, held, majority):
         return max(log.committed, sorted(held, reverse=True)[majority - 1])
 
-    patch.setattr(active, "committed_version", count)
+    patch.setattr(leader, "committed_version", count)
 
 
 def announce_before_a_majority_holds_it(patch):
@@ -42,7 +42,7 @@ def announce_before_a_majority_holds_it(patch):
 def answer_before_writing_to_disk(patch):
     def hasty(self, event):
         before = self._member
-        after, said = consensus.step(before, event, self._talker.now())
+        after, said = step.step(before, event, self._talker.now())
         for message in said:
             self._talker.publish(_TOPICS[type(message)], self._with_leases(message))
         if self._write_down(before, after):
@@ -57,22 +57,22 @@ def drop_the_journal(patch):
 
 
 def acknowledge_what_is_missing(patch):
-    extend = consensus.extend
+    extend = step.extend
 
     def blind(log, message):
         return extend(log, message) or log
 
-    patch.setattr(consensus, "extend", blind)
+    patch.setattr(step, "extend", blind)
 
 
 def keep_what_the_new_active_one_lacks(patch):
-    extend = consensus.extend
+    extend = step.extend
 
     def stubborn(log, message):
         longer = extend(log, message)
         return log if longer and longer.position.version <= log.position.version else longer
 
-    patch.setattr(consensus, "extend", stubborn)
+    patch.setattr(step, "extend", stubborn)
 
 
 def forget_reports_over_a_restart(patch):
@@ -142,6 +142,6 @@ def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
 
 
 def test_what_an_earlier_epoch_left_is_not_committed_by_count(caught, monkeypatch):
-    monkeypatch.setattr(sending, "MOST_ENTRIES", 1)  # else the changes come in one message
+    monkeypatch.setattr(append_entries, "MOST_ENTRIES", 1)  # else the changes come in one message
 
     assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")

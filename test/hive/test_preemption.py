@@ -3,12 +3,12 @@
 
 from dataclasses import replace
 
-from blackboard.characteristics import RobotState
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.talker import TASK_ASSIGN
-from blackboard.task import StepKind, Task, TaskState, TaskType
-from blackboard.testing import Hive, Network
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.talker import TASK_ASSIGN
+from blackboard.domain.task import StepKind, Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive, Network
+from hive_lab.virtual.properties import Properties
 
 LEFT, RIGHT = Pose(0.0, 0.0), Pose(50.0, 0.0)
 URGENT = Task("U", TaskType.GA, (Pose(2.0, 3.0),), priority=10)

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.controller import CommandResult, CommandState
-from blackboard.pose import Pose
-from blackboard.properties import Properties
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT, Hive
+from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.robot.controller import CommandResult, CommandState
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT, Hive
+from hive_lab.virtual.properties import Properties
 
 HEAVY = Task("T7", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)), priority=4, payload=36.0)
 WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState

@@ -10,14 +10,14 @@ import pytest
 
 pytest.importorskip("ompl")
 
-from robot_description.follower import Pose
-from robot_description.grid_map import GridMap
-from robot_description.map_reader import read_map
+from hive_common.grid_map import GridMap
+from hive_common.map_reader import read_map
+from hive_common.pose import Pose
+from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
-from robot_description.navigator import LONGEST_ROUND
-from robot_description.testing import Traffic
+from robot_navigation.control.navigator import LONGEST_ROUND
 from simenv.simulation import Simulation
-from simenv.world_file import load_world
+from simenv.world.world_file import load_world
 
 MAPS = Path(__file__).resolve().parents[2] / "maps"
 LAB = {
@@ -202,7 +202,7 @@ def test_a_thing_in_the_only_door_ends_the_goal_with_where_it_stands():
 def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
     simulation, traffic = lab(LAB)
     random = np.random.default_rng(5)
-    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
+    field = traffic.navigators["robot1"]._field
     reached = 0
     while simulation.time < 150.0:
         for name, navigator in traffic.navigators.items():
@@ -219,7 +219,7 @@ def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
 def test_four_robots_whose_processes_are_held_up_again_and_again_touch_nothing():
     simulation, traffic = lab(LAB)
     random = np.random.default_rng(5)
-    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
+    field = traffic.navigators["robot1"]._field
     goes_on = dict.fromkeys(LAB, 0.0)
     while simulation.time < 120.0:
         for name, navigator in traffic.navigators.items():

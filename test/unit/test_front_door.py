@@ -51,7 +51,7 @@ def test_help_names_every_word_that_hive_handles_itself(word):
 
     assert shown.returncode == 0
     assert explained == {"setup", "demo", "test", "bench", "shell", "help"}
-    assert explained - {"demo", "bench"} == words_of_the_script()
+    assert explained - {"demo"} == words_of_the_script()
 
 
 def test_help_names_every_word_of_the_command_line():

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from blackboard.cost import MAX_COST
-from blackboard.robot import RobotState
-from blackboard.task import TaskState, TaskType
+from blackboard.costing.cost import MAX_COST
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.task import TaskState, TaskType
 
 MESSAGES = Path(__file__).resolve().parents[2] / "src/blackboard/msg"
 CONSTANT = re.compile(r"^uint8 (?P<name>[A-Z_]+) *= *(?P<value>\d+)", re.MULTILINE)

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-import blackboard.talker as topics
-from blackboard.cost import COST_MODELS
-from blackboard.settings import (
+import blackboard.domain.talker as topics
+from blackboard.costing.cost import COST_MODELS
+from blackboard.domain.settings import (
     BackupSettings,
     BlackboardSettings,
     ControllerSettings,
     RobotSettings,
     WaysSettings,
 )
-from blackboard.task import TRANSITIONS, TaskEvent, TaskState
+from blackboard.domain.task import TRANSITIONS, TaskEvent, TaskState
 
-DOCS = Path(__file__).resolve().parents[4] / "docs"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 PROTOCOL = (DOCS / "protocol.md").read_text()
 COST_MODEL = (DOCS / "cost-model.md").read_text()
 

@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Polygon
 
-from robot_description.follower import Pose
-from robot_description.poses import compose
-from simenv.geometry import Footprint, Nearby
+from hive_common.geometry import Footprint, Nearby
+from hive_common.pose import Pose, compose
 
 
 def test_a_footprint_touches_what_passes_through_it_wherever_it_stands():

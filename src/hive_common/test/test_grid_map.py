@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot_description.grid_map import FAR, ClearanceField, Disc, GridMap
+from hive_common.grid_map import FAR, ClearanceField, Disc, GridMap
 
 
 def hall(blocked_columns: slice = slice(0, 0)) -> ClearanceField:

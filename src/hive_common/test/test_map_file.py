@@ -6,15 +6,14 @@ import PIL.Image
 import pytest
 from shapely.geometry import Point, box
 
-from robot_description.errors import FileError
-from robot_description.follower import Pose
-from simenv.draw_map import draw_map
-from simenv.errors import MapError
-from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, load_map, save_map
-from simenv.shapes import Shape
+from hive_common.errors import FileError, MapError
+from hive_common.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, load_map, save_map
+from hive_common.pose import Pose
 from simenv.testing import hall
-from simenv.world import Place, World
-from simenv.world_file import load_world
+from simenv.world.draw_map import draw_map
+from simenv.world.shapes import Shape
+from simenv.world.world import Place, World
+from simenv.world.world_file import load_world
 
 KEYS = {
     "image": "m.pgm",
@@ -132,7 +131,7 @@ def test_a_map_that_says_nothing_or_something_twice_is_refused(tmp_path, text):
 
 
 def test_a_missing_map_names_those_that_are_there():
-    with pytest.raises(MapError, match="map 'moon': not known; allowed: lab, warehouse"):
+    with pytest.raises(FileError, match="map 'moon': not known; allowed: lab, warehouse"):
         load_map("moon")
     with pytest.raises(FileError, match="/nowhere/moon: cannot be read"):
         load_map("/nowhere/moon")

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from blackboard.pose import Pose
+from hive_common.pose import Pose
 
 
 def test_the_distance_is_as_the_crow_flies_and_does_not_look_at_headings():

@@ -10,15 +10,18 @@ from typing import Any
 import pytest
 import yaml
 
-from robot_description.errors import FileError
-from robot_description.models import load_model, model_names, models_folder
+from hive_common.errors import FileError
+from hive_common.resources import package_folder
+from robot_description.models import load_model, model_names
 
 DOOR_WIDTH = 1.2  # [m], the doors of the lab
 
 
 def written(tmp_path: Any, change: Any) -> Any:
     """Return the path of the mir100 file after `change(content)`."""
-    content = yaml.safe_load((models_folder() / "mir100.yaml").read_text())
+    content = yaml.safe_load(
+        (package_folder("robot_description") / "models/mir100.yaml").read_text()
+    )
     change(content)
     path = tmp_path / "changed.yaml"
     path.write_text(yaml.safe_dump(content))
@@ -32,7 +35,7 @@ def test_there_are_two_agvs_two_amrs_two_mobile_manipulators_and_one_that_walks(
 
 
 def test_the_robot_that_the_guide_adds_is_described_without_a_mistake(tmp_path: Any) -> None:
-    guide = models_folder().parents[2] / "docs/adding-a-robot.md"
+    guide = package_folder("robot_description").parents[1] / "docs/adding-a-robot.md"
     path = tmp_path / "dingo_o.yaml"
     path.write_text(guide.read_text(encoding="utf-8").split("```yaml\n")[1].split("```")[0])
 

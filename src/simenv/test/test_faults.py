@@ -12,7 +12,7 @@ from robot_description.models import load_model
 from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
 from simenv.simulation import Simulation
-from simenv.world_file import load_world
+from simenv.world.world_file import load_world
 
 
 @pytest.fixture

@@ -2,13 +2,13 @@
 import pytest
 import yaml
 
-from robot_description.follower import Pose
-from simenv.errors import MapError
-from simenv.folders import package_folder
-from simenv.map_file import load_map
+from hive_common.errors import MapError
+from hive_common.map_file import load_map
+from hive_common.pose import Pose
+from hive_common.resources import package_folder
 from simenv.rviz_view import fitted
 
-HIVE = (package_folder("rviz") / "hive.rviz").read_text()
+HIVE = (package_folder("simenv") / "rviz/hive.rviz").read_text()
 
 
 def parts(config):

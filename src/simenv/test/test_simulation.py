@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from shapely.geometry import Polygon, box
 
-from robot_description.follower import Pose
+from hive_common.geometry import Footprint
+from hive_common.pose import Pose
 from robot_description.models import load_model
 from simenv.errors import CommandError, SpawnError, UnknownRobotError
-from simenv.geometry import Footprint
-from simenv.noise import NO_NOISE, Noise
-from simenv.shapes import Shape
+from simenv.sensors.noise import NO_NOISE, Noise
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall
+from simenv.world.shapes import Shape
 
 MIR = load_model("mir100")
 LD = load_model("ld60")
@@ -95,7 +95,7 @@ def test_a_robot_turns_its_corner_into_a_wall():
 
     corners = Footprint(MIR.base.footprint).at(simulation.poses["robot1"])
     (contact,) = simulation.contacts
-    assert str(contact).startswith("robot1 ran into a wall at (5.00, 0.80,")
+    assert str(contact).startswith("robot1 ran into a wall at (5.00, 0.80)")
     assert corners[:, 1].min() == pytest.approx(0.5, abs=2e-3)
 
 

@@ -9,9 +9,9 @@ import pytest
 import rospy
 from blackboard.msg import TaskState
 
-from blackboard.ros.live_hive import ROBOTS, LiveHive
-from blackboard.ros.live_operator import LiveOperator, make_task
-from blackboard.ros.stand_in import StandIn
+from hive_lab.live.live_hive import ROBOTS, LiveHive
+from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.live.stand_in import StandIn
 
 SIZE = 16
 """Of the small disk [MB]: SQLite's write-ahead log alone may grow to 4 MB."""

@@ -17,9 +17,9 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
-from blackboard.ros.live_hive import LiveHive
-from blackboard.ros.live_operator import LiveOperator, make_task
-from blackboard.ros.stand_in import StandIn
+from hive_lab.live.live_hive import LiveHive
+from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.live.stand_in import StandIn
 
 MESSAGES = 5000
 PER_SECOND = 400
@@ -59,7 +59,7 @@ class Nonsense:
         self.draw = random.Random(seed)
 
     def fill(self, message):
-        for slot, kind in zip(message.__slots__, message._slot_types, strict=True):  # noqa: SLF001  (genpy's name for them)
+        for slot, kind in zip(message.__slots__, message._slot_types, strict=True):
             setattr(message, slot, self.value(slot, kind, getattr(message, slot)))
         if isinstance(message, bb_msgs.TaskMsg):
             message.priority = self.draw.randint(11, 255)  # so that none of it is a task
@@ -249,6 +249,6 @@ def test_a_caller_that_stops_before_its_first_words_keeps_nobody_else_out(hive):
         socket.create_connection(port, timeout=5),
         socket.create_connection(port, timeout=5) as caller,
     ):
-        caller.sendall(first_words(bb_msgs.BbBackup._md5sum))  # noqa: SLF001  (the only way to know it)
+        caller.sendall(first_words(bb_msgs.BbBackup._md5sum))
 
         assert b"topic=/input/bb_backup" in caller.recv(4096)

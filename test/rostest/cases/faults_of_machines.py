@@ -10,9 +10,9 @@ import rospy
 from blackboard.msg import TaskState
 from rosgraph_msgs.msg import Clock
 
-from blackboard.ros.live_hive import ROBOTS, LiveHive
-from blackboard.ros.live_operator import PATIENCE, LiveOperator, make_task
-from blackboard.ros.stand_in import StandIn
+from hive_lab.live.live_hive import ROBOTS, LiveHive
+from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
+from hive_lab.live.stand_in import StandIn
 
 NODES = Path(__file__).resolve().parents[1] / "nodes"
 LONGER = 6.0
@@ -110,9 +110,9 @@ def test_a_simulated_clock_that_stops_or_jumps_back_changes_nothing(tmp_path):
         for number, begins in enumerate((stands, 500.0)):
             task = f"clock{number}"
             operator.post(make_task(task, (float(number), 1.0)))
-            begun = lambda t=task: TaskState.STARTED in operator.states_of(t)  # noqa: E731  (a sentence)
+            begun = lambda t=task: TaskState.STARTED in operator.states_of(t)
             operator.demand(begun, f"{task} is begun")
-            ended = lambda n=number: operator.state_of(f"clock{n}") == TaskState.DONE  # noqa: E731  (a sentence)
+            ended = lambda n=number: operator.state_of(f"clock{n}") == TaskState.DONE
             run_clock(operator, clock, begins, ended)
 
             assert arrivals(hive, (float(number), 1.0)) == 1

@@ -14,9 +14,9 @@ import pytest
 import rospy
 from blackboard.msg import TaskState
 
-from blackboard.ros.live_hive import ROBOTS, LiveHive
-from blackboard.ros.live_operator import PATIENCE, LiveOperator, make_task
-from blackboard.ros.stand_in import StandIn
+from hive_lab.live.live_hive import ROBOTS, LiveHive
+from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
+from hive_lab.live.stand_in import StandIn
 
 NODES = Path(__file__).resolve().parents[1] / "nodes"
 
@@ -244,12 +244,12 @@ def test_a_second_blackboard_of_another_name_is_a_member_like_the_others(hive, o
     assert bosses_after(operator, since) == [(last.epoch, last.active)]
     hive.kill(second)
     operator.demand(lambda: second not in operator.last.members, "it is off the list")
-    del hive._processes[second]  # noqa: SLF001  (it is not to be started again)
+    del hive._processes[second]
 
 
 def test_a_second_blackboard_of_the_same_name_takes_the_first_ones_place(hive, operator):
     name = hive.blackboard
-    first = hive._processes[name]  # noqa: SLF001  (start replaces it)
+    first = hive._processes[name]
     hive.start(name)
     first.wait(PATIENCE)
     operator.forget_answers()
@@ -288,7 +288,7 @@ def test_the_same_task_a_hundred_times_is_one_task(hive, operator):
 def test_a_program_that_dies_right_after_it_has_posted_leaves_at_most_one_task(hive, operator):
     program = (
         "import os, rospy; from blackboard.msg import TaskMsg; "
-        "from blackboard.ros.live_operator import make_task; "
+        "from hive_lab.live.live_operator import make_task; "
         "rospy.init_node('dying', anonymous=True); "
         "p = rospy.Publisher('/members/new_task', TaskMsg, queue_size=1, latch=True); "
         "p.publish(make_task('orphan', (1.5, 1.5))); rospy.sleep(0.3); os._exit(9)"

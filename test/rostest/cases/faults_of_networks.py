@@ -17,8 +17,8 @@ import rospy
 from blackboard.msg import TaskState
 from live_network import OFFICE, LiveNetwork, NoNetworkError
 
-from blackboard.ros.live_hive import LiveHive, own_master
-from blackboard.ros.live_operator import LiveOperator, make_task
+from hive_lab.live.live_hive import LiveHive, own_master
+from hive_lab.live.live_operator import LiveOperator, make_task
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 HOSTS = ("blackboard", *ROBOTS)
@@ -86,7 +86,7 @@ def start_base(network, robot, x):
     base = [
         sys.executable,
         "-m",
-        "blackboard.ros.stand_in",
+        "hive_lab.live.stand_in",
         f"/networks/{robot}",
         f"{DRIVE}",
         f"{x}",
@@ -214,7 +214,7 @@ def test_a_robot_that_arrives_while_it_is_cut_off_is_believed_and_nobody_drives_
     for number in range(5):
         task = f"alone{number}"
         operator.post(make_task(task, (x, 0.5 + number)))
-        operator.demand(lambda: operator.state_of(task) >= TaskState.STARTED, "it is begun")  # noqa: B023  (called at once)
+        operator.demand(lambda: operator.state_of(task) >= TaskState.STARTED, "it is begun")
         robot = operator.record_of(task).robot
         hive.network.unplug(robot)
         operator.pass_time(LOST)

@@ -17,8 +17,8 @@ from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import init_tcpros_server
 from std_msgs.msg import String
 
-from blackboard.ros import links as of_blackboard
-from robot_description.ros import links as of_robots
+from hive_common.ros import links as of_blackboard
+from hive_common.ros import links as of_robots
 
 SPEAKER = """
 import rospy, std_msgs.msg

@@ -17,10 +17,10 @@ from nav_msgs.srv import GetMap
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 
-from robot_description.poses import compose
-from robot_description.ros.conversions import pose_from_msg, pose_from_transform
-from simenv.map_file import load_map
-from simenv.mapping_run import compare
+from hive_common.map_file import load_map
+from hive_common.pose import compose
+from hive_common.ros.conversions import pose_from_msg, pose_from_transform
+from hive_lab.bench.mapping import compare
 from simenv.ros.conversions import map_from_msg
 
 WAIT = 60.0  # on the wall clock [s]

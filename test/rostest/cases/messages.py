@@ -6,15 +6,15 @@ import pytest
 import rospy
 from geometry_msgs.msg import Pose2D
 
-from blackboard.bid_basis import BidBasis
-from blackboard.cost import Bid, Bids, CostTerms
-from blackboard.pose import Pose
-from blackboard.record import Broadcast, Order
-from blackboard.replication import Ack
-from blackboard.ros.conversions import WIRES
-from blackboard.talker import BB_ACK, TASK_ASSIGN, TASK_BROADCAST, TASK_COST
-from blackboard.task import Task, TaskType
-from blackboard.testing import SMALL_ROBOT
+from blackboard.consensus.log import Ack
+from blackboard.costing.bid_basis import BidBasis
+from blackboard.costing.cost import Bid, Bids, CostTerms
+from blackboard.domain.record import Broadcast, Order
+from blackboard.domain.talker import BB_ACK, TASK_ASSIGN, TASK_BROADCAST, TASK_COST
+from blackboard.domain.task import Task, TaskType
+from blackboard.ros.codec.conversions import WIRES
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 # Name and type of the fields that other people's programs use. Further fields may follow them.
 FIELDS = {
@@ -115,7 +115,7 @@ def node():
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_message_starts_with_the_promised_fields(name):
     message = getattr(bb_msgs, name)
-    types = message._slot_types  # noqa: SLF001  (genpy offers them under no other name)
+    types = message._slot_types
     fields = list(zip(message.__slots__, types, strict=True))
 
     assert fields[: len(FIELDS[name])] == list(FIELDS[name].items())

@@ -11,7 +11,7 @@ import pytest
 from rospy.impl.tcpros_pubsub import TCPROSSub
 from std_msgs.msg import String, UInt32
 
-from blackboard.ros.shared_reading import Reader, SharedConnection
+from blackboard.ros.rospy_patches.shared_reading import Reader, SharedConnection
 
 PATIENCE = 60.0
 
@@ -51,7 +51,7 @@ class Heard:
     def _hear(self, messages, _connection):
         self.threads.add(threading.current_thread().name)
         for each in messages:
-            self._messages.put((each, each._connection_header["callerid"]))  # noqa: SLF001
+            self._messages.put((each, each._connection_header["callerid"]))
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ import rosgraph
 import rospy
 from blackboard.msg import TaskState
 
-from blackboard.ros.live_hive import LiveHive
-from blackboard.ros.live_operator import LiveOperator, make_task
-from blackboard.ros.stand_in import StandIn
+from hive_lab.live.live_hive import LiveHive
+from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.live.stand_in import StandIn
 
 CRASH = 3.0
 """By then another carries the blackboard of a process that is proved dead [s]."""

@@ -9,9 +9,8 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from hive_operator import TOLERANCE, Operator, apart, task
 from nav_msgs.msg import Odometry
 
-from robot_description.follower import Pose
-from robot_description.poses import compose
-from robot_description.ros.conversions import pose_from_msg
+from hive_common.pose import Pose, compose
+from hive_common.ros.conversions import pose_from_msg
 
 START = Pose(2.6, 2.0, 0.0)
 GOALS = ((4.6, 2.6, 0.0), (4.6, 4.2, 1.57))

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What can go wrong in this package, in words for the person who can mend it."""
 
+from hive_common.errors import HiveError
 
-class BlackboardError(Exception):
+
+class BlackboardError(HiveError):
     """The base of every error that this package raises."""
 
 

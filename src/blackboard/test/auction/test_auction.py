@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.auction import Auction
-from blackboard.cost import MAX_COST, Bid, Bids
+from blackboard.auction.auction import Auction
+from blackboard.costing.cost import MAX_COST, Bid, Bids
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskType
 from blackboard.errors import BidRefusedError
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.task import Task, TaskType
+from hive_common.pose import Pose
 
 
 def record(name, priority=0, tried=()):

@@ -3,14 +3,14 @@
 
 import pytest
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.pose import Pose
-from blackboard.reach import Reach
-from blackboard.record import TaskRecord
-from blackboard.settings import BlackboardSettings
-from blackboard.talker import TASK_BROADCAST
-from blackboard.task import Task, TaskType
-from blackboard.testing import Hive
+from blackboard.auction.candidate_selection import Reach
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.talker import TASK_BROADCAST
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive
 
 FLEET = frozenset({"near", "far", "loaded", "unheard"})
 

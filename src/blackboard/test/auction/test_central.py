@@ -6,23 +6,23 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.aging import Aging
-from blackboard.battery import Battery
-from blackboard.bid_basis import BidBasis
-from blackboard.central import Central
-from blackboard.charging import Charging, ChargingPlan
-from blackboard.cost import COST_MODELS, Bid, Bids, Exclusion
+from blackboard.auction.central import Central
+from blackboard.costing.aging import Aging
+from blackboard.costing.bid_basis import BidBasis
+from blackboard.costing.cost import COST_MODELS, Bid, Bids, Exclusion
+from blackboard.costing.pace import Pace
+from blackboard.costing.path_lengths import StraightWays
+from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.domain.battery import Battery
+from blackboard.domain.record import Broadcast, Order, TaskRecord
+from blackboard.domain.settings import RobotSettings
+from blackboard.domain.task import Task, TaskType, split_task
 from blackboard.errors import BidRefusedError
-from blackboard.itinerary import Entry, Itinerary
-from blackboard.pace import Pace
-from blackboard.pose import Pose
-from blackboard.record import Broadcast, Order, TaskRecord
-from blackboard.respondent import Respondent
-from blackboard.service import Service
-from blackboard.settings import RobotSettings
-from blackboard.task import Task, TaskType, split_task
-from blackboard.testing import SMALL_ROBOT, Network, NetworkTalker
-from blackboard.ways import StraightWays
+from blackboard.robot.charging import Charging, ChargingPlan
+from blackboard.robot.respondent import Respondent
+from blackboard.robot.service import Service
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT, Network, NetworkTalker
 
 NOW = 500.0
 CHARGERS = ChargingPlan({"charger 1": Pose(3000.0, 4000.0)})

@@ -5,13 +5,13 @@ import json
 
 import pytest
 
-from blackboard.advice import what_would_help
-from blackboard.cost import MAX_COST, Bid, CostTerms, Exclusion
-from blackboard.decision import Decision, from_plain, replayed, to_plain
-from blackboard.decision_book import ENDING, SqliteBook, read_decisions
+from blackboard.auction.advice import what_would_help
+from blackboard.auction.decision import Decision, from_plain, replayed, to_plain
+from blackboard.auction.decision_log import ENDING, SqliteBook, read_decisions
+from blackboard.costing.cost import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.domain.task import Task, TaskType
 from blackboard.errors import JournalError
-from blackboard.pose import Pose
-from blackboard.task import Task, TaskType
+from hive_common.pose import Pose
 
 CARRY = Task("T1", TaskType.GPAB, (Pose(1.0, 1.0), Pose(2.0, 1.0)), payload=40.0)
 
@@ -56,7 +56,7 @@ def test_a_book_goes_on_where_it_was_left(tmp_path):
 
 
 def test_the_oldest_decisions_make_way(tmp_path, monkeypatch):
-    monkeypatch.setattr("blackboard.decision_book.MOST_KEPT", 3)
+    monkeypatch.setattr("blackboard.auction.decision_log.MOST_KEPT", 3)
     book = SqliteBook(tmp_path / f"a{ENDING}")
     for number in range(1, 6):
         book.note([decision(auction=number)])

@@ -3,12 +3,12 @@
 
 from dataclasses import replace
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import MAX_COST, MEASURES, Bid, CostTerms
-from blackboard.improving import Improving, exchanges
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.auction.reallocation import Improving, exchanges
+from blackboard.costing.cost import MAX_COST, MEASURES, Bid, CostTerms
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
 
 BOTH = frozenset({"robot1", "robot2"})
 

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.cost import MAX_COST, Bid
+from blackboard.auction.splitting import progress, shares, split, unfinished_parts, with_wholes
+from blackboard.costing.cost import MAX_COST, Bid
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import SplitRefusedError
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.splitting import progress, shares, split, unfinished_parts, with_wholes
-from blackboard.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 HEAVY = TaskRecord(Task("T7", TaskType.GAB, (A, B), priority=4, payload=50.0))

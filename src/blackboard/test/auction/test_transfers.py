@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.cost import Bid
-from blackboard.handing_over import HandingOver, Move
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.auction.transfers import HandingOver, Move
+from blackboard.costing.cost import Bid
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
 
 ALL = frozenset({"robot1", "robot2", "robot3"})
 

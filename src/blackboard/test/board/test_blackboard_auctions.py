@@ -3,16 +3,16 @@
 
 from dataclasses import replace
 
-from blackboard.characteristics import RobotState
-from blackboard.cost import MAX_COST
-from blackboard.pose import Pose
-from blackboard.rigs import BlackboardRig
-from blackboard.talker import (
+from blackboard.costing.cost import MAX_COST
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.talker import (
     TASK_ASSIGN,
     TASK_BROADCAST,
     TASK_STATE,
 )
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import BlackboardRig
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 GO = Task("T1", TaskType.GA, (A,), priority=3)

@@ -3,12 +3,12 @@
 
 import pytest
 
-from blackboard.pose import Pose
-from blackboard.rigs import BlackboardRig
-from blackboard.talker import (
+from blackboard.domain.talker import (
     TASK_STATE,
 )
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import BlackboardRig
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 GO = Task("T1", TaskType.GA, (A,), priority=3)

@@ -3,10 +3,10 @@
 
 import pytest
 
-from blackboard.pose import Pose
-from blackboard.rigs import BlackboardRig
-from blackboard.talker import TASK_BROADCAST
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.domain.talker import TASK_BROADCAST
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import BlackboardRig
 
 ONE = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
 TWO = Task("T2", TaskType.GA, (Pose(3.0, 3.0),))

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Robots that fall silent."""
 
-from blackboard.characteristics import RobotState
-from blackboard.pose import Pose
-from blackboard.rigs import BlackboardRig
-from blackboard.talker import (
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.talker import (
     ROBOT_STATUS,
 )
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import BlackboardRig
 
 A = Pose(1.0, 1.0)
 GO = Task("T1", TaskType.GA, (A,), priority=3)

@@ -3,13 +3,13 @@
 
 from dataclasses import replace
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.orders import Orders
-from blackboard.pose import Pose
-from blackboard.record import Order, TaskRecord
-from blackboard.talker import TASK_ASSIGN
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Network, NetworkTalker, lone_backup
+from blackboard.board.orders import Orders
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import Order, TaskRecord
+from blackboard.domain.talker import TASK_ASSIGN
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Network, NetworkTalker, lone_backup
 
 TASK = Task("T1", TaskType.GAB, (Pose(1.0, 1.0), Pose(2.0, 2.0)))
 HELD = TaskRecord(TASK, TaskState.ASSIGNED, robot="robot1", step=1, assignment=3)

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.pose import Pose
-from blackboard.presence import Presence
+from blackboard.board.presence import Presence
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from hive_common.pose import Pose
 
 IDLE = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), charge=0.5)
 TIMEOUT = 5.0

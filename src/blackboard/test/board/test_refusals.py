@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The book of what a member refuses to take in."""
 
-from blackboard.refusals import MOST_REASONS, OTHERS, Refusals
+from blackboard.board.refusals import MOST_REASONS, OTHERS, Refusals
 
 
 def test_a_reason_is_said_once_and_counted_each_time():

@@ -3,11 +3,11 @@
 
 import pytest
 
-from blackboard.forgetting import MOST_AT_ONCE, SHORTEST, Forgetting
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.replication import Entry, Log, Position, Whole
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.board.retention import MOST_AT_ONCE, SHORTEST, Forgetting
+from blackboard.consensus.log import Entry, Log, Position, Whole
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
 
 WAITING, _, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 

@@ -5,14 +5,14 @@ from types import MappingProxyType
 
 import pytest
 
-from blackboard import sending
-from blackboard.consensus import Tick, Write, concerned, step
-from blackboard.member import Member, Peer, Role
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.replication import Ack, Entries, Log, Position, Whole
-from blackboard.settings import BackupSettings
-from blackboard.task import Task, TaskType
+from blackboard.consensus import append_entries
+from blackboard.consensus.log import Ack, Entries, Log, Position, Whole
+from blackboard.consensus.member import Member, Peer, Role
+from blackboard.consensus.step import Tick, Write, concerned, step
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.settings import BackupSettings
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
 
 VOTERS = ("blackboard#1", "robot1#1", "robot2#1")
 LISTENERS = ("robot8#1", "robot9#1")
@@ -80,7 +80,7 @@ def test_once_all_is_committed_the_next_change_goes_at_once_again(blackboard):
 
 
 def test_no_message_brings_more_changes_than_are_allowed(blackboard, monkeypatch):
-    monkeypatch.setattr(sending, "MOST_ENTRIES", 2)
+    monkeypatch.setattr(append_entries, "MOST_ENTRIES", 2)
     for number in range(4):
         blackboard.write(f"T{number}")
 

@@ -5,19 +5,19 @@ from random import Random
 
 import pytest
 
-from blackboard.active import Heartbeat
-from blackboard.backup import Backup
-from blackboard.founding import founder
-from blackboard.journal import MemoryJournal
-from blackboard.member import Role
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.replication import Ack
-from blackboard.settings import BackupSettings
-from blackboard.talker import BACKUP, BB_ACK, NEW_TASK, SYNC, TASK_STATE
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.task_list import TaskList
-from blackboard.testing import Network, NetworkTalker
+from blackboard.consensus.bootstrap import founder
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.log import Ack
+from blackboard.consensus.member import Role
+from blackboard.consensus.node import Backup
+from blackboard.consensus.task_list import TaskList
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.settings import BackupSettings
+from blackboard.domain.talker import BACKUP, BB_ACK, NEW_TASK, SYNC, TASK_STATE
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Network, NetworkTalker
 
 OTHERS = ("robot1", "robot2", "robot3")
 TASK = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))

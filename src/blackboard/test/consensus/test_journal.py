@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import pytest
 
+from blackboard.consensus.journal import Durable, SqliteJournal
+from blackboard.consensus.log import Entry, Log, Position, Whole
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import JournalError
-from blackboard.journal import Durable, SqliteJournal
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.replication import Entry, Log, Position, Whole
-from blackboard.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
 
 GOALS = (Pose(1.0, 2.0), Pose(3.0, 4.0, 0.5))
 ONE = TaskRecord(Task("T1", TaskType.GAB, GOALS, payload=1.5), assignment=2)

@@ -6,18 +6,18 @@ from types import MappingProxyType
 
 import pytest
 
-from blackboard import active, election
-from blackboard.backup import Backup
-from blackboard.consensus import Tick, Write, concerned, step
-from blackboard.journal import MemoryJournal
-from blackboard.member import Member, Peer, Role
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.replication import Ack, Log, Position, Whole
-from blackboard.settings import BackupSettings
-from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
-from blackboard.task import Task, TaskType
-from blackboard.testing import Network, NetworkTalker
+from blackboard.consensus import election, leader
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.log import Ack, Log, Position, Whole
+from blackboard.consensus.member import Member, Peer, Role
+from blackboard.consensus.node import Backup
+from blackboard.consensus.step import Tick, Write, concerned, step
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.settings import BackupSettings
+from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Network, NetworkTalker
 
 VOTERS = ("blackboard#1", "robot1#1")
 NOW = 100.0
@@ -38,11 +38,11 @@ def boss_of(**stands_by):
 def test_who_does_not_stand_by_gets_no_vote():
     boss = boss_of(robot1=True, robot2=False, robot3=True)
 
-    assert active.next_members(boss, NOW) == (*VOTERS, "robot3#1")
+    assert leader.next_members(boss, NOW) == (*VOTERS, "robot3#1")
 
 
 def test_who_stands_by_no_more_loses_its_vote():
-    assert active.next_members(boss_of(robot1=False), NOW) == VOTERS[:1]
+    assert leader.next_members(boss_of(robot1=False), NOW) == VOTERS[:1]
 
 
 def test_the_active_one_learns_from_acknowledgements_who_stands_by():
@@ -74,7 +74,7 @@ def test_where_all_stand_by_all_hear_every_heartbeat():
 def test_everyone_hears_at_once_who_has_become_active():
     candidate = member(Role.CANDIDATE, votes=frozenset(VOTERS)).but(progress=1)
 
-    _, said = active.become_active(candidate, NOW)
+    _, said = leader.become_active(candidate, NOW)
 
     assert concerned(said[0], Tick(0.0)) is None
 

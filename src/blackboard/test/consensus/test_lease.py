@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.backup import Heartbeat
+from blackboard.board.deadlines import Promises
+from blackboard.board.recovery import after_loss, put_back
+from blackboard.consensus.lease import MAX_DRIFT, Lease, Leases
+from blackboard.consensus.node import Heartbeat
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import SettingsError
-from blackboard.lease import MAX_DRIFT, Lease, Leases
-from blackboard.pose import Pose
-from blackboard.promise import Promises
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.release import after_loss, put_back
-from blackboard.settings import BlackboardSettings
-from blackboard.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 CARRY = Task("T1", TaskType.GPAB, (A, B), payload=2.0)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What is said about a hive that waits for members that do not come."""
 
-from blackboard.member import Member, Role
-from blackboard.replication import Log, Position, Whole
-from blackboard.settings import BackupSettings
-from blackboard.standstill import PATIENCE, REPEAT, Standstill
-from blackboard.testing import Network, NetworkTalker
+from blackboard.consensus.log import Log, Position, Whole
+from blackboard.consensus.member import Member, Role
+from blackboard.consensus.no_quorum import PATIENCE, REPEAT, Standstill
+from blackboard.domain.settings import BackupSettings
+from hive_lab.virtual.hive import Network, NetworkTalker
 
 OLD_FLEET = ("/blackboard#1", "/robot1/robot#2", "/robot2/robot#3", "/robot3/robot#4")
 

@@ -4,16 +4,16 @@
 from dataclasses import replace
 from random import Random
 
-from blackboard.active import Heartbeat
-from blackboard.backup import Backup, TaskList
-from blackboard.journal import MemoryJournal
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.replication import Entries, Entry, Position, Whole
-from blackboard.settings import BackupSettings
-from blackboard.talker import BACKUP, BB_ENTRIES, SYNC
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Network, NetworkTalker, lone_backup
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.log import Entries, Entry, Position, Whole
+from blackboard.consensus.node import Backup, TaskList
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.settings import BackupSettings
+from blackboard.domain.talker import BACKUP, BB_ENTRIES, SYNC
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Network, NetworkTalker, lone_backup
 
 ONE = TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 1.0),)))
 TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(2.0, 1.0),)))
@@ -105,7 +105,7 @@ class Follower:
         self.backup.follow(self.told.append)
         self.backup.start()
 
-    def hear(self, *entries, committed, before=Position(1, 1)):  # noqa: B008  (a value)
+    def hear(self, *entries, committed, before=Position(1, 1)):
         """Have the active one write changes behind a position, which it says are committed."""
         whole = Whole(before, {}, ("blackboard#1", "robot9#1")) if before == (1, 1) else None
         message = Entries(1, "blackboard#1", before, entries, committed, 0.0, whole, "hive1")

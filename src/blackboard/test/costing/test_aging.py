@@ -3,9 +3,9 @@
 
 import pytest
 
-from blackboard.aging import Aging
-from blackboard.pose import Pose
-from blackboard.task import Task, TaskType
+from blackboard.costing.aging import Aging
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
 
 
 def posted(at):

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blackboard.battery import Battery
-from blackboard.bidding import Bidder
-from blackboard.cost import COST_MODELS, MAX_COST
-from blackboard.itinerary import Itinerary
-from blackboard.pose import Pose
-from blackboard.record import Order
-from blackboard.task import Task, TaskType
-from blackboard.testing import SMALL_ROBOT
-from blackboard.ways import Grid, GridWays, StraightWays
+from blackboard.costing.bidding import Bidder
+from blackboard.costing.cost import COST_MODELS, MAX_COST
+from blackboard.costing.path_lengths import Grid, GridWays, StraightWays
+from blackboard.costing.schedule import Itinerary
+from blackboard.domain.battery import Battery
+from blackboard.domain.record import Order
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 HERE = Pose(0.0, 0.0)
 GO = Task("T1", TaskType.GA, (Pose(12.0, 0.0),))

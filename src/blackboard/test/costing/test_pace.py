@@ -6,11 +6,11 @@ import random
 
 import pytest
 
+from blackboard.costing.pace import MEAN_SPEED_SHARE, Pace
+from blackboard.domain.task import Task, TaskType
 from blackboard.errors import CharacteristicsError
-from blackboard.pace import MEAN_SPEED_SHARE, Pace
-from blackboard.pose import Pose
-from blackboard.task import Task, TaskType
-from blackboard.testing import Hive
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive
 
 HERE = Pose(0.0, 0.0, 0.0)
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blackboard.pose import Pose
-from blackboard.ways import Grid, GridWays, StraightWays
+from blackboard.costing.path_lengths import Grid, GridWays, StraightWays
+from hive_common.pose import Pose
 
 WALL = 0.1  # thickness [m]
 

@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.battery import Battery
-from blackboard.bidding import Bidder
-from blackboard.cost import COST_MODELS, MAX_COST, Bid
-from blackboard.itinerary import Entry, Itinerary
-from blackboard.pose import Pose
-from blackboard.preemption import best_bid, may_put_off
-from blackboard.record import Order, TaskRecord
-from blackboard.task import Task, TaskType
-from blackboard.testing import SMALL_ROBOT
-from blackboard.ways import StraightWays
+from blackboard.costing.bidding import Bidder
+from blackboard.costing.cost import COST_MODELS, MAX_COST, Bid
+from blackboard.costing.path_lengths import StraightWays
+from blackboard.costing.preemption import best_bid, may_put_off
+from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.domain.battery import Battery
+from blackboard.domain.record import Order, TaskRecord
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 HERE, A, B = Pose(0.0, 0.0), Pose(10.0, 0.0), Pose(20.0, 0.0)
 URGENT = Task("U", TaskType.GA, (A,), priority=10)

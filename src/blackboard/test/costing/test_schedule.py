@@ -8,16 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.aging import Aging
-from blackboard.allocation.testing import figures, on_a_road
-from blackboard.effort import effort
-from blackboard.itinerary import Entry, Itinerary
-from blackboard.pace import MEAN_SPEED_SHARE
-from blackboard.pose import Pose
-from blackboard.record import Order
-from blackboard.task import Task, TaskType
-from blackboard.testing import SMALL_ROBOT
-from blackboard.ways import StraightWays
+from blackboard.costing.aging import Aging
+from blackboard.costing.effort import effort
+from blackboard.costing.pace import MEAN_SPEED_SHARE
+from blackboard.costing.path_lengths import StraightWays
+from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.domain.record import Order
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.allocation.testing import figures, on_a_road
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 HERE = Pose(0.0, 0.0)
 WAYS = StraightWays()

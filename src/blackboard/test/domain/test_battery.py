@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.battery import Battery, BatteryModel
+from blackboard.domain.battery import Battery, BatteryModel
 from blackboard.errors import CharacteristicsError
 
 MODEL = BatteryModel(capacity=20.0, voltage_full=28.0, voltage_empty=22.0, charging_time=3600.0)

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.characteristics import RobotState, characteristics_from
+from blackboard.domain.characteristics import RobotState, characteristics_from
+from blackboard.domain.task import Task, TaskType
 from blackboard.errors import CharacteristicsError
-from blackboard.pose import Pose
-from blackboard.task import Task, TaskType
-from blackboard.testing import SMALL_ROBOT
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 MODEL = {
     "name": "carrier",

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What an event leaves of a record."""
 
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.task import Task, TaskEvent, TaskState, TaskType
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskEvent, TaskState, TaskType
+from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GPAB, (Pose(1.0, 2.0), Pose(3.0, 2.0)), payload=1.0)
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 import yaml
 
-from blackboard.errors import SettingsError
-from blackboard.settings import (
+from blackboard.domain.settings import (
     BackupSettings,
     BlackboardSettings,
     ControllerSettings,
     RobotSettings,
     WaysSettings,
 )
+from blackboard.errors import SettingsError
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 KINDS = {

@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.errors import TaskRefusedError
-from blackboard.pose import Pose
-from blackboard.task import (
+from blackboard.costing.path_lengths import Grid, GridWays, StraightWays
+from blackboard.domain.task import (
     MAX_GOALS,
     TRANSITIONS,
     StepKind,
@@ -27,7 +26,8 @@ from blackboard.task import (
     unused_goals,
     used_goals,
 )
-from blackboard.ways import Grid, GridWays, StraightWays
+from blackboard.errors import TaskRefusedError
+from hive_common.pose import Pose
 
 A, B, C = Pose(1.0, 2.0, 0.5), Pose(5.0, 2.0), Pose(5.0, 6.0)
 MOVE, PICK, PLACE = StepKind.MOVE, StepKind.PICK, StepKind.PLACE

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """When a robot answers a broadcast."""
 
-from blackboard.answering import Answering
-from blackboard.record import Broadcast
+from blackboard.domain.record import Broadcast
+from blackboard.robot.answering import Answering
 
 
 def answering():

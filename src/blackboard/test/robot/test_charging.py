@@ -7,16 +7,16 @@ from itertools import combinations
 
 import pytest
 
-from blackboard.characteristics import RobotState
-from blackboard.charger_claims import SILENCE, Claim, Claims
-from blackboard.charging import ChargingPlan
-from blackboard.controller import CommandResult, CommandState
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.settings import ChargingSettings
+from blackboard.domain.talker import ROBOT_STATUS
+from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import SettingsError
-from blackboard.pose import Pose
-from blackboard.settings import ChargingSettings
-from blackboard.talker import ROBOT_STATUS
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT, Hive
+from blackboard.robot.charger_claims import SILENCE, Claim, Claims
+from blackboard.robot.charging import ChargingPlan
+from blackboard.robot.controller import CommandResult, CommandState
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT, Hive
 
 A, B = Pose(10.0, 0.0), Pose(20.0, 0.0)
 EAST, WEST = Pose(5.0, 5.0), Pose(-5.0, 5.0)

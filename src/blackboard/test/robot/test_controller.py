@@ -3,11 +3,11 @@
 
 import pytest
 
-from blackboard.controller import CommandResult, CommandState, Controller
-from blackboard.pose import Pose
-from blackboard.settings import ControllerSettings
-from blackboard.task import StepKind, Task, TaskType
-from blackboard.testing import Network, NetworkTalker
+from blackboard.domain.settings import ControllerSettings
+from blackboard.domain.task import StepKind, Task, TaskType
+from blackboard.robot.controller import CommandResult, CommandState, Controller
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Network, NetworkTalker
 
 A, B = Pose(1.0, 0.0), Pose(2.0, 0.0)
 CARRY = Task("T1", TaskType.GPAB, (A, B), payload=1.0)

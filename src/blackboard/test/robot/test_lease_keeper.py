@@ -3,11 +3,11 @@
 
 from random import Random
 
-from blackboard.active import Heartbeat
-from blackboard.fence import NoFence
-from blackboard.leave import Leave
-from blackboard.talker import BACKUP
-from blackboard.testing import Network, NetworkTalker
+from blackboard.consensus.hive_filter import NoFence
+from blackboard.consensus.leader import Heartbeat
+from blackboard.domain.talker import BACKUP
+from blackboard.robot.lease_keeper import Leave
+from hive_lab.virtual.hive import Network, NetworkTalker
 
 
 class SlowClock(NetworkTalker):

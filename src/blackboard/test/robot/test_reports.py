@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.backup import TaskList
-from blackboard.journal import MemoryJournal
-from blackboard.pose import Pose
-from blackboard.record import ANY_ASSIGNMENT, Order, TaskRecord, TaskUpdate
-from blackboard.reports import Reports
-from blackboard.talker import TASK_STATE
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Network, NetworkTalker
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.node import TaskList
+from blackboard.domain.record import ANY_ASSIGNMENT, Order, TaskRecord, TaskUpdate
+from blackboard.domain.talker import TASK_STATE
+from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.robot.reports import Reports
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Network, NetworkTalker
 
 TASK = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
 DONE = TaskUpdate("T1", TaskState.DONE, "robot1", assignment=2)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A robot and the task list of the member beside it."""
 
-from blackboard.backup import TaskList
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.rigs import STEP, RobotRig
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.consensus.node import TaskList
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import STEP, RobotRig
 
 A = Pose(6.0, 0.0)
 GO = Task("T1", TaskType.GA, (A,))
@@ -18,7 +18,7 @@ WAITING, STARTED, DONE, FAILED = (
 
 
 class Beside:
-    """The member beside a robot, as the test tells it to be; see `blackboard.fence.Fence`."""
+    """The member beside a robot, as the test tells it to be; see `blackboard.consensus.hive_filter.Fence`."""
 
     hive = ""
     active = carriers = None

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.pose import Pose
-from blackboard.rigs import STEP, RobotRig
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import STEP, RobotRig
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
 CARRY = Task("T2", TaskType.GPAB, (A, B), payload=5.0)

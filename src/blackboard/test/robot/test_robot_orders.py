@@ -3,10 +3,10 @@
 
 import pytest
 
-from blackboard.characteristics import RobotState
-from blackboard.pose import Pose
-from blackboard.rigs import STEP, RobotRig
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import STEP, RobotRig
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
 GO = Task("T1", TaskType.GA, (A,))

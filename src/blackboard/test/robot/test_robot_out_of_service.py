@@ -3,14 +3,14 @@
 
 import pytest
 
-from blackboard.characteristics import RobotState
-from blackboard.controller import CommandResult, CommandState
-from blackboard.pose import Pose
-from blackboard.rigs import STEP, RobotRig
-from blackboard.talker import (
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.talker import (
     TASK_STATE,
 )
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.robot.controller import CommandResult, CommandState
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import STEP, RobotRig
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
 GO = Task("T1", TaskType.GA, (A,))

@@ -5,7 +5,7 @@ from threading import Lock
 
 import pytest
 
-from blackboard.ros.audience import Audience
+from blackboard.ros.rospy_patches.audience import Audience
 
 NODES = {"robot1": "/robot1/robot", "robot2": "/robot2/robot"}
 WINDOW = "/task_view"

@@ -5,9 +5,9 @@ import pytest
 
 pytest.importorskip("rospy", reason="the package of the border needs ROS")
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.pose import Pose
+from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.ros.speakers import SILENCE, Speakers
+from hive_common.pose import Pose
 
 IDLE = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), charge=1.0)
 OFFLINE = RobotStatus("robot1", RobotState.OFFLINE, Pose(0.0, 0.0), charge=1.0)

@@ -6,27 +6,23 @@ from random import Random
 
 import pytest
 
-from blackboard.active import Heartbeat
-from blackboard.backup import Backup
-from blackboard.battery import Battery
-from blackboard.blackboard import Blackboard
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.controller import Controller
-from blackboard.cost import Bid, Bids
-from blackboard.journal import Durable, MemoryJournal
-from blackboard.pose import Pose
-from blackboard.record import Broadcast, Order
-from blackboard.replication import Ack, Entries, Log, Position, Whole
-from blackboard.robot import Robot
-from blackboard.settings import (
+from blackboard.board.blackboard import Blackboard
+from blackboard.consensus.journal import Durable, MemoryJournal
+from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.log import Ack, Entries, Log, Position, Whole
+from blackboard.consensus.node import Backup
+from blackboard.costing.cost import Bid, Bids
+from blackboard.costing.path_lengths import StraightWays
+from blackboard.domain.battery import Battery
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import Broadcast, Order
+from blackboard.domain.settings import (
     BackupSettings,
     BlackboardSettings,
     ControllerSettings,
     RobotSettings,
 )
-from blackboard.simulation import network as simulated
-from blackboard.simulation.host import HostTalker
-from blackboard.talker import (
+from blackboard.domain.talker import (
     BACKUP,
     BB_ACK,
     BB_ENTRIES,
@@ -38,9 +34,13 @@ from blackboard.talker import (
     TASK_COST,
     TASK_STATE,
 )
-from blackboard.task import StepKind, Task, TaskState, TaskType
-from blackboard.testing import SMALL_ROBOT, Network, NetworkTalker, TimedCommand, lone_backup
-from blackboard.ways import StraightWays
+from blackboard.domain.task import StepKind, Task, TaskState, TaskType
+from blackboard.robot.controller import Controller
+from blackboard.robot.robot import Robot
+from hive_common.pose import Pose
+from hive_lab.fault_schedules import network as simulated
+from hive_lab.fault_schedules.host import HostTalker
+from hive_lab.virtual.hive import SMALL_ROBOT, Network, NetworkTalker, TimedCommand, lone_backup
 
 GO = Task("T1", TaskType.GA, (Pose(6.0, 0.0),))
 ACTIVE, CARRIERS = ("blackboard",), ("blackboard", "robot2")
@@ -60,7 +60,7 @@ class Noting(NetworkTalker):
 
 
 class Beside:
-    """A member that follows `blackboard`, whose backup is robot2; see `blackboard.fence.Fence`."""
+    """A member that follows `blackboard`, whose backup is robot2; see `blackboard.consensus.hive_filter.Fence`."""
 
     hive, active, carriers = "", ACTIVE, CARRIERS
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What can go wrong for an operator, each kind with the exit code that a script can rely on."""
 
+from hive_common.errors import HiveError
 
-class FleetManagerError(Exception):
+
+class FleetManagerError(HiveError):
     """The base of every error that this package raises; its text is one line for a person.
 
     Attributes:

@@ -7,15 +7,15 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.task import TaskState
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.task import Task
-    from fleet_manager.hive_view import Report
+    from blackboard.domain.task import Task
+    from fleet_manager.client.hive_view import Report
 
 
 class FakeLink:

@@ -4,16 +4,14 @@ import json
 
 import pytest
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.errors import LiveHiveError
-from blackboard.pose import Pose
-from blackboard.record import TaskUpdate
-from blackboard.task import TaskState
-from fleet_manager.bench.registry import BENCHES
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import TaskState
 from fleet_manager.cli.main import run
 from fleet_manager.cli.outside import Outside
 from fleet_manager.errors import NoHiveError
 from fleet_manager.testing import FakeHive, FakeLink
+from hive_common.pose import Pose
 
 
 class Terminal:
@@ -94,12 +92,9 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
         (["add", "GA", "--goal", "1,2", "--priority", "11"], "0<=x<=10"),
         (["add", "GA", "--goal", "1,2", "--payload", "-1"], "x>=0"),
         (["add", "GA", "--goal", "1,2", "--timeout", "3"], "--wait"),
-        (["run", "nothing"], "there are: demo, smoke, warehouse"),
+        (["run", "nothing"], "allowed: demo, smoke, warehouse"),
         (["demo", "--rtf", "0"], "0.1<=x<=20"),
-        (["demo", "--scenario", "nothing"], "there are: demo, smoke, warehouse"),
-        (["bench", "speed"], "'plan', 'sim', 'soak', 'system'"),
-        (["bench", "plan", "--runs", "3"], "plan takes no --runs"),
-        (["bench", "--json", "x.json"], "NAME"),
+        (["demo", "--scenario", "nothing"], "allowed: demo, smoke, warehouse"),
         (["fly"], "No such command 'fly'"),
     ],
 )
@@ -173,53 +168,6 @@ def test_run_posts_a_scenario_and_again_with_new_ids(terminal):
 
     assert (first, second) == (0, 0)
     assert list(terminal.hive.records) == ["S1", "S2", "S3", "S4", "S1-2", "S2-2", "S3-2", "S4-2"]
-
-
-def test_bench_without_a_name_lists_the_benchmarks(terminal):
-    code, out, _ = terminal("bench")
-
-    assert code == 0
-    assert [line.split()[0] for line in out.splitlines()] == sorted(BENCHES)
-
-
-@pytest.mark.parametrize(("violations", "expected"), [(0.0, 0), (2.0, 1)])
-def test_bench_faults_ends_with_1_when_a_property_was_broken(
-    terminal, monkeypatch, violations, expected
-):
-    wanted = []
-
-    def simulate(schedules, **_):
-        wanted.append(schedules)
-        return {"figures": {"violations": violations}, "aims": {"violations": 0.0}}
-
-    monkeypatch.setattr("blackboard.bench_faults.run", simulate)
-
-    code, out, _ = terminal("bench", "faults", "--schedules", "7")
-
-    assert (code, wanted) == (expected, [7])
-    assert "violations" in out
-
-
-def test_bench_says_in_one_line_that_a_hive_was_too_slow_to_be_measured(terminal, monkeypatch):
-    pytest.importorskip("blackboard.msg", reason="benchmarks of processes need ROS")
-
-    def wait_in_vain(robots):
-        raise LiveHiveError(f"not within 60 s: {robots} robots bid")
-
-    monkeypatch.setattr("fleet_manager.bench.registry.local_hive", contextlib.nullcontext)
-    monkeypatch.setattr("blackboard.ros.bench_auction.run", wait_in_vain)
-
-    code, _, err = terminal("bench", "auction", "--robots", "7")
-
-    assert code == 4
-    assert err == "hive: the hive was too slow to be measured: not within 60 s: 7 robots bid\n"
-
-
-def test_bench_refuses_a_number_of_schedules_where_there_are_none(terminal):
-    code, _, err = terminal("bench", "plan", "--schedules", "7")
-
-    assert code == 2
-    assert "plan takes no --schedules" in err
 
 
 def test_help_shows_examples_and_exit_codes(terminal):

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from blackboard.cost import MAX_COST, Bid, CostTerms
-from blackboard.decision import Decision
-from blackboard.decision_book import ENDING, SqliteBook
+from blackboard.auction.decision import Decision
+from blackboard.auction.decision_log import ENDING, SqliteBook
+from blackboard.costing.cost import MAX_COST, Bid, CostTerms
 from fleet_manager.cli.main import run
 from fleet_manager.cli.outside import Outside
 

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import pytest
 
-from blackboard.backup import Heartbeat
-from blackboard.pose import Pose
-from blackboard.record import TaskUpdate
-from blackboard.task import Task, TaskState, TaskType
-from fleet_manager.client import ANSWER_WITHIN, HiveClient
+from blackboard.consensus.node import Heartbeat
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import Task, TaskState, TaskType
+from fleet_manager.client.client import ANSWER_WITHIN, HiveClient
+from fleet_manager.client.feeder import Feeder
+from fleet_manager.config.scenario import PlannedTask
 from fleet_manager.errors import NoHiveError, NotDoneError, TimeUpError
-from fleet_manager.feeder import Feeder
-from fleet_manager.scenario import PlannedTask
 from fleet_manager.testing import FakeHive, FakeLink
+from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
 

@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.task import Task, TaskState, TaskType
-from fleet_manager import hive_view
-from fleet_manager.hive_view import HiveView
-from fleet_manager.tables import fit, robot_data, robots_table, task_data, tasks_table, who_leads
-from fleet_manager.words import changes
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import Task, TaskState, TaskType
+from fleet_manager.client import hive_view
+from fleet_manager.client.hive_view import HiveView
+from fleet_manager.client.tables import (
+    fit,
+    robot_data,
+    robots_table,
+    task_data,
+    tasks_table,
+    who_leads,
+)
+from fleet_manager.client.words import changes
+from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GAB, (Pose(1.0, 2.0), Pose(3.0, 4.0)), priority=5, payload=20.0)
 ROBOT = RobotStatus("robot1", RobotState.BUSY, Pose(1.0, 2.0), 0.5, 0.0, "T1", tasks=("T1", "T2"))

@@ -4,10 +4,9 @@ import xml.etree.ElementTree as ET
 import pytest
 import yaml
 
-from fleet_manager.errors import InputError
-from fleet_manager.fleet_file import read_fleet
-from fleet_manager.fleet_launch import launch_text
-from robot_description.errors import FileError
+from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.fleet_launch import launch_text
+from hive_common.errors import FileError
 
 GOOD = """\
 cost_model: time
@@ -55,7 +54,7 @@ def test_a_fleet_file_holds_what_it_says_and_defaults_for_the_rest(tmp_path):
 
 
 def test_a_name_that_is_no_fleet_lists_those_there_are():
-    with pytest.raises(InputError, match="there are: lab, warehouse"):
+    with pytest.raises(FileError, match="fleet 'kitchen': not known; allowed: lab, warehouse"):
         read_fleet("kitchen")
 
 
@@ -102,7 +101,7 @@ def test_a_file_of_another_form_is_refused_in_one_line(refusal, text):
 def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_values():
     fleet = read_fleet("lab")
 
-    root = ET.fromstring(launch_text(fleet, sim=False))  # noqa: S314  (made here)
+    root = ET.fromstring(launch_text(fleet, sim=False))
 
     includes = root.findall("include")
     files = [include.get("file") for include in includes]
@@ -134,7 +133,7 @@ def test_the_first_robots_stand_by_to_carry_the_blackboard(tmp_path):
     carol = "  - {name: carol, model: mir100, pose: [9, 2, 0]}\n"
     path.write_text(f"stand_by: 2\n{GOOD.rstrip()}\n{carol}", encoding="utf-8")
 
-    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))  # noqa: S314  (made here)
+    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))
 
     told = [arg.get("value") for arg in root.iterfind(".//arg[@name='stands_by']")]
     assert told == ["true", "true", "false"]
@@ -145,7 +144,7 @@ def test_every_robot_is_told_the_chargers_and_thresholds_of_the_file(tmp_path):
     more = "battery: {low: 0.4}\nchargers: [{name: dock, pose: [1, 2, 0]}]\n"
     path.write_text(more + GOOD, encoding="utf-8")
 
-    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=False))  # noqa: S314  (made here)
+    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=False))
 
     told = yaml.safe_load(root.find("rosparam").text)
     assert root.find("param[@name='/charging/low']").get("value") == "0.4"
@@ -176,6 +175,6 @@ def test_what_is_special_in_xml_stays_what_it_is(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(GOOD.replace("mir100", f"'{model}'"), encoding="utf-8")
 
-    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))  # noqa: S314  (made here)
+    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))
 
     assert root.findall("include")[1].find("arg[@name='model']").get("value") == str(model)

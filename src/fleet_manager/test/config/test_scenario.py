@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import pytest
 
-from blackboard.pose import Pose
-from blackboard.task import TaskType
-from fleet_manager.errors import InputError
-from fleet_manager.fleet_file import read_fleet
-from fleet_manager.places import places_of
-from fleet_manager.resources import names_in
-from fleet_manager.scenario import read_scenario, with_free_ids
-from robot_description.errors import FileError
+from blackboard.domain.task import TaskType
+from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.places import places_of
+from fleet_manager.config.scenario import read_scenario, with_free_ids
+from hive_common.errors import FileError
+from hive_common.pose import Pose
+from hive_common.resources import names_in
 from robot_description.models import load_model
 
 GOOD = """\
@@ -97,7 +96,7 @@ def test_a_mistake_is_one_line_with_file_line_key_and_what_is_allowed(written, o
 
 
 def test_a_world_that_is_not_there_is_said(written):
-    with pytest.raises(InputError, match="there are: lab, warehouse"):
+    with pytest.raises(FileError, match="world 'moon': not known; allowed: lab, warehouse"):
         read_scenario(written(GOOD.replace("world: lab", "world: moon")))
 
 

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.task import TaskState
-from fleet_manager.client import HiveClient
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import TaskState
+from fleet_manager.client.client import HiveClient
+from fleet_manager.client.hive_view import HiveView
+from fleet_manager.client.samples import BatteryReading, Collisions, TruePlace
+from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.gathering import wait_for_everyone
 from fleet_manager.demo.history import History, Span
 from fleet_manager.demo.map_image import MapImage, read_map_image
@@ -20,12 +23,9 @@ from fleet_manager.demo.progress import Progress
 from fleet_manager.demo.report import Clocks, make_report, not_done
 from fleet_manager.demo.runner import DemoPlan, DemoRun
 from fleet_manager.errors import StartError
-from fleet_manager.fleet_file import read_fleet
-from fleet_manager.hive_view import HiveView
-from fleet_manager.resources import find_file
-from fleet_manager.samples import BatteryReading, Collisions, TruePlace
-from fleet_manager.scenario import read_scenario
 from fleet_manager.testing import FakeHive, FakeLink
+from hive_common.pose import Pose
+from hive_common.resources import find_file
 
 ROBOTS = ["robot1", "robot2", "robot3", "robot4"]
 

@@ -6,14 +6,14 @@ import sys
 
 import pytest
 
-from fleet_manager.bench.registry import BENCHES, BenchResult, as_json
-from fleet_manager.bench.usage import Usage, shares, usage_of
-from fleet_manager.client import DEFAULT_URI
+from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.demo.ports import reserved_port
 from fleet_manager.demo.processes import ProcessGroup
 from fleet_manager.demo.screen import screen_is_usable
 from fleet_manager.errors import InputError, StartError
+from hive_lab.bench.registry import BENCHES, BenchResult, as_json
+from hive_lab.bench.usage import Usage, shares, usage_of
 
 DEAF_PARENT = """
 import signal, subprocess, sys, time

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the details of a task say about its bids."""
 
-from blackboard.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.task import Task, TaskType
+from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskType
 from fleet_manager.desk.bid_book import BidBook
 from fleet_manager.desk.bid_words import HEADS, bid_cells, story
+from hive_common.pose import Pose
 
 RECORD = TaskRecord(Task("T1", TaskType.GPA, (Pose(0.0, 0.0),), payload=40.0))
 ABLE = Bid("robot1", "T1", 0.52, 0.02, 300.0, terms=CostTerms(0.02, 39.5, 2, 8.25, 300.0))

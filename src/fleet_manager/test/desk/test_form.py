@@ -5,10 +5,10 @@ import math
 
 import pytest
 
-from blackboard.pose import Pose
-from blackboard.task import Task, TaskType
+from blackboard.domain.task import Task, TaskType
 from fleet_manager.desk.facts import MapBounds
 from fleet_manager.desk.form import GOALS_TAKEN, FormText, GoalText, check, goals_needed, parsed
+from hive_common.pose import Pose
 
 HERE, THERE = GoalText("3", "4", "90"), GoalText("8.5", "2", "")
 LAB = MapBounds(0.0, 0.0, 20.0, 12.0)

@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import MAX_COST, Bid, Bids
-from blackboard.decision import Decision
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.auction.decision import Decision
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.costing.cost import MAX_COST, Bid, Bids
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.desk.authority import FROZEN, SILENCE, Standing
 from fleet_manager.desk.facts import LinkChange, LinkState, Moment, Noted, Told
 from fleet_manager.desk.hive import MOST_AT_ONCE, REMEMBERED, ROBOT_SILENCE, Hive
+from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GAB, (Pose(1, 2), Pose(3, 4)))
 WAITING = TaskRecord(TASK)

@@ -3,10 +3,9 @@ from __future__ import annotations
 
 import math
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.desk.markers import (
     LETTER_HEIGHT,
     NO_ROBOT,
@@ -16,6 +15,7 @@ from fleet_manager.desk.markers import (
     robot_color,
 )
 from fleet_manager.desk.rows import RobotRow, TaskRow
+from hive_common.pose import Pose
 
 
 def tasks(state=TaskState.STARTED, robot="robot2"):
@@ -23,7 +23,7 @@ def tasks(state=TaskState.STARTED, robot="robot2"):
     return {"T1": TaskRow(TaskRecord(task, state, robot))}
 
 
-def robots(pose=Pose(5, 6, 1)):  # noqa: B008  (a frozen value)
+def robots(pose=Pose(5, 6, 1)):
     status = RobotStatus("robot2", RobotState.BUSY, pose, 0.87, 12.5, "T1")
     return {"robot2": RobotRow(status, 0.0)}
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.backup import TaskList
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.task import Task, TaskState, TaskType
+from blackboard.consensus.node import TaskList
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.desk.facts import CancelTask, Moment, PostTask, Told
 from fleet_manager.desk.outbox import REPEAT, SHOWN, Answer, Outbox
+from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GA, (Pose(1, 2),), frame="map")
 

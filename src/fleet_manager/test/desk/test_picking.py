@@ -3,9 +3,9 @@ from __future__ import annotations
 
 import math
 
-from blackboard.pose import Pose
 from fleet_manager.desk.facts import Clicked
 from fleet_manager.desk.picking import Filled, Picking
+from hive_common.pose import Pose
 
 BOTH = ("A", "B")
 

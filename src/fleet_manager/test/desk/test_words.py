@@ -9,16 +9,16 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from blackboard.characteristics import RobotState
-from blackboard.pose import Pose
-from blackboard.task import TaskState, TaskType
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.task import TaskState, TaskType
 from fleet_manager.desk import formats, words
 from fleet_manager.desk.authority import Standing
 from fleet_manager.desk.natural import next_task_id, padded
 from fleet_manager.desk.outbox import Answer
 from fleet_manager.desk.places import Place, place_of
 from fleet_manager.desk.words import WORDS, text
-from fleet_manager.resources import package_folder
+from hive_common.pose import Pose
+from hive_common.resources import package_folder
 
 SOURCES = Path(words.__file__).parents[1]
 FORMS = sorted((package_folder("fleet_manager") / "resource").glob("*.ui"))
@@ -40,7 +40,7 @@ def used_keys():
 
 @pytest.mark.parametrize("path", FORMS, ids=lambda path: path.stem)
 def test_every_text_in_a_form_is_a_key_of_the_words(path):
-    texts = [node.text for node in ET.parse(path).iter("string")]  # noqa: S314  (our own)
+    texts = [node.text for node in ET.parse(path).iter("string")]
 
     assert texts
     assert [key for key in texts if key not in WORDS] == []

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import jsonschema
 import yaml
 
-from robot_description.errors import FileError
+from hive_common.errors import FileError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -23,7 +23,7 @@ LONGEST = 160
 """So many characters are shown of what a schema says about a value."""
 
 
-def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401  (what YAML holds)
+def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:
     """Read a YAML file that must fit a schema.
 
     Args:

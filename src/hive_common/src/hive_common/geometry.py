@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
-    from robot_description.follower import Pose
+    from hive_common.pose import Pose
 
 Array: TypeAlias = NDArray[np.float64]
 """Any array of numbers; its shape is said where it is used."""

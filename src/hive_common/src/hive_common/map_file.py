@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import PIL.Image
 
-from robot_description.checked_yaml import read_checked
-from robot_description.follower import Pose
-from simenv.errors import MapError
-from simenv.folders import file_names, named_file
+from hive_common.checked_yaml import read_checked
+from hive_common.errors import MapError
+from hive_common.pose import Pose
+from hive_common.resources import find_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -100,18 +100,13 @@ def load_map(name_or_path: str) -> GridMap:
     """Read and check a map.
 
     Args:
-        name_or_path: The name of a map of this package (`lab`), or the path of a YAML file.
+        name_or_path: The name of a map of `simenv` (`lab`), or the path of a YAML file.
 
     Raises:
-        FileError: The YAML file cannot be read, or holds something that is not allowed.
-        MapError: There is no such map, or its image cannot be used.
+        FileError: There is no such map, or its YAML file cannot be read or used.
+        MapError: Its image cannot be used.
     """
-    path = named_file("maps", name_or_path)
-    if path is None:
-        raise MapError(
-            f"map '{name_or_path}': not known; allowed: {', '.join(file_names('maps'))}, "
-            "or the path of a .yaml file"
-        )
+    path = find_file("simenv", "maps", name_or_path)
     keys = read_checked(path, _SCHEMA)
     if keys["free_thresh"] >= keys["occupied_thresh"]:
         raise MapError(

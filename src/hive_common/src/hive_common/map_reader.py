@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robot_description.checked_yaml import read_checked
-from robot_description.errors import FileError
-from robot_description.grid_map import GridMap
+from hive_common.checked_yaml import read_checked
+from hive_common.errors import FileError
+from hive_common.grid_map import GridMap
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -54,7 +54,7 @@ def read_map(path: Path) -> GridMap:
     return GridMap(np.flipud(blocked), float(content["resolution"]), (float(x), float(y)))
 
 
-def _read_pgm(path: Path) -> Any:  # noqa: ANN401  (an array of 8-bit pixels)
+def _read_pgm(path: Path) -> Any:
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where something stands in the plane."""
+"""Poses and velocities in the plane (REP-103 units, REP-105 frames), and moves between poses."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """A position and heading in the map frame (REP-105).
+class Pose(NamedTuple):
+    """A position and heading; in the map frame unless said otherwise.
 
     Attributes:
         x: [m].
@@ -24,11 +23,51 @@ class Pose:
     @property
     def is_finite(self) -> bool:
         """Whether every number is one: neither `nan` nor infinite."""
-        return all(map(math.isfinite, (self.x, self.y, self.yaw)))
+        return all(map(math.isfinite, self))
 
     def distance_to(self, other: Pose) -> float:
-        """Return the distance to another position as the crow flies [m]."""
+        """Return the straight-line distance to another position [m]."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def __str__(self) -> str:
         return f"({self.x:.2f}, {self.y:.2f})"
+
+
+class Velocity(NamedTuple):
+    """How a base moves: vx forward, vy to the left [m/s], wz counter-clockwise [rad/s]."""
+
+    vx: float = 0.0
+    vy: float = 0.0
+    wz: float = 0.0
+
+
+STOP = Velocity()
+
+
+def compose(frame: Pose, pose: Pose) -> Pose:
+    """Return where a pose, given in a frame, is in the frame's own parent."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    x = frame.x + cos * pose.x - sin * pose.y
+    y = frame.y + sin * pose.x + cos * pose.y
+    return Pose(x, y, math.remainder(frame.yaw + pose.yaw, math.tau))
+
+
+def inverse(frame: Pose) -> Pose:
+    """Return the parent's pose in a frame."""
+    cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
+    return Pose(-cos * frame.x - sin * frame.y, sin * frame.x - cos * frame.y, -frame.yaw)
+
+
+def between(before: Pose, after: Pose) -> Pose:
+    """Return the move from one pose to another, seen from the first."""
+    return compose(inverse(before), after)
+
+
+def blend(before: Pose, after: Pose, share: float) -> Pose:
+    """Return the pose at `share` (0..1) of a short way; the yaw goes the shorter way round."""
+    turn = math.remainder(after.yaw - before.yaw, math.tau)
+    return Pose(
+        before.x + share * (after.x - before.x),
+        before.y + share * (after.y - before.y),
+        math.remainder(before.yaw + share * turn, math.tau),
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from blackboard.ros.onward_clock import OnwardClock
+from hive_common.ros.onward_clock import OnwardClock
 
 
 class SetClock:

@@ -8,17 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blackboard.allocation.exact import optimum
-from blackboard.allocation.exchange import best_places
-from blackboard.allocation.improvement import Search, improve
-from blackboard.allocation.instance import Instance
-from blackboard.allocation.objectives import OBJECTIVES
-from blackboard.allocation.plan import to_order
-from blackboard.allocation.rules import RULES
-from blackboard.allocation.sequential import auction
-from blackboard.allocation.testing import figures, on_a_road
-from blackboard.allocation.timetable import Book, Timetable, make_pieces
 from blackboard.errors import AllocationError
+from hive_lab.allocation.exact import optimum
+from hive_lab.allocation.exchange import best_places
+from hive_lab.allocation.improvement import Search, improve
+from hive_lab.allocation.instance import Instance
+from hive_lab.allocation.objectives import OBJECTIVES
+from hive_lab.allocation.plan import to_order
+from hive_lab.allocation.rules import RULES
+from hive_lab.allocation.sequential import auction
+from hive_lab.allocation.testing import figures, on_a_road
+from hive_lab.allocation.timetable import Book, Timetable, make_pieces
 
 SUMS = ("energy", "latency", "report")
 PLACE = st.integers(-20, 20).map(float)

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blackboard.allocation import rules
-from blackboard.allocation.objectives import OBJECTIVES
-from blackboard.allocation.policies import Append, IdleTakesNearest, Improving, aged
-from blackboard.allocation.stream import Stream, simulate
-from blackboard.allocation.testing import on_a_road
+from hive_lab.allocation import rules
+from hive_lab.allocation.objectives import OBJECTIVES
+from hive_lab.allocation.policies import Append, IdleTakesNearest, Improving, aged
+from hive_lab.allocation.stream import Stream, simulate
+from hive_lab.allocation.testing import on_a_road
 
 
 def improving(**how):

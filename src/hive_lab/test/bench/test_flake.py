@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from fleet_manager.bench.flake import CaseRun, PlanRun, cases_of, figures
+from hive_lab.bench.flake import CaseRun, PlanRun, cases_of, figures
 
 JUNIT = """<testsuites><testsuite>
   <testcase name="test_good" time="1.5"/>

@@ -9,16 +9,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.pose import Pose
-from blackboard.task import Task, TaskState, TaskType
-from fleet_manager.bench.charge import Ledger
-from fleet_manager.bench.day import APART, LOOK, Day, live
-from fleet_manager.bench.day_picture import draw_day
-from fleet_manager.bench.random_tasks import ROOM, random_tasks
-from fleet_manager.bench.reckoned_bodies import ReckonedBodies
-from fleet_manager.bench.virtual_fleet import VirtualFleet
-from fleet_manager.fleet_file import read_fleet
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.task import Task, TaskState, TaskType
+from fleet_manager.config.fleet_file import read_fleet
+from hive_common.pose import Pose
+from hive_lab.bench.charge import Ledger
+from hive_lab.bench.day import APART, LOOK, Day, live
+from hive_lab.bench.day_picture import draw_day
+from hive_lab.fleets.random_tasks import ROOM, random_tasks
+from hive_lab.fleets.reckoned_bodies import ReckonedBodies
+from hive_lab.fleets.virtual_fleet import VirtualFleet
 
 LAB = read_fleet("lab")
 ONE = replace(LAB, robots=LAB.robots[:1])
@@ -105,7 +105,7 @@ def test_a_day_is_drawn(tmp_path):
 
 def test_a_robot_in_the_simulator_does_a_task_with_its_own_navigation():
     pytest.importorskip("ompl")
-    simulated = importlib.import_module("fleet_manager.bench.simulated_bodies")
+    simulated = importlib.import_module("hive_lab.fleets.simulated_bodies")
     bodies = simulated.SimulatedBodies("lab", seed=1)
     run = VirtualFleet(ONE, "lab", bodies, {})
     run.post(Task("T1", TaskType.GA, (Pose(4.5, 2.0, 0.0),)))

@@ -7,7 +7,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from robot_description.errors import RobotDescriptionError
+from hive_common.errors import HiveError
 from robot_description.models import load_model, model_path
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     wanted = parser.parse_args(arguments)
     try:
         sys.stdout.write(_text(wanted.what, wanted.model, wanted.prefix))
-    except RobotDescriptionError as error:
+    except HiveError as error:
         sys.stderr.write(f"describe_robot: {error}\n")
         return 1
     return 0
@@ -41,6 +41,6 @@ def _text(what: str, model: str, prefix: str) -> str:
         load_model(model)
         return model_path(model).read_text(encoding="utf-8")
     # xacro takes longer to import than to run, and only this branch needs it.
-    from robot_description.urdf import robot_urdf  # noqa: PLC0415
+    from robot_description.urdf import robot_urdf
 
     return robot_urdf(model, prefix)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from robot_description.schema_parts import numbers, positive, section
+from hive_common.schema_parts import numbers, positive, section
 
 _TEXT = {"type": "string", "minLength": 1, "description": "a text that is not empty"}
 _NAMES = {"type": "array", "items": _TEXT, "uniqueItems": True, "description": "a list of names"}

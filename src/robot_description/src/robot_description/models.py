@@ -10,12 +10,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from robot_description.checked_yaml import read_checked
-from robot_description.errors import FileError, ModelError
+from hive_common.checked_yaml import read_checked
+from hive_common.errors import FileError
+from hive_common.resources import find_file, names_in
+from robot_description.errors import ModelError
 from robot_description.model_schema import SCHEMA
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 Point = tuple[float, float]
 
@@ -216,19 +220,9 @@ class RobotModel:
             )
 
 
-def models_folder() -> Path:
-    """Return the folder with the models that come with this package.
-
-    It lies beside the sources in a workspace and in `share/` after `catkin_make install`.
-    """
-    here = Path(__file__).resolve()
-    places = (here.parents[2] / "models", here.parents[4] / "share/robot_description/models")
-    return next((place for place in places if place.is_dir()), places[0])
-
-
 def model_names() -> tuple[str, ...]:
     """Return the names of the models that come with this package, sorted."""
-    return tuple(sorted(path.stem for path in models_folder().glob("*.yaml")))
+    return tuple(names_in("robot_description", "models"))
 
 
 def model_path(name_or_path: str | Path) -> Path:
@@ -240,15 +234,7 @@ def model_path(name_or_path: str | Path) -> Path:
     Raises:
         FileError: There is no such model.
     """
-    text = str(name_or_path)
-    if text.endswith(".yaml") or "/" in text:
-        return Path(name_or_path)
-    if text not in model_names():
-        raise FileError(
-            f"robot model '{text}': not known; allowed: {', '.join(model_names())}, "
-            "or the path of a .yaml file"
-        )
-    return models_folder() / f"{text}.yaml"
+    return find_file("robot_description", "models", str(name_or_path))
 
 
 def load_model(name_or_path: str | Path) -> RobotModel:
@@ -292,7 +278,7 @@ def _frozen_items(content: dict[str, Any]) -> dict[str, Any]:
     return {key: _frozen(value) for key, value in content.items()}
 
 
-def _frozen(value: Any) -> Any:  # noqa: ANN401  (what YAML holds)
+def _frozen(value: Any) -> Any:
     """Turn lists into tuples, so that a frozen dataclass is frozen all the way down."""
     return tuple(_frozen(item) for item in value) if isinstance(value, list) else value
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import xacro
 
-from robot_description.models import load_model, model_path, models_folder
+from hive_common.resources import package_folder
+from robot_description.models import load_model, model_path
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,7 +32,7 @@ def robot_urdf(model: str | Path, prefix: str = "") -> str:
         FileError: The model is unknown, or its file holds something that is not allowed.
     """
     load_model(model)
-    template = models_folder().parent / "urdf" / "robot.urdf.xacro"
+    template = package_folder("robot_description") / "urdf" / "robot.urdf.xacro"
     arguments = {"model_file": str(model_path(model)), "prefix": prefix}
     document = xacro.process_file(str(template), mappings=arguments)
     return str(document.toprettyxml(indent="  "))

@@ -8,10 +8,11 @@ from itertools import pairwise
 
 import pytest
 
-from robot_description.follower import STOP, Pose, Room, Velocity
+from hive_common.pose import STOP, Pose, Velocity
 from robot_description.models import load_model, model_names
-from robot_description.pursuit_follower import PursuitFollower, speed_to_stop_within
-from robot_description.way import Way, angle_between
+from robot_navigation.control.follower import Room
+from robot_navigation.control.pursuit_follower import PursuitFollower, speed_to_stop_within
+from robot_navigation.planning.path import Way, angle_between
 
 DT = 0.1
 COMMAND_TIMEOUT = 0.5

@@ -6,9 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot_description.follower import Pose
-from robot_description.grid_map import ClearanceField, Disc, GridMap
-from robot_description.lookout import (
+from hive_common.grid_map import ClearanceField, Disc, GridMap
+from hive_common.pose import Pose
+from robot_description.models import load_model
+from robot_navigation.control.obstacle_check import (
     GAP,
     Lookout,
     Memory,
@@ -17,8 +18,7 @@ from robot_description.lookout import (
     points_seen,
     sort_points,
 )
-from robot_description.models import load_model
-from robot_description.way import Way
+from robot_navigation.planning.path import Way
 
 MODEL = load_model("mir100")
 FRONT = 0.445

@@ -7,8 +7,7 @@ import pytest
 
 pytest.importorskip("ompl")
 
-from robot_description.models import load_model
-from simenv.bench_localization import (
+from hive_lab.bench.localization import (
     AIMS,
     CONVERGED,
     DRIVES,
@@ -17,6 +16,7 @@ from simenv.bench_localization import (
     found_itself,
     recorded,
 )
+from robot_description.models import load_model
 
 MODEL = load_model(DRIVES["testing"].model)
 

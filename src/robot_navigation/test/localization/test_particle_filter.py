@@ -5,15 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot_description.amcl_settings import AmclSettings, SettingError
-from robot_description.follower import Pose
-from robot_description.likelihood_field import BATCH, BeamChooser, LikelihoodField
-from robot_description.localizer import Localizer
+from hive_common.pose import Pose, between, blend, compose, inverse
 from robot_description.models import Laser
-from robot_description.odometry_history import OdometryHistory
-from robot_description.odometry_model import spread
-from robot_description.particle_filter import START_ANYWHERE, ParticleFilter
-from robot_description.poses import between, blend, compose, inverse
+from robot_navigation.localization.amcl_settings import AmclSettings, SettingError
+from robot_navigation.localization.likelihood_field import BATCH, BeamChooser, LikelihoodField
+from robot_navigation.localization.localizer import Localizer
+from robot_navigation.localization.odometry_history import OdometryHistory
+from robot_navigation.localization.odometry_model import spread
+from robot_navigation.localization.particle_filter import START_ANYWHERE, ParticleFilter
 
 SETTINGS = AmclSettings(max_particles=3000)
 LASER = Laser(360, 0.1, 6.0, 2 * math.pi, 10.0, (0.0, 0.0, 0.0))

@@ -13,23 +13,23 @@ import numpy as np
 import pytest
 import yaml
 
-from robot_description.follower import Pose
+from hive_common.errors import ParameterError
+from hive_common.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, decided
+from hive_common.pose import Pose
+from hive_lab.bench.mapping import compare
 from robot_description.models import load_model
-from simenv.draw_map import draw_map
-from simenv.errors import ParameterError
-from simenv.explorer import Explorer
-from simenv.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, decided
-from simenv.mapper import Beams, Mapper
-from simenv.mapper_settings import MapperSettings
-from simenv.mapping_run import compare
-from simenv.occupancy import OccupancyGrid
-from simenv.scan_matcher import ScanMatcher
+from robot_navigation.mapping.explorer import Explorer
+from robot_navigation.mapping.mapper import Beams, Mapper
+from robot_navigation.mapping.mapper_settings import MapperSettings
+from robot_navigation.mapping.occupancy import OccupancyGrid
+from robot_navigation.mapping.scan_matcher import ScanMatcher
+from robot_navigation.mapping.surfaces import Surfaces
 from simenv.simulation import Simulation
-from simenv.surfaces import Surfaces
-from simenv.world_file import load_world
+from simenv.world.draw_map import draw_map
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
-    from simenv.geometry import Array
+    from hive_common.geometry import Array
 
 BEAMS = Beams.of(load_model("ld60").laser)
 ANGLES = BEAMS.angles

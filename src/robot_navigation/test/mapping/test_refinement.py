@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 from shapely.geometry import box
 
-from robot_description.follower import Pose
+from hive_common.pose import Pose, between, compose, inverse
 from robot_description.models import load_model
-from robot_description.poses import between, compose, inverse
-from simenv.laser import Scanner
-from simenv.refinement import Sighting, refined
-from simenv.shapes import Shape
-from simenv.surfaces import Surface, Surfaces
+from robot_navigation.mapping.refinement import Sighting, refined
+from robot_navigation.mapping.surfaces import Surface, Surfaces
+from simenv.sensors.laser import Scanner
 from simenv.testing import hall
+from simenv.world.shapes import Shape
 
 LASER = load_model("ld60").laser
 POSTS = [(1.2, 4.1), (2.1, 8.8), (5.4, 9.0), (8.9, 6.3), (7.8, 1.1), (3.3, 0.9), (0.9, 6.9)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import pytest
 
-from simenv.overdue import Overdue
-from simenv.teleop import HELD, Limits, Teleop
+from robot_navigation.mapping.overdue import Overdue
+from robot_navigation.mapping.teleop import HELD, Limits, Teleop
 
 AGV = Limits(speed=1.0, turn=2.0, holonomic=False)
 

@@ -12,10 +12,10 @@ import pytest
 
 pytest.importorskip("ompl")
 
-from robot_description.bench_plan import way_length
-from robot_description.grid_map import Disc, GridMap
-from robot_description.ompl_planner import OmplPlanner
-from robot_description.planner import PlanError
+from hive_common.grid_map import Disc, GridMap
+from hive_lab.bench.plan import way_length
+from robot_navigation.planning.ompl_planner import OmplPlanner
+from robot_navigation.planning.planner import PlanError
 
 RADIUS = 0.4
 

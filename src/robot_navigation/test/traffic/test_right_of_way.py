@@ -8,7 +8,7 @@ from itertools import permutations
 
 import pytest
 
-from robot_description.right_of_way import (
+from robot_navigation.traffic.right_of_way import (
     GAP,
     HOLD,
     LEAST_GAP,

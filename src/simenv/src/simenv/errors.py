@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What can go wrong in this package, in words for the person who can mend it."""
 
+from hive_common.errors import HiveError
 
-class SimenvError(Exception):
+
+class SimenvError(HiveError):
     """The base of every error that this package raises."""
 
 
 class WorldError(SimenvError):
     """A world cannot be found, or its shapes and places contradict each other."""
-
-
-class MapError(SimenvError):
-    """A map cannot be found, read or written."""
 
 
 class SpawnError(SimenvError):
@@ -32,7 +30,3 @@ class UnknownRobotError(SimenvError):
 
 class CommandError(SimenvError):
     """A robot is told to do what cannot be done: a speed that is no number, a pick without arm."""
-
-
-class ParameterError(SimenvError):
-    """A node's parameter is missing or not what it must be."""

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import yaml
 
-from simenv.errors import MapError
+from hive_common.errors import MapError
 
 if TYPE_CHECKING:
-    from robot_description.follower import Pose
+    from hive_common.pose import Pose
 
 AROUND = (60, 140)
 """What menu, tools, status and docks take of the window's width and height [pixels]."""

@@ -18,27 +18,27 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from robot_description.follower import Pose
-from simenv.bodies import Bodies
-from simenv.contact import Contacts
+from hive_common.geometry import Footprint
+from hive_common.pose import Pose
+from simenv.bodies.bodies import Bodies
+from simenv.bodies.contact import Contacts
+from simenv.bodies.pick import Arm, Stock
 from simenv.errors import ObstacleError, SpawnError, UnknownRobotError
-from simenv.geometry import Footprint
-from simenv.laser import Scanner
-from simenv.noise import Noise, dice_of
-from simenv.pick import Arm, Stock
-from simenv.sensing import take_scans
-from simenv.standing_room import robot_at, why_not_there
-from simenv.surroundings import Surroundings
+from simenv.sensors.laser import Scanner
+from simenv.sensors.noise import Noise, dice_of
+from simenv.sensors.sensing import take_scans
+from simenv.world.standing_room import robot_at, why_not_there
+from simenv.world.surroundings import Surroundings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from shapely.geometry.base import BaseGeometry
 
+    from hive_common.geometry import Array
     from robot_description.models import RobotModel
-    from simenv.contact import Contact
-    from simenv.geometry import Array
-    from simenv.world import World
+    from simenv.bodies.contact import Contact
+    from simenv.world.world import World
 
 STEP = 0.025
 """The usual step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps."""

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from shapely.geometry import box
 
-from robot_description.follower import Pose
+from hive_common.geometry import distances
+from hive_common.pose import Pose
 from robot_description.models import load_model
-from simenv.advance import Advance
-from simenv.clearance import Clearance
+from simenv.bodies.advance import Advance
+from simenv.bodies.clearance import Clearance
 from simenv.errors import ObstacleError
-from simenv.geometry import distances
-from simenv.shapes import Shape
 from simenv.simulation import Simulation
 from simenv.testing import hall
-from simenv.world import Person
+from simenv.world.shapes import Shape
+from simenv.world.world import Person
 
 MODELS = [load_model(name) for name in ("mir100", "ld60", "youbot", "fetch")]
 
@@ -75,7 +75,7 @@ def test_who_is_moved_together_gets_as_far_as_one_after_the_other(monkeypatch):
 
 def test_a_robot_with_room_around_it_is_looked_at_seldom(monkeypatch):
     looks = []
-    look = Clearance._measure  # noqa: SLF001  (it has no other name)
+    look = Clearance._measure
     monkeypatch.setattr(
         Clearance, "_measure", lambda self, *args: (looks.append(args), look(self, *args))
     )

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from robot_description.models import load_model
-from simenv.motion import accelerated, changes_of, limits_of, moved, within_limits
+from simenv.bodies.motion import accelerated, changes_of, limits_of, moved, within_limits
 
 MIR = load_model("mir100")  # differential
 YOUBOT = load_model("youbot")  # holonomic

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from robot_description.follower import Pose
+from hive_common.pose import Pose
 from robot_description.models import load_model
+from simenv.bodies.pick import Act, Load, Order, Outcome
 from simenv.errors import CommandError
-from simenv.noise import NO_NOISE
-from simenv.pick import Act, Load, Order, Outcome
+from simenv.sensors.noise import NO_NOISE
 from simenv.simulation import Simulation
 from simenv.testing import hall
-from simenv.world import Station
+from simenv.world.world import Station
 
 FETCH = load_model("fetch")
 HERE = Pose(5.0, 5.0, 0.0)
@@ -204,7 +204,7 @@ def test_a_load_that_is_no_load_is_refused(payload):
 
 
 def test_the_numbers_are_those_of_the_action():
-    action = Path(__file__).parents[4] / "src/blackboard/action/Pick.action"
+    action = Path(__file__).parents[3] / "blackboard/action/Pick.action"
     numbers = dict(re.findall(r"^uint8 ([A-Z_]+) = (\d+)", action.read_text(), re.MULTILINE))
 
     assert {member.name: member.value for enum in (Act, Outcome) for member in enum} == {

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Polygon
 
-from robot_description.follower import Pose
-from simenv.beams import Fan, cast
-from simenv.geometry import outline
+from hive_common.geometry import outline
+from hive_common.pose import Pose
+from simenv.sensors.beams import Fan, cast
 
 SQUARE = np.array([[2.0, -1.0], [4.0, -1.0], [4.0, 1.0], [2.0, 1.0]])
 ROUND = Fan(-math.pi, math.tau / 720, 720)

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from shapely.geometry import Point, box
 
-from robot_description.follower import Pose
+from hive_common.pose import Pose
 from robot_description.models import load_model
-from simenv.noise import NO_NOISE, Noise
-from simenv.shapes import Shape
+from simenv.sensors.noise import NO_NOISE, Noise
 from simenv.simulation import Simulation
 from simenv.testing import hall
+from simenv.world.shapes import Shape
 
 MIR = load_model("mir100")  # laser at the middle of the base
 AHEAD, LEFT, BEHIND, RIGHT = 360, 540, 0, 180  # beams of 720

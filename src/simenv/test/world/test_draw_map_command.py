@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import pytest
 
-from simenv.draw_map_command import main
-from simenv.map_file import load_map
+from hive_common.map_file import load_map
+from simenv.world.draw_map_command import main
 
 
 def test_the_command_writes_a_map_that_can_be_loaded(tmp_path):

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from shapely.geometry import box
 
-from robot_description.follower import Pose
+from hive_common.pose import Pose
 from robot_description.models import load_model
+from simenv.bodies.pick import Act, Order, Outcome
 from simenv.errors import CommandError, ObstacleError, SpawnError
-from simenv.noise import NO_NOISE, Noise
-from simenv.pick import Act, Order, Outcome
-from simenv.shapes import Door
+from simenv.sensors.noise import NO_NOISE, Noise
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall
-from simenv.world import Person
+from simenv.world.shapes import Door
+from simenv.world.world import Person
 
 MIR = load_model("mir100")
 FETCH = load_model("fetch")

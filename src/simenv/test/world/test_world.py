@@ -4,12 +4,12 @@ import textwrap
 import pytest
 from shapely.geometry import Point
 
-from robot_description.errors import FileError
+from hive_common.errors import FileError
 from robot_description.models import load_model, model_names
 from simenv.errors import WorldError
-from simenv.noise import NO_NOISE
+from simenv.sensors.noise import NO_NOISE
 from simenv.simulation import Simulation
-from simenv.world_file import load_world, world_mistakes
+from simenv.world.world_file import load_world, world_mistakes
 
 WORLDS = ("lab", "warehouse")
 
@@ -120,7 +120,7 @@ def test_a_bad_world_gives_one_line_that_says_where_and_what_is_allowed(tmp_path
 
 
 def test_a_missing_world_names_those_that_are_there():
-    with pytest.raises(WorldError, match="world 'moon': not known; allowed: lab, warehouse"):
+    with pytest.raises(FileError, match="world 'moon': not known; allowed: lab, warehouse"):
         load_world("moon")
     with pytest.raises(FileError, match="/nowhere/moon: cannot be read"):
         load_world("/nowhere/moon")

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.cost import Exclusion
-from blackboard.task import TaskType
+from blackboard.costing.cost import Exclusion
+from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.cost import Bid
-    from blackboard.task import Task
+    from blackboard.costing.cost import Bid
+    from blackboard.domain.task import Task
 
 
 def what_would_help(task: Task, bids: Iterable[Bid]) -> str:

@@ -15,15 +15,15 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from blackboard.cost import MAX_COST
+from blackboard.costing.cost import MAX_COST
+from blackboard.costing.preemption import best_bid
 from blackboard.errors import BidRefusedError
-from blackboard.preemption import best_bid
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from blackboard.cost import Bid, Bids
-    from blackboard.record import TaskRecord
+    from blackboard.costing.cost import Bid, Bids
+    from blackboard.domain.record import TaskRecord
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,23 +6,23 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.auction import Auction, Result
+from blackboard.auction.auction import Auction, Result
+from blackboard.domain.record import Broadcast
+from blackboard.domain.talker import TASK_BROADCAST, TASK_COST
+from blackboard.domain.task import TaskState
 from blackboard.errors import BidRefusedError
-from blackboard.record import Broadcast
-from blackboard.talker import TASK_BROADCAST, TASK_COST
-from blackboard.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.backup import Backup
-    from blackboard.central import Central
-    from blackboard.cost import Bid, Bids
-    from blackboard.handing_over import Exchange, HandingOver, Move
-    from blackboard.improving import Improving, Piece
-    from blackboard.reach import Reach
-    from blackboard.record import TaskRecord
-    from blackboard.talker import Talker, Timer
+    from blackboard.auction.candidate_selection import Reach
+    from blackboard.auction.central import Central
+    from blackboard.auction.reallocation import Improving, Piece
+    from blackboard.auction.transfers import Exchange, HandingOver, Move
+    from blackboard.consensus.node import Backup
+    from blackboard.costing.cost import Bid, Bids
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.talker import Talker, Timer
 
 
 class Auctioneer:
@@ -217,7 +217,7 @@ class Auctioneer:
         self, pieces: Sequence[Piece], robots: frozenset[str], awards: tuple[Bid, ...]
     ) -> None:
         auction = self._auction
-        assert auction is not None  # noqa: S101  (whoever asks has begun one)
+        assert auction is not None
         self._pieces = {piece[0].task.id: piece for piece in pieces}
         sizes = {task_id: len(piece) for task_id, piece in self._pieces.items()}
         asked = auction.ask([piece[0] for piece in pieces], robots, sizes)

@@ -16,8 +16,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from blackboard.characteristics import RobotStatus
-    from blackboard.record import TaskRecord
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskRecord
 
 
 class Reach:

@@ -6,20 +6,20 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.bid_basis import bids_from
-from blackboard.cost import COST_MODELS
+from blackboard.board.intake import flaw_of
+from blackboard.costing.bid_basis import bids_from
+from blackboard.costing.cost import COST_MODELS
+from blackboard.domain.task import split_task
 from blackboard.errors import BidRefusedError, CharacteristicsError
-from blackboard.intake import flaw_of
-from blackboard.task import split_task
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.bid_basis import BidBasis
-    from blackboard.cost import Bids
-    from blackboard.record import Broadcast, TaskRecord
-    from blackboard.task import Task
-    from blackboard.ways import Ways
+    from blackboard.costing.bid_basis import BidBasis
+    from blackboard.costing.cost import Bids
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.record import Broadcast, TaskRecord
+    from blackboard.domain.task import Task
 
 
 class Central:

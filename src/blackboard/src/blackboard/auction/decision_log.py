@@ -12,15 +12,15 @@ import sqlite3
 from contextlib import closing, suppress
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.decision import from_plain
+from blackboard.auction.decision import from_plain
+from blackboard.domain.json_records import fields_of
 from blackboard.errors import JournalError
-from blackboard.json_records import fields_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from blackboard.decision import Decision
+    from blackboard.auction.decision import Decision
 
 ENDING = ".auctions.sqlite3"
 """Of the files' names."""

@@ -23,17 +23,17 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
-from blackboard.cost import MEASURES
-from blackboard.handing_over import Move
-from blackboard.record import TaskRecord
-from blackboard.task import TaskState
+from blackboard.auction.transfers import Move
+from blackboard.costing.cost import MEASURES
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from blackboard.characteristics import RobotStatus
-    from blackboard.cost import Bid, CostTerms
-    from blackboard.handing_over import Exchange
+    from blackboard.auction.transfers import Exchange
+    from blackboard.costing.cost import Bid, CostTerms
+    from blackboard.domain.characteristics import RobotStatus
 
 
 PASSES = 3
@@ -87,7 +87,7 @@ class Improving:
         longest = max(map(len, lists), default=0)
         groups = -(-len(lists) // most)
         steps = PASSES * longest * groups
-        if len(robots) < 2 or self._quiet_steps >= steps:  # noqa: PLR2004  (two can exchange)
+        if len(robots) < 2 or self._quiet_steps >= steps:
             return []
         self._turn += 1
         self._quiet_steps += 1

@@ -11,14 +11,14 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import MAX_ID_LENGTH, TaskState
 from blackboard.errors import SplitRefusedError
-from blackboard.record import TaskRecord
-from blackboard.task import MAX_ID_LENGTH, TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from blackboard.cost import Bid
+    from blackboard.costing.cost import Bid
 
 MAX_PARTS = 100
 """More than that is rather a slip of the pen than a load for robots."""

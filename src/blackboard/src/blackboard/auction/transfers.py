@@ -12,13 +12,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from blackboard.task import TaskState
+from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.cost import Bid
-    from blackboard.record import TaskRecord
+    from blackboard.costing.cost import Bid
+    from blackboard.domain.record import TaskRecord
 
 
 class Move(NamedTuple):

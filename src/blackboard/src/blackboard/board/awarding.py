@@ -6,22 +6,22 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.advice import what_would_help
-from blackboard.decision import Decision
+from blackboard.auction.advice import what_would_help
+from blackboard.auction.decision import Decision
+from blackboard.auction.splitting import split
+from blackboard.domain.task import TaskEvent, TaskState, unused_goals
 from blackboard.errors import JournalError, SplitRefusedError
-from blackboard.splitting import split
-from blackboard.task import TaskEvent, TaskState, unused_goals
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.auction import Result
-    from blackboard.backup import Backup
-    from blackboard.cost import Bid
-    from blackboard.decision_book import DecisionBook
-    from blackboard.orders import Orders
-    from blackboard.record import TaskRecord
-    from blackboard.talker import Talker
+    from blackboard.auction.auction import Result
+    from blackboard.auction.decision_log import DecisionBook
+    from blackboard.board.orders import Orders
+    from blackboard.consensus.node import Backup
+    from blackboard.costing.cost import Bid
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.talker import Talker
 
 
 class Commit(Protocol):

@@ -13,34 +13,34 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.auctioneer import Auctioneer
-from blackboard.awarding import Awarding
-from blackboard.central import Central
-from blackboard.decision_book import NoBook
+from blackboard.auction.auctioneer import Auctioneer
+from blackboard.auction.candidate_selection import Reach
+from blackboard.auction.central import Central
+from blackboard.auction.decision_log import NoBook
+from blackboard.auction.reallocation import Improving
+from blackboard.auction.splitting import unfinished_parts, with_wholes
+from blackboard.auction.transfers import HandingOver
+from blackboard.board.awarding import Awarding
+from blackboard.board.orders import Orders
+from blackboard.board.recovery import put_back
+from blackboard.board.retention import Forgetting
+from blackboard.board.watch import Watch
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
+from blackboard.domain.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
 from blackboard.errors import TaskRefusedError
-from blackboard.forgetting import Forgetting
-from blackboard.handing_over import HandingOver
-from blackboard.improving import Improving
-from blackboard.orders import Orders
-from blackboard.reach import Reach
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.release import put_back
-from blackboard.splitting import unfinished_parts, with_wholes
-from blackboard.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
-from blackboard.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
-from blackboard.watch import Watch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.backup import Backup
-    from blackboard.characteristics import RobotStatus
-    from blackboard.cost import Bids
-    from blackboard.decision_book import DecisionBook
-    from blackboard.settings import BlackboardSettings
-    from blackboard.talker import Talker, Timer
-    from blackboard.task import Task
-    from blackboard.ways import Ways
+    from blackboard.auction.decision_log import DecisionBook
+    from blackboard.consensus.node import Backup
+    from blackboard.costing.cost import Bids
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.settings import BlackboardSettings
+    from blackboard.domain.talker import Talker, Timer
+    from blackboard.domain.task import Task
 
 _LOOKS_IN_TIME = 5
 """How often lost and late robots are looked for within the time after which a robot is lost."""

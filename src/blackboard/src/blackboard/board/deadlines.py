@@ -12,12 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from blackboard.task import TaskState
+from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.record import TaskRecord
+    from blackboard.domain.record import TaskRecord
 
 STEPWISE_FROM = 8
 """The least priority of which every single step is promised."""

@@ -15,8 +15,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from blackboard.errors import TaskRefusedError
-from blackboard.talker import (
+from blackboard.domain.talker import (
     BB_ENTRIES,
     NEW_TASK,
     ROBOT_STATUS,
@@ -26,16 +25,17 @@ from blackboard.talker import (
     TASK_COST,
     TASK_STATE,
 )
-from blackboard.task import MAX_ID_LENGTH, TaskType, analyze_task, split_task
+from blackboard.domain.task import MAX_ID_LENGTH, TaskType, analyze_task, split_task
+from blackboard.errors import TaskRefusedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.backup import TaskList
-    from blackboard.characteristics import RobotStatus
-    from blackboard.record import Broadcast, Order, TaskUpdate
-    from blackboard.replication import Entries
-    from blackboard.task import Task
+    from blackboard.consensus.log import Entries
+    from blackboard.consensus.node import TaskList
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import Broadcast, Order, TaskUpdate
+    from blackboard.domain.task import Task
 
 LONGEST_NAME = 256
 """Characters of a name or an id."""
@@ -157,7 +157,12 @@ def flaw_of(value: object, name: str) -> str:
             return ""  # The names of all tasks on a robot's list: nothing is looked at more often.
         if all(type(each) is float and math.isfinite(each) for each in value):
             return ""  # When each robot of a fleet was heard: every member reads it all the time.
-        inner = ((each, name) for each in value)
+        names = getattr(value, "_fields", None)  # a Pose has names
+        inner = (
+            ((each, name) for each in value)
+            if names is None
+            else ((each, f"{name}.{key}") for each, key in zip(value, names, strict=True))
+        )
     else:
         names = getattr(value, "__dataclass_fields__", ())  # `fields` takes ten times as long
         inner = ((getattr(value, each), f"{name}.{each}") for each in names)

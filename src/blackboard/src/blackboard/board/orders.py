@@ -7,17 +7,17 @@ from collections import defaultdict
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.record import ANY_ASSIGNMENT, Order
-from blackboard.talker import TASK_ASSIGN
-from blackboard.task import Task
+from blackboard.domain.record import ANY_ASSIGNMENT, Order
+from blackboard.domain.talker import TASK_ASSIGN
+from blackboard.domain.task import Task
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.backup import Backup
-    from blackboard.characteristics import RobotStatus
-    from blackboard.record import TaskRecord
-    from blackboard.talker import Talker
+    from blackboard.consensus.node import Backup
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.talker import Talker
 
 
 class Orders:

@@ -6,10 +6,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from blackboard.characteristics import RobotState
+from blackboard.domain.characteristics import RobotState
 
 if TYPE_CHECKING:
-    from blackboard.characteristics import RobotStatus
+    from blackboard.domain.characteristics import RobotStatus
 
 # A robot that has charged by this much may now take what it refused before.
 _CHARGE_THAT_MATTERS = 0.05

@@ -6,10 +6,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.task import TaskEvent, TaskState, TaskType, step_to_resume
+from blackboard.domain.task import TaskEvent, TaskState, TaskType, step_to_resume
 
 if TYPE_CHECKING:
-    from blackboard.record import TaskRecord, TaskUpdate
+    from blackboard.domain.record import TaskRecord, TaskUpdate
 
 ON_ROBOT_LOST = ("reassign", "wait", "operator")
 """What is done with the task of a robot that is lost: given to another, kept until the robot comes

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.record import TaskRecord
-    from blackboard.replication import Log
+    from blackboard.consensus.log import Log
+    from blackboard.domain.record import TaskRecord
 
 SHORTEST = 10.0
 """However many have ended, each is kept for that long [s]: whoever has posted it and heard no

@@ -11,20 +11,20 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.characteristics import RobotState
-from blackboard.lease import Leases
-from blackboard.presence import Presence
-from blackboard.promise import Promises
-from blackboard.release import after_loss
-from blackboard.talker import ROBOT_STATUS
+from blackboard.board.deadlines import Promises
+from blackboard.board.presence import Presence
+from blackboard.board.recovery import after_loss
+from blackboard.consensus.lease import Leases
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.talker import ROBOT_STATUS
 
 if TYPE_CHECKING:
-    from blackboard.backup import Backup
-    from blackboard.characteristics import RobotStatus
-    from blackboard.orders import Orders
-    from blackboard.record import TaskRecord
-    from blackboard.settings import BlackboardSettings
-    from blackboard.talker import Talker
+    from blackboard.board.orders import Orders
+    from blackboard.consensus.node import Backup
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.settings import BlackboardSettings
+    from blackboard.domain.talker import Talker
 
 
 class Watch:

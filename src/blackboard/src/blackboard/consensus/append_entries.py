@@ -13,15 +13,15 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.member import name_of
-from blackboard.replication import Entries
+from blackboard.consensus.log import Entries
+from blackboard.consensus.member import name_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from blackboard.election import Step
-    from blackboard.member import Member, Peer
-    from blackboard.replication import Entry, Position, Whole
+    from blackboard.consensus.election import Step
+    from blackboard.consensus.log import Entry, Position, Whole
+    from blackboard.consensus.member import Member, Peer
 
 MOST_ENTRIES = 200
 """Changes in one message; the rest follows later."""

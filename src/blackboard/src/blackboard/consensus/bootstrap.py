@@ -10,20 +10,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.journal import Durable
-from blackboard.member import Member, name_of
-from blackboard.replication import Ack, Log, Position, Whole
-from blackboard.talker import BB_ACK, NEW_TASK, SYNC, TASK_STATE
-from blackboard.task import TaskState
+from blackboard.consensus.journal import Durable
+from blackboard.consensus.log import Ack, Log, Position, Whole
+from blackboard.consensus.member import Member, name_of
+from blackboard.domain.talker import BB_ACK, NEW_TASK, SYNC, TASK_STATE
+from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from random import Random
 
-    from blackboard.record import TaskRecord, TaskUpdate
-    from blackboard.settings import BackupSettings
-    from blackboard.talker import Subscription, Talker
-    from blackboard.task_list import TaskList
+    from blackboard.consensus.task_list import TaskList
+    from blackboard.domain.record import TaskRecord, TaskUpdate
+    from blackboard.domain.settings import BackupSettings
+    from blackboard.domain.talker import Subscription, Talker
 
 _FEWEST_BEATS, _MOST_BEATS = 5, 10
 """For so many heartbeats nobody may be heard before a hive is founded."""

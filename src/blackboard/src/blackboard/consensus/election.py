@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
-from blackboard.member import Role, adopt, is_majority, name_of
+from blackboard.consensus.member import Role, adopt, is_majority, name_of
 
 if TYPE_CHECKING:
-    from blackboard.member import Member
-    from blackboard.replication import Position
+    from blackboard.consensus.log import Position
+    from blackboard.consensus.member import Member
 
 Step = tuple["Member", list[object]]
 """What becomes of a member, and what it says."""

@@ -10,22 +10,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.active import Heartbeat
-from blackboard.election import Ballot
-from blackboard.founding import Handover, newcomer
-from blackboard.member import Role, name_of
-from blackboard.replication import Ack, Entries
-from blackboard.talker import BB_ACK, SYNC
+from blackboard.consensus.bootstrap import Handover, newcomer
+from blackboard.consensus.election import Ballot
+from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.log import Ack, Entries
+from blackboard.consensus.member import Role, name_of
+from blackboard.domain.talker import BB_ACK, SYNC
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
-    from blackboard.founding import Founding
-    from blackboard.journal import Durable
-    from blackboard.member import Member
-    from blackboard.talker import Talker
-    from blackboard.task_list import TaskList
+    from blackboard.consensus.bootstrap import Founding
+    from blackboard.consensus.journal import Durable
+    from blackboard.consensus.member import Member
+    from blackboard.consensus.task_list import TaskList
+    from blackboard.domain.talker import Talker
 
 Said = Heartbeat | Entries | Ack | Ballot
 """What members say to each other."""

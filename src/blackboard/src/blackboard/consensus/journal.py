@@ -14,16 +14,16 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
+from blackboard.consensus.log import Log, Position, Whole
+from blackboard.domain.json_records import entry_from, record_from, report_from, to_json
 from blackboard.errors import JournalError
-from blackboard.json_records import entry_from, record_from, report_from, to_json
-from blackboard.replication import Log, Position, Whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from blackboard.record import TaskRecord, TaskUpdate
-    from blackboard.replication import Entry
+    from blackboard.consensus.log import Entry
+    from blackboard.domain.record import TaskRecord, TaskUpdate
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +207,7 @@ class SqliteJournal:
                 beside.rename(self.set_aside.with_name(self.set_aside.name + ending))
 
     @contextlib.contextmanager
-    def _transaction(self) -> Any:  # noqa: ANN401  (a context manager)
+    def _transaction(self) -> Any:
         self._database.execute("BEGIN IMMEDIATE")
         try:
             yield

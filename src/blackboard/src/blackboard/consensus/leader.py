@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.member import (
+from blackboard.consensus.append_entries import send, send_what_is_missing
+from blackboard.consensus.log import Entry, Log, committed_version
+from blackboard.consensus.member import (
     Peer,
     Role,
     follow,
@@ -20,16 +22,14 @@ from blackboard.member import (
     majority_of,
     name_of,
 )
-from blackboard.replication import Entry, Log, committed_version
-from blackboard.sending import send, send_what_is_missing
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.election import Step
-    from blackboard.member import Member
-    from blackboard.record import TaskRecord
-    from blackboard.replication import Ack
+    from blackboard.consensus.election import Step
+    from blackboard.consensus.log import Ack
+    from blackboard.consensus.member import Member
+    from blackboard.domain.record import TaskRecord
 
 BEATS_ASIDE = 5
 """Whoever does not stand by hears only one in so many heartbeats, and changes only with it: of a

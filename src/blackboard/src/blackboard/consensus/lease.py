@@ -14,7 +14,7 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from blackboard.backup import Heartbeat
+    from blackboard.consensus.node import Heartbeat
 
 MAX_DRIFT = 0.01
 """How much faster or slower than true time any clock of the hive may run."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from blackboard.record import TaskRecord
+    from blackboard.domain.record import TaskRecord
 
 
 class Position(NamedTuple):

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from blackboard.replication import Log
-    from blackboard.settings import BackupSettings
+    from blackboard.consensus.log import Log
+    from blackboard.domain.settings import BackupSettings
 
 
 class Role(Enum):

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.member import Role, majority_of, name_of
+from blackboard.consensus.member import Role, majority_of, name_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.member import Member
-    from blackboard.talker import Talker
+    from blackboard.consensus.member import Member
+    from blackboard.domain.talker import Talker
 
 PATIENCE = 10.0
 """Longer than a takeover and the start of a fleet take [s]."""

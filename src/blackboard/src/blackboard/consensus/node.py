@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Who carries the blackboard, and the copy of the task list that everyone else holds.
 
-Every member of the hive hosts a `Backup`. Underneath is a pure function, `consensus.step`, of a
+Every member of the hive hosts a `Backup`. Underneath is a pure function, `step.step`, of a
 member's state, an event and the time. `Backup` feeds it from the Talker, has the journal written
 before anything is said that relies on it, and tells the blackboard beside it when to begin and
 when to stop.
@@ -13,29 +13,29 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard import active, consensus
-from blackboard.active import Heartbeat
-from blackboard.consensus import Died, LeaseCheck, Tick, Write
-from blackboard.election import Ballot
+from blackboard.consensus import leader, step
+from blackboard.consensus.bootstrap import Founding, awake, durable_of, founder, new_id, newcomer
+from blackboard.consensus.election import Ballot
+from blackboard.consensus.hive_filter import Border
+from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.log import Ack, Entries
+from blackboard.consensus.member import Role, has_lease, name_of
+from blackboard.consensus.step import Died, LeaseCheck, Tick, Write
+from blackboard.consensus.task_list import Sync, TaskList
+from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
 from blackboard.errors import JournalError
-from blackboard.fence import Border
-from blackboard.founding import Founding, awake, durable_of, founder, new_id, newcomer
-from blackboard.member import Role, has_lease, name_of
-from blackboard.replication import Ack, Entries
-from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
-from blackboard.task_list import Sync, TaskList
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from random import Random
 
-    from blackboard.consensus import Event
-    from blackboard.fence import Said
-    from blackboard.journal import Durable, Journal
-    from blackboard.member import Member
-    from blackboard.record import TaskRecord
-    from blackboard.settings import BackupSettings
-    from blackboard.talker import Talker
+    from blackboard.consensus.hive_filter import Said
+    from blackboard.consensus.journal import Durable, Journal
+    from blackboard.consensus.member import Member
+    from blackboard.consensus.step import Event
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.settings import BackupSettings
+    from blackboard.domain.talker import Talker
 
 __all__ = ["Backup", "Carrier", "Heartbeat", "TaskList"]
 
@@ -232,7 +232,7 @@ class Backup:
             return False
         before = self._member
         if before.role is not Role.FOLLOWER:
-            self._member = active.step_down(before, self._talker.now())
+            self._member = leader.step_down(before, self._talker.now())
             self._notice(before, self._member)
         return True
 
@@ -244,12 +244,12 @@ class Backup:
 
     def _step(self, event: Event) -> None:
         before = self._member
-        after, said = consensus.step(before, event, self._talker.now())
+        after, said = step.step(before, event, self._talker.now())
         if not self._write_down(before, after):
             return
         self._member = after
         for message in said:
-            to = consensus.concerned(message, event)
+            to = step.concerned(message, event)
             self._talker.publish(_TOPICS[type(message)], self._with_leases(message), to)
         self._notice(before, after)
 
@@ -270,7 +270,7 @@ class Backup:
         except JournalError as error:
             self._talker.warn(f"{self.name} cannot take part in the hive: {error}")
             if before.role is Role.ACTIVE:
-                self._member = active.step_down(before, self._talker.now())
+                self._member = leader.step_down(before, self._talker.now())
                 self._notice(before, self._member)
             return False
         return True

@@ -10,17 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from blackboard import active, election
-from blackboard.active import Heartbeat
-from blackboard.election import Ballot, BallotKind
-from blackboard.lease import FARTHEST_EPOCH
-from blackboard.member import Role, adopt, follow, has_lease, name_of
-from blackboard.replication import Ack, Entries, extend
+from blackboard.consensus import election, leader
+from blackboard.consensus.election import Ballot, BallotKind
+from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.lease import FARTHEST_EPOCH
+from blackboard.consensus.log import Ack, Entries, extend
+from blackboard.consensus.member import Role, adopt, follow, has_lease, name_of
 
 if TYPE_CHECKING:
-    from blackboard.election import Step
-    from blackboard.member import Member
-    from blackboard.record import TaskRecord
+    from blackboard.consensus.election import Step
+    from blackboard.consensus.member import Member
+    from blackboard.domain.record import TaskRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +68,10 @@ def step(member: Member, event: Event, now: float) -> Step:
     if isinstance(event, Tick):
         said = _pass_time(member, event, now)
     elif isinstance(event, Write):
-        said = active.write(member, now, event.records, forgotten=event.forgotten)
+        said = leader.write(member, now, event.records, forgotten=event.forgotten)
     elif isinstance(event, LeaseCheck):
         lost = member.role is Role.ACTIVE and not has_lease(member, now)
-        said = (active.step_down(member, now) if lost else member), []
+        said = (leader.step_down(member, now) if lost else member), []
     elif isinstance(event, Died):
         said = _learn_of_death(member, event, now)
     elif member.epoch and event.epoch > member.epoch + FARTHEST_EPOCH:
@@ -104,7 +104,7 @@ def concerned(message: object, event: Event) -> tuple[str, ...] | None:
 
 def _pass_time(member: Member, tick: Tick, now: float) -> Step:
     if member.role is Role.ACTIVE:
-        return active.keep_going(member, now)
+        return leader.keep_going(member, now)
     return _stand(member, now, tick.chance)
 
 
@@ -116,7 +116,7 @@ def _stand(member: Member, now: float, chance: float) -> Step:
 def _take_over_if_won(member: Member, said: list[object], now: float) -> Step:
     if not election.has_won(member):
         return member, said
-    member, more = active.become_active(member, now)
+    member, more = leader.become_active(member, now)
     return member, said + more
 
 
@@ -174,8 +174,8 @@ def _hear_ack(member: Member, ack: Ack, now: float) -> Step:
     if member.role is not Role.ACTIVE:
         return member, []
     if ack.epoch > member.epoch:
-        return adopt(active.step_down(member, now), ack.epoch), []
-    return active.hear_ack(member, ack, now)
+        return adopt(leader.step_down(member, now), ack.epoch), []
+    return leader.hear_ack(member, ack, now)
 
 
 def _hear_ballot(member: Member, ballot: Ballot, now: float) -> Step:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from blackboard.talker import SYNC
+from blackboard.domain.talker import SYNC
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.member import Member
-    from blackboard.record import TaskRecord
-    from blackboard.talker import Talker, Timer
+    from blackboard.consensus.member import Member
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.talker import Talker, Timer
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.task import Task
+    from blackboard.domain.task import Task
 
 _MOST_DOUBLINGS = 20.0
 """A million times is more than any list is long."""

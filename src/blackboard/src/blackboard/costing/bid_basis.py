@@ -10,24 +10,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from blackboard.aging import Aging
-from blackboard.battery import Battery
-from blackboard.bidding import Bidder
-from blackboard.cost import COST_MODELS
-from blackboard.effort import charge_to_reach
-from blackboard.itinerary import Entry, Itinerary
-from blackboard.pace import Pace
-from blackboard.record import Order
+from blackboard.costing.aging import Aging
+from blackboard.costing.bidding import Bidder
+from blackboard.costing.cost import COST_MODELS
+from blackboard.costing.effort import charge_to_reach
+from blackboard.costing.pace import Pace
+from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.domain.battery import Battery
+from blackboard.domain.record import Order
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.characteristics import RobotCharacteristics
-    from blackboard.cost import Bids
-    from blackboard.pose import Pose
-    from blackboard.record import Broadcast
-    from blackboard.task import Task
-    from blackboard.ways import Ways
+    from blackboard.costing.cost import Bids
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.record import Broadcast
+    from blackboard.domain.task import Task
+    from hive_common.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,21 +6,21 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
-from blackboard.preemption import interruption, may_put_off
-from blackboard.task import TaskType
+from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
+from blackboard.costing.preemption import interruption, may_put_off
+from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.battery import Battery
-    from blackboard.cost import CostModel
-    from blackboard.itinerary import Entry, Itinerary
-    from blackboard.placement import Route
-    from blackboard.pose import Pose
-    from blackboard.record import Broadcast
-    from blackboard.robot import RobotCharacteristics
-    from blackboard.task import Task
+    from blackboard.costing.cost import CostModel
+    from blackboard.costing.insertion import Route
+    from blackboard.costing.schedule import Entry, Itinerary
+    from blackboard.domain.battery import Battery
+    from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.record import Broadcast
+    from blackboard.domain.task import Task
+    from hive_common.pose import Pose
 
     Piece = tuple[tuple[Task, int], ...]
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.bid_basis import BidBasis
+    from blackboard.costing.bid_basis import BidBasis
 
 MAX_COST = 1000.0
 """The robot cannot or should not do the task."""

@@ -7,17 +7,17 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from blackboard.cost import friction_force
-from blackboard.pace import Pace
-from blackboard.pose import Pose
-from blackboard.task import StepKind, Task, TaskType, load_during, split_task
+from blackboard.costing.cost import friction_force
+from blackboard.costing.pace import Pace
+from blackboard.domain.task import StepKind, Task, TaskType, load_during, split_task
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from blackboard.battery import Battery
-    from blackboard.characteristics import RobotCharacteristics
-    from blackboard.ways import Ways
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.battery import Battery
+    from blackboard.domain.characteristics import RobotCharacteristics
 
 
 @dataclass(frozen=True, slots=True)

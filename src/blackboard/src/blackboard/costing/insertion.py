@@ -11,17 +11,17 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from blackboard.effort import Effort, Job, Series
+from blackboard.costing.effort import Effort, Job, Series
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.aging import Aging
-    from blackboard.characteristics import RobotCharacteristics
-    from blackboard.pace import Pace
-    from blackboard.pose import Pose
-    from blackboard.task import Task
-    from blackboard.ways import Ways
+    from blackboard.costing.aging import Aging
+    from blackboard.costing.pace import Pace
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.task import Task
+    from hive_common.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,9 +19,9 @@ from blackboard.errors import CharacteristicsError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.pose import Pose
-    from blackboard.task import TaskStep
-    from blackboard.ways import Ways
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.task import TaskStep
+    from hive_common.pose import Pose
 
 # Until a robot has driven: the mean of its speed over the drives of the demo is about this share
 # of its greatest speed (docs/benchmarks.md).

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from blackboard.pose import Pose
+    from hive_common.pose import Pose
 
 # Sixteen directions keep the length of a way on a grid within 3 % of the straight line.
 _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
@@ -57,7 +57,7 @@ class StraightWays:
         lengths: NDArray[np.float64] = np.hypot(*np.moveaxis(there - here, -1, 0))
         return lengths
 
-    def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
+    def refusal(self, pose: Pose) -> str:
         """Return the empty text: without a map, one can stand anywhere."""
         return ""
 

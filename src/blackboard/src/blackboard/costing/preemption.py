@@ -9,19 +9,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.cost import MAX_COST, CostTerms
-from blackboard.task import MAX_PRIORITY, TaskType, load_during, step_to_resume
+from blackboard.costing.cost import MAX_COST, CostTerms
+from blackboard.domain.task import MAX_PRIORITY, TaskType, load_during, step_to_resume
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.battery import Battery
-    from blackboard.cost import Bid
-    from blackboard.effort import Effort
-    from blackboard.itinerary import Entry
-    from blackboard.pose import Pose
-    from blackboard.record import TaskRecord
-    from blackboard.task import Task
+    from blackboard.costing.cost import Bid
+    from blackboard.costing.effort import Effort
+    from blackboard.costing.schedule import Entry
+    from blackboard.domain.battery import Battery
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.task import Task
+    from hive_common.pose import Pose
 
 
 def may_put_off(current: Entry, urgent: Task) -> bool:

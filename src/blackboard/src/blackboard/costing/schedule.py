@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from blackboard.aging import Aging
-from blackboard.effort import Effort, Job, effort
-from blackboard.pace import Pace
-from blackboard.placement import Route, Stop, place_rule
-from blackboard.record import TaskUpdate
-from blackboard.task import (
+from blackboard.costing.aging import Aging
+from blackboard.costing.effort import Effort, Job, effort
+from blackboard.costing.insertion import Route, Stop, place_rule
+from blackboard.costing.pace import Pace
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import (
     StepKind,
     TaskState,
     is_picked,
@@ -28,11 +28,11 @@ from blackboard.task import (
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
 
-    from blackboard.pose import Pose
-    from blackboard.record import Order, TaskRecord
-    from blackboard.robot import RobotCharacteristics
-    from blackboard.task import Task
-    from blackboard.ways import Ways
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.record import Order, TaskRecord
+    from blackboard.domain.task import Task
+    from hive_common.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blackboard.battery import BatteryModel
+from blackboard.domain.battery import BatteryModel
+from blackboard.domain.task import StepKind, TaskType
 from blackboard.errors import CharacteristicsError
-from blackboard.task import StepKind, TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.pose import Pose
-    from blackboard.task import Task
+    from blackboard.domain.task import Task
+    from hive_common.pose import Pose
 
 
 class RobotState(IntEnum):

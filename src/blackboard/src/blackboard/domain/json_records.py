@@ -6,10 +6,10 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.replication import Entry
-from blackboard.task import Task, TaskState
+from blackboard.consensus.log import Entry
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import Task, TaskState
+from hive_common.pose import Pose
 
 
 def to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
@@ -17,12 +17,16 @@ def to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
     return json.dumps(value, default=fields_of)
 
 
-def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
+def fields_of(value: Any) -> dict[str, Any]:
     """Return the fields of a value by name, for `json.dumps`.
 
-    `asdict` would copy all in them, and `fields` takes ten times as long.
+    `asdict` would copy all in them, and `fields` takes ten times as long. Goals keep their names,
+    where JSON would make a list of a Pose.
     """
-    return {name: getattr(value, name) for name in value.__dataclass_fields__}
+    values = {name: getattr(value, name) for name in value.__dataclass_fields__}
+    if "goals" in values:
+        values["goals"] = [goal._asdict() for goal in values["goals"]]
+    return values
 
 
 def entry_from(text: str) -> Entry:

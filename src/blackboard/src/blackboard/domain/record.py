@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
-from blackboard.task import TRANSITIONS, TaskState, split_task
+from blackboard.domain.task import TRANSITIONS, TaskState, split_task
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.task import Task, TaskEvent
+    from blackboard.domain.task import Task, TaskEvent
 
 
 ANY_ASSIGNMENT = 2**32 - 1

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from blackboard.cost import COST_MODELS, MEASURES
+from blackboard.board.recovery import ON_ROBOT_LOST
+from blackboard.consensus.lease import longest_lease
+from blackboard.costing.cost import COST_MODELS, MEASURES
 from blackboard.errors import SettingsError
-from blackboard.lease import longest_lease
-from blackboard.release import ON_ROBOT_LOST
 
 MOST_DRIFT = 0.01
 """How far the speed of a member's clock may be from the truth, as a share."""

@@ -24,8 +24,8 @@ from blackboard.errors import TaskRefusedError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.pose import Pose
-    from blackboard.ways import Ways
+    from blackboard.costing.path_lengths import Ways
+    from hive_common.pose import Pose
 
 MAX_PRIORITY = 10
 MAX_ID_LENGTH = 64
@@ -294,4 +294,4 @@ def _check_goals(task: Task, kind: TaskType, ways: Ways | None) -> None:
 
 def goal_name(number: int) -> str:
     """Return the operator's name of a goal: A, B, ... Z, then 27, 28, ..."""
-    return chr(ord("A") + number) if number < 26 else str(number + 1)  # noqa: PLR2004 (letters)
+    return chr(ord("A") + number) if number < 26 else str(number + 1)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.record import Broadcast
+    from blackboard.domain.record import Broadcast
 
 
 class Answering:

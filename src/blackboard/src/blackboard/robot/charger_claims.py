@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.pose import Pose
+    from hive_common.pose import Pose
 
 SILENCE = 5.0
 """A robot that has said nothing for so long has stopped: `BlackboardSettings.reassign` [s]."""

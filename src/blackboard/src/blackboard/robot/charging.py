@@ -8,24 +8,24 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import TYPE_CHECKING
 
-from blackboard.characteristics import RobotState
-from blackboard.charger_claims import NEAR, Claim, Claims
-from blackboard.controller import CommandState
-from blackboard.effort import charge_to_reach
-from blackboard.settings import ChargingSettings
-from blackboard.talker import CHARGER_CLAIM
-from blackboard.task import Task, TaskType
+from blackboard.costing.effort import charge_to_reach
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.settings import ChargingSettings
+from blackboard.domain.talker import CHARGER_CLAIM
+from blackboard.domain.task import Task, TaskType
+from blackboard.robot.charger_claims import NEAR, Claim, Claims
+from blackboard.robot.controller import CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.battery import Battery
-    from blackboard.characteristics import RobotCharacteristics
-    from blackboard.controller import CommandResult, Controller
-    from blackboard.pose import Pose
-    from blackboard.service import Service
-    from blackboard.talker import Talker
-    from blackboard.ways import Ways
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.battery import Battery
+    from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.talker import Talker
+    from blackboard.robot.controller import CommandResult, Controller
+    from blackboard.robot.service import Service
+    from hive_common.pose import Pose
 
 _AVOID = 30.0
 """A charger to which a robot found no way is not tried again for so long [s]."""
@@ -227,7 +227,7 @@ class Charging:
     def _nearest(self, now: float) -> str | None:
         """Return the free charger with the shortest way, or None where none can be reached."""
         here = self._pose
-        assert here is not None  # noqa: S101  (`start` has told)
+        assert here is not None
         ways = {
             name: self._ways.length(here, self._plan.chargers[name])
             for name in self._claims.free(now)
@@ -255,7 +255,7 @@ class Charging:
 
     def _leave(self) -> None:
         home = self._home
-        assert home is not None  # noqa: S101  (`start` has told)
+        assert home is not None
         place = self._plan.chargers[self._claims.charger]
         if math.hypot(home.x - place.x, home.y - place.y) > NEAR and self._may_go():
             self._phase = Phase.LEAVING

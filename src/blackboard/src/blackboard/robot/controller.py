@@ -16,21 +16,21 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.task import StepKind, split_task
+from blackboard.domain.task import StepKind, split_task
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.pose import Pose
-    from blackboard.settings import ControllerSettings
-    from blackboard.talker import Talker, Timer
-    from blackboard.task import Task, TaskStep
+    from blackboard.domain.settings import ControllerSettings
+    from blackboard.domain.talker import Talker, Timer
+    from blackboard.domain.task import Task, TaskStep
+    from hive_common.pose import Pose
 
 
 AWAY = 0.3
 """From here on a robot has to drive back before its arm begins [m]. It is further than where a
 drive ends and what a pose that is heard a little late is off, and nearer than a robot moves aside
-(`robot_description.passing_place.DISTANCES`)."""
+(`robot_navigation.traffic.passing_place.DISTANCES`)."""
 
 
 class CommandState(Enum):

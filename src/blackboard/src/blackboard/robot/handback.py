@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.task import TaskState, is_picked
+from blackboard.domain.task import TaskState, is_picked
 
 if TYPE_CHECKING:
-    from blackboard.itinerary import Entry, Itinerary
-    from blackboard.pose import Pose
-    from blackboard.reports import Reports
-    from blackboard.service import Service
-    from blackboard.worker import Worker
+    from blackboard.costing.schedule import Entry, Itinerary
+    from blackboard.robot.reports import Reports
+    from blackboard.robot.service import Service
+    from blackboard.robot.worker import Worker
+    from hive_common.pose import Pose
 
 
 class LettingGo:

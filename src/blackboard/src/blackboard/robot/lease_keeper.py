@@ -5,17 +5,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.lease import Lease
-from blackboard.talker import BACKUP
+from blackboard.consensus.lease import Lease
+from blackboard.domain.talker import BACKUP
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.backup import Heartbeat
-    from blackboard.fence import Fence
-    from blackboard.record import Order
-    from blackboard.talker import Talker, Timer
-    from blackboard.worker import Worker
+    from blackboard.consensus.hive_filter import Fence
+    from blackboard.consensus.node import Heartbeat
+    from blackboard.domain.record import Order
+    from blackboard.domain.talker import Talker, Timer
+    from blackboard.robot.worker import Worker
 
 _PERIODS_UNHEARD = 1.5
 """A status that was not echoed by then got lost, and is sent again at every heartbeat."""

@@ -6,19 +6,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from blackboard.domain.record import ANY_ASSIGNMENT
+from blackboard.domain.talker import TASK_STATE
+from blackboard.domain.task import TaskState
 from blackboard.errors import JournalError
-from blackboard.record import ANY_ASSIGNMENT
-from blackboard.talker import TASK_STATE
-from blackboard.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from blackboard.backup import TaskList
-    from blackboard.fence import Fence
-    from blackboard.journal import Journal
-    from blackboard.record import Order, TaskRecord, TaskUpdate
-    from blackboard.talker import Talker
+    from blackboard.consensus.hive_filter import Fence
+    from blackboard.consensus.journal import Journal
+    from blackboard.consensus.node import TaskList
+    from blackboard.domain.record import Order, TaskRecord, TaskUpdate
+    from blackboard.domain.talker import Talker
 
 
 class Reports:

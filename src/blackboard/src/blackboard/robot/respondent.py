@@ -5,18 +5,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.bid_basis import BidBasis
-from blackboard.bidding import Bidder
-from blackboard.cost import COST_MODELS, Bids
+from blackboard.costing.bid_basis import BidBasis
+from blackboard.costing.bidding import Bidder
+from blackboard.costing.cost import COST_MODELS, Bids
 
 if TYPE_CHECKING:
-    from blackboard.battery import Battery
-    from blackboard.characteristics import RobotCharacteristics
-    from blackboard.charging import Charging
-    from blackboard.itinerary import Itinerary
-    from blackboard.pose import Pose
-    from blackboard.record import Broadcast
-    from blackboard.settings import RobotSettings
+    from blackboard.costing.schedule import Itinerary
+    from blackboard.domain.battery import Battery
+    from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.record import Broadcast
+    from blackboard.domain.settings import RobotSettings
+    from blackboard.robot.charging import Charging
+    from hive_common.pose import Pose
 
 
 class Respondent:

@@ -9,22 +9,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.aging import Aging
-from blackboard.answering import Answering
-from blackboard.characteristics import RobotCharacteristics, RobotState, RobotStatus
-from blackboard.charging import Charging, ChargingPlan
-from blackboard.controller import CommandState
-from blackboard.cost import friction_force
-from blackboard.fence import NoFence
-from blackboard.itinerary import Entry, Itinerary
-from blackboard.leave import Leave
-from blackboard.letting_go import LettingGo
-from blackboard.pace import DriveWatch, Pace
-from blackboard.preemption import may_put_off
-from blackboard.reports import Reports
-from blackboard.respondent import Respondent
-from blackboard.service import WORDS, Service
-from blackboard.talker import (
+from blackboard.consensus.hive_filter import NoFence
+from blackboard.costing.aging import Aging
+from blackboard.costing.cost import friction_force
+from blackboard.costing.pace import DriveWatch, Pace
+from blackboard.costing.preemption import may_put_off
+from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.domain.characteristics import RobotCharacteristics, RobotState, RobotStatus
+from blackboard.domain.talker import (
     ROBOT_STATUS,
     SET_STATE,
     TASK_ASSIGN,
@@ -32,21 +24,29 @@ from blackboard.talker import (
     TASK_COST,
     TASK_STATE,
 )
-from blackboard.task import TaskState, is_picked, load_during, split_task
-from blackboard.worker import Worker
+from blackboard.domain.task import TaskState, is_picked, load_during, split_task
+from blackboard.robot.answering import Answering
+from blackboard.robot.charging import Charging, ChargingPlan
+from blackboard.robot.controller import CommandState
+from blackboard.robot.handback import LettingGo
+from blackboard.robot.lease_keeper import Leave
+from blackboard.robot.reports import Reports
+from blackboard.robot.respondent import Respondent
+from blackboard.robot.service import WORDS, Service
+from blackboard.robot.worker import Worker
 
 if TYPE_CHECKING:
-    from blackboard.backup import TaskList
-    from blackboard.battery import Battery
-    from blackboard.controller import CommandResult, Controller
-    from blackboard.fence import Fence
-    from blackboard.journal import Journal
-    from blackboard.pose import Pose
-    from blackboard.record import Broadcast, Order
-    from blackboard.settings import RobotSettings
-    from blackboard.talker import Talker
-    from blackboard.task import Task
-    from blackboard.ways import Ways
+    from blackboard.consensus.hive_filter import Fence
+    from blackboard.consensus.journal import Journal
+    from blackboard.consensus.node import TaskList
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.battery import Battery
+    from blackboard.domain.record import Broadcast, Order
+    from blackboard.domain.settings import RobotSettings
+    from blackboard.domain.talker import Talker
+    from blackboard.domain.task import Task
+    from blackboard.robot.controller import CommandResult, Controller
+    from hive_common.pose import Pose
 
 __all__ = ["Robot", "RobotCharacteristics", "RobotState", "RobotStatus"]
 
@@ -262,7 +262,7 @@ class Robot:
 
     def _step_done(self, step: int) -> None:
         entry = self._work.current
-        assert entry is not None  # noqa: S101  (the controller runs only what is on the list)
+        assert entry is not None
         arm_time = self._characteristics.arm_time(split_task(entry.task)[step - 1].kind)
         self._battery.update_level(self._characteristics.arm_power * arm_time)
         self._list.advance(entry.task.id, step)
@@ -272,7 +272,7 @@ class Robot:
 
     def _task_ended(self, result: CommandResult) -> None:
         entry = self._work.current
-        assert entry is not None  # noqa: S101  (the controller runs only what is on the list)
+        assert entry is not None
         if result.state is CommandState.SUCCEEDED:
             self._work.stop()
             self._list.remove(entry.task.id)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from blackboard.characteristics import RobotState
+from blackboard.domain.characteristics import RobotState
 
 WORDS = ("idle", "defect", "charging")
 """What an operator can set a robot to."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.task import split_task
+from blackboard.domain.task import split_task
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.controller import CommandResult, Controller
-    from blackboard.itinerary import Entry, Itinerary
+    from blackboard.costing.schedule import Entry, Itinerary
+    from blackboard.robot.controller import CommandResult, Controller
 
 
 class Worker:

@@ -7,15 +7,16 @@ import sys
 
 import rospy
 
+from blackboard.domain.settings import BackupSettings, BlackboardSettings, WaysSettings
 from blackboard.errors import BlackboardError
-from blackboard.ros import handshakes, membership, params
-from blackboard.ros.links import mend_links
-from blackboard.ros.prompt_sending import send_promptly
-from blackboard.ros.shared_reading import read_together
-from blackboard.ros.signals import end_on_signals
+from blackboard.ros import membership, params
+from blackboard.ros.path_lengths import RosWays
+from blackboard.ros.rospy_patches import handshakes
+from blackboard.ros.rospy_patches.prompt_sending import send_promptly
+from blackboard.ros.rospy_patches.shared_reading import read_together
 from blackboard.ros.talker import RosTalker
-from blackboard.ros.ways import RosWays
-from blackboard.settings import BackupSettings, BlackboardSettings, WaysSettings
+from hive_common.ros.links import mend_links
+from hive_common.ros.signals import end_on_signals
 
 
 def main() -> None:

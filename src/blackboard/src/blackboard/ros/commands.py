@@ -13,14 +13,14 @@ from geometry_msgs.msg import Quaternion
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
 import blackboard.msg as bb_msgs
-from blackboard.controller import CommandResult, CommandState
-from blackboard.task import StepKind
+from blackboard.domain.task import StepKind
+from blackboard.robot.controller import CommandResult, CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from blackboard.domain.task import TaskStep
     from blackboard.ros.talker import RosTalker
-    from blackboard.task import TaskStep
 
 _STATES = {
     GoalStatus.SUCCEEDED: CommandState.SUCCEEDED,
@@ -82,7 +82,7 @@ class ActionCommand:
         self._timeout = server_timeout
         self._client = actionlib.ActionClient(name, action)
         manager = self._client.manager
-        manager._generate_id = _never_back(manager._generate_id)  # noqa: SLF001  (actionlib's only place for it)
+        manager._generate_id = _never_back(manager._generate_id)
         self._goal: actionlib.ClientGoalHandle | None = None
         self._heard = -math.inf
         self._run = 0

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from blackboard.member import Role, name_of
+from blackboard.consensus.member import Role, name_of
 from blackboard.ros.master_watch import MasterState, watch_master
 
 if TYPE_CHECKING:
-    from blackboard.backup import Backup
+    from blackboard.consensus.no_quorum import Standstill
+    from blackboard.consensus.node import Backup
     from blackboard.ros.talker import RosTalker
-    from blackboard.standstill import Standstill
 
 _PERIOD = 1.0
 """Between two messages, as is usual on /diagnostics [s]."""

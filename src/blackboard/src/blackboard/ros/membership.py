@@ -13,20 +13,20 @@ import rosgraph.network
 import rospkg
 import rospy
 
-from blackboard import talker as topics
-from blackboard.backup import Backup
-from blackboard.blackboard import Blackboard
-from blackboard.decision_book import ENDING, SqliteBook
+from blackboard.auction.decision_log import ENDING, SqliteBook
+from blackboard.board.blackboard import Blackboard
+from blackboard.consensus.journal import SqliteJournal
+from blackboard.consensus.no_quorum import Standstill
+from blackboard.consensus.node import Backup
+from blackboard.domain import talker as topics
+from blackboard.domain.settings import BackupSettings, BlackboardSettings
 from blackboard.errors import SettingsError
-from blackboard.journal import SqliteJournal
 from blackboard.ros import params
 from blackboard.ros.diagnostics import Diagnostics
-from blackboard.settings import BackupSettings, BlackboardSettings
-from blackboard.standstill import Standstill
 
 if TYPE_CHECKING:
+    from blackboard.ros.path_lengths import RosWays
     from blackboard.ros.talker import RosTalker
-    from blackboard.ros.ways import RosWays
 
 SPEAKS = (
     topics.NEW_TASK,

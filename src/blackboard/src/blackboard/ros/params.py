@@ -13,7 +13,7 @@ from blackboard.errors import SettingsError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.settings import Settings
+    from blackboard.domain.settings import Settings
 
 S = TypeVar("S", bound="Settings")
 

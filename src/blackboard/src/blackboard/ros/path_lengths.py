@@ -9,13 +9,13 @@ import rospy
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
-from blackboard.ros.conversions import grid_from_msg
-from blackboard.ways import GridWays, StraightWays
+from blackboard.costing.path_lengths import GridWays, StraightWays
+from blackboard.ros.codec.conversions import grid_from_msg
 
 if TYPE_CHECKING:
+    from blackboard.costing.path_lengths import Grid, Ways
+    from blackboard.domain.settings import WaysSettings
     from blackboard.ros.talker import RosTalker
-    from blackboard.settings import WaysSettings
-    from blackboard.ways import Grid, Ways
 
 _PATIENCE = 5.0
 """Wall time after which it is said again that there is no map yet [s]."""

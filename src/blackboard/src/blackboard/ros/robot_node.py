@@ -13,28 +13,29 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Float64
 
-from blackboard import talker as topics
-from blackboard.battery import Battery
-from blackboard.characteristics import characteristics_from
-from blackboard.controller import Controller
+from blackboard.domain import talker as topics
+from blackboard.domain.battery import Battery
+from blackboard.domain.characteristics import characteristics_from
+from blackboard.domain.settings import ControllerSettings, RobotSettings, WaysSettings
+from blackboard.domain.task import StepKind
 from blackboard.errors import BlackboardError
-from blackboard.pose import Pose
-from blackboard.robot import Robot
-from blackboard.ros import handshakes, membership, params
-from blackboard.ros.charger_conversions import read_charging_plan
+from blackboard.robot.controller import Controller
+from blackboard.robot.robot import Robot
+from blackboard.ros import membership, params
+from blackboard.ros.codec.charger_conversions import read_charging_plan
+from blackboard.ros.codec.conversions import yaw_of
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
-from blackboard.ros.conversions import yaw_of
-from blackboard.ros.links import mend_links
-from blackboard.ros.prompt_sending import send_promptly
-from blackboard.ros.shared_reading import read_together
-from blackboard.ros.signals import end_on_signals
+from blackboard.ros.path_lengths import RosWays
+from blackboard.ros.rospy_patches import handshakes
+from blackboard.ros.rospy_patches.prompt_sending import send_promptly
+from blackboard.ros.rospy_patches.shared_reading import read_together
 from blackboard.ros.talker import RosTalker
-from blackboard.ros.ways import RosWays
-from blackboard.settings import ControllerSettings, RobotSettings, WaysSettings
-from blackboard.task import StepKind
+from hive_common.pose import Pose
+from hive_common.ros.links import mend_links
+from hive_common.ros.signals import end_on_signals
 
 if TYPE_CHECKING:
-    from blackboard.characteristics import RobotCharacteristics
+    from blackboard.domain.characteristics import RobotCharacteristics
 
 _SPEAKS = (topics.TASK_COST, topics.CHARGER_CLAIM)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from threading import Lock
 
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import Bids
+from blackboard.costing.cost import Bids
+from blackboard.domain.characteristics import RobotState, RobotStatus
 
 SILENCE = 5.0
 """A node that was not heard for longer has given the robot's name up [s]; as long as it takes to

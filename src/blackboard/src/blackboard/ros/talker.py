@@ -16,21 +16,21 @@ import genpy
 import rosgraph
 import rospy
 
-from blackboard.intake import why_refused
-from blackboard.refusals import Refusals
-from blackboard.ros.audience import Audience
-from blackboard.ros.conversions import WIRES
-from blackboard.ros.death import PERIOD, DeathWatch
-from blackboard.ros.onward_clock import OnwardClock
+from blackboard.board.intake import why_refused
+from blackboard.board.refusals import Refusals
+from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE
+from blackboard.ros.codec.conversions import WIRES
+from blackboard.ros.liveness import PERIOD, DeathWatch
+from blackboard.ros.rospy_patches.audience import Audience
+from blackboard.ros.rospy_patches.unread import unread
 from blackboard.ros.speakers import Speakers
 from blackboard.ros.timers import Timers
-from blackboard.ros.unread import unread
-from blackboard.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE
+from hive_common.ros.onward_clock import OnwardClock
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
 
-    from blackboard.talker import Subscription, Timer
+    from blackboard.domain.talker import Subscription, Timer
 
     _Listener = tuple[Callable[[Any], None], Callable[[], bool] | None]
 
@@ -48,7 +48,7 @@ _PING_TIMEOUT = 1.0
 
 
 class RosTalker:
-    """Speaks and listens on the hive's topics; see `blackboard.talker.Talker`.
+    """Speaks and listens on the hive's topics; see `blackboard.domain.talker.Talker`.
 
     Make it after `rospy.init_node`, wire up the core, then `spin`. Publishers are made at once
     because ROS drops what is published before a subscriber has connected.
@@ -133,8 +133,8 @@ class RosTalker:
         elif topic == (BB_ACK if self._stands_by else BB_ENTRIES):
             self._audience.listens = subscriber
 
-    def _take_in(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
-        sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
+    def _take_in(self, topic: str, msg: Any) -> None:
+        sender = msg._connection_header.get("callerid", "")
         if topic in _FOR_OTHERS and sender == rospy.get_name():
             return
         wanted = [handler for handler, when in self._handlers[topic] if when is None or when()]
@@ -188,7 +188,7 @@ class RosTalker:
         rospy.logwarn_throttle_identical(10, text)
 
     def refuse(self, topic: str, reason: str) -> None:
-        """Note that a message of a topic was refused; see `blackboard.talker.Talker.refuse`."""
+        """Note that a message of a topic was refused; see `blackboard.domain.talker.Talker.refuse`."""
         self.refusals.refuse(topic, reason)
 
     def spin(self) -> None:
@@ -220,7 +220,7 @@ class RosTalker:
 
 @dataclass(frozen=True)
 class _Listening:
-    """A topic that is listened to; see `blackboard.talker.Subscription`."""
+    """A topic that is listened to; see `blackboard.domain.talker.Subscription`."""
 
     cancel: Callable[[], None]
 

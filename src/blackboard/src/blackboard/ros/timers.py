@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class RosTimer:
-    """A call that is going to happen; see `blackboard.talker.Timer`."""
+    """A call that is going to happen; see `blackboard.domain.talker.Timer`."""
 
     def __init__(self, due: float, period: float | None, action: Callable[[], None]) -> None:
         self.due = due

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from blackboard.pose import Pose
-from blackboard.task import MAX_PRIORITY, Task, TaskState, TaskType
+from blackboard.domain.task import MAX_PRIORITY, Task, TaskState, TaskType
 from fleet_manager.cli.outside import FileName, TellAbout, pass_outside
-from fleet_manager.client import HiveClient
+from fleet_manager.client.client import HiveClient
+from fleet_manager.client.feeder import Feeder
+from fleet_manager.config.scenario import read_scenario, with_free_ids
 from fleet_manager.errors import NotDoneError
-from fleet_manager.feeder import Feeder
-from fleet_manager.scenario import read_scenario, with_free_ids
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -107,7 +107,7 @@ def add(
 
     Ends with 0 when the task is on the list (with --wait: when it is DONE), with 1 when it was
     rejected, cancelled or has failed.
-    """  # noqa: D301  (to click, \b means: keep the lines)
+    """
     task_type = TaskType[kind.upper()]
     _demand_goals(task_type, len(goals))
     if timeout is not None and not wait:
@@ -158,7 +158,7 @@ def run(outside: Outside, scenario: str, wait: bool, timeout: float | None) -> N
       hive run ./my_tasks.yaml
 
     Ends with 0 when every task is on the list (with --wait: when every one is DONE).
-    """  # noqa: D301  (to click, \b means: keep the lines)
+    """
     read = read_scenario(scenario)
     tell = TellAbout()
     with outside.connect(()) as link:

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 import click
 
 from fleet_manager.cli.outside import FileName, pass_outside
+from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.local_hive import local_hive
+from fleet_manager.demo.machine import machine, versions
 from fleet_manager.demo.report import not_done
 from fleet_manager.demo.runner import DemoPlan, run_demo
 from fleet_manager.demo.screen import screen_is_usable
 from fleet_manager.errors import NotDoneError
-from fleet_manager.fleet_file import read_fleet
-from fleet_manager.machine import machine, versions
-from fleet_manager.resources import find_file
-from fleet_manager.scenario import read_scenario
+from hive_common.resources import find_file
 
 if TYPE_CHECKING:
     from fleet_manager.cli.outside import Outside
@@ -79,7 +79,7 @@ def demo(
       hive demo --fleet ./my_fleet.yaml --headless
 
     Ends with 0 only if every task is DONE and nothing collided; otherwise it says what is not.
-    """  # noqa: D301  (to click, \b means: keep the lines)
+    """
     what = read_scenario(scenario)
     plan = DemoPlan(
         scenario=what,
@@ -116,8 +116,8 @@ def _new_folder(results: Path, name: str) -> Path:
 def _write(folder: Path, chart: str, result: DemoResult) -> None:
     """Write the report and the picture."""
     # matplotlib takes a second to import, which no other command should feel
-    from fleet_manager.demo.map_image import read_map_image  # noqa: PLC0415  (see above)
-    from fleet_manager.demo.picture import draw_run  # noqa: PLC0415  (see above)
+    from fleet_manager.demo.map_image import read_map_image
+    from fleet_manager.demo.picture import draw_run
 
     report = {**result.report, "versions": versions(), "machine": machine()}
     text = json.dumps(report, indent=2, ensure_ascii=False) + "\n"

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager import tables
 from fleet_manager.cli.outside import open_tasks, pass_outside
-from fleet_manager.client import HiveClient
-from fleet_manager.words import changes
+from fleet_manager.client import tables
+from fleet_manager.client.client import HiveClient
+from fleet_manager.client.words import changes
 
 if TYPE_CHECKING:
     from fleet_manager.cli.outside import Outside
-    from fleet_manager.hive_view import HiveView, Report
+    from fleet_manager.client.hive_view import HiveView, Report
 
 _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 _OTHER_SCREEN, _FIRST_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
@@ -34,7 +34,7 @@ def tasks(outside: Outside, as_json: bool, everything: bool) -> None:
     Examples:
       hive tasks
       hive tasks --all --json | jq '.[] | select(.state == "FAILED")'
-    """  # noqa: D301  (to click, \b means: keep the lines)
+    """
     with outside.connect(()) as link:
         client = HiveClient(link)
         client.fetch_tasks()
@@ -58,7 +58,7 @@ def robots(outside: Outside, as_json: bool) -> None:
     Examples:
       hive robots
       hive robots --json | jq '.[] | select(.charge < 0.2) | .name'
-    """  # noqa: D301  (to click, \b means: keep the lines)
+    """
     with outside.connect(()) as link:
         client = HiveClient(link)
         client.fetch_robots()

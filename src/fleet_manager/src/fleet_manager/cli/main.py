@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from blackboard.errors import BlackboardError
 from fleet_manager.cli import asking, bench, demo, fault, looking, why, world
 from fleet_manager.errors import FleetManagerError
-from robot_description.errors import RobotDescriptionError
+from hive_common.errors import HiveError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -63,24 +62,27 @@ for _command in (
     hive.add_command(_command)
 
 
-def run(outside: Outside, arguments: Sequence[str] | None = None) -> int:
+def run(
+    outside: Outside, arguments: Sequence[str] | None = None, command: click.Command = hive
+) -> int:
     """Run the command line once.
 
     Args:
         outside: What the commands need from outside.
         arguments: The words behind `hive`; those of this process where None.
+        command: Which command is run; the benchmarks of `hive_lab` end by the same rules.
 
     Returns:
         The exit code; what went wrong has been said on stderr, in one line.
     """
     try:
-        result = hive.main(arguments, prog_name="hive", obj=outside, standalone_mode=False)
+        result = command.main(arguments, prog_name="hive", obj=outside, standalone_mode=False)
     except click.ClickException as error:
         click.echo(f"hive: {_one_line(error)}", err=True)
         return _BAD_INPUT
     except (click.Abort, KeyboardInterrupt):
         return _CTRL_C
-    except (FleetManagerError, RobotDescriptionError, BlackboardError) as error:
+    except HiveError as error:
         click.echo(f"hive: {error}", err=True)
         return error.exit_code if isinstance(error, FleetManagerError) else _BAD_INPUT
     except BrokenPipeError:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.client import HiveClient
-from fleet_manager.resources import names_in
-from fleet_manager.words import changes
+from fleet_manager.client.client import HiveClient
+from fleet_manager.client.words import changes
+from hive_common.resources import names_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from click.shell_completion import CompletionItem
 
-    from blackboard.record import TaskRecord
-    from fleet_manager.client import Link
-    from fleet_manager.hive_view import HiveView, Report
+    from blackboard.domain.record import TaskRecord
+    from fleet_manager.client.client import Link
+    from fleet_manager.client.hive_view import HiveView, Report
 
 
 @dataclass(frozen=True)

@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from blackboard.cost import COST_MODELS
-from blackboard.decision import replayed, to_plain
-from blackboard.decision_book import read_decisions
-from fleet_manager import tables
+from blackboard.auction.decision import replayed, to_plain
+from blackboard.auction.decision_log import read_decisions
+from blackboard.costing.cost import COST_MODELS
 from fleet_manager.cli.outside import pass_outside
+from fleet_manager.client import tables
 from fleet_manager.errors import NotDoneError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.decision import Decision
+    from blackboard.auction.decision import Decision
     from fleet_manager.cli.outside import Outside
 
 _journal = click.option(
@@ -47,7 +47,7 @@ def why(outside: Outside, task: str, folder: Path | None, everything: bool, as_j
     Examples:
       hive why T7
       hive why T7 --all --json
-    """  # noqa: D301  (to click, \b means: keep the lines)
+    """
     decisions = _decisions(outside.journals, task, folder)
     shown = decisions if everything else decisions[-1:]
     if as_json:
@@ -78,7 +78,7 @@ def replay(outside: Outside, task: str, model: str, folder: Path | None) -> None
     \b
     Examples:
       hive replay T7 --model latency
-    """  # noqa: D301  (to click, \b means: keep the lines)
+    """
     decision = _decisions(outside.journals, task, folder)[-1]
     bids = replayed(decision, model)
     able = [bid.robot_id for bid in bids if bid.is_able]

@@ -11,16 +11,16 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.task import TaskState
+from blackboard.domain.task import TaskState
+from fleet_manager.client.hive_view import HiveView
 from fleet_manager.errors import NoHiveError, NotDoneError, TimeUpError
-from fleet_manager.hive_view import HiveView
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.record import TaskRecord, TaskUpdate
-    from blackboard.task import Task
-    from fleet_manager.hive_view import Report
+    from blackboard.domain.record import TaskRecord, TaskUpdate
+    from blackboard.domain.task import Task
+    from fleet_manager.client.hive_view import Report
 
 DEFAULT_URI = "http://localhost:11311"
 """Address of the ROS master where the user has given none: what catkin's setup.bash sets."""
@@ -112,7 +112,7 @@ class HiveClient:
             NotDoneError: The id is on the list already, for another task.
         """
         task = replace(task, posted=self.link.hive_time())
-        answered = lambda: self.view.state_of(task.id) is not None  # noqa: E731  (one expression)
+        answered = lambda: self.view.state_of(task.id) is not None
         if not self._repeat(lambda: self.link.post(task), answered):
             raise self._no_answer(f"task {task.id} may not be on the list")
         record = self.view.tasks.get(task.id)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.record import TaskRecord, TaskUpdate
-    from blackboard.task import TaskState
-    from fleet_manager.client import HiveClient
-    from fleet_manager.scenario import PlannedTask
+    from blackboard.domain.record import TaskRecord, TaskUpdate
+    from blackboard.domain.task import TaskState
+    from fleet_manager.client.client import HiveClient
+    from fleet_manager.config.scenario import PlannedTask
 
 
 class Feeder:

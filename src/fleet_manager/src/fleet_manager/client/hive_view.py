@@ -12,14 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.characteristics import RobotStatus
-from blackboard.record import TaskUpdate
-from blackboard.task import TaskState
-from fleet_manager.samples import BatteryReading, Collisions, TruePlace
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.domain.characteristics import RobotStatus
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import TaskState
+from fleet_manager.client.samples import BatteryReading, Collisions, TruePlace
 
 if TYPE_CHECKING:
-    from blackboard.record import TaskRecord
+    from blackboard.domain.record import TaskRecord
 
 
 MOST_ANSWERS = 10_000

@@ -5,18 +5,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blackboard.decision import ranked
-from blackboard.task import TaskType
+from blackboard.auction.decision import ranked
+from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from blackboard.characteristics import RobotStatus
-    from blackboard.cost import Bid
-    from blackboard.decision import Decision
-    from blackboard.pose import Pose
-    from blackboard.record import TaskRecord
-    from fleet_manager.hive_view import HiveView
+    from blackboard.auction.decision import Decision
+    from blackboard.costing.cost import Bid
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskRecord
+    from fleet_manager.client.hive_view import HiveView
+    from hive_common.pose import Pose
 
 _TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "ETA", "REASON")
 _BID_HEAD = ("ROBOT", "COST", "WAY", "PLACE", "ENERGY", "LEFT", "DONE IN", "REASON")

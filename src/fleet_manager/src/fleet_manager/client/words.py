@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.task import TaskState, TaskType
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import TaskState, TaskType
 
 if TYPE_CHECKING:
-    from blackboard.task import Task
-    from fleet_manager.hive_view import HiveView, Report
+    from blackboard.domain.task import Task
+    from fleet_manager.client.hive_view import HiveView, Report
 
 _ROBOT_WORDS = {
     RobotState.IDLE: "is ready",

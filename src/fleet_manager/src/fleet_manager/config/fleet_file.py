@@ -12,12 +12,12 @@ from dataclasses import asdict, dataclass, field
 from math import dist
 from typing import TYPE_CHECKING, Any
 
-from blackboard.cost import COST_MODELS
+from blackboard.costing.cost import COST_MODELS
+from blackboard.domain.settings import DECISIONS, DISTANCES, STANDING_BY, ChargingSettings
 from blackboard.errors import SettingsError
-from blackboard.settings import DECISIONS, DISTANCES, STANDING_BY, ChargingSettings
-from fleet_manager.resources import beside, find_file
-from robot_description.checked_yaml import error_at, read_checked
-from robot_description.errors import FileError
+from hive_common.checked_yaml import error_at, read_checked
+from hive_common.errors import FileError
+from hive_common.resources import beside, find_file
 from robot_description.models import load_model
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def read_fleet(name: str) -> Fleet:
 
     Raises:
         InputError: There is no fleet of that name.
-        robot_description.errors.FileError: The file has a mistake.
+        hive_common.errors.FileError: The file has a mistake.
     """
     path = find_file("fleet_manager", "fleets", name)
     content = read_checked(path, _SCHEMA)

@@ -8,12 +8,12 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
-from blackboard.cost import measure_for
+from blackboard.costing.cost import measure_for
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fleet_manager.fleet_file import Fleet
+    from fleet_manager.config.fleet_file import Fleet
 
 
 def launch_text(fleet: Fleet, *, sim: bool) -> str:

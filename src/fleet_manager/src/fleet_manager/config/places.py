@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blackboard.pose import Pose
-from fleet_manager.resources import find_file
-from robot_description.checked_yaml import read_checked
+from hive_common.checked_yaml import read_checked
+from hive_common.pose import Pose
+from hive_common.resources import find_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,7 +47,7 @@ def places_of(world: str) -> Mapping[str, Pose]:
 
     Raises:
         InputError: There is no world of that name.
-        robot_description.errors.FileError: The file has a mistake.
+        hive_common.errors.FileError: The file has a mistake.
     """
     content = read_checked(find_file("simenv", "worlds", world), _SCHEMA)
     entries = content.get("stations", []) + content.get("chargers", [])

@@ -10,11 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from blackboard.pose import Pose
-from blackboard.task import Task, TaskType
-from fleet_manager.places import places_of
-from fleet_manager.resources import beside, find_file
-from robot_description.checked_yaml import error_at, read_checked
+from blackboard.domain.task import Task, TaskType
+from fleet_manager.config.places import places_of
+from hive_common.checked_yaml import error_at, read_checked
+from hive_common.pose import Pose
+from hive_common.resources import beside, find_file
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -142,7 +142,7 @@ def read_scenario(name: str) -> Scenario:
 
     Raises:
         InputError: There is no scenario of that name.
-        robot_description.errors.FileError: The file has a mistake.
+        hive_common.errors.FileError: The file has a mistake.
     """
     path = find_file("fleet_manager", "scenarios", name)
     content = read_checked(path, _SCHEMA)

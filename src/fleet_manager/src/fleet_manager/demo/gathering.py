@@ -10,9 +10,9 @@ from fleet_manager.errors import StartError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fleet_manager.client import HiveClient
+    from fleet_manager.client.client import HiveClient
+    from fleet_manager.client.hive_view import HiveView
     from fleet_manager.demo.local_hive import LocalHive
-    from fleet_manager.hive_view import HiveView
 
 START_WITHIN = 120.0
 """Time for every robot and the blackboard to be heard [s]; a quiet machine needs about

@@ -11,14 +11,14 @@ from dataclasses import dataclass, field
 from math import hypot
 from typing import TYPE_CHECKING
 
-from blackboard.backup import TaskList
-from blackboard.characteristics import RobotStatus
-from blackboard.record import TaskUpdate
-from blackboard.task import TaskState
-from fleet_manager.samples import BatteryReading, Collisions, TruePlace
+from blackboard.consensus.node import TaskList
+from blackboard.domain.characteristics import RobotStatus
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import TaskState
+from fleet_manager.client.samples import BatteryReading, Collisions, TruePlace
 
 if TYPE_CHECKING:
-    from fleet_manager.hive_view import Report
+    from fleet_manager.client.hive_view import Report
 
 _PATH_GRAIN = 0.05
 """Places closer to each other than this are not kept for the picture [m]: one cell of a map."""

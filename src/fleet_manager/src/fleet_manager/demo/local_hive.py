@@ -17,7 +17,7 @@ import xmlrpc.client
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from fleet_manager.client import DEFAULT_URI
+from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.demo.ports import reserved_port
 from fleet_manager.demo.processes import ProcessGroup
 from fleet_manager.errors import InputError, StartError

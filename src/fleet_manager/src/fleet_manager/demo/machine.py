@@ -9,7 +9,7 @@ import re
 from importlib import metadata
 from pathlib import Path
 
-from fleet_manager.resources import package_folder
+from hive_common.resources import package_folder
 
 
 def machine() -> dict[str, str | int | float]:

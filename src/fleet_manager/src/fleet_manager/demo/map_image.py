@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import Image
 
-from robot_description.checked_yaml import read_checked
+from hive_common.checked_yaml import read_checked
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,7 +55,7 @@ def read_map_image(path: Path) -> MapImage:
         path: Its YAML file; the image lies beside it.
 
     Raises:
-        robot_description.errors.FileError: The YAML file has a mistake.
+        hive_common.errors.FileError: The YAML file has a mistake.
         OSError: The image cannot be read.
     """
     content = read_checked(path, _SCHEMA)

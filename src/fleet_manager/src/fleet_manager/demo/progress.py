@@ -6,15 +6,15 @@ from __future__ import annotations
 import shutil
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.record import TaskUpdate
-from blackboard.task import TaskState
-from fleet_manager.tables import fit, queued
-from fleet_manager.words import changes
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import TaskState
+from fleet_manager.client.tables import fit, queued
+from fleet_manager.client.words import changes
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from fleet_manager.hive_view import HiveView, Report
+    from fleet_manager.client.hive_view import HiveView, Report
 
 _BAR = 30
 _STATUS_EVERY = 15.0

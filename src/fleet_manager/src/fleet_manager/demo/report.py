@@ -6,16 +6,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from blackboard.task import TaskState, TaskType
+from blackboard.domain.task import TaskState, TaskType
 from fleet_manager.demo.history import RobotTrack, TaskTimes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from fleet_manager.client.hive_view import HiveView
+    from fleet_manager.config.fleet_file import Fleet
+    from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.history import History
-    from fleet_manager.fleet_file import Fleet
-    from fleet_manager.hive_view import HiveView
-    from fleet_manager.scenario import Scenario
 
 UNITS = {
     "length": "m",

@@ -12,24 +12,24 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from fleet_manager.client import HiveClient
+from fleet_manager.client.client import HiveClient
+from fleet_manager.client.feeder import Feeder
 from fleet_manager.demo.gathering import wait_for_everyone
 from fleet_manager.demo.history import History
 from fleet_manager.demo.progress import Progress
 from fleet_manager.demo.report import Clocks, make_report
 from fleet_manager.errors import NoHiveError
-from fleet_manager.feeder import Feeder
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from fleet_manager.client import Link
+    from fleet_manager.client.client import Link
+    from fleet_manager.client.hive_view import HiveView, Report
+    from fleet_manager.config.fleet_file import Fleet
+    from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.local_hive import LocalHive
     from fleet_manager.demo.progress import Sink
-    from fleet_manager.fleet_file import Fleet
-    from fleet_manager.hive_view import HiveView, Report
-    from fleet_manager.scenario import Scenario
 
 _WALL_SLACK = 4.0
 """A run that takes this many times the wall time it should is ended: the clock hardly runs."""

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from blackboard.cost import Bid, Bids
-    from blackboard.decision import Decision
+    from blackboard.auction.decision import Decision
+    from blackboard.costing.cost import Bid, Bids
 
 
 class BidBook:

@@ -6,15 +6,15 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from blackboard.advice import what_would_help
+from blackboard.auction.advice import what_would_help
 from fleet_manager.desk import formats
 from fleet_manager.desk.words import text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.cost import Bid
-    from blackboard.record import TaskRecord
+    from blackboard.costing.cost import Bid
+    from blackboard.domain.record import TaskRecord
 
 HEADS = (
     "bid.robot",

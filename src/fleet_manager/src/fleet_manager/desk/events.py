@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from blackboard.characteristics import RobotState
-from blackboard.task import TaskState, TaskType
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.task import TaskState, TaskType
 from fleet_manager.desk.authority import Standing
 from fleet_manager.desk.facts import LinkState
 from fleet_manager.desk.formats import duration, member
@@ -17,11 +17,11 @@ from fleet_manager.desk.words import text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from blackboard.backup import Heartbeat
-    from blackboard.characteristics import RobotStatus
-    from blackboard.cost import Bid
-    from blackboard.record import TaskRecord
-    from blackboard.task import Task
+    from blackboard.consensus.node import Heartbeat
+    from blackboard.costing.cost import Bid
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.task import Task
     from fleet_manager.desk.facts import LinkChange
 
 

@@ -11,18 +11,18 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import Bids
-from blackboard.record import TaskUpdate
-from blackboard.task import Task
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.costing.cost import Bids
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import Task
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.decision import Decision
-    from blackboard.pose import Pose
+    from blackboard.auction.decision import Decision
     from fleet_manager.desk.places import Place
+    from hive_common.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)

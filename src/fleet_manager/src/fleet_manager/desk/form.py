@@ -13,10 +13,10 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from blackboard.pose import Pose
-from blackboard.task import MAX_ID_LENGTH, Task, TaskType
+from blackboard.domain.task import MAX_ID_LENGTH, Task, TaskType
 from fleet_manager.desk.natural import next_task_id
 from fleet_manager.desk.words import text
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from fleet_manager.desk.words import text
 
 if TYPE_CHECKING:
-    from blackboard.pose import Pose
+    from hive_common.pose import Pose
 
 _MINUTE, _HOUR, _DAY = 60, 3600, 86400
 

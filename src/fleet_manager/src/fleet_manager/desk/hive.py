@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Heartbeat, TaskList
-from blackboard.characteristics import RobotStatus
-from blackboard.cost import Bids
-from blackboard.record import TaskRecord, TaskUpdate
-from blackboard.task import TaskState
+from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.costing.cost import Bids
+from blackboard.domain.characteristics import RobotStatus
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import TaskState
 from fleet_manager.desk.authority import Authority, Standing
 from fleet_manager.desk.bid_book import BidBook
 from fleet_manager.desk.events import Log
@@ -26,8 +26,8 @@ from fleet_manager.desk.rows import Changes, RobotRow, TaskRow, due
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.cost import Bid
-    from blackboard.task import Task
+    from blackboard.costing.cost import Bid
+    from blackboard.domain.task import Task
     from fleet_manager.desk.events import Event
     from fleet_manager.desk.facts import Fact, Moment, Report
 

@@ -15,15 +15,15 @@ from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.pose import Pose
-from blackboard.task import goal_name, used_goals
+from blackboard.domain.task import goal_name, used_goals
 from fleet_manager.desk import formats
 from fleet_manager.desk.words import text
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from blackboard.record import TaskRecord
+    from blackboard.domain.record import TaskRecord
     from fleet_manager.desk.rows import RobotRow, TaskRow
 
 Color = tuple[float, float, float, float]

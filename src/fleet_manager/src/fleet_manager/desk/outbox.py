@@ -12,17 +12,17 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from blackboard.backup import TaskList
-from blackboard.record import TaskUpdate
-from blackboard.task import TaskState
+from blackboard.consensus.node import TaskList
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import TaskState
 from fleet_manager.desk.facts import CancelTask, PostTask, Told
 from fleet_manager.desk.words import text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.record import TaskRecord
-    from blackboard.task import Task
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.task import Task
     from fleet_manager.desk.facts import Command, Fact, Moment
 
 REPEAT = 2.0  # [s], wall time between two sendings of the same thing

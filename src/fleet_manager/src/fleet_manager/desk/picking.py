@@ -11,8 +11,8 @@ from fleet_manager.desk.words import text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.pose import Pose
     from fleet_manager.desk.facts import Clicked
+    from hive_common.pose import Pose
 
 SAME_PLACE = 0.5  # [m], how near a drag must start to the last click to mean the same goal
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from blackboard.pose import Pose
+    from hive_common.pose import Pose
 
 NEAR = 0.75  # [m], how far from its point a robot still counts as at a place
 

@@ -6,12 +6,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from blackboard.characteristics import RobotState
-from blackboard.task import TaskState
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
-    from blackboard.characteristics import RobotStatus
-    from blackboard.record import TaskRecord
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskRecord
     from fleet_manager.desk.events import Event
 
 

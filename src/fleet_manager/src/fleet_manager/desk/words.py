@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import gettext
 
-from fleet_manager.resources import package_folder
+from hive_common.resources import package_folder
 
 _LOCALE = package_folder("fleet_manager") / "resource" / "locale"
 _ = gettext.translation("fleet_manager", localedir=str(_LOCALE), fallback=True).gettext

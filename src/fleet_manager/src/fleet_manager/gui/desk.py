@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from python_qt_binding.QtCore import QObject, QTimer, Signal
 
-from blackboard.backup import Heartbeat
-from blackboard.task import TaskState
+from blackboard.consensus.node import Heartbeat
+from blackboard.domain.task import TaskState
 from fleet_manager.desk.authority import Standing
 from fleet_manager.desk.events import Log
 from fleet_manager.desk.facts import (
@@ -35,8 +35,8 @@ from fleet_manager.desk.outbox import Outbox
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.characteristics import RobotState
-    from blackboard.task import Task
+    from blackboard.domain.characteristics import RobotState
+    from blackboard.domain.task import Task
     from fleet_manager.desk.facts import Fact, HiveLink
     from fleet_manager.desk.places import Place
 

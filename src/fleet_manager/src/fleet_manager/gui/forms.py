@@ -10,7 +10,7 @@ from python_qt_binding.QtWidgets import QWidget
 
 from fleet_manager.desk.words import WORDS, text
 from fleet_manager.gui.look import Tone, color
-from fleet_manager.resources import package_folder
+from hive_common.resources import package_folder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from python_qt_binding.QtGui import QColor, QPalette
 
-from blackboard.characteristics import RobotState
-from blackboard.task import TaskState
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.task import TaskState
 from fleet_manager.desk.events import Weight
 from fleet_manager.desk.outbox import Answer
 

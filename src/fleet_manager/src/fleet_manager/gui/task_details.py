@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtWidgets import QDialog, QTableWidgetItem
 
-from blackboard.task import goal_name
+from blackboard.domain.task import goal_name
 from fleet_manager.desk import formats
 from fleet_manager.desk.bid_words import HEADS, bid_cells, story
 from fleet_manager.desk.words import text
@@ -16,7 +16,7 @@ from fleet_manager.gui.forms import load_form
 from fleet_manager.gui.task_table import type_name
 
 if TYPE_CHECKING:
-    from blackboard.record import TaskRecord
+    from blackboard.domain.record import TaskRecord
     from fleet_manager.desk.rows import Changes
     from fleet_manager.gui.desk import Desk
 

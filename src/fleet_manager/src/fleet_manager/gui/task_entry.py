@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtWidgets import QListWidgetItem, QWidget
 
-from blackboard.task import TaskType
+from blackboard.domain.task import TaskType
 from fleet_manager.desk.form import GOAL_NAMES, GOALS_TAKEN, FormText, check, goals_needed
 from fleet_manager.desk.picking import Picking
 from fleet_manager.desk.words import text
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from python_qt_binding.QtCore import QModelIndex
     from python_qt_binding.QtGui import QKeyEvent, QShowEvent
 
-    from blackboard.task import Task
+    from blackboard.domain.task import Task
     from fleet_manager.desk.facts import Clicked
     from fleet_manager.desk.form import Checked
     from fleet_manager.gui.desk import Desk
@@ -108,12 +108,12 @@ class TaskEntry(QWidget):
         for editor, goal in zip(self.goal_editors.values(), task.goals, strict=False):
             editor.fill_pose(goal.x, goal.y, goal.yaw)
 
-    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802  (Qt's name)
+    def showEvent(self, event: QShowEvent) -> None:
         """Fit the form, which has its font by now."""
         super().showEvent(event)
         self._fit()
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802  (Qt's name)
+    def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter sends, Esc clears."""
         if event.key() in {Qt.Key_Return, Qt.Key_Enter}:
             # The list takes Enter for itself, and Qt passes it on all the same.

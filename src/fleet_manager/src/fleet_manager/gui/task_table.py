@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from python_qt_binding.QtCore import QModelIndex, QSortFilterProxyModel
 
-from blackboard.task import TaskState, TaskType
+from blackboard.domain.task import TaskState, TaskType
 from fleet_manager.desk import formats
 from fleet_manager.desk.natural import padded
 from fleet_manager.desk.words import text
@@ -146,7 +146,7 @@ class TaskFilter(QSortFilterProxyModel):
         self._states = states
         self.invalidateFilter()
 
-    def filterAcceptsRow(self, number: int, _parent: QModelIndex) -> bool:  # noqa: N802  (Qt's name)
+    def filterAcceptsRow(self, number: int, _parent: QModelIndex) -> bool:
         """Return whether a row is shown."""
         record = self._source.row_at(number).record
         if record.state not in self._states:

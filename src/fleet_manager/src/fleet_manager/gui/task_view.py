@@ -9,7 +9,7 @@ from python_qt_binding.QtCore import QSortFilterProxyModel, Qt, QTimer
 from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import QAbstractItemView, QShortcut, QWidget
 
-from blackboard.characteristics import RobotState
+from blackboard.domain.characteristics import RobotState
 from fleet_manager.desk.words import text
 from fleet_manager.gui.banner import Banner
 from fleet_manager.gui.bar_delegate import BarDelegate

@@ -8,7 +8,7 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from fleet_manager.cli.main import run
+from fleet_manager.cli.main import hive, run
 from fleet_manager.cli.outside import Outside
 
 if TYPE_CHECKING:
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import FrameType
 
-    from fleet_manager.client import Link
+    import click
+
+    from fleet_manager.client.client import Link
 
 
 def connect(record: Sequence[str]) -> AbstractContextManager[Link]:
@@ -38,8 +40,8 @@ def journals() -> Path:
     return folder
 
 
-def main() -> None:
-    """Run the command line of this process and end with its exit code.
+def main(command: click.Command = hive) -> None:
+    """Run a command line of this process and end with its exit code.
 
     Ctrl-C is heard even where a script has started this in the background, with SIGINT ignored:
     the processes of a demo would inherit that, and could only be killed.
@@ -47,7 +49,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
-    sys.exit(run(Outside(connect, journals)))
+    sys.exit(run(Outside(connect, journals), command=command))
 
 
 def _end(number: int, _frame: FrameType | None) -> None:

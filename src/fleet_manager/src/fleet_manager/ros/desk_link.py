@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING
 
 import rospy
 
-from blackboard.decision_book import read_decisions
+from blackboard.auction.decision_log import read_decisions
 from blackboard.errors import JournalError, SettingsError
-from blackboard.ros.links import mend_links
 from blackboard.ros.master_watch import MasterState, MasterWatch
 from blackboard.ros.membership import journal_folder
 from fleet_manager.desk.facts import AskWhy, LinkChange, LinkState, Noted, PlacesKnown
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.ros.hive_topics import HiveTopics
 from fleet_manager.ros.world_places import world_places
+from hive_common.ros.links import mend_links
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -15,7 +15,7 @@ from simenv.msg import Fault as FaultMsg
 from simenv.srv import InjectFault
 from std_msgs.msg import Float64
 
-from fleet_manager.client import DEFAULT_URI
+from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.errors import InputError, NoHiveError
 
 if TYPE_CHECKING:

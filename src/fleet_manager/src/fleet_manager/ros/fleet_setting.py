@@ -14,8 +14,8 @@ from typing import Any
 
 import click
 
-from fleet_manager.client import DEFAULT_URI
-from fleet_manager.fleet_file import Fleet
+from fleet_manager.client.client import DEFAULT_URI
+from fleet_manager.config.fleet_file import Fleet
 
 _CALLER = "/fleet_setting"
 _FOUND = 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The client's way to the hive on ROS; see `fleet_manager.client.Link`."""
+"""The client's way to the hive on ROS; see `fleet_manager.client.client.Link`."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import UInt32
 
-from blackboard import talker as topics
-from blackboard.ros.conversions import WIRES
-from fleet_manager.client import DEFAULT_URI
+from blackboard.domain import talker as topics
+from blackboard.ros.codec.conversions import WIRES
+from fleet_manager.client.client import DEFAULT_URI
+from fleet_manager.client.samples import BatteryReading, Collisions, TruePlace
 from fleet_manager.errors import NoHiveError
-from fleet_manager.samples import BatteryReading, Collisions, TruePlace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from blackboard.task import Task
-    from fleet_manager.hive_view import Report
+    from blackboard.domain.task import Task
+    from fleet_manager.client.hive_view import Report
 
 _LISTENS = (topics.SYNC, topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
 _SPEAKS = (topics.NEW_TASK, topics.TASK_CANCEL)
@@ -117,7 +117,7 @@ class HiveLink:
             return None
 
     def _listen(self, topic: str, message: type, from_msg: Callable[[Any], Report]) -> None:
-        def receive(msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
+        def receive(msg: Any) -> None:
             try:
                 self._reports.put(from_msg(msg))
             except ValueError as error:

@@ -12,10 +12,9 @@ from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamp
 from nav_msgs.msg import OccupancyGrid, Path
 from rospy.numpy_msg import numpy_msg
 
-from blackboard import talker as topics
-from blackboard.characteristics import RobotStatus
-from blackboard.pose import Pose
-from blackboard.ros.conversions import WIRES, yaw_of
+from blackboard.domain import talker as topics
+from blackboard.domain.characteristics import RobotStatus
+from blackboard.ros.codec.conversions import WIRES, yaw_of
 from fleet_manager.desk.facts import (
     CancelTask,
     Clicked,
@@ -25,6 +24,7 @@ from fleet_manager.desk.facts import (
     PostTask,
     Told,
 )
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
@@ -81,7 +81,7 @@ class HiveTopics:
         raw, self._raw_list = self._raw_list, None
         if raw is not None:
             msg = WIRES[topics.SYNC].message()
-            self._hear(topics.SYNC, msg.deserialize(raw._buff))  # noqa: SLF001  (AnyMsg's only field)
+            self._hear(topics.SYNC, msg.deserialize(raw._buff))
 
     def listen_to_person(self) -> None:
         """Follow where a person points in RViz, and where the map ends.
@@ -137,7 +137,7 @@ class HiveTopics:
         if name in self._publishers:
             self._publishers[name].publish(WIRES[topic].to_msg(value))
 
-    def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
+    def _hear(self, topic: str, msg: Any) -> None:
         try:
             report = WIRES[topic].from_msg(msg)
         except ValueError as error:

@@ -9,13 +9,11 @@ from dataclasses import replace
 
 import click
 
-from fleet_manager.errors import FleetManagerError
-from fleet_manager.fleet_file import read_fleet
-from fleet_manager.fleet_launch import launch_text
-from robot_description.errors import RobotDescriptionError
-from simenv.errors import SimenvError
-from simenv.map_file import load_map
-from simenv.world_file import load_world
+from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.fleet_launch import launch_text
+from hive_common.errors import HiveError
+from hive_common.map_file import load_map
+from simenv.world.world_file import load_world
 
 _BAD_INPUT = 2
 
@@ -39,7 +37,7 @@ def launch_fleet(fleet: str, sim: bool, check: bool, world: str | None, chart: s
         text = launch_text(wanted, sim=sim)
         if chart is not None:
             load_map(chart)
-    except (FleetManagerError, RobotDescriptionError, SimenvError) as error:
+    except HiveError as error:
         click.echo(f"launch_fleet: {error}", err=True)
         sys.exit(_BAD_INPUT)
     if check:
@@ -54,7 +52,7 @@ def _become_roslaunch(text: str) -> None:
     os.write(file, text.encode())
     os.lseek(file, 0, os.SEEK_SET)
     os.dup2(file, sys.stdin.fileno())
-    os.execvp("roslaunch", ["roslaunch", "-"])  # noqa: S606, S607  (found like any ROS program)
+    os.execvp("roslaunch", ["roslaunch", "-"])
 
 
 def main() -> None:

@@ -21,8 +21,8 @@ from fleet_manager.desk.markers import MarkerBoard, Shape
 from fleet_manager.ros.hive_topics import HiveTopics
 
 if TYPE_CHECKING:
-    from blackboard.pose import Pose as RobotPose
     from fleet_manager.desk.markers import Marker
+    from hive_common.pose import Pose as RobotPose
 
 PERIOD = 0.2  # [s, wall] between two updates, quick enough for robots at walking pace
 BATCH = 10_000  # facts that are taken in at once

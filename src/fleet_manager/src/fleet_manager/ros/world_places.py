@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import rospy
 
+from fleet_manager.config.places import places_of
 from fleet_manager.desk.places import Place
 from fleet_manager.errors import InputError
-from fleet_manager.places import places_of
-from robot_description.errors import FileError
+from hive_common.errors import FileError
 
 
 def world_places(world: str) -> tuple[Place, ...]:

@@ -7,23 +7,23 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import rospy
-from geometry_msgs.msg import Point, Point32, PoseStamped, Quaternion, TransformStamped, Twist
+from geometry_msgs.msg import Point, PoseStamped, Quaternion, TransformStamped, Twist
 from geometry_msgs.msg import Pose as PoseMsg
-from nav_msgs.msg import Path
+from nav_msgs.msg import OccupancyGrid, Path
 from std_msgs.msg import Header
 
-from robot_description.follower import Pose
-from robot_description.grid_map import GridMap
-from robot_description.msg import Traffic
-from robot_description.right_of_way import Announcement, Right
+from hive_common import map_file
+from hive_common.errors import MapError
+from hive_common.grid_map import GridMap
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    import rospy
     from numpy.typing import NDArray
 
-    from robot_description.follower import Velocity
+    from hive_common.pose import Velocity
 
 OCCUPIED_FROM = 50
 """Cells of a map at least this occupied [%] count as blocked, and so do unknown ones."""
@@ -35,7 +35,7 @@ SMALL = 1e-9
 """An eigenvalue this far below 0 is rounding."""
 
 
-def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)
+def yaw_of(quaternion: Any) -> float:
     """Return the heading [rad] that a quaternion stands for in the plane.
 
     Raises:
@@ -56,7 +56,7 @@ def quaternion_of(yaw: float) -> Quaternion:
     return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
-def pose_from_msg(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Pose)
+def pose_from_msg(msg: Any) -> Pose:
     """Read a geometry_msgs/Pose.
 
     Raises:
@@ -81,7 +81,7 @@ def covariance_to_msg(covariance: NDArray[np.float64]) -> list[float]:
     return [float(value) for value in full.ravel()]
 
 
-def covariance_from_msg(msg: Any) -> NDArray[np.float64]:  # noqa: ANN401  (PoseWithCovariance)
+def covariance_from_msg(msg: Any) -> NDArray[np.float64]:
     """Return the covariance (3, 3) of x, y, yaw [m^2, rad^2].
 
     Raises:
@@ -97,17 +97,17 @@ def covariance_from_msg(msg: Any) -> NDArray[np.float64]:  # noqa: ANN401  (Pose
     return found
 
 
-def pose_from_transform(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Transform)
+def pose_from_transform(msg: Any) -> Pose:
     """Read a geometry_msgs/Transform in the plane."""
     return Pose(msg.translation.x, msg.translation.y, yaw_of(msg.rotation))
 
 
-def cells_from_msg(msg: Any) -> NDArray[np.int8]:  # noqa: ANN401  (OccupancyGrid, numpy data)
+def cells_from_msg(msg: Any) -> NDArray[np.int8]:
     """Return the cells (rows, columns) of a nav_msgs/OccupancyGrid: -1 unknown, else 0..100."""
     return np.asarray(msg.data, dtype=np.int8).reshape(msg.info.height, msg.info.width)
 
 
-def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with numpy data)
+def grid_from_msg(msg: Any) -> GridMap:
     """Read a nav_msgs/OccupancyGrid whose origin is not turned, as map_server writes it."""
     occupied = cells_from_msg(msg)
     blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)
@@ -151,43 +151,33 @@ def twist_from(velocity: Velocity) -> Twist:
     return msg
 
 
-def traffic_to_msg(said: Announcement, frame: str) -> Traffic:
-    """Make a Traffic message of what a robot announces."""
-    return Traffic(
-        header=Header(stamp=rospy.Time.from_sec(said.time), frame_id=frame),
-        name=said.name,
-        way=[Point32(x, y, 0.0) for x, y in said.way],
-        radius=said.radius,
-        claim=said.claim,
-        parked=said.parked,
-        since=said.right.since,
-        owner=said.right.owner,
-        rank=said.right.step,
-    )
+def map_msg(header: Header, grid: map_file.GridMap) -> OccupancyGrid:
+    """Return a map as a message; `header` says its frame and when it was loaded."""
+    message = OccupancyGrid(header=header)
+    message.info.map_load_time = header.stamp
+    message.info.resolution = grid.resolution
+    message.info.height, message.info.width = grid.cells.shape
+    message.info.origin.position.x = grid.origin.x
+    message.info.origin.position.y = grid.origin.y
+    message.info.origin.orientation = quaternion_of(grid.origin.yaw)
+    message.data = grid.cells.ravel().tolist()
+    return message
 
 
-def traffic_from_msg(msg: Traffic) -> Announcement:
-    """Read a Traffic message.
+def map_from_msg(message: OccupancyGrid) -> map_file.GridMap:
+    """Return the map that a message holds.
 
     Raises:
-        ValueError: It is not made of usable numbers.
+        MapError: It holds none.
     """
-    numbers = [
-        msg.radius,
-        msg.claim,
-        *(value for point in msg.way for value in (point.x, point.y)),
-    ]
-    if not (msg.way and msg.radius > 0 and msg.claim >= 0 and all(map(math.isfinite, numbers))):
-        raise ValueError(f"traffic of {msg.name[:40]!r} has no way, or numbers that are none")
-    way = tuple((point.x, point.y) for point in msg.way)
-    return Announcement(
-        name=msg.name,
-        time=msg.header.stamp.to_sec(),
-        x=way[0][0],
-        y=way[0][1],
-        radius=msg.radius,
-        right=Right(msg.since, msg.owner, msg.rank, msg.name),
-        way=way,
-        claim=msg.claim,
-        parked=msg.parked,
-    )
+    info = message.info
+    if not (info.resolution > 0 and 0 < info.width * info.height == len(message.data)):
+        raise MapError(
+            f"the message holds {len(message.data)} cells, {info.width} x {info.height} of "
+            f"{info.resolution:g} m; allowed: width x height cells of more than 0 m"
+        )
+    try:
+        origin = pose_from_msg(info.origin)
+    except ValueError as error:
+        raise MapError(f"the map's origin: {error}") from None
+    return map_file.GridMap(cells_from_msg(message), info.resolution, origin)

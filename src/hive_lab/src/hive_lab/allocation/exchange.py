@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from blackboard.allocation.plan import cut_out, put_in, without
-from blackboard.allocation.timetable import Insertions, Timetable, make_pieces
+from hive_lab.allocation.plan import cut_out, put_in, without
+from hive_lab.allocation.timetable import Insertions, Timetable, make_pieces
 
 if TYPE_CHECKING:
-    from blackboard.allocation.objectives import Objective
-    from blackboard.allocation.timetable import Book, Floats, Numbers, Pieces
+    from hive_lab.allocation.objectives import Objective
+    from hive_lab.allocation.timetable import Book, Floats, Numbers, Pieces
 
 _REFUSED = 1e30
 """What no robot would bid; the assignment needs finite numbers."""

@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.allocation.exchange import exchange
-from blackboard.allocation.plan import narrow, to_order, to_plan
-from blackboard.allocation.timetable import Book, Timetable
+from hive_lab.allocation.exchange import exchange
+from hive_lab.allocation.plan import narrow, to_order, to_plan
+from hive_lab.allocation.timetable import Book, Timetable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.allocation.instance import Instance
-    from blackboard.allocation.objectives import Objective
-    from blackboard.allocation.plan import Plan
-    from blackboard.allocation.timetable import Floats, Numbers
+    from hive_lab.allocation.instance import Instance
+    from hive_lab.allocation.objectives import Objective
+    from hive_lab.allocation.plan import Plan
+    from hive_lab.allocation.timetable import Floats, Numbers
 
 
 @dataclass(frozen=True)

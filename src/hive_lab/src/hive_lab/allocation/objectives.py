@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.allocation.timetable import Floats, Totals
+    from hive_lab.allocation.timetable import Floats, Totals
 
 
 class Objective(Protocol):

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.allocation.timetable import Numbers, Pieces
+    from hive_lab.allocation.timetable import Numbers, Pieces
 
 Plan = tuple[tuple[int, ...], ...]
 """The tasks of each robot in the order in which it does them."""

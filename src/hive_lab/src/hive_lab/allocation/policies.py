@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.allocation.improvement import improve
-from blackboard.allocation.rules import Ends, append
-from blackboard.allocation.sequential import auction
+from hive_lab.allocation.improvement import improve
+from hive_lab.allocation.rules import Ends, append
+from hive_lab.allocation.sequential import auction
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.allocation.instance import Instance
-    from blackboard.allocation.objectives import Objective
-    from blackboard.allocation.plan import Plan
-    from blackboard.allocation.stream import Moment
-    from blackboard.allocation.timetable import Floats
+    from hive_lab.allocation.instance import Instance
+    from hive_lab.allocation.objectives import Objective
+    from hive_lab.allocation.plan import Plan
+    from hive_lab.allocation.stream import Moment
+    from hive_lab.allocation.timetable import Floats
 
 
 class Append:

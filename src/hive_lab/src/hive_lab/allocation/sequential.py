@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.allocation.exchange import best_places
-from blackboard.allocation.timetable import Book, Timetable, make_pieces
+from hive_lab.allocation.exchange import best_places
+from hive_lab.allocation.timetable import Book, Timetable, make_pieces
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.allocation.instance import Instance
-    from blackboard.allocation.objectives import Objective
-    from blackboard.allocation.plan import Plan
-    from blackboard.allocation.timetable import Floats, Numbers
+    from hive_lab.allocation.instance import Instance
+    from hive_lab.allocation.objectives import Objective
+    from hive_lab.allocation.plan import Plan
+    from hive_lab.allocation.timetable import Floats, Numbers
 
 
 def auction(

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from blackboard.allocation.instance import Instance, Robots, Tasks
+from hive_lab.allocation.instance import Instance, Robots, Tasks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from blackboard.allocation.plan import Plan
-    from blackboard.allocation.timetable import Floats, Numbers
+    from hive_lab.allocation.plan import Plan
+    from hive_lab.allocation.timetable import Floats, Numbers
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.allocation.instance import Instance, Robots, Tasks
+from hive_lab.allocation.instance import Instance, Robots, Tasks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.allocation.plan import Plan
+    from hive_lab.allocation.plan import Plan
 
 
 def on_a_road(

@@ -17,7 +17,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from blackboard.allocation.instance import Instance
+    from hive_lab.allocation.instance import Instance
 
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.int64]

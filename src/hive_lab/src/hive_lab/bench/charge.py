@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.task import TaskState
-from fleet_manager.bench.random_tasks import random_tasks
-from fleet_manager.bench.registry import BenchResult
-from fleet_manager.bench.simulated_bodies import SimulatedBodies
-from fleet_manager.bench.virtual_fleet import VirtualFleet
-from fleet_manager.fleet_file import read_fleet
+from blackboard.domain.task import TaskState
+from fleet_manager.config.fleet_file import read_fleet
+from hive_lab.bench.registry import BenchResult
+from hive_lab.fleets.random_tasks import random_tasks
+from hive_lab.fleets.simulated_bodies import SimulatedBodies
+from hive_lab.fleets.virtual_fleet import VirtualFleet
 
 if TYPE_CHECKING:
-    from blackboard.record import TaskUpdate
+    from blackboard.domain.record import TaskUpdate
 
 FIRST = 20
 """So many tasks are looked at apart: the robots do not know yet how long their drives take."""

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.bench.registry import BENCHES, BenchResult, as_json
 from fleet_manager.cli.outside import pass_outside
-from fleet_manager.machine import machine
+from fleet_manager.demo.machine import machine
+from fleet_manager.ros import command_line
+from hive_lab.bench.registry import BENCHES, BenchResult, as_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fleet_manager.bench.registry import Bench
     from fleet_manager.cli.outside import Outside
+    from hive_lab.bench.registry import Bench
 
 
 @click.command()
@@ -63,7 +64,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
 
     Ends with 0 when the measurement ran, whatever it found; faults and hive end with 1 when a
     property was broken.
-    """  # noqa: D301  (to click, \b means: keep the lines)
+    """
     if name is None:
         if file is not None:
             raise click.UsageError("--json needs the NAME of a benchmark")
@@ -112,3 +113,8 @@ def _write(file: Path, text: str) -> None:
         file.write_text(text, encoding="utf-8")
     except OSError as error:
         raise click.UsageError(f"{file} cannot be written: {error.strerror}") from None
+
+
+def main() -> None:
+    """Run this process as `bench`."""
+    command_line.main(bench)

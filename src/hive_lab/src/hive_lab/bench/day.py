@@ -12,21 +12,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.characteristics import RobotState
-from blackboard.pose import Pose
-from blackboard.task import TaskState
-from fleet_manager.bench.random_tasks import random_tasks
-from fleet_manager.bench.reckoned_bodies import ReckonedBodies
-from fleet_manager.bench.registry import BenchResult
-from fleet_manager.bench.virtual_fleet import VirtualFleet
-from fleet_manager.fleet_file import read_fleet
-from simenv.world_file import load_world
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.task import TaskState
+from fleet_manager.config.fleet_file import read_fleet
+from hive_common.pose import Pose
+from hive_lab.bench.registry import BenchResult
+from hive_lab.fleets.random_tasks import random_tasks
+from hive_lab.fleets.reckoned_bodies import ReckonedBodies
+from hive_lab.fleets.virtual_fleet import VirtualFleet
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from blackboard.characteristics import RobotStatus
-    from blackboard.record import TaskUpdate
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskUpdate
 
 HOURS = 24.0
 
@@ -139,5 +139,5 @@ def measure(hours: float = HOURS, seed: int = 1, picture: Path | None = None) ->
             f"{robot}_charge": min(status.charge for status in statuses),
         }
     if picture is not None:
-        import_module("fleet_manager.bench.day_picture").draw_day(picture, day)
+        import_module("hive_lab.bench.day_picture").draw_day(picture, day)
     return BenchResult(figures, AIMS)

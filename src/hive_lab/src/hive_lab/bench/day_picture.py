@@ -10,15 +10,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from blackboard.characteristics import RobotState
-from fleet_manager.bench.day import LOOK
+from blackboard.domain.characteristics import RobotState
+from hive_lab.bench.day import LOOK
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
 
-    from fleet_manager.bench.day import Day
+    from hive_lab.bench.day import Day
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Told apart by colour-blind people too (Okabe and Ito, 2008); then from the beginning again."""

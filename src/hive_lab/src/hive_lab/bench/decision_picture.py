@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws what central and distributed decisions take over the size of the fleet.
 
-    python3 -m fleet_manager.bench.decision_picture decision.json docs/images/decision.png
+    python3 -m hive_lab.bench.decision_picture decision.json docs/images/decision.png
 
 draws what `./hive bench decision --json decision.json` has written.
 """
@@ -38,7 +38,7 @@ def draw(figures: Mapping[str, float], path: Path) -> None:
     """Draw figures and write them as PNG.
 
     Args:
-        figures: As `fleet_manager.ros.bench_decision.measure` returns them.
+        figures: As `hive_lab.live.decision.measure` returns them.
         path: The file.
     """
     figure = Figure(figsize=(14.5, 4.2), layout="constrained", facecolor="white")

@@ -13,11 +13,11 @@ import statistics
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
-from blackboard.cost import measure_for
-from blackboard.pose import Pose
-from blackboard.settings import BlackboardSettings
-from blackboard.task import Task, TaskType
-from blackboard.testing import Hive
+from blackboard.costing.cost import measure_for
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import Hive
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -53,7 +53,7 @@ def run(seeds: Iterable[int] = SEEDS) -> dict[str, dict[str, float]]:
 
 
 def _exchange(model: str, seed: int) -> tuple[float, float]:
-    draw = random.Random(seed)  # noqa: S311  (no secret)
+    draw = random.Random(seed)
 
     def place() -> Pose:
         return Pose(draw.uniform(0.0, SIDE), draw.uniform(0.0, SIDE))

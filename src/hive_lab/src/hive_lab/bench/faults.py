@@ -11,14 +11,14 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from blackboard.simulation.draw import draw
-from blackboard.simulation.long_run import run_with_freezes, run_with_losses
-from blackboard.simulation.run import run as run_schedule
+from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
+from hive_lab.fault_schedules.run import run as run_schedule
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from blackboard.simulation.run import Outcome
+    from hive_lab.fault_schedules.run import Outcome
 
 _AT_ONCE = 10
 """Schedules that a process takes at a time."""

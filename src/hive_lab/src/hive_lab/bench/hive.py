@@ -9,7 +9,7 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from typing import TYPE_CHECKING
 
-from blackboard.simulation.crowd import Crowd
+from hive_lab.fault_schedules.crowd import Crowd
 
 if TYPE_CHECKING:
     from collections.abc import Callable

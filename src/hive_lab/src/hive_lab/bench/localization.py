@@ -15,22 +15,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.amcl_settings import AmclSettings
-from robot_description.grid_map import GridMap
-from robot_description.likelihood_field import BeamChooser, LikelihoodField
-from robot_description.localizer import Localizer
+from hive_common.grid_map import GridMap
+from hive_common.map_file import FREE, load_map
+from hive_lab.fleets.recording import record_drive
 from robot_description.models import load_model
-from robot_description.particle_filter import ParticleFilter
-from simenv.map_file import FREE, load_map
-from simenv.recording import record_drive
-from simenv.world_file import load_world
+from robot_navigation.localization.amcl_settings import AmclSettings
+from robot_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
+from robot_navigation.localization.localizer import Localizer
+from robot_navigation.localization.particle_filter import ParticleFilter
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hive_common.geometry import Array
+    from hive_lab.fleets.recording import Look
     from robot_description.models import RobotModel
-    from simenv.geometry import Array
-    from simenv.recording import Look
 
 CONVERGED = 50
 """So many looks after a known start the filter counts as converged: 5 s."""

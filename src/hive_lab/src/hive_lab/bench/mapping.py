@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
-from robot_description.follower import Pose
+from hive_common.map_file import FREE, OCCUPIED, UNKNOWN
+from hive_common.pose import Pose
 from robot_description.models import load_model
-from simenv.draw_map import RESOLUTION, draw_map
-from simenv.explorer import Explorer
-from simenv.map_file import FREE, OCCUPIED, UNKNOWN
-from simenv.mapper import Beams, Mapper
-from simenv.occupancy import OccupancyGrid
+from robot_navigation.mapping.explorer import Explorer
+from robot_navigation.mapping.mapper import Beams, Mapper
+from robot_navigation.mapping.occupancy import OccupancyGrid
 from simenv.simulation import Simulation
-from simenv.world_file import load_world
+from simenv.world.draw_map import RESOLUTION, draw_map
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from simenv.map_file import GridMap
+    from hive_common.map_file import GridMap
 
 STEPS_PER_SCAN = 4
 """The robot looks about at 10 Hz."""

@@ -2,7 +2,7 @@
 """Draws a world beside the map that a robot made of it, for the documentation.
 
 Run it in the environment of the workspace, with the file to write:
-`./hive shell -c "python3 -m simenv.mapping_picture docs/images/mapping.png"`.
+`./hive shell -c "python3 -m hive_lab.bench.mapping_picture docs/images/mapping.png"`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 import PIL.Image
 import PIL.ImageDraw
 
-from simenv.map_file import FREE, OCCUPIED
-from simenv.mapping_run import MODEL, START, WORLD, explore, truth_for
+from hive_common.map_file import FREE, OCCUPIED
+from hive_lab.bench.mapping import MODEL, START, WORLD, explore, truth_for
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,8 +31,8 @@ GAP = 20
 
 def main() -> None:
     """Write the picture."""
-    if len(sys.argv) != 2:  # noqa: PLR2004  (the program and its argument)
-        sys.exit("usage: python3 -m simenv.mapping_picture FILE.png")
+    if len(sys.argv) != 2:
+        sys.exit("usage: python3 -m hive_lab.bench.mapping_picture FILE.png")
     found = explore(WORLD, MODEL, START)
     truth = truth_for(found.chart, WORLD)
     sides = [_drawn(truth), _drawn(found.chart.cells)]

@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from robot_description.map_reader import read_map
+from hive_common.map_reader import read_map
 from robot_description.models import load_model
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from robot_description.grid_map import ClearanceField, GridMap
+    from hive_common.grid_map import ClearanceField, GridMap
 
 Point = tuple[float, float]
 
@@ -76,7 +76,7 @@ def maps_folder() -> Path:
 
 def _measure(grid: GridMap, pairs: int, seed: int) -> dict[str, float]:
     # Only who measures needs OMPL; who reads the aims does not.
-    from robot_description.ompl_planner import OmplPlanner  # noqa: PLC0415
+    from robot_navigation.planning.ompl_planner import OmplPlanner
 
     began = time.perf_counter()
     planner = OmplPlanner(grid, load_model(MODEL).base.circumscribed_radius, seed=seed)
@@ -196,7 +196,7 @@ class _Lengths:
 
     def to(self, goal: Point) -> float:
         """Return the length to a goal [m]; infinite if there is no way."""
-        cell = self._ways._cell(goal)  # noqa: SLF001  (two classes of one computation)
+        cell = self._ways._cell(goal)
         if not math.isfinite(self._distances[cell]):
             return math.inf
         cells = [cell]

@@ -61,7 +61,7 @@ class Bench:
 
 
 def _on_live_hive(module: str, *count: int) -> BenchResult:
-    """Run a benchmark of the package blackboard on a ROS master of its own.
+    """Run a benchmark of `hive_lab.live` on a ROS master of its own.
 
     Raises:
         TimeUpError: The hive did not do in time what the benchmark waits for.
@@ -71,7 +71,7 @@ def _on_live_hive(module: str, *count: int) -> BenchResult:
         local_hive(Path(folder)),
     ):
         try:
-            found: dict[str, dict[str, float]] = import_module(f"blackboard.ros.{module}").run(
+            found: dict[str, dict[str, float]] = import_module(f"hive_lab.live.{module}").run(
                 *count
             )
         except LiveHiveError as error:
@@ -79,33 +79,33 @@ def _on_live_hive(module: str, *count: int) -> BenchResult:
     return BenchResult(found["figures"], found["aims"])
 
 
-_failover = partial(_on_live_hive, "bench_failover")
-_soak = partial(_on_live_hive, "bench_soak")
-_auction = partial(_on_live_hive, "bench_auction")
+_failover = partial(_on_live_hive, "failover")
+_soak = partial(_on_live_hive, "soak")
+_auction = partial(_on_live_hive, "auction")
 
 
 def _system(outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("fleet_manager.bench.system").measure(outside.connect)
+    result: BenchResult = import_module("hive_lab.bench.system").measure(outside.connect)
     return result
 
 
 def _plan(_outside: Outside) -> BenchResult:
-    found: dict[str, dict[str, float]] = import_module("robot_description.bench_plan").run()
+    found: dict[str, dict[str, float]] = import_module("hive_lab.bench.plan").run()
     return BenchResult(found["figures"], found["aims"])
 
 
 def _localization(_outside: Outside) -> BenchResult:
-    found: dict[str, dict[str, float]] = import_module("simenv.bench_localization").run()
+    found: dict[str, dict[str, float]] = import_module("hive_lab.bench.localization").run()
     return BenchResult(found["figures"], found["aims"])
 
 
 def _sim(outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("fleet_manager.bench.simulation").measure(outside.connect)
+    result: BenchResult = import_module("hive_lab.bench.simulation").measure(outside.connect)
     return result
 
 
 def _charge(_outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("fleet_manager.bench.charge").measure()
+    result: BenchResult = import_module("hive_lab.bench.charge").measure()
     return result
 
 
@@ -113,28 +113,28 @@ _DAY = Path("day.png")
 
 
 def _day(_outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("fleet_manager.bench.day").measure(picture=_DAY)
+    result: BenchResult = import_module("hive_lab.bench.day").measure(picture=_DAY)
     click.echo(f"drawn in {_DAY}", err=True)
     return result
 
 
 def _mapping(_outside: Outside) -> BenchResult:
-    found: dict[str, dict[str, float]] = import_module("simenv.mapping_run").run()
+    found: dict[str, dict[str, float]] = import_module("hive_lab.bench.mapping").run()
     return BenchResult(found["figures"], found["aims"])
 
 
 def _gui(_outside: Outside) -> BenchResult:
-    found: dict[str, dict[str, float]] = import_module("fleet_manager.gui.bench").run()
+    found: dict[str, dict[str, float]] = import_module("hive_lab.windows.bench").run()
     return BenchResult(found["figures"], found["aims"])
 
 
 def _allocation(_outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("fleet_manager.bench.allocation.measure").measure()
+    result: BenchResult = import_module("hive_lab.bench_allocation.measure").measure()
     return result
 
 
 def _decision(_outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("fleet_manager.ros.bench_decision").measure()
+    result: BenchResult = import_module("hive_lab.live.decision").measure()
     return result
 
 
@@ -142,20 +142,20 @@ _SCHEDULES = 1000
 
 
 def _faults(schedules: int = _SCHEDULES) -> BenchResult:
-    found: dict[str, dict[str, float]] = import_module("blackboard.bench_faults").run(
+    found: dict[str, dict[str, float]] = import_module("hive_lab.bench.faults").run(
         schedules, say=partial(click.echo, err=True)
     )
     return BenchResult(found["figures"], found["aims"], found["figures"]["violations"] > 0)
 
 
 def _exchange(_outside: Outside) -> BenchResult:
-    found: dict[str, dict[str, float]] = import_module("blackboard.bench_exchange").run()
+    found: dict[str, dict[str, float]] = import_module("hive_lab.bench.exchange").run()
     return BenchResult(found["figures"], found["aims"])
 
 
 def _hive(*sizes: int) -> BenchResult:
     chosen = {"sizes": sizes} if sizes else {}
-    found: dict[str, dict[str, float]] = import_module("blackboard.bench_hive").run(
+    found: dict[str, dict[str, float]] = import_module("hive_lab.bench.hive").run(
         **chosen, say=partial(click.echo, err=True)
     )
     broken = any(value for name, value in found["figures"].items() if name.endswith("_broken"))
@@ -163,7 +163,7 @@ def _hive(*sizes: int) -> BenchResult:
 
 
 def _flake(runs: int) -> BenchResult:
-    result: BenchResult = import_module("fleet_manager.bench.flake").run(runs)
+    result: BenchResult = import_module("hive_lab.bench.flake").run(runs)
     return result
 
 

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import Pose
+from hive_common.pose import Pose
 from robot_description.models import load_model
 from simenv.errors import SpawnError
 from simenv.simulation import STEP, Simulation
-from simenv.world_file import load_world
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
-    from simenv.geometry import Array
+    from hive_common.geometry import Array
 
 NUMBERS = (1, 4, 20, 100)
 """How many robots are tried."""

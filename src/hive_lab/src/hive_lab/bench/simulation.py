@@ -16,17 +16,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.bench import system
-from fleet_manager.bench.registry import BenchResult
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.errors import StartError
-from simenv import bench_sim
+from hive_lab.bench import sim, system
+from hive_lab.bench.registry import BenchResult
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from fleet_manager.client import Link
+    from fleet_manager.client.client import Link
 
 _RTF = 6.0
 """What the whole hive is asked for: a little more than the aim. A simulator that is asked for much
@@ -49,14 +48,14 @@ def measure(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) ->
         connect: Opens the link; see `cli.outside.Outside`.
 
     Returns:
-        The figures of `simenv.bench_sim.run`; `speed_node_...`, simulated seconds in one on the
+        The figures of `hive_lab.bench.sim.run`; `speed_node_...`, simulated seconds in one on the
         wall of the simulator's node alone, and `cpu_node_...`, in one of its processor time;
         `ros_4`, wall time for a simulated second with all nodes of four robots that drive [s],
         `speed_ros_4`, the other way round, what `bench.system` says of how they drove, and
         `ros_4 cpu ...` of each process meanwhile [s per s].
     """
     click.echo("in this process, for half a minute", err=True)
-    found = bench_sim.run()
+    found = sim.run()
     figures, aims = found["figures"], found["aims"] | {"ros_4": _AIM}
     click.echo("the simulator alone, for a minute", err=True)
     figures |= _simulator_alone()
@@ -79,7 +78,7 @@ def _simulator_alone() -> dict[str, float]:
         words = ["simenv", "simulator.launch", "world:=warehouse", f"rtf:={_MOST_RTF:g}"]
         hive.processes.start("simulator", ["roslaunch", *words])
         done = subprocess.run(
-            [sys.executable, "-m", "fleet_manager.ros.bench_simulator"],
+            [sys.executable, "-m", "hive_lab.live.simulator"],
             stdout=subprocess.PIPE,
             text=True,
             check=False,

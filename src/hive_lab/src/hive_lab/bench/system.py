@@ -16,24 +16,24 @@ from typing import TYPE_CHECKING
 
 import click
 
-from blackboard.task import Task, TaskType
-from fleet_manager.bench.registry import BenchResult
-from fleet_manager.bench.usage import shares, usage_of
-from fleet_manager.client import HiveClient
+from blackboard.domain.task import Task, TaskType
+from fleet_manager.client.client import HiveClient
+from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.places import places_of
 from fleet_manager.demo.gathering import wait_for_everyone
 from fleet_manager.demo.history import History
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.errors import NoHiveError
-from fleet_manager.fleet_file import read_fleet
-from fleet_manager.places import places_of
+from hive_lab.bench.registry import BenchResult
+from hive_lab.bench.usage import shares, usage_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from fleet_manager.client import Link
+    from fleet_manager.client.client import Link
+    from fleet_manager.client.hive_view import HiveView, Report
     from fleet_manager.demo.local_hive import LocalHive
-    from fleet_manager.hive_view import HiveView, Report
 
 _WORLD = "lab"
 _SECONDS = 60.0
@@ -65,7 +65,7 @@ class _Tours:
         self._wanted = robots + _SPARE
         places = places_of(_WORLD).items()
         self._goals = [pose for name, pose in places if "charger" not in name]
-        self._draw = random.Random(_SEED)  # noqa: S311  (a choice of goals, no secret)
+        self._draw = random.Random(_SEED)
         self._ids: list[str] = []
         self.unanswered = 0
 

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
-from blackboard.allocation.instance import Instance
-from blackboard.pose import Pose
-from blackboard.ways import Grid, GridWays
-from robot_description.bench_plan import maps_folder
-from robot_description.map_reader import read_map
+from blackboard.costing.path_lengths import Grid, GridWays
+from hive_common.map_reader import read_map
+from hive_common.pose import Pose
+from hive_lab.allocation.instance import Instance
+from hive_lab.bench.plan import maps_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.allocation.improvement import improve
-from blackboard.allocation.objectives import OBJECTIVES
-from blackboard.allocation.plan import to_order
-from blackboard.allocation.sequential import auction
-from blackboard.allocation.timetable import Book, Timetable
+from hive_lab.allocation.improvement import improve
+from hive_lab.allocation.objectives import OBJECTIVES
+from hive_lab.allocation.plan import to_order
+from hive_lab.allocation.sequential import auction
+from hive_lab.allocation.timetable import Book, Timetable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.allocation.improvement import Search
-    from blackboard.allocation.instance import Instance
-    from blackboard.allocation.plan import Plan
+    from hive_lab.allocation.improvement import Search
+    from hive_lab.allocation.instance import Instance
+    from hive_lab.allocation.plan import Plan
 
 SEED = 1
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The best figures known of the instances, and the long search that some of them come from.
 
-Run as `python -m fleet_manager.bench.allocation.reference SOLVERS TABLE`; see setup/reference.
+Run as `python -m hive_lab.bench_allocation.reference SOLVERS TABLE`; see setup/reference.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from blackboard.allocation.exact import optimum
-from blackboard.allocation.improvement import Search
-from fleet_manager.bench.allocation.instances import SIZES, Floor, instances
-from fleet_manager.bench.allocation.plans import figures, searched
-from fleet_manager.resources import package_folder
+from hive_common.resources import package_folder
+from hive_lab.allocation.exact import optimum
+from hive_lab.allocation.improvement import Search
+from hive_lab.bench_allocation.instances import SIZES, Floor, instances
+from hive_lab.bench_allocation.plans import figures, searched
 
 if TYPE_CHECKING:
-    from blackboard.allocation.instance import Instance
+    from hive_lab.allocation.instance import Instance
 
 OBJECTIVES = ("latency", "makespan", "energy")
 
@@ -32,7 +32,7 @@ _MOST_EXACT = 10
 
 def read_best() -> dict[str, dict[str, float]]:
     """Return the least figure known, by instance and objective [s] [m]; see `plans.figures`."""
-    path = package_folder("fleet_manager") / "resource" / _TABLE
+    path = package_folder("hive_lab") / "resource" / _TABLE
     table = json.loads(path.read_text(encoding="utf-8"))["figures"]
     return {
         name: {objective: min(values.values()) for objective, values in found.items()}

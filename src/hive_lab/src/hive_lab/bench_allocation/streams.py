@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blackboard.allocation import rules
-from blackboard.allocation.instance import Instance
-from blackboard.allocation.objectives import OBJECTIVES
-from blackboard.allocation.policies import Append, IdleTakesNearest, Improving
-from blackboard.allocation.stream import Stream, simulate
+from hive_lab.allocation import rules
+from hive_lab.allocation.instance import Instance
+from hive_lab.allocation.objectives import OBJECTIVES
+from hive_lab.allocation.policies import Append, IdleTakesNearest, Improving
+from hive_lab.allocation.stream import Stream, simulate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.allocation.stream import Policy
-    from blackboard.allocation.timetable import Floats
+    from hive_lab.allocation.stream import Policy
+    from hive_lab.allocation.timetable import Floats
 
 _SEED = 1
 

@@ -13,25 +13,25 @@ from math import sqrt
 from random import Random
 from typing import TYPE_CHECKING
 
-from blackboard.fence import NoFence
-from blackboard.pose import Pose
-from blackboard.settings import BackupSettings, BlackboardSettings
-from blackboard.simulation.history import Violation
-from blackboard.simulation.hive import Disk, SimulatedMember
-from blackboard.simulation.host import HostTalker
-from blackboard.simulation.network import Network
-from blackboard.simulation.properties import Properties
-from blackboard.simulation.schedule import BLACKBOARD, OPERATOR, SETTLE, Crash
-from blackboard.simulation.trouble import Trouble
-from blackboard.talker import BACKUP, BB_VOTE, NEW_TASK, TASK_STATE
-from blackboard.task import Task, TaskType
-from blackboard.task_list import TaskList
+from blackboard.consensus.hive_filter import NoFence
+from blackboard.consensus.task_list import TaskList
+from blackboard.domain.settings import BackupSettings, BlackboardSettings
+from blackboard.domain.talker import BACKUP, BB_VOTE, NEW_TASK, TASK_STATE
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.fault_schedules.history import Violation
+from hive_lab.fault_schedules.hive import Disk, SimulatedMember
+from hive_lab.fault_schedules.host import HostTalker
+from hive_lab.fault_schedules.injector import Trouble
+from hive_lab.fault_schedules.network import Network
+from hive_lab.fault_schedules.properties import Properties
+from hive_lab.fault_schedules.schedule import BLACKBOARD, OPERATOR, SETTLE, Crash
 
 if TYPE_CHECKING:
-    from blackboard.active import Heartbeat
-    from blackboard.record import TaskUpdate
-    from blackboard.simulation.host import Host
-    from blackboard.talker import Talker
+    from blackboard.consensus.leader import Heartbeat
+    from blackboard.domain.record import TaskUpdate
+    from blackboard.domain.talker import Talker
+    from hive_lab.fault_schedules.host import Host
 
 _ROOM = 10.0
 """Each robot has a square of that side to itself, so that large fleets are no denser [m]."""

@@ -7,9 +7,10 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.pose import Pose
-from blackboard.settings import BackupSettings
-from blackboard.simulation.schedule import (
+from blackboard.domain.settings import BackupSettings
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
     OPERATOR,
     PATIENCE,
@@ -21,12 +22,11 @@ from blackboard.simulation.schedule import (
     Schedule,
     Strike,
 )
-from blackboard.task import Task, TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.simulation.schedule import Happening
+    from hive_lab.fault_schedules.schedule import Happening
 
 _SEED = 0
 """Of the small delays; the schedules are written for this one."""

@@ -11,11 +11,11 @@ from dataclasses import replace
 from random import Random
 from typing import TYPE_CHECKING
 
-from blackboard.pose import Pose
-from blackboard.simulation.faults import any_fault
-from blackboard.simulation.moods import MOODS, Setting
-from blackboard.simulation.schedule import SETTLE, TROUBLE, Cancel, Post, Schedule
-from blackboard.task import Task, TaskType
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.fault_schedules.faults import any_fault
+from hive_lab.fault_schedules.scenarios import MOODS, Setting
+from hive_lab.fault_schedules.schedule import SETTLE, TROUBLE, Cancel, Post, Schedule
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,15 +6,15 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, NoReturn
 
-from blackboard.member import Role
-from blackboard.task import TaskState
+from blackboard.consensus.member import Role
+from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
-    from blackboard.record import TaskRecord
-    from blackboard.simulation.history import History
-    from blackboard.simulation.hive import SimulatedMember
+    from blackboard.domain.record import TaskRecord
+    from hive_lab.fault_schedules.history import History
+    from hive_lab.fault_schedules.hive import SimulatedMember
 
 
 class Ending:

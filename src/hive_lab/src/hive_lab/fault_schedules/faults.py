@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.simulation.network import Quality
-from blackboard.simulation.schedule import BadLinks, Crash, Cut, Freeze, PowerCut, SetState
+from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.schedule import BadLinks, Crash, Cut, Freeze, PowerCut, SetState
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
-    from blackboard.simulation.schedule import Happening
+    from hive_lab.fault_schedules.schedule import Happening
 
 
 def any_fault(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
@@ -48,7 +48,7 @@ def _freeze(random: Random, members: tuple[str, ...], at: float) -> list[Happeni
 def _cut(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
     group = tuple(random.sample(members, random.randint(1, len(members) - 1)))
     others: tuple[str, ...] = ()
-    if random.random() < 0.3:  # noqa: PLR2004  (a share: some cuts are between two groups only)
+    if random.random() < 0.3:
         rest = [name for name in members if name not in group]
         others = tuple(random.sample(rest, random.randint(1, len(rest))))
     way = random.choice([True, False])

@@ -9,12 +9,12 @@ if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Callable, Iterator
 
-    from blackboard.member import Member
-    from blackboard.record import TaskRecord
-    from blackboard.replication import Entry, Position
+    from blackboard.consensus.log import Entry, Position
+    from blackboard.consensus.member import Member
+    from blackboard.domain.record import TaskRecord
 
 
-class Violation(AssertionError):  # noqa: N818  (the word the docs use)
+class Violation(AssertionError):
     """A property does not hold; the text says which, when, and what was seen."""
 
 

@@ -6,31 +6,31 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Backup
-from blackboard.battery import Battery
-from blackboard.blackboard import Blackboard
-from blackboard.controller import CommandResult, CommandState, Controller
-from blackboard.journal import MemoryJournal
-from blackboard.robot import Robot
-from blackboard.settings import ControllerSettings, RobotSettings
-from blackboard.simulation.host import HostTalker
-from blackboard.simulation.network import SimulatedCrashError
-from blackboard.simulation.schedule import BLACKBOARD, Point
-from blackboard.talker import BB_VOTE
-from blackboard.task import StepKind
-from blackboard.testing import SMALL_ROBOT
-from blackboard.ways import StraightWays
+from blackboard.board.blackboard import Blackboard
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.node import Backup
+from blackboard.costing.path_lengths import StraightWays
+from blackboard.domain.battery import Battery
+from blackboard.domain.settings import ControllerSettings, RobotSettings
+from blackboard.domain.talker import BB_VOTE
+from blackboard.domain.task import StepKind
+from blackboard.robot.controller import CommandResult, CommandState, Controller
+from blackboard.robot.robot import Robot
+from hive_lab.fault_schedules.host import HostTalker
+from hive_lab.fault_schedules.network import SimulatedCrashError
+from hive_lab.fault_schedules.schedule import BLACKBOARD, Point
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
-    from blackboard.fence import Fence
-    from blackboard.journal import Durable
-    from blackboard.pose import Pose
-    from blackboard.settings import BackupSettings, BlackboardSettings
-    from blackboard.simulation.host import Host
-    from blackboard.task import TaskStep
+    from blackboard.consensus.hive_filter import Fence
+    from blackboard.consensus.journal import Durable
+    from blackboard.domain.settings import BackupSettings, BlackboardSettings
+    from blackboard.domain.task import TaskStep
+    from hive_common.pose import Pose
+    from hive_lab.fault_schedules.host import Host
 
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 
@@ -67,7 +67,7 @@ class Disk(MemoryJournal):
 
 
 class Drive:
-    """Does the steps of one robot, each in a few seconds; see `blackboard.controller.Command`.
+    """Does the steps of one robot, each in a few seconds; see `blackboard.robot.controller.Command`.
 
     Attributes:
         at_work: Told when the robot begins and stops to work on a task.

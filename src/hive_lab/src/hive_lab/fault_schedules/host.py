@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blackboard.virtual_network import Listening
+from hive_lab.virtual.network import Listening
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
-    from blackboard.simulation.network import Network
+    from hive_lab.fault_schedules.network import Network
 
 
 class Host:
@@ -76,7 +76,7 @@ class Host:
 
 
 class _Timer:
-    """A call on one host that is going to happen; see `blackboard.talker.Timer`."""
+    """A call on one host that is going to happen; see `blackboard.domain.talker.Timer`."""
 
     __slots__ = ("action", "cancelled", "host", "period")
 
@@ -102,7 +102,7 @@ class _Timer:
 
 
 class HostTalker:
-    """The talker of one host; see `blackboard.talker.Talker`.
+    """The talker of one host; see `blackboard.domain.talker.Talker`.
 
     Args:
         host: Whose it is.

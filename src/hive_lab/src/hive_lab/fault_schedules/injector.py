@@ -9,9 +9,9 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from blackboard.member import Role, majority_of
-from blackboard.simulation.network import Quality
-from blackboard.simulation.schedule import (
+from blackboard.consensus.member import Role, majority_of
+from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.schedule import (
     THE_ACTIVE_ONE,
     BadLinks,
     Crash,
@@ -26,11 +26,11 @@ from blackboard.simulation.schedule import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.journal import Durable
-    from blackboard.simulation.hive import SimulatedMember
-    from blackboard.simulation.host import Host
-    from blackboard.simulation.network import Network
-    from blackboard.simulation.properties import Properties
+    from blackboard.consensus.journal import Durable
+    from hive_lab.fault_schedules.hive import SimulatedMember
+    from hive_lab.fault_schedules.host import Host
+    from hive_lab.fault_schedules.network import Network
+    from hive_lab.fault_schedules.properties import Properties
 
 
 class Trouble:

@@ -6,14 +6,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from random import Random
 
-from blackboard.active import Heartbeat
-from blackboard.backup import Backup
-from blackboard.founding import founder
-from blackboard.journal import MemoryJournal
-from blackboard.member import Role, has_lease
-from blackboard.settings import BackupSettings
-from blackboard.simulation.host import Host, HostTalker
-from blackboard.simulation.network import Network, Quality
+from blackboard.consensus.bootstrap import founder
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.member import Role, has_lease
+from blackboard.consensus.node import Backup
+from blackboard.domain.settings import BackupSettings
+from hive_lab.fault_schedules.host import Host, HostTalker
+from hive_lab.fault_schedules.network import Network, Quality
 
 _SLOWEST, _FASTEST = 0.99, 1.01
 

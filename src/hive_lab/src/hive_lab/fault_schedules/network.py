@@ -12,8 +12,8 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from blackboard.simulation.host import Host
-from blackboard.talker import BB_VOTE
+from blackboard.domain.talker import BB_VOTE
+from hive_lab.fault_schedules.host import Host
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection

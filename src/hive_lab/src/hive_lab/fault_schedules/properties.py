@@ -10,22 +10,22 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from typing import TYPE_CHECKING, NoReturn
 
-from blackboard.member import Role, has_lease, is_majority, name_of
-from blackboard.record import Order, TaskRecord, TaskUpdate
-from blackboard.simulation.ending import Ending
-from blackboard.simulation.history import History, Violation
-from blackboard.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_STATE
-from blackboard.task import TaskState, split_task
-from blackboard.task_list import TaskList
+from blackboard.consensus.member import Role, has_lease, is_majority, name_of
+from blackboard.consensus.task_list import TaskList
+from blackboard.domain.record import Order, TaskRecord, TaskUpdate
+from blackboard.domain.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_STATE
+from blackboard.domain.task import TaskState, split_task
+from hive_lab.fault_schedules.ending import Ending
+from hive_lab.fault_schedules.history import History, Violation
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from blackboard.journal import Durable
-    from blackboard.member import Member
-    from blackboard.simulation.hive import SimulatedMember
-    from blackboard.simulation.host import Host
-    from blackboard.task import Task, TaskStep
+    from blackboard.consensus.journal import Durable
+    from blackboard.consensus.member import Member
+    from blackboard.domain.task import Task, TaskStep
+    from hive_lab.fault_schedules.hive import SimulatedMember
+    from hive_lab.fault_schedules.host import Host
 
 
 class Properties:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs schedules, and reports what came of them.
 
-python3 -m blackboard.simulation.run 17                      # prints schedule 17, and its outcome
-python3 -m blackboard.simulation.run 0 1000                  # runs schedules 0 to 999
-python3 -m blackboard.simulation.run 17 --mood "lost disks"  # the same in one mood
-python3 -m blackboard.simulation.run rivals                  # one that was written by hand
+python3 -m hive_lab.fault_schedules.run 17                      # prints schedule 17, and its outcome
+python3 -m hive_lab.fault_schedules.run 0 1000                  # runs schedules 0 to 999
+python3 -m hive_lab.fault_schedules.run 17 --mood "lost disks"  # the same in one mood
+python3 -m hive_lab.fault_schedules.run rivals                  # one that was written by hand
 """
 
 from __future__ import annotations
@@ -16,15 +16,18 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import TYPE_CHECKING
 
-from blackboard.pose import Pose
-from blackboard.simulation import hive as simulated
-from blackboard.simulation.directed import DIRECTED
-from blackboard.simulation.draw import draw
-from blackboard.simulation.history import Violation
-from blackboard.simulation.moods import MOODS
-from blackboard.simulation.network import Network
-from blackboard.simulation.properties import Properties
-from blackboard.simulation.schedule import (
+from blackboard.domain.talker import NEW_TASK, TASK_CANCEL, TASK_STATE
+from blackboard.domain.task import TaskState
+from hive_common.pose import Pose
+from hive_lab.fault_schedules import hive as simulated
+from hive_lab.fault_schedules.directed import DIRECTED
+from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.history import Violation
+from hive_lab.fault_schedules.injector import Trouble
+from hive_lab.fault_schedules.network import Network
+from hive_lab.fault_schedules.properties import Properties
+from hive_lab.fault_schedules.scenarios import MOODS
+from hive_lab.fault_schedules.schedule import (
     BY_HAND,
     OPERATOR,
     SETTLE,
@@ -33,15 +36,12 @@ from blackboard.simulation.schedule import (
     Post,
     SetState,
 )
-from blackboard.simulation.trouble import Trouble
-from blackboard.talker import NEW_TASK, TASK_CANCEL, TASK_STATE
-from blackboard.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.record import TaskUpdate
-    from blackboard.simulation.schedule import Schedule
+    from blackboard.domain.record import TaskUpdate
+    from hive_lab.fault_schedules.schedule import Schedule
 
 CALM = 120.0
 """How long a hive has to finish everything after the trouble [s]."""
@@ -81,9 +81,9 @@ class Outcome:
         if schedule.mood == BY_HAND:
             again = "it is written in the test"
         elif schedule.mood in DIRECTED:
-            again = f'python3 -m blackboard.simulation.run "{schedule.mood}"'
+            again = f'python3 -m hive_lab.fault_schedules.run "{schedule.mood}"'
         else:
-            again = f"python3 -m blackboard.simulation.run {schedule.seed}"
+            again = f"python3 -m hive_lab.fault_schedules.run {schedule.seed}"
             again += "" if draw(schedule.seed) == schedule else f' --mood "{schedule.mood}"'
         broken = self.violation or "every property holds"
         return f"{schedule}\n\n{broken}\nto see it again: {again}\n"

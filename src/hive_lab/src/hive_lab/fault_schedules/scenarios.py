@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.settings import BackupSettings
-from blackboard.simulation.network import Quality
-from blackboard.simulation.schedule import (
+from blackboard.domain.settings import BackupSettings
+from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
     OPERATOR,
     SETTLE,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from random import Random
 
-    from blackboard.simulation.schedule import Happening
+    from hive_lab.fault_schedules.schedule import Happening
 
 
 @dataclass

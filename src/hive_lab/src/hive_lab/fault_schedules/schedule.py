@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from blackboard.settings import BackupSettings, BlackboardSettings
-from blackboard.task import TaskType
+from blackboard.domain.settings import BackupSettings, BlackboardSettings
+from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
-    from blackboard.simulation.network import Quality
-    from blackboard.task import Task
+    from blackboard.domain.task import Task
+    from hive_lab.fault_schedules.network import Quality
 
 SETTLE = 6.0
 """Nothing happens before this time, in which the hive is founded [s]."""

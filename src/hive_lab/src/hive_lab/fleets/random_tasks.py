@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
-from blackboard.pose import Pose
-from blackboard.task import Task, TaskType
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
     from numpy.random import Generator
 
-    from blackboard.ways import Grid
+    from blackboard.costing.path_lengths import Grid
 
 ROOM = 0.9
 """A goal is at least so far from what is not free [m]."""
@@ -39,7 +39,7 @@ def random_tasks(grid: Grid, random: Generator, avoid: Collection[Pose] = ()) ->
     for pose in avoid:
         rows, columns = np.ogrid[: clear.shape[0], : clear.shape[1]]
         x, y = columns * grid.resolution + grid.x, rows * grid.resolution + grid.y
-        clear[np.hypot(x - pose.x, y - pose.y) < 1.5] = 0.0  # noqa: PLR2004  (said above)
+        clear[np.hypot(x - pose.x, y - pose.y) < 1.5] = 0.0
     rows, columns = np.nonzero(clear >= ROOM)
     number = 0
     while True:

@@ -11,20 +11,20 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.controller import CommandResult, CommandState
-from blackboard.task import StepKind
+from blackboard.domain.task import StepKind
+from blackboard.robot.controller import CommandResult, CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.random import Generator
 
-    from blackboard.controller import Command
-    from blackboard.pose import Pose
-    from blackboard.task import TaskStep
-    from blackboard.virtual_network import Call
-    from fleet_manager.bench.virtual_fleet import VirtualFleet
-    from fleet_manager.fleet_file import FleetRobot
+    from blackboard.domain.task import TaskStep
+    from blackboard.robot.controller import Command
+    from fleet_manager.config.fleet_file import FleetRobot
+    from hive_common.pose import Pose
+    from hive_lab.fleets.virtual_fleet import VirtualFleet
+    from hive_lab.virtual.network import Call
 
 PER_DRIVE, PER_METRE = 3.5, 1.35
 """Time that a drive takes in the lab, [s] and [s/m]: fitted to 60 drives of four models."""
@@ -52,7 +52,7 @@ class ReckonedBodies:
 
 
 class _Body:
-    """One robot; see `blackboard.controller.Command`."""
+    """One robot; see `blackboard.robot.controller.Command`."""
 
     def __init__(self, name: str, fleet: VirtualFleet, random: Generator) -> None:
         self._name = name

@@ -6,17 +6,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from robot_description.testing import Traffic
+from hive_lab.fleets.traffic import Traffic
 from simenv.simulation import Simulation
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from robot_description.follower import Pose
-    from robot_description.grid_map import GridMap
+    from hive_common.geometry import Array
+    from hive_common.grid_map import GridMap
+    from hive_common.pose import Pose
     from robot_description.models import RobotModel
-    from simenv.geometry import Array
-    from simenv.world import World
+    from simenv.world.world import World
 
 STEPS_PER_LOOK = 4
 """The robot looks about at 10 Hz."""

@@ -6,26 +6,26 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.controller import CommandResult, CommandState
-from blackboard.pose import Pose
-from blackboard.task import StepKind
-from robot_description.grid_map import GridMap
+from blackboard.domain.task import StepKind
+from blackboard.robot.controller import CommandResult, CommandState
+from hive_common.grid_map import GridMap
+from hive_common.map_file import FREE, load_map
+from hive_common.pose import Pose
+from hive_lab.fleets.traffic import STEP, Traffic
 from robot_description.models import load_model
-from robot_description.testing import STEP, Traffic
-from simenv.map_file import FREE, load_map
-from simenv.pick import Act, Order
-from simenv.pick import Outcome as Grip
+from simenv.bodies.pick import Act, Order
+from simenv.bodies.pick import Outcome as Grip
 from simenv.simulation import Simulation
-from simenv.world_file import load_world
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.controller import Command
-    from blackboard.robot import Robot
-    from blackboard.task import TaskStep
-    from fleet_manager.bench.virtual_fleet import VirtualFleet
-    from fleet_manager.fleet_file import FleetRobot
+    from blackboard.domain.task import TaskStep
+    from blackboard.robot.controller import Command
+    from blackboard.robot.robot import Robot
+    from fleet_manager.config.fleet_file import FleetRobot
+    from hive_lab.fleets.virtual_fleet import VirtualFleet
 
 TOLD = 4
 """A robot is told where it is, and what it has driven, every so many steps: at 10 Hz."""
@@ -73,7 +73,7 @@ class SimulatedBodies:
 
 
 class _Body:
-    """One robot's wheels and arm; see `blackboard.controller.Command`."""
+    """One robot's wheels and arm; see `blackboard.robot.controller.Command`."""
 
     def __init__(self, name: str, simulation: Simulation, traffic: Traffic) -> None:
         self._name = name

@@ -5,18 +5,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
-from robot_description.follower import Pose
-from robot_description.navigator import Navigator
-from robot_description.ompl_planner import OmplPlanner
-from robot_description.pursuit_follower import PursuitFollower
+from hive_common.pose import Pose
+from robot_navigation.control.navigator import Navigator
+from robot_navigation.control.pursuit_follower import PursuitFollower
+from robot_navigation.planning.ompl_planner import OmplPlanner
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from robot_description.grid_map import GridMap
+    from hive_common.grid_map import GridMap
     from robot_description.models import RobotModel
-    from robot_description.pursuit import Outcome
-    from robot_description.right_of_way import Announcement
+    from robot_navigation.control.goal_tracker import Outcome
+    from robot_navigation.traffic.right_of_way import Announcement
 
 STEP = 0.025
 """One step of the simulation [s]."""
@@ -45,7 +45,7 @@ class World(Protocol):
         """Put a robot into the world."""
         ...
 
-    def scan(self, name: str) -> Any:  # noqa: ANN401  (an array of distances)
+    def scan(self, name: str) -> Any:
         """Return what its laser measures [m]."""
         ...
 

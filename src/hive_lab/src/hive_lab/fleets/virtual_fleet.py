@@ -12,32 +12,32 @@ from typing import TYPE_CHECKING, Protocol
 
 import yaml
 
-from blackboard.battery import Battery
-from blackboard.blackboard import Blackboard
-from blackboard.characteristics import characteristics_from
-from blackboard.charging import ChargingPlan
-from blackboard.controller import Controller
-from blackboard.journal import MemoryJournal
-from blackboard.pose import Pose
-from blackboard.robot import Robot
-from blackboard.settings import BlackboardSettings, ControllerSettings, RobotSettings
-from blackboard.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STATE
-from blackboard.testing import lone_backup
-from blackboard.virtual_network import Network, NetworkTalker
-from blackboard.ways import Grid, GridWays
+from blackboard.board.blackboard import Blackboard
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.costing.path_lengths import Grid, GridWays
+from blackboard.domain.battery import Battery
+from blackboard.domain.characteristics import characteristics_from
+from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
+from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STATE
+from blackboard.robot.charging import ChargingPlan
+from blackboard.robot.controller import Controller
+from blackboard.robot.robot import Robot
+from hive_common.map_file import FREE, load_map
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import lone_backup
+from hive_lab.virtual.network import Network, NetworkTalker
 from robot_description.models import model_path
-from simenv.map_file import FREE, load_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.characteristics import RobotCharacteristics, RobotStatus
-    from blackboard.controller import Command
-    from blackboard.cost import Bid, Bids
-    from blackboard.record import TaskUpdate
-    from blackboard.task import StepKind, Task
-    from blackboard.ways import Ways
-    from fleet_manager.fleet_file import Fleet, FleetRobot
+    from blackboard.costing.cost import Bid, Bids
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.characteristics import RobotCharacteristics, RobotStatus
+    from blackboard.domain.record import TaskUpdate
+    from blackboard.domain.task import StepKind, Task
+    from blackboard.robot.controller import Command
+    from fleet_manager.config.fleet_file import Fleet, FleetRobot
 
 
 class Bodies(Protocol):

@@ -19,16 +19,16 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import blackboard.msg as bb_msgs
 import psutil
 import rospy
 from std_msgs.msg import String
 
-import blackboard.msg as bb_msgs
 from blackboard.errors import LiveHiveError
-from blackboard.ros.links import PAUSES
-from blackboard.ros.live_hive import LiveHive, own_master
-from blackboard.ros.live_operator import TERMINAL, LiveOperator, make_task
-from blackboard.ros.parked import SPACING
+from hive_common.ros.links import PAUSES
+from hive_lab.live.live_hive import LiveHive, own_master
+from hive_lab.live.live_operator import TERMINAL, LiveOperator, make_task
+from hive_lab.live.parked import SPACING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -84,7 +84,7 @@ class Desk:
         self._assigned: dict[str, float] = {}
         self._ended: set[str] = set()
         self._tasks: dict[str, Any] = {}
-        self._draw = random.Random(1)  # noqa: S311  (no secret)
+        self._draw = random.Random(1)
         self._side = side
         self._posted = 0
         self._post = rospy.Publisher(
@@ -157,7 +157,7 @@ class Desk:
         goal = (self._draw.uniform(0.0, self._side), self._draw.uniform(0.0, self._side))
         return make_task(f"A{self._posted}", goal)
 
-    def _hear(self, update: Any) -> None:  # noqa: ANN401  (a TaskState)
+    def _hear(self, update: Any) -> None:
         now = time.monotonic()
         # Of a task that is posted again it is told how it is by now.
         with self._changed:
@@ -243,7 +243,7 @@ def _warm_up(desk: Desk) -> None:
             desk.wait(desk.post())
 
 
-def _wait_until(condition: Any, what: str, patience: float = _START) -> None:  # noqa: ANN401
+def _wait_until(condition: Any, what: str, patience: float = _START) -> None:
     end = time.monotonic() + patience
     while not condition():
         if time.monotonic() > end:
@@ -268,7 +268,7 @@ def _bare_nodes(robots: int) -> Iterator[None]:
 @contextlib.contextmanager
 def _module(name: str, *arguments: str) -> Iterator[None]:
     """Run a module of this package in a process of its own."""
-    process = subprocess.Popen(  # noqa: S603  (our own nodes)
+    process = subprocess.Popen(
         [sys.executable, "-m", f"blackboard.ros.{name}", *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

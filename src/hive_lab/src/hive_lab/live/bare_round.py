@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A round of an auction without an auction: what rospy itself takes for the same messages.
 
-    python3 -m blackboard.ros.bare_round ask 10
-    python3 -m blackboard.ros.bare_round answer
+    python3 -m hive_lab.live.bare_round ask 10
+    python3 -m hive_lab.live.bare_round answer
 
 One node hears a task on `bare/new_task`, broadcasts it, and tells on `bare/task_state` when all of
 so many others have answered. Nothing is computed, nothing is written down.
@@ -10,9 +10,8 @@ so many others have answered. Nothing is computed, nothing is written down.
 
 from __future__ import annotations
 
-import rospy
-
 import blackboard.msg as bb_msgs
+import rospy
 
 _QUEUE = 1000
 

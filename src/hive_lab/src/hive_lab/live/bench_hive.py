@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import rospy
 
-from blackboard.ros.live_hive import LiveHive, own_master
-from blackboard.ros.live_operator import LiveOperator
-from blackboard.ros.stand_in import StandIn
+from hive_lab.live.live_hive import LiveHive, own_master
+from hive_lab.live.live_operator import LiveOperator
+from hive_lab.live.stand_in import StandIn
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -16,22 +16,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import rospy
 
-from blackboard.pose import Pose
-from blackboard.ros.conversions import WIRES
-from blackboard.settings import BlackboardSettings
-from blackboard.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
-from blackboard.task import Task, TaskState, TaskType
-from blackboard.testing import Hive
-from blackboard.virtual_network import NetworkTalker
-from blackboard.ways import StraightWays
-from fleet_manager.bench.allocation.instances import Floor
-from fleet_manager.bench.registry import BenchResult
+from blackboard.costing.path_lengths import StraightWays
+from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
+from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.ros.codec.conversions import WIRES
+from hive_common.pose import Pose
+from hive_lab.bench.registry import BenchResult
+from hive_lab.bench_allocation.instances import Floor
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.network import NetworkTalker
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.virtual_network import Call, Listening, Network
-    from blackboard.ways import Ways
+    from blackboard.costing.path_lengths import Ways
+    from hive_lab.virtual.network import Call, Listening, Network
 
 DECISIONS = ("distributed", "centralized")
 SIZES = {"straight": (2, 5, 10, 20, 50, 100), "map": (2, 5, 10, 20)}

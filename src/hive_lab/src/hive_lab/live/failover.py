@@ -17,13 +17,13 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from blackboard.ros.bench_hive import bench_hive
+from hive_lab.live.bench_hive import bench_hive
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.ros.live_hive import LiveHive
-    from blackboard.ros.live_operator import LiveOperator
+    from hive_lab.live.live_hive import LiveHive
+    from hive_lab.live.live_operator import LiveOperator
 
 RUNS = 20
 """How many of each fault, unless said otherwise."""

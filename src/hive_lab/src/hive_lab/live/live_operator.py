@@ -12,13 +12,13 @@ import time
 from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
+import blackboard.msg as bb_msgs
 import rospy
 from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header, String
 
-import blackboard.msg as bb_msgs
 from blackboard.errors import LiveHiveError
-from blackboard.ros.links import mend_links
+from hive_common.ros.links import mend_links
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -142,7 +142,7 @@ class LiveOperator:
         self.demand(sent, f"somebody takes over from {than}")
         return min(sent()) - since
 
-    def post(self, task: bb_msgs.TaskMsg) -> Any:  # noqa: ANN401  (a TaskState)
+    def post(self, task: bb_msgs.TaskMsg) -> Any:
         """Post a task until somebody answers; return the first answer.
 
         A robot that has begun it at once may be heard before the blackboard that took it in.
@@ -186,7 +186,7 @@ class LiveOperator:
         record = self._list.get(task_id)
         return -1 if record is None else int(record.state)
 
-    def record_of(self, task_id: str) -> Any:  # noqa: ANN401  (a TaskRecord)
+    def record_of(self, task_id: str) -> Any:
         """Return a task's record on the list as published last, or None."""
         return self._list.get(task_id)
 
@@ -243,8 +243,8 @@ class LiveOperator:
 def _unless_own(hear: Callable[[Any], None]) -> Callable[[Any], None]:
     """Return what hears only others: a test that speaks nonsense must not believe itself."""
 
-    def hear_others(message: Any) -> None:  # noqa: ANN401  (any message)
-        if message._connection_header["callerid"] != rospy.get_name():  # noqa: SLF001  (rospy's only way to tell)
+    def hear_others(message: Any) -> None:
+        if message._connection_header["callerid"] != rospy.get_name():
             hear(message)
 
     return hear_others
@@ -252,7 +252,7 @@ def _unless_own(hear: Callable[[Any], None]) -> Callable[[Any], None]:
 
 def _is_report(update: bb_msgs.TaskState, active: str) -> bool:
     """Return whether a robot says how far it is, and not the active blackboard what it decided."""
-    speaker: str = update._connection_header["callerid"]  # noqa: SLF001  (rospy's only way to tell)
+    speaker: str = update._connection_header["callerid"]
     return speaker != active and speaker.endswith(f"/{update.robot_id}/robot")
 
 

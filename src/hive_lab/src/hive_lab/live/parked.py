@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Stands in for robots that bid and do not drive, where only the auction is looked at.
 
-    python3 -m blackboard.ros.parked /robot1 /robot2
+    python3 -m hive_lab.live.parked /robot1 /robot2
 
 takes the namespaces of all robots, so that they share one process beside the hive's own.
 """
@@ -47,11 +47,11 @@ class Parked:
         self._server.start()
 
 
-def _accept(goal: Any) -> None:  # noqa: ANN401  (a ServerGoalHandle)
+def _accept(goal: Any) -> None:
     goal.set_accepted()
 
 
-def _cancel(goal: Any) -> None:  # noqa: ANN401  (a ServerGoalHandle)
+def _cancel(goal: Any) -> None:
     goal.set_canceled()
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures how fast the node `simulator` lets time pass.
 
-It is run as `python3 -m fleet_manager.ros.bench_simulator`, see `bench.simulation`, and drives
+It is run as `python3 -m hive_lab.live.simulator`, see `bench.simulation`, and drives
 more and more robots in a simulator that runs without robots and is asked for more than it can
 reach, first without hearing their scans, then with. The figures are printed as JSON.
 """
@@ -22,8 +22,8 @@ from simenv.srv import Spawn
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
-from fleet_manager.bench.usage import usage_of
-from simenv.bench_sim import NUMBERS, crowd
+from hive_lab.bench.sim import NUMBERS, crowd
+from hive_lab.bench.usage import usage_of
 
 SECONDS = 5.0
 """How long each case is measured [s, wall clock]."""
@@ -124,4 +124,4 @@ if __name__ == "__main__":
     # Which clock counts is read once, and roslaunch may not have come to it yet.
     rosgraph.Master("/bench_simulator").setParam("/use_sim_time", True)
     rospy.init_node("bench_simulator")
-    print(json.dumps(measure()))  # noqa: T201  (what this program is for)
+    print(json.dumps(measure()))

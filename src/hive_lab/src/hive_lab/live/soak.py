@@ -15,16 +15,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import psutil
-
 from blackboard.msg import TaskState
-from blackboard.ros.bench_hive import bench_hive
-from blackboard.ros.live_operator import make_task
+
+from hive_lab.live.bench_hive import bench_hive
+from hive_lab.live.live_operator import make_task
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from blackboard.ros.live_hive import LiveHive
-    from blackboard.ros.live_operator import LiveOperator
+    from hive_lab.live.live_hive import LiveHive
+    from hive_lab.live.live_operator import LiveOperator
 
 MINUTES = 60
 """How long, unless said otherwise."""
@@ -111,7 +111,7 @@ def _faults(hive: LiveHive, draw: random.Random) -> Iterator[str]:
 
 
 def _work(hive: LiveHive, operator: LiveOperator, minutes: float) -> dict[str, float]:
-    draw = random.Random(1)  # noqa: S311  (not for secrets)
+    draw = random.Random(1)
     faults, growth, names = _faults(hive, draw), Growth(), itertools.count()
     begun = time.monotonic()
     next_fault, posted = begun + _FAULT_EVERY, []

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Stands in for what moves a robot, where a real hive is tried out without a world.
 
-    python3 -m blackboard.ros.stand_in /robot1 0.5 2.0
+    python3 -m hive_lab.live.stand_in /robot1 0.5 2.0
 
 runs one in a process of its own: the robot's namespace, how long each drive takes [s], and where
 the robot stands at first (x [m]).
@@ -61,7 +61,7 @@ class StandIn:
         """Give up the drive under way, as a base does whose own watchdog misses its robot."""
         self._cancelled += 1
 
-    def _drive(self, goal: Any) -> None:  # noqa: ANN401  (a MoveBaseGoal)
+    def _drive(self, goal: Any) -> None:
         self.begun += 1
         run = self._cancelled
         end = time.monotonic() + self.seconds

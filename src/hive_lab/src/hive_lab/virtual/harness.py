@@ -8,19 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blackboard.backup import TaskList
-from blackboard.battery import Battery
-from blackboard.blackboard import Blackboard
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.controller import Controller
-from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
-from blackboard.decision_book import MemoryBook
-from blackboard.journal import MemoryJournal
-from blackboard.pose import Pose
-from blackboard.record import Broadcast, Order, TaskRecord, TaskUpdate
-from blackboard.robot import Robot
-from blackboard.settings import BlackboardSettings, ControllerSettings, RobotSettings
-from blackboard.talker import (
+from blackboard.auction.decision_log import MemoryBook
+from blackboard.board.blackboard import Blackboard
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.node import TaskList
+from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms
+from blackboard.costing.path_lengths import Grid, GridWays, StraightWays
+from blackboard.domain.battery import Battery
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
+from blackboard.domain.talker import (
     NEW_TASK,
     ROBOT_STATUS,
     SYNC,
@@ -30,8 +28,11 @@ from blackboard.talker import (
     TASK_COST,
     TASK_STATE,
 )
-from blackboard.task import StepKind
-from blackboard.testing import (
+from blackboard.domain.task import StepKind
+from blackboard.robot.controller import Controller
+from blackboard.robot.robot import Robot
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import (
     SMALL_ROBOT,
     Listener,
     Network,
@@ -39,13 +40,12 @@ from blackboard.testing import (
     TimedCommand,
     lone_backup,
 )
-from blackboard.ways import Grid, GridWays, StraightWays
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.fence import Fence
-    from blackboard.task import Task, TaskState
+    from blackboard.consensus.hive_filter import Fence
+    from blackboard.domain.task import Task, TaskState
 
 SOON = 0.01
 """More than any message needs [s]."""
@@ -84,7 +84,7 @@ class BlackboardRig(_Rig):
         book: Where it notes why.
     """
 
-    def __init__(self, **settings: Any) -> None:  # noqa: ANN401  (of BlackboardSettings)
+    def __init__(self, **settings: Any) -> None:
         super().__init__()
         self.talker = NetworkTalker(self.network, "blackboard")
         blocked = np.zeros((40, 40), dtype=bool)
@@ -127,7 +127,7 @@ class BlackboardRig(_Rig):
         task: Task,
         state: TaskState,
         assignment: int = 1,
-        **fields: Any,  # noqa: ANN401  (of TaskUpdate)
+        **fields: Any,
     ) -> None:
         """Have a robot report on a task."""
         update = TaskUpdate(task.id, state, robot, assignment=assignment)
@@ -224,7 +224,7 @@ class RobotRig(_Rig):
         self,
         task: Task,
         assignment: int = 1,
-        **fields: Any,  # noqa: ANN401  (of Order)
+        **fields: Any,
     ) -> None:
         """Have the blackboard order something."""
         heard = self.network.now

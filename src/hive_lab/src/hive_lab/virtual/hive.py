@@ -13,22 +13,21 @@ from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-from blackboard.backup import Backup, Heartbeat, TaskList
-from blackboard.battery import Battery, BatteryModel
-from blackboard.blackboard import Blackboard
-from blackboard.characteristics import RobotCharacteristics
-from blackboard.controller import CommandResult, CommandState, Controller
-from blackboard.founding import founder
-from blackboard.journal import MemoryJournal
-from blackboard.record import TaskRecord
-from blackboard.robot import Robot
-from blackboard.settings import (
+from blackboard.board.blackboard import Blackboard
+from blackboard.consensus.bootstrap import founder
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.consensus.node import Backup, Heartbeat, TaskList
+from blackboard.costing.path_lengths import StraightWays
+from blackboard.domain.battery import Battery, BatteryModel
+from blackboard.domain.characteristics import RobotCharacteristics
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.settings import (
     BackupSettings,
     BlackboardSettings,
     ControllerSettings,
     RobotSettings,
 )
-from blackboard.talker import (
+from blackboard.domain.talker import (
     BACKUP,
     NEW_TASK,
     ROBOT_STATUS,
@@ -38,20 +37,21 @@ from blackboard.talker import (
     TASK_CANCEL,
     TASK_STATE,
 )
-from blackboard.task import StepKind, TaskState
-from blackboard.virtual_network import LATENCY, Call, Network, NetworkTalker
-from blackboard.ways import StraightWays
+from blackboard.domain.task import StepKind, TaskState
+from blackboard.robot.controller import CommandResult, CommandState, Controller
+from blackboard.robot.robot import Robot
+from hive_lab.virtual.network import LATENCY, Call, Network, NetworkTalker
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.characteristics import RobotStatus
-    from blackboard.charging import ChargingPlan
-    from blackboard.pose import Pose
-    from blackboard.record import Order, TaskUpdate
-    from blackboard.talker import Talker
-    from blackboard.task import Task, TaskStep
-    from blackboard.ways import Ways
+    from blackboard.costing.path_lengths import Ways
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import Order, TaskUpdate
+    from blackboard.domain.talker import Talker
+    from blackboard.domain.task import Task, TaskStep
+    from blackboard.robot.charging import ChargingPlan
+    from hive_common.pose import Pose
 
 __all__ = ["LATENCY", "SMALL_ROBOT", "Hive", "Listener", "Network", "NetworkTalker"]
 __all__ += ["TimedCommand", "lone_backup"]
@@ -82,7 +82,7 @@ def lone_backup(talker: Talker) -> Backup:
 
 @dataclass
 class TimedCommand:
-    """Does every step after a while; see `blackboard.controller.Command`.
+    """Does every step after a while; see `blackboard.robot.controller.Command`.
 
     Attributes:
         network: Gives the time.

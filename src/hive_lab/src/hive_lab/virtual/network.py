@@ -14,9 +14,9 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from blackboard.intake import why_refused
-from blackboard.refusals import Refusals
-from blackboard.talker import SET_STATE
+from blackboard.board.intake import why_refused
+from blackboard.board.refusals import Refusals
+from blackboard.domain.talker import SET_STATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -27,7 +27,7 @@ LATENCY = 0.001
 
 @dataclass
 class Call:
-    """Something that is going to happen; see `blackboard.talker.Timer`."""
+    """Something that is going to happen; see `blackboard.domain.talker.Timer`."""
 
     action: Callable[[], None]
     cancelled: bool = False
@@ -39,7 +39,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Listening:
-    """A topic that is listened to; see `blackboard.talker.Subscription`."""
+    """A topic that is listened to; see `blackboard.domain.talker.Subscription`."""
 
     cancel: Callable[[], None]
 
@@ -139,7 +139,7 @@ class Network:
 
 
 class NetworkTalker:
-    """One member's talker on a `Network`; see `blackboard.talker.Talker`.
+    """One member's talker on a `Network`; see `blackboard.domain.talker.Talker`.
 
     Attributes:
         warnings: What the member has told the person who runs it.

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blackboard.talker import SYNC, TASK_STATE
-from blackboard.task import StepKind, TaskState
+from blackboard.domain.talker import SYNC, TASK_STATE
+from blackboard.domain.task import StepKind, TaskState
 
 if TYPE_CHECKING:
-    from blackboard.backup import TaskList
-    from blackboard.record import TaskRecord, TaskUpdate
-    from blackboard.robot import Robot
-    from blackboard.testing import Hive
+    from blackboard.consensus.node import TaskList
+    from blackboard.domain.record import TaskRecord, TaskUpdate
+    from blackboard.robot.robot import Robot
+    from hive_lab.virtual.hive import Hive
 
 _WITH_A_ROBOT = {TaskState.ASSIGNED, TaskState.STARTED}
 

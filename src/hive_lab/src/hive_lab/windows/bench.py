@@ -18,9 +18,9 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fleet_manager.bench.usage import usage_of
 from fleet_manager.demo.ports import reserved_port
 from fleet_manager.demo.screen import screen_is_usable
+from hive_lab.bench.usage import usage_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -57,7 +57,7 @@ class Window:
 
     def ask(self, word: str = "") -> dict[str, Any]:
         """Return what the window knows, and have it measure anew."""
-        assert self.process.stdin  # noqa: S101  (it was started with one)
+        assert self.process.stdin
         self.process.stdin.write(f"{word}\n")
         self.process.stdin.flush()
         answer: dict[str, Any] = json.loads(self.read())
@@ -65,7 +65,7 @@ class Window:
 
     def read(self) -> str:
         """Return the next line that the window says."""
-        assert self.process.stdout  # noqa: S101  (it was started with one)
+        assert self.process.stdout
         line = self.process.stdout.readline()
         if not line:
             raise BenchError("the window has ended by itself")
@@ -166,13 +166,13 @@ def _environment(port: int, folder: Path) -> dict[str, str]:
 def _crowd(environment: Mapping[str, str], rate: int) -> AbstractContextManager[object]:
     """Return a made-up hive that says `rate` messages a second."""
     words = [str(TASKS), str(ROBOTS), str(rate)]
-    return _process([sys.executable, "-m", "fleet_manager.ros.crowd_node", *words], environment)
+    return _process([sys.executable, "-m", "hive_lab.windows.crowd_node", *words], environment)
 
 
 def _window(
     environment: Mapping[str, str], folder: Path
 ) -> AbstractContextManager[subprocess.Popen[str]]:
-    program = [sys.executable, "-m", "fleet_manager.gui.measured_window"]
+    program = [sys.executable, "-m", "hive_lab.windows.measured_window"]
     return _process([*program, str(folder / "settings.ini")], environment, stdout=subprocess.PIPE)
 
 
@@ -181,7 +181,7 @@ def _process(
     command: Sequence[str], environment: Mapping[str, str], stdout: int = subprocess.DEVNULL
 ) -> Iterator[subprocess.Popen[str]]:
     """Run a program for as long as the context lasts."""
-    process = subprocess.Popen(  # noqa: S603  (named above)
+    process = subprocess.Popen(
         command,
         env=environment,
         stdin=subprocess.PIPE,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Speaks on the hive's topics for a made-up hive: `python3 -m fleet_manager.ros.crowd_node -h`."""
+"""Speaks on the hive's topics for a made-up hive: `python3 -m hive_lab.windows.crowd_node -h`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import time
 
 import rospy
 
-from blackboard import talker as topics
-from blackboard.ros.conversions import WIRES
-from fleet_manager.desk.crowd import Crowd
+from blackboard.domain import talker as topics
+from blackboard.ros.codec.conversions import WIRES
+from hive_lab.windows.crowd import Crowd
 
 SPEAKS = (topics.SYNC, topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
 PERIOD = 0.2  # [s] between two heartbeats and two task lists, as the real blackboard has it
@@ -34,7 +34,7 @@ def main() -> None:
         )
         for topic in SPEAKS
     }
-    generator = random.Random(SEED)  # noqa: S311  (no secret)
+    generator = random.Random(SEED)
     crowd = Crowd(arguments.tasks, arguments.robots, rospy.get_time(), generator)
 
     def say(topic: str, value: object) -> None:

@@ -17,8 +17,8 @@ from python_qt_binding.QtWidgets import QApplication
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.gui.program import keep_responsive
-from fleet_manager.gui.stall_watch import StallWatch
 from fleet_manager.ros.desk_link import RosDeskLink
+from hive_lab.windows.stall_watch import StallWatch
 
 
 class _Lines(QObject):
@@ -58,14 +58,14 @@ def main(settings_file: str) -> None:
             "standing": desk.standing.name,
             "link": desk.link_change.state.name,
         }
-        print(json.dumps(told), flush=True)  # noqa: T201  (read by the benchmark)
+        print(json.dumps(told), flush=True)
         watch.reset()
 
     lines.arrived.connect(tell)
     lines.ended.connect(application.quit)
     desk.start()
     window.show()
-    QTimer.singleShot(0, lambda: print("shown", flush=True))  # noqa: T201  (as above)
+    QTimer.singleShot(0, lambda: print("shown", flush=True))
     watch.start()
     lines.start()
     application.exec_()
@@ -73,7 +73,7 @@ def main(settings_file: str) -> None:
 
 def _scroll(window: FleetWindow) -> None:
     """Go through all tasks, a little at every turn of the loop."""
-    assert window.view  # noqa: S101  (it was made with one)
+    assert window.view
     bar = window.view.task_table.verticalScrollBar()
     bar.setValue(0)
     timer = QTimer(window, interval=20)

@@ -2,7 +2,7 @@
 """Takes the pictures of docs/operator-guide.md anew, from the running programs.
 
 Run it in the environment of the workspace, with the folder for the pictures:
-`./hive shell -c "python3 -m fleet_manager.gui.pictures docs/images"`. It needs no screen: it
+`./hive shell -c "python3 -m hive_lab.windows.pictures docs/images"`. It needs no screen: it
 starts an X server, a hive in the lab with a scenario of tasks, RViz and the windows.
 """
 
@@ -21,14 +21,14 @@ from typing import TYPE_CHECKING
 from python_qt_binding.QtCore import QEventLoop, QSettings
 from python_qt_binding.QtWidgets import QApplication, QWidget
 
-from blackboard.task import TaskState, TaskType
+from blackboard.domain.task import TaskState, TaskType
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.gui.look import Appearance
 from fleet_manager.gui.task_details import TaskDetails
-from fleet_manager.resources import package_folder
 from fleet_manager.ros.desk_link import RosDeskLink
+from hive_common.resources import package_folder
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -86,7 +86,7 @@ class Studio:
 
 @contextmanager
 def _running(command: list[str], **options: object) -> Iterator[subprocess.Popen[bytes]]:
-    process = subprocess.Popen(command, **options)  # type: ignore[call-overload]  # noqa: S603  (named here)
+    process = subprocess.Popen(command, **options)  # type: ignore[call-overload]
     try:
         yield process
     finally:
@@ -109,8 +109,8 @@ def _screen() -> Iterator[None]:
 
 def main() -> None:
     """Take all pictures."""
-    if len(sys.argv) != 2:  # noqa: PLR2004  (the program and its argument)
-        sys.exit("usage: python3 -m fleet_manager.gui.pictures FOLDER")
+    if len(sys.argv) != 2:
+        sys.exit("usage: python3 -m hive_lab.windows.pictures FOLDER")
     images = Path(sys.argv[1])
     images.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
@@ -126,7 +126,7 @@ def main() -> None:
         desk.start()
         studio.window.resize(*SIZE)
         studio.window.show()
-        studio.wait_until(lambda: len(desk.hive.robots) == 4)  # noqa: PLR2004  (the lab's fleet)
+        studio.wait_until(lambda: len(desk.hive.robots) == 4)
         stack.enter_context(_running(["hive", "run", SCENARIO], stdout=subprocess.DEVNULL))
         stack.enter_context(_running(["rosrun", "fleet_manager", "task_markers"]))
         studio.wait_until(lambda: _at_work(desk))
@@ -140,12 +140,12 @@ def main() -> None:
 def _at_work(desk: Desk) -> bool:
     """Return whether there is something to see: tasks in several states, robots under way."""
     states = [row.record.state for row in desk.hive.tasks.values()]
-    return states.count(TaskState.DONE) > 1 and states.count(TaskState.STARTED) > 2  # noqa: PLR2004
+    return states.count(TaskState.DONE) > 1 and states.count(TaskState.STARTED) > 2
 
 
 def _picture_windows(studio: Studio, desk: Desk) -> None:
     window = studio.window
-    assert window.entry  # noqa: S101  (it was made with one)
+    assert window.entry
     entry = window.entry
     entry.id_edit.setText("visit-1")  # none that the scenario has
     entry.goal_editors["A"].x_edit.setText("3.5")

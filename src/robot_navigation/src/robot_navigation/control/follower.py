@@ -8,32 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from robot_description.way import Way
-
-
-class Pose(NamedTuple):
-    """Where a base is: x, y [m] and yaw [rad], counter-clockwise from the x axis, frame map."""
-
-    x: float
-    y: float
-    yaw: float
-
-    def __str__(self) -> str:
-        return f"({self.x:.2f}, {self.y:.2f}, {self.yaw:.2f})"
-
-
-class Velocity(NamedTuple):
-    """How a base moves: vx forward, vy to the left [m/s], wz counter-clockwise [rad/s]."""
-
-    vx: float = 0.0
-    vy: float = 0.0
-    wz: float = 0.0
-
-
-STOP = Velocity()
+    from hive_common.pose import Pose, Velocity
+    from robot_navigation.planning.path import Way
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robot_description.way import angle_between
+from robot_navigation.planning.path import angle_between
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from robot_description.follower import Pose
-    from robot_description.right_of_way import Meeting
-    from robot_description.settings import Settings
+    from hive_common.pose import Pose
+    from robot_navigation.control.settings import Settings
+    from robot_navigation.traffic.right_of_way import Meeting
 
 NEARER = 0.1
 """A goal counts as nearer when this much less of the way is left [m]."""

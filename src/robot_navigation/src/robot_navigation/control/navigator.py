@@ -20,23 +20,29 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from robot_description.follower import Follower, Pose, Room, Velocity
-from robot_description.giving_way import GivingWay
-from robot_description.grid_map import Disc
-from robot_description.lookout import Lookout, Memory, Sight, points_seen, sort_points
-from robot_description.passing_place import other_robots
-from robot_description.planner import PlanError, plan_around
-from robot_description.pursuit import Errand, Outcome, Pursuit
-from robot_description.right_of_way import (
+from hive_common.grid_map import Disc
+from robot_navigation.control.follower import Follower, Room
+from robot_navigation.control.goal_tracker import Errand, Outcome, Pursuit
+from robot_navigation.control.obstacle_check import (
+    Lookout,
+    Memory,
+    Sight,
+    points_seen,
+    sort_points,
+)
+from robot_navigation.control.settings import Settings
+from robot_navigation.control.stuck_detector import Stillness
+from robot_navigation.planning.path import Way
+from robot_navigation.planning.planner import PlanError, plan_around
+from robot_navigation.traffic.giving_way import GivingWay
+from robot_navigation.traffic.passing_place import other_robots
+from robot_navigation.traffic.right_of_way import (
     CLAIM,
     Announcement,
     Meeting,
     claimed_stretch,
     meetings,
 )
-from robot_description.settings import Settings
-from robot_description.stillness import Stillness
-from robot_description.way import Way
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -44,9 +50,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from robot_description.grid_map import ClearanceField
+    from hive_common.grid_map import ClearanceField
+    from hive_common.pose import Pose, Velocity
     from robot_description.models import RobotModel
-    from robot_description.planner import Planner
+    from robot_navigation.planning.planner import Planner
 
     Array = NDArray[np.float64]
 

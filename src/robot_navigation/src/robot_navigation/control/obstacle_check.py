@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.grid_map import Disc
+from hive_common.grid_map import Disc
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from robot_description.follower import Pose
-    from robot_description.grid_map import ClearanceField
+    from hive_common.grid_map import ClearanceField
+    from hive_common.pose import Pose
     from robot_description.models import Base, Laser
-    from robot_description.way import Way
+    from robot_navigation.planning.path import Way
 
     Array = NDArray[np.float64]
 

@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import STOP, Pose, Room, Velocity
-from robot_description.way import Way, angle_between
+from hive_common.pose import STOP, Pose, Velocity
+from robot_navigation.planning.path import Way, angle_between
 
 if TYPE_CHECKING:
     from robot_description.models import Base
+    from robot_navigation.control.follower import Room
 
 
 @dataclass(frozen=True)

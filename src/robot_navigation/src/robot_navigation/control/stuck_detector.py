@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from robot_description.way import angle_between
+from robot_navigation.planning.path import angle_between
 
 if TYPE_CHECKING:
-    from robot_description.follower import Pose
+    from hive_common.pose import Pose
 
 DISTANCE = 0.05
 """Moving less than this is standing still [m]."""

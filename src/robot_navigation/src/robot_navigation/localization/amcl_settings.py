@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.errors import RobotDescriptionError
-from robot_description.follower import Pose
+from hive_common.errors import HiveError
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,7 +27,7 @@ MAY_BE_ZERO = SHARES | {
 ANY_NUMBER = frozenset({"initial_pose_x", "initial_pose_y", "initial_pose_a"})
 
 
-class SettingError(RobotDescriptionError):
+class SettingError(HiveError):
     """A setting has a value that is not allowed; the text names it and what is."""
 
 

@@ -21,8 +21,8 @@ from scipy import ndimage
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from robot_description.amcl_settings import AmclSettings
     from robot_description.models import Laser
+    from robot_navigation.localization.amcl_settings import AmclSettings
 
     Array = NDArray[np.float64]
 
@@ -121,7 +121,7 @@ class LikelihoodField:
         self.free = cells == 0
         self.resolution = resolution
         self.origin = origin
-        occupied = cells > 50  # noqa: PLR2004  (more likely occupied than not)
+        occupied = cells > 50
         farthest = settings.laser_likelihood_max_dist
         distance = np.full(cells.shape, farthest)
         if occupied.any():

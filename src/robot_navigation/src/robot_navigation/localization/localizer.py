@@ -10,16 +10,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from robot_description.poses import between, compose, inverse
+from hive_common.pose import between, compose, inverse
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from robot_description.amcl_settings import AmclSettings
-    from robot_description.follower import Pose
-    from robot_description.likelihood_field import BeamChooser
-    from robot_description.particle_filter import Estimate, ParticleFilter
+    from hive_common.pose import Pose
+    from robot_navigation.localization.amcl_settings import AmclSettings
+    from robot_navigation.localization.likelihood_field import BeamChooser
+    from robot_navigation.localization.particle_filter import Estimate, ParticleFilter
 
     Array = NDArray[np.float64]
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from robot_description.poses import blend
+from hive_common.pose import blend
 
 if TYPE_CHECKING:
-    from robot_description.follower import Pose
+    from hive_common.pose import Pose
 
 KEPT = 100
 """How many readings are kept: 5 s at 20 Hz."""

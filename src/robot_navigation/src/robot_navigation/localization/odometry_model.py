@@ -16,8 +16,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from robot_description.amcl_settings import AmclSettings
-    from robot_description.follower import Pose
+    from hive_common.pose import Pose
+    from robot_navigation.localization.amcl_settings import AmclSettings
 
     Array = NDArray[np.float64]
 

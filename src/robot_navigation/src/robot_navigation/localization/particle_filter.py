@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import Pose
-from robot_description.odometry_model import spread
+from hive_common.pose import Pose
+from robot_navigation.localization.odometry_model import spread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from robot_description.amcl_settings import AmclSettings
-    from robot_description.likelihood_field import Beams, LikelihoodField
+    from robot_navigation.localization.amcl_settings import AmclSettings
+    from robot_navigation.localization.likelihood_field import Beams, LikelihoodField
 
     Array = NDArray[np.float64]
 

@@ -13,14 +13,14 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
-from simenv.map_file import FREE, UNKNOWN
+from hive_common.map_file import FREE, UNKNOWN
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from robot_description.follower import Pose
-    from simenv.geometry import Array
-    from simenv.map_file import GridMap
+    from hive_common.geometry import Array
+    from hive_common.map_file import GridMap
+    from hive_common.pose import Pose
 
 SPARE = 0.08
 """The way keeps so far from things, besides the robot's own radius [m]."""

@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import Pose
-from robot_description.poses import between, compose, inverse
-from simenv.refinement import Sighting, refined
-from simenv.scan_matcher import ScanMatcher
-from simenv.surfaces import Surfaces
+from hive_common.pose import Pose, between, compose, inverse
+from robot_navigation.mapping.refinement import Sighting, refined
+from robot_navigation.mapping.scan_matcher import ScanMatcher
+from robot_navigation.mapping.surfaces import Surfaces
 
 if TYPE_CHECKING:
+    from hive_common.geometry import Array
     from robot_description.models import Laser
-    from simenv.geometry import Array
-    from simenv.occupancy import OccupancyGrid
-    from simenv.surfaces import Surface
+    from robot_navigation.mapping.occupancy import OccupancyGrid
+    from robot_navigation.mapping.surfaces import Surface
 
 FAR_ENOUGH = 0.1
 """A scan is taken in once the robot has moved so far since the last one [m] ..."""

@@ -6,9 +6,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from robot_description.follower import Pose
-from simenv.errors import ParameterError
-from simenv.map_file import MOST_CELLS
+from hive_common.errors import ParameterError
+from hive_common.map_file import MOST_CELLS
+from hive_common.pose import Pose
 
 ABOVE_ZERO = frozenset({"delta", "maxUrange", "map_update_interval"})
 """Settings that have to be above 0."""
@@ -47,9 +47,9 @@ class MapperSettings:
     ymin: float = -5.0
     xmax: float = 5.0
     ymax: float = 5.0
-    maxUrange: float = 80.0  # noqa: N815  (gmapping's name)
-    linearUpdate: float = 0.1  # noqa: N815  (gmapping's name)
-    angularUpdate: float = 0.1  # noqa: N815  (gmapping's name)
+    maxUrange: float = 80.0
+    linearUpdate: float = 0.1
+    angularUpdate: float = 0.1
     map_update_interval: float = 2.0
     tf_delay: float = 0.1
     initial_pose_x: float = 0.0

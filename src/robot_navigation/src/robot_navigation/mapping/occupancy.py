@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import Pose
-from simenv.map_file import FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
+from hive_common.map_file import FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from simenv.geometry import Array
+    from hive_common.geometry import Array
 
 MISS = -0.4
 """What a beam that passes says of a cell, as log odds."""

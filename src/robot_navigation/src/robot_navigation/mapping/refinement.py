@@ -22,15 +22,14 @@ import numpy as np
 from scipy import sparse, spatial
 from scipy.sparse import linalg
 
-from robot_description.follower import Pose
-from robot_description.poses import between
-from simenv.scan_matcher import NOISE, OUTLIER
+from hive_common.pose import Pose, between
+from robot_navigation.mapping.scan_matcher import NOISE, OUTLIER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from simenv.geometry import Array, Indices
-    from simenv.surfaces import Surface
+    from hive_common.geometry import Array, Indices
+    from robot_navigation.mapping.surfaces import Surface
 
 APART = 2.0
 """Sightings are fitted to each other that were made no farther from each other [m]."""

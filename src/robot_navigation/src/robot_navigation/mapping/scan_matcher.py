@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import Pose
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
-    from simenv.geometry import Array
-    from simenv.surfaces import Surfaces
+    from hive_common.geometry import Array
+    from robot_navigation.mapping.surfaces import Surfaces
 
 NEAREST = (0.3, 0.3, 0.2, 0.1)
 """A beam that ends farther from anything known is about something new [m], in the first rounds and

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import spatial
 
 if TYPE_CHECKING:
-    from simenv.geometry import Array
+    from hive_common.geometry import Array
 
 NEIGHBOURS = 6
 """A surface's direction is that of so many points, itself included."""

@@ -17,15 +17,15 @@ import numpy as np
 from ompl import base, geometric, util
 from scipy import ndimage
 
-from robot_description.grid_map import ClearanceField
-from robot_description.planner import PlanError
-from robot_description.roadmap import Roadmap
+from hive_common.grid_map import ClearanceField
+from robot_navigation.planning.planner import PlanError
+from robot_navigation.planning.roadmap import Roadmap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from robot_description.grid_map import Disc, GridMap
+    from hive_common.grid_map import Disc, GridMap
 
 Point = tuple[float, float]
 
@@ -205,15 +205,15 @@ class _Problem:
         points = [(state[0], state[1]) for state in path.getStates()]
         return [start, *points[1:-1], goal]
 
-    def _path(self, points: list[Point]) -> Any:  # noqa: ANN401  (OMPL ships no types)
+    def _path(self, points: list[Point]) -> Any:
         return geometric.PathGeometric(self._information, [self._state(point) for point in points])
 
-    def _state(self, point: Point) -> Any:  # noqa: ANN401  (OMPL ships no types)
+    def _state(self, point: Point) -> Any:
         state = self._space.allocState()
         state[0], state[1] = point
         return state
 
-    def _search(self, start: Point, goal: Point) -> Any:  # noqa: ANN401  (OMPL ships no types)
+    def _search(self, start: Point, goal: Point) -> Any:
         """Search with RRTConnect."""
         problem = base.ProblemDefinition(self._information)
         problem.setStartAndGoalStates(self._state(start), self._state(goal))
@@ -236,11 +236,11 @@ class _Problem:
 class _Motions(base.MotionValidator):  # type: ignore[misc]  # OMPL ships no types
     """Checks straight motions in strides as long as the clearance allows."""
 
-    def __init__(self, information: Any, field: ClearanceField, need: float) -> None:  # noqa: ANN401  (OMPL ships no types)
+    def __init__(self, information: Any, field: ClearanceField, need: float) -> None:
         super().__init__(information)
         self._field = field
         self._need = need
 
-    def checkMotion(self, a: Any, b: Any) -> bool:  # noqa: ANN401, N802  (OMPL's name and types)
+    def checkMotion(self, a: Any, b: Any) -> bool:
         """Return whether the robot can go straight from a to b."""
         return self._field.line_is_clear((a[0], a[1]), (b[0], b[1]), self._need)

@@ -5,17 +5,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from robot_description.errors import RobotDescriptionError
+from hive_common.errors import HiveError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from robot_description.grid_map import Disc
+    from hive_common.grid_map import Disc
 
 Point = tuple[float, float]
 
 
-class PlanError(RobotDescriptionError):
+class PlanError(HiveError):
     """There is no plan; the text says why, with the values, and what to do.
 
     Attributes:

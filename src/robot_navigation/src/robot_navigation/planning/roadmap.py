@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from robot_description.grid_map import ClearanceField, Disc
+    from hive_common.grid_map import ClearanceField, Disc
 
     Array = NDArray[np.float64]
 

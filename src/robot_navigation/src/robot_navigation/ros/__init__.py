@@ -1,1 +1,1 @@
-"""The only modules of this package that import rospy."""
+"""The nodes of this package. The only modules of it that import rospy."""

@@ -15,12 +15,8 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from robot_description.errors import RobotDescriptionError
-from robot_description.likelihood_field import BeamChooser, LikelihoodField
-from robot_description.localizer import Localizer
-from robot_description.odometry_history import OdometryHistory
-from robot_description.particle_filter import ParticleFilter
-from robot_description.ros.conversions import (
+from hive_common.errors import HiveError
+from hive_common.ros.conversions import (
     cells_from_msg,
     covariance_from_msg,
     covariance_to_msg,
@@ -28,18 +24,22 @@ from robot_description.ros.conversions import (
     pose_from_msg,
     transform_to_msg,
 )
-from robot_description.ros.inbox import Inbox
-from robot_description.ros.links import mend_links
-from robot_description.ros.map_topic import wait_for_map
-from robot_description.ros.params import hive_and_robot, read_amcl_settings, read_model
+from hive_common.ros.inbox import Inbox
+from hive_common.ros.links import mend_links
+from robot_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
+from robot_navigation.localization.localizer import Localizer
+from robot_navigation.localization.odometry_history import OdometryHistory
+from robot_navigation.localization.particle_filter import ParticleFilter
+from robot_navigation.ros.map_topic import wait_for_map
+from robot_navigation.ros.params import hive_and_robot, read_amcl_settings, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from nav_msgs.msg import OccupancyGrid
 
-    from robot_description.amcl_settings import AmclSettings
     from robot_description.models import RobotModel
+    from robot_navigation.localization.amcl_settings import AmclSettings
 
 MAP_FRAME = "map"
 
@@ -177,7 +177,7 @@ def main() -> None:
         hive, name = hive_and_robot()
         model = read_model()
         node = Amcl(name, model, read_amcl_settings(model), wait_for_map(f"{hive}map"))
-    except RobotDescriptionError as error:
+    except HiveError as error:
         rospy.logfatal(str(error))
         sys.exit(1)
     except rospy.ROSInterruptException:

@@ -15,22 +15,20 @@ from rospy.numpy_msg import numpy_msg
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from robot_description.errors import RobotDescriptionError
-from robot_description.poses import compose
-from robot_description.ros.conversions import pose_from_msg, pose_from_transform
-from robot_description.ros.inbox import Inbox
-from robot_description.ros.links import mend_links
-from robot_description.ros.params import hive_and_robot, read_model
-from simenv.errors import SimenvError
-from simenv.explorer import Explorer
-from simenv.overdue import Overdue
-from simenv.ros.conversions import map_from_msg
+from hive_common.errors import HiveError
+from hive_common.pose import compose
+from hive_common.ros.conversions import map_from_msg, pose_from_msg, pose_from_transform
+from hive_common.ros.inbox import Inbox
+from hive_common.ros.links import mend_links
+from robot_navigation.mapping.explorer import Explorer
+from robot_navigation.mapping.overdue import Overdue
+from robot_navigation.ros.params import hive_and_robot, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from robot_description.follower import Pose
-    from simenv.map_file import GridMap
+    from hive_common.map_file import GridMap
+    from hive_common.pose import Pose
 
 STEER_PERIOD = 0.1
 """Between two commands [s]."""
@@ -131,7 +129,7 @@ class ExplorerNode:
     def _learn(self, msg: OccupancyGrid) -> None:
         try:
             self._chart, self._is_new = map_from_msg(msg), True
-        except SimenvError as error:
+        except HiveError as error:
             rospy.logwarn_throttle_identical(10, f"a map is ignored: {error}")
 
     def _drive(self, msg: Odometry) -> None:
@@ -189,7 +187,7 @@ def main() -> int:
     try:
         hive, name = hive_and_robot()
         base = read_model().base
-    except RobotDescriptionError as error:
+    except HiveError as error:
         rospy.logfatal(str(error))
         return 1
     node = ExplorerNode(hive, name, Explorer(base.circumscribed_radius, base.max_speed))

@@ -11,10 +11,11 @@ import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
-from robot_description.poses import compose, inverse
-from robot_description.ros.conversions import pose_from_msg, transform_to_msg
-from robot_description.ros.links import mend_links
-from robot_description.ros.params import ParameterError, hive_and_robot
+from hive_common.errors import ParameterError
+from hive_common.pose import compose, inverse
+from hive_common.ros.conversions import pose_from_msg, transform_to_msg
+from hive_common.ros.links import mend_links
+from robot_navigation.ros.params import hive_and_robot
 
 _TRANSFORM_PERIOD = 0.1
 _POSE_PERIOD = 0.2

@@ -14,9 +14,9 @@ import rospy
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
-from simenv.errors import MapError, SimenvError
-from simenv.map_file import FORMATS, FREE, OCCUPIED, UNKNOWN, decided, save_map
-from simenv.ros.conversions import map_from_msg
+from hive_common.errors import HiveError, MapError
+from hive_common.map_file import FORMATS, FREE, OCCUPIED, UNKNOWN, decided, save_map
+from hive_common.ros.conversions import map_from_msg
 
 
 def main() -> int:
@@ -27,7 +27,7 @@ def main() -> int:
         told = _save(given)
     except rospy.ROSInterruptException:
         return 1
-    except SimenvError as error:
+    except HiveError as error:
         rospy.logfatal(str(error))
         return 1
     rospy.loginfo(told)

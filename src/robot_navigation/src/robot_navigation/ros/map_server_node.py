@@ -17,11 +17,10 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse
 from std_msgs.msg import Header
 
-from robot_description.errors import RobotDescriptionError
-from simenv.errors import SimenvError
-from simenv.map_file import load_map
-from simenv.ros.conversions import map_msg
-from simenv.ros.params import text
+from hive_common.errors import HiveError
+from hive_common.map_file import load_map
+from hive_common.ros.conversions import map_msg
+from hive_common.ros.params import text
 
 
 def main() -> int:
@@ -31,7 +30,7 @@ def main() -> int:
         name = text("map", default="lab")
         frame = text("frame_id", default="map")
         grid = load_map(name)
-    except (SimenvError, RobotDescriptionError) as error:
+    except HiveError as error:
         rospy.logfatal(str(error))
         return 1
     message = map_msg(Header(stamp=rospy.Time.now(), frame_id=frame), grid)

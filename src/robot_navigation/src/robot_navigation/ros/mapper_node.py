@@ -17,24 +17,21 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
-from robot_description.errors import RobotDescriptionError
-from robot_description.follower import Pose
-from robot_description.odometry_history import OdometryHistory
-from robot_description.ros.conversions import pose_from_msg, transform_to_msg
-from robot_description.ros.inbox import Inbox
-from robot_description.ros.links import mend_links
-from robot_description.ros.params import hive_and_robot, read_model
-from simenv import occupancy
-from simenv.errors import SimenvError
-from simenv.mapper import Beams, Mapper
-from simenv.overdue import Overdue
-from simenv.ros.conversions import map_msg
-from simenv.ros.params import mapper_settings
+from hive_common.errors import HiveError
+from hive_common.pose import Pose
+from hive_common.ros.conversions import map_msg, pose_from_msg, transform_to_msg
+from hive_common.ros.inbox import Inbox
+from hive_common.ros.links import mend_links
+from robot_navigation.localization.odometry_history import OdometryHistory
+from robot_navigation.mapping import occupancy
+from robot_navigation.mapping.mapper import Beams, Mapper
+from robot_navigation.mapping.overdue import Overdue
+from robot_navigation.ros.params import hive_and_robot, mapper_settings, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from simenv.mapper_settings import MapperSettings
+    from robot_navigation.mapping.mapper_settings import MapperSettings
 
 MAP_FRAME = "map"
 
@@ -159,7 +156,7 @@ class MapperNode:
 
     def _draw(self, odometry: Pose, scan: LaserScan) -> None:
         mapper, self._stamp = self._mapper, scan.header.stamp
-        assert mapper is not None  # noqa: S101  (_begin was there)
+        assert mapper is not None
         mapper.see(odometry, np.asarray(scan.ranges, dtype=np.float64))
         ahead = rospy.Duration.from_sec(self._settings.tf_delay)
         self._broadcaster.sendTransform(
@@ -206,7 +203,7 @@ def main() -> int:
     try:
         hive, name = hive_and_robot()
         node = MapperNode(hive, name, Pose(*read_model().laser.pose), mapper_settings())
-    except (SimenvError, RobotDescriptionError) as error:
+    except HiveError as error:
         rospy.logfatal(str(error))
         return 1
     node.start()

@@ -18,32 +18,31 @@ from move_base_msgs.msg import (
 )
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan, GetPlanResponse
-
-from robot_description.follower import STOP
 from robot_description.msg import Traffic
-from robot_description.navigator import Navigator
-from robot_description.planner import PlanError
-from robot_description.poses import compose
-from robot_description.pursuit_follower import PursuitFollower
-from robot_description.ros.conversions import (
+
+from hive_common.pose import STOP, compose
+from hive_common.ros.conversions import (
     path_to_msg,
     pose_from_msg,
     pose_to_msg,
-    traffic_to_msg,
     twist_from,
 )
-from robot_description.ros.inbox import Inbox
-from robot_description.ros.senses import Senses
+from hive_common.ros.inbox import Inbox
+from robot_navigation.control.navigator import Navigator
+from robot_navigation.control.pursuit_follower import PursuitFollower
+from robot_navigation.planning.planner import PlanError
+from robot_navigation.ros.conversions import traffic_to_msg
+from robot_navigation.ros.senses import Senses
 
 if TYPE_CHECKING:
     from nav_msgs.srv import GetPlanRequest
 
-    from robot_description.follower import Pose, Velocity
-    from robot_description.ompl_planner import OmplPlanner
-    from robot_description.pursuit import Outcome
-    from robot_description.right_of_way import Announcement
-    from robot_description.ros.params import MoveBaseParams
-    from robot_description.way import Way
+    from hive_common.pose import Pose, Velocity
+    from robot_navigation.control.goal_tracker import Outcome
+    from robot_navigation.planning.ompl_planner import OmplPlanner
+    from robot_navigation.planning.path import Way
+    from robot_navigation.ros.params import MoveBaseParams
+    from robot_navigation.traffic.right_of_way import Announcement
 
 _MAP_FRAME = "map"
 

@@ -7,13 +7,13 @@ import sys
 
 import rospy
 
-from robot_description.errors import RobotDescriptionError
-from robot_description.ompl_planner import OmplPlanner
-from robot_description.ros.conversions import grid_from_msg
-from robot_description.ros.links import mend_links
-from robot_description.ros.map_topic import wait_for_map
-from robot_description.ros.move_base import MoveBase
-from robot_description.ros.params import hive_and_robot, read_move_base_params
+from hive_common.errors import HiveError
+from hive_common.ros.conversions import grid_from_msg
+from hive_common.ros.links import mend_links
+from robot_navigation.planning.ompl_planner import OmplPlanner
+from robot_navigation.ros.map_topic import wait_for_map
+from robot_navigation.ros.move_base import MoveBase
+from robot_navigation.ros.params import hive_and_robot, read_move_base_params
 
 
 def main() -> None:
@@ -25,7 +25,7 @@ def main() -> None:
         params = read_move_base_params()
         grid = grid_from_msg(wait_for_map(f"{hive}map"))
         planner = OmplPlanner(grid, params.model.base.circumscribed_radius)
-    except RobotDescriptionError as error:
+    except HiveError as error:
         rospy.logfatal(str(error))
         sys.exit(1)
     except rospy.ROSInterruptException:

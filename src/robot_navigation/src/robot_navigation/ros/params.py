@@ -9,13 +9,16 @@ from typing import Any
 
 import rospy
 
-from robot_description.amcl_settings import AmclSettings
-from robot_description.errors import RobotDescriptionError
+from hive_common.errors import ParameterError
+from hive_common.ros.params import number
 from robot_description.model_schema import SCHEMA
 from robot_description.models import RobotModel, model_from_dict
-from robot_description.settings import Settings
+from robot_navigation.control.settings import Settings
+from robot_navigation.localization.amcl_settings import AmclSettings
+from robot_navigation.mapping.mapper_settings import WITHOUT_EFFECT as MAPPER_WITHOUT_EFFECT
+from robot_navigation.mapping.mapper_settings import MapperSettings
 
-WITHOUT_EFFECT = frozenset({
+AMCL_WITHOUT_EFFECT = frozenset({
     "base_frame_id", "do_beamskip", "beam_skip_distance", "beam_skip_error_threshold",
     "beam_skip_threshold", "first_map_only", "global_frame_id", "gui_publish_rate",
     "laser_lambda_short", "laser_max_range", "laser_min_range", "laser_model_type",
@@ -23,10 +26,6 @@ WITHOUT_EFFECT = frozenset({
     "tf_broadcast", "use_map_topic", "bond_enabled",
 })  # fmt: skip
 """Parameters of ROS's amcl that a file may hold, and that change nothing here."""
-
-
-class ParameterError(RobotDescriptionError):
-    """A parameter is missing or has a value that is not allowed; the text names it and what is."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ def read_amcl_settings(model: RobotModel) -> AmclSettings:
     kinds = {field.name: type(field.default) for field in fields(AmclSettings)}
     chosen: dict[str, Any] = {"odom_model_type": "omni" if model.base.holonomic else "diff"}
     for name, value in rospy.get_param(rospy.get_name(), {}).items():
-        if name in WITHOUT_EFFECT:
+        if name in AMCL_WITHOUT_EFFECT:
             rospy.logwarn(f"{rospy.get_name()}/{name} has no effect here; see config/amcl.yaml")
         elif name not in kinds:
             allowed = ", ".join(sorted(kinds))
@@ -139,3 +138,23 @@ def read_model() -> RobotModel:
             "load a robot model with roslaunch robot_description description.launch"
         )
     return model_from_dict(content)
+
+
+def mapper_settings() -> MapperSettings:
+    """Read the mapper's parameters, which have the names that gmapping has for them.
+
+    Raises:
+        ParameterError: One is unknown, or not what it must be.
+    """
+    names = {field.name for field in fields(MapperSettings)}
+    chosen: dict[str, float] = {}
+    for name in rospy.get_param(rospy.get_name(), {}):
+        if name in MAPPER_WITHOUT_EFFECT:
+            rospy.logwarn(f"{rospy.get_name()}/{name} has no effect here; see config/mapper.yaml")
+        elif name not in names:
+            raise ParameterError(
+                f"parameter ~{name} is unknown; allowed: {', '.join(sorted(names))}"
+            )
+        else:
+            chosen[name] = number(name, least=-1e6, most=1e6)
+    return MapperSettings(**chosen)

@@ -9,18 +9,19 @@ import numpy as np
 import rospy
 import tf2_ros
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from robot_description.msg import Traffic
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 
-from robot_description.msg import Traffic
-from robot_description.ros.conversions import pose_from_transform, traffic_from_msg
+from hive_common.ros.conversions import pose_from_transform
+from robot_navigation.ros.conversions import traffic_from_msg
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from robot_description.follower import Pose
-    from robot_description.right_of_way import Announcement
-    from robot_description.ros.inbox import Inbox
+    from hive_common.pose import Pose
+    from hive_common.ros.inbox import Inbox
+    from robot_navigation.traffic.right_of_way import Announcement
 
 _AT_WORK = {GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING}
 

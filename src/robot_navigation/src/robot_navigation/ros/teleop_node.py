@@ -21,11 +21,11 @@ from typing import TYPE_CHECKING
 import rospy
 from geometry_msgs.msg import Twist
 
-from robot_description.errors import RobotDescriptionError
-from robot_description.follower import Velocity
-from robot_description.ros.conversions import twist_from
-from robot_description.ros.params import hive_and_robot, read_model
-from simenv.teleop import HELP, Limits, Teleop
+from hive_common.errors import HiveError
+from hive_common.pose import Velocity
+from hive_common.ros.conversions import twist_from
+from robot_navigation.mapping.teleop import HELP, Limits, Teleop
+from robot_navigation.ros.params import hive_and_robot, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,7 +42,7 @@ def main() -> int:
     try:
         _, name = hive_and_robot()
         base = read_model().base
-    except RobotDescriptionError as error:
+    except HiveError as error:
         rospy.logfatal(str(error))
         return 1
     if not sys.stdin.isatty():

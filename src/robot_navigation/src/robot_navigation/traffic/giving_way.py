@@ -6,15 +6,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from robot_description.passing_place import way_aside
-from robot_description.right_of_way import Right, no_right
+from robot_navigation.traffic.passing_place import way_aside
+from robot_navigation.traffic.right_of_way import Right, no_right
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from robot_description.grid_map import ClearanceField
-    from robot_description.planner import Planner
-    from robot_description.right_of_way import Announcement, Meeting
+    from hive_common.grid_map import ClearanceField
+    from robot_navigation.planning.planner import Planner
+    from robot_navigation.traffic.right_of_way import Announcement, Meeting
 
 Point = tuple[float, float]
 

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.grid_map import Disc
-from robot_description.planner import PlanError
-from robot_description.right_of_way import LEAST_GAP, keep_apart, meetings
-from robot_description.way import Way
+from hive_common.grid_map import Disc
+from robot_navigation.planning.path import Way
+from robot_navigation.planning.planner import PlanError
+from robot_navigation.traffic.right_of_way import LEAST_GAP, keep_apart, meetings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from robot_description.grid_map import ClearanceField
-    from robot_description.planner import Planner
-    from robot_description.right_of_way import Announcement
+    from hive_common.grid_map import ClearanceField
+    from robot_navigation.planning.planner import Planner
+    from robot_navigation.traffic.right_of_way import Announcement
 
     Array = NDArray[np.float64]
 

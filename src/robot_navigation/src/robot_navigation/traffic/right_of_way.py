@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robot_description.way import sampled
+from robot_navigation.planning.path import sampled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

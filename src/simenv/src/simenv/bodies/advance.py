@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robot_description.follower import Pose
-from simenv.clearance import Clearance
-from simenv.footprints import Footprints
-from simenv.surroundings import Near
+from hive_common.pose import Pose
+from simenv.bodies.clearance import Clearance
+from simenv.bodies.footprints import Footprints
+from simenv.world.surroundings import Near
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from simenv.geometry import Array, Indices
-    from simenv.surroundings import Surroundings
+    from hive_common.geometry import Array, Indices
+    from simenv.world.surroundings import Surroundings
 
 CLOSE = 1 / 64
 """A step that is cut short ends within this share of its length before the contact."""

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import Pose
+from hive_common.pose import Pose
+from simenv.bodies.motion import accelerated, changes_of, limits_of, moved, within_limits
+from simenv.bodies.wheels import Wheels
 from simenv.errors import CommandError
-from simenv.motion import accelerated, changes_of, limits_of, moved, within_limits
-from simenv.wheels import Wheels
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from hive_common.geometry import Array
     from robot_description.models import RobotModel
-    from simenv.contact import Contacts
-    from simenv.geometry import Array
-    from simenv.noise import Noise
+    from simenv.bodies.contact import Contacts
+    from simenv.sensors.noise import Noise
 
 COMMAND_TIMEOUT = 0.5
 """A base that is told nothing for so long stops [s]."""

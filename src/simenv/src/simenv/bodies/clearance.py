@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simenv.geometry import distances
+from hive_common.geometry import distances
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from simenv.geometry import Array, Indices
-    from simenv.surroundings import Surroundings
+    from hive_common.geometry import Array, Indices
+    from simenv.world.surroundings import Surroundings
 
 REACH = 2.0
 """Nothing is sought farther from the middle of a robot [m]."""

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simenv.advance import Advance
-from simenv.footprints import Footprints
+from simenv.bodies.advance import Advance
+from simenv.bodies.footprints import Footprints
 
 if TYPE_CHECKING:
-    from robot_description.follower import Pose
-    from simenv.geometry import Array, Footprint
-    from simenv.surroundings import Surroundings
+    from hive_common.geometry import Array, Footprint
+    from hive_common.pose import Pose
+    from simenv.world.surroundings import Surroundings
 
 WALL = ""
 """Stands for the walls where a robot's name would stand."""

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simenv.geometry import cos_and_sin, pass_through
+from hive_common.geometry import cos_and_sin, pass_through
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from simenv.geometry import Array, Footprint, Indices
+    from hive_common.geometry import Array, Footprint, Indices
 
 
 class Footprints:

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simenv.geometry import cos_and_sin
+from hive_common.geometry import cos_and_sin
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hive_common.geometry import Array
     from robot_description.models import RobotModel
-    from simenv.geometry import Array
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from robot_description.follower import Pose
+    from hive_common.pose import Pose
     from robot_description.models import RobotModel
-    from simenv.world import Station
+    from simenv.world.world import Station
 
 STILL = 0.02
 """How far the base may drift while the arm is at work [m], and turn [rad]."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from simenv.geometry import Array, Indices
-    from simenv.noise import Noise
+    from hive_common.geometry import Array, Indices
+    from simenv.sensors.noise import Noise
 
 BLOCK = 64
 """Chance is drawn for so many steps of a robot at once; the numbers are the same one by one."""

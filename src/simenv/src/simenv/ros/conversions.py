@@ -3,35 +3,27 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import nav_msgs.msg
 import rospy
 import sensor_msgs.msg
-from geometry_msgs.msg import Quaternion, TransformStamped
+from geometry_msgs.msg import TransformStamped
 
-from robot_description.follower import Pose
-from robot_description.ros.conversions import cells_from_msg, pose_from_msg
-from simenv.errors import MapError
-from simenv.map_file import GridMap
+from hive_common.pose import Pose
+from hive_common.ros.conversions import quaternion_of
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import Pose2D
     from std_msgs.msg import Header
 
+    from hive_common.geometry import Array
     from robot_description.models import Laser
-    from simenv.geometry import Array
 
 
 def stamp_of(nanoseconds: int) -> rospy.Time:
     """Return a simulated time [ns] as a stamp."""
     return rospy.Time(*divmod(nanoseconds, 1_000_000_000))
-
-
-def quaternion_of(yaw: float) -> Quaternion:
-    """Return a turn about the z axis [rad]."""
-    return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
 def pose_from(message: Pose2D) -> Pose:
@@ -89,35 +81,3 @@ def scan_msg(
         range_max=laser.range_max,
         ranges=distances.tolist(),
     )
-
-
-def map_msg(header: Header, grid: GridMap) -> nav_msgs.msg.OccupancyGrid:
-    """Return a map as a message; `header` says its frame and when it was loaded."""
-    message = nav_msgs.msg.OccupancyGrid(header=header)
-    message.info.map_load_time = header.stamp
-    message.info.resolution = grid.resolution
-    message.info.height, message.info.width = grid.cells.shape
-    message.info.origin.position.x = grid.origin.x
-    message.info.origin.position.y = grid.origin.y
-    message.info.origin.orientation = quaternion_of(grid.origin.yaw)
-    message.data = grid.cells.ravel().tolist()
-    return message
-
-
-def map_from_msg(message: nav_msgs.msg.OccupancyGrid) -> GridMap:
-    """Return the map that a message holds.
-
-    Raises:
-        MapError: It holds none.
-    """
-    info = message.info
-    if not (info.resolution > 0 and 0 < info.width * info.height == len(message.data)):
-        raise MapError(
-            f"the message holds {len(message.data)} cells, {info.width} x {info.height} of "
-            f"{info.resolution:g} m; allowed: width x height cells of more than 0 m"
-        )
-    try:
-        origin = pose_from_msg(info.origin)
-    except ValueError as error:
-        raise MapError(f"the map's origin: {error}") from None
-    return GridMap(cells_from_msg(message), info.resolution, origin)

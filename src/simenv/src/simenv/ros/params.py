@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields, replace
 
 import rospy
 
-from robot_description.follower import Pose
-from simenv.errors import ParameterError
-from simenv.mapper_settings import WITHOUT_EFFECT, MapperSettings
-from simenv.noise import Noise
+from hive_common.pose import Pose
+from hive_common.ros.params import number, text, whole_number
+from simenv.sensors.noise import Noise
 
 LEAST_RTF, MOST_RTF = 0.01, 100.0
 """Between these a real-time factor is taken."""
@@ -90,52 +88,3 @@ def spawn_params() -> SpawnParams:
         pose=Pose(x, y, yaw),
         timeout=number("timeout", least=0.1, most=3600.0, default=60.0),
     )
-
-
-def mapper_settings() -> MapperSettings:
-    """Read the mapper's parameters, which have the names that gmapping has for them.
-
-    Raises:
-        ParameterError: One is unknown, or not what it must be.
-    """
-    names = {field.name for field in fields(MapperSettings)}
-    chosen: dict[str, float] = {}
-    for name in rospy.get_param(rospy.get_name(), {}):
-        if name in WITHOUT_EFFECT:
-            rospy.logwarn(f"{rospy.get_name()}/{name} has no effect here; see config/mapper.yaml")
-        elif name not in names:
-            raise ParameterError(
-                f"parameter ~{name} is unknown; allowed: {', '.join(sorted(names))}"
-            )
-        else:
-            chosen[name] = number(name, least=-1e6, most=1e6)
-    return MapperSettings(**chosen)
-
-
-def text(name: str, default: str | None = None) -> str:
-    """Return a private parameter that is a text; without a default it must be there."""
-    value = str(rospy.get_param(f"~{name}", "" if default is None else default))
-    if not value:
-        raise ParameterError(f"parameter ~{name} is missing; give it as _{name}:=...")
-    return value
-
-
-def number(name: str, *, least: float, most: float, default: float | None = None) -> float:
-    """Return a private parameter that is a number; without a default it must be there."""
-    value = rospy.get_param(f"~{name}", default)
-    if value is None:
-        raise ParameterError(f"parameter ~{name} is missing; give it as _{name}:=...")
-    good = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not (good and least <= value <= most):
-        raise ParameterError(
-            f"parameter ~{name}: {value}; allowed: a number from {least:g} to {most:g}"
-        )
-    return float(value)
-
-
-def whole_number(name: str, *, least: int, most: int, default: int) -> int:
-    """Return a private parameter that is a whole number."""
-    value = number(name, least=least, most=most, default=default)
-    if value != int(value):
-        raise ParameterError(f"parameter ~{name}: {value}; allowed: a whole number")
-    return int(value)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import actionlib
 from blackboard.msg import PickAction, PickFeedback, PickResult
 
+from simenv.bodies.pick import Act, Order, Outcome
 from simenv.errors import CommandError
-from simenv.pick import Act, Order, Outcome
 
 if TYPE_CHECKING:
-    from robot_description.ros.inbox import Inbox
+    from hive_common.ros.inbox import Inbox
     from simenv.simulation import Simulation
 
 

@@ -20,7 +20,7 @@ from simenv.simulation import STEP
 if TYPE_CHECKING:
     from geometry_msgs.msg import TransformStamped
 
-    from robot_description.ros.inbox import Inbox
+    from hive_common.ros.inbox import Inbox
     from simenv.simulation import Simulation
 
 ODOMETRY_RATE = 20.0

@@ -18,9 +18,9 @@ import rospkg
 import rospy
 from nav_msgs.msg import MapMetaData
 
-from robot_description.follower import Pose
+from hive_common.pose import Pose
+from hive_common.ros.params import number, text
 from simenv.errors import SimenvError
-from simenv.ros.params import number, text
 from simenv.rviz_view import fitted
 
 
@@ -37,7 +37,7 @@ def main() -> int:
         return 1
     rospy.signal_shutdown("RViz takes over")
     command = ["rviz", "-d", str(path), *sys.argv[1:]]
-    return os.execvp(command[0], command)  # noqa: S606  (no shell is wanted)
+    return os.execvp(command[0], command)
 
 
 def _write_config() -> Path:

@@ -22,10 +22,10 @@ from std_srvs.srv import (
 )
 from tf2_msgs.msg import TFMessage
 
-from robot_description.errors import RobotDescriptionError
+from hive_common.errors import HiveError
+from hive_common.ros.inbox import Inbox
+from hive_common.ros.links import mend_links
 from robot_description.models import load_model
-from robot_description.ros.inbox import Inbox
-from robot_description.ros.links import mend_links
 from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
 from simenv.msg import Fault as FaultMsg
@@ -49,7 +49,7 @@ from simenv.srv import (
     SpawnRequest,
     SpawnResponse,
 )
-from simenv.world_file import load_world
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
     from simenv.ros.params import SimulatorParams
@@ -228,7 +228,7 @@ class SimulatorNode:
         pose = pose_from(request.pose)
         try:
             self._simulation.add_robot(request.name, load_model(request.model), pose)
-        except (SimenvError, RobotDescriptionError) as error:
+        except HiveError as error:
             return SpawnResponse(False, str(error))
         self._robots[request.name] = RobotTopics(
             request.name, self._simulation, self._inbox, phase=len(self._robots)
@@ -252,7 +252,7 @@ def main() -> int:
     try:
         params: SimulatorParams = simulator_params()
         world = load_world(params.world)
-    except (SimenvError, RobotDescriptionError) as error:
+    except HiveError as error:
         rospy.logfatal(str(error))
         return 1
     simulation = Simulation(

@@ -10,15 +10,16 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from hive_common.ros.conversions import quaternion_of
 from simenv.pacing import Every
-from simenv.prisms import prism
-from simenv.ros.conversions import quaternion_of, stamp_of
+from simenv.ros.conversions import stamp_of
 from simenv.simulation import STEP
+from simenv.world.prisms import prism
 
 if TYPE_CHECKING:
-    from simenv.shapes import Shape
     from simenv.simulation import Simulation
-    from simenv.world import Place
+    from simenv.world.shapes import Shape
+    from simenv.world.world import Place
 
 COLOURS = {
     "walls": (0.75, 0.75, 0.72, 1.0),

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simenv.geometry import cos_and_sin
+from hive_common.geometry import cos_and_sin
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from simenv.geometry import Array, Indices
+    from hive_common.geometry import Array, Indices
 
 CORNER = 1e-6
 """By what share of the angle between two beams a segment counts as wider, lest a beam slips

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import Pose
-from robot_description.poses import compose
-from simenv.beams import Fan, cast
+from hive_common.pose import Pose, compose
+from simenv.sensors.beams import Fan, cast
 
 if TYPE_CHECKING:
+    from hive_common.geometry import Array
     from robot_description.models import Laser
-    from simenv.geometry import Array
 
 
 class Scanner:

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_description.follower import Pose
-from simenv.beams import cast
+from hive_common.pose import Pose
+from simenv.sensors.beams import cast
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from simenv.footprints import Footprints
-    from simenv.geometry import Array
-    from simenv.laser import Scanner
-    from simenv.surroundings import Surroundings
+    from hive_common.geometry import Array
+    from simenv.bodies.footprints import Footprints
+    from simenv.sensors.laser import Scanner
+    from simenv.world.surroundings import Surroundings
 
 
 def take_scans(

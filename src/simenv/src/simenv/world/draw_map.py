@@ -15,16 +15,16 @@ import numpy as np
 import shapely.geometry
 from scipy import ndimage
 
-from robot_description.follower import Pose
-from simenv.errors import MapError
-from simenv.geometry import outline
-from simenv.map_file import COARSEST, FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
-from simenv.shapes import rings
+from hive_common.errors import MapError
+from hive_common.geometry import outline
+from hive_common.map_file import COARSEST, FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
+from hive_common.pose import Pose
+from simenv.world.shapes import rings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from simenv.world import World
+    from simenv.world.world import World
 
 RESOLUTION = 0.05
 """The usual size of a cell [m]."""

@@ -7,11 +7,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from robot_description.errors import RobotDescriptionError
-from simenv.draw_map import RESOLUTION, draw_map
-from simenv.errors import SimenvError
-from simenv.map_file import save_map
-from simenv.world_file import load_world
+from hive_common.errors import HiveError
+from hive_common.map_file import save_map
+from simenv.world.draw_map import RESOLUTION, draw_map
+from simenv.world.world_file import load_world
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -36,7 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     try:
         save_map(draw_map(load_world(given.world), given.resolution), given.map)
-    except (SimenvError, RobotDescriptionError) as error:
-        print(f"draw_map: {error}", file=sys.stderr)  # noqa: T201  (a command's one output)
+    except HiveError as error:
+        print(f"draw_map: {error}", file=sys.stderr)
         return 1
     return 0

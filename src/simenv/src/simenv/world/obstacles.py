@@ -14,18 +14,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hive_common.geometry import outline
 from simenv.errors import ObstacleError
-from simenv.geometry import outline
-from simenv.world import outline_of
+from simenv.world.world import outline_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from shapely.geometry.base import BaseGeometry
 
-    from robot_description.follower import Pose
-    from simenv.geometry import Array, Footprint
-    from simenv.world import Person, World
+    from hive_common.geometry import Array, Footprint
+    from hive_common.pose import Pose
+    from simenv.world.world import Person, World
 
 MANNERS = 0.3
 """A person stops so far from a robot [m]."""

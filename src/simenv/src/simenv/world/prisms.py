@@ -9,12 +9,12 @@ import numpy as np
 import shapely.geometry
 import shapely.ops
 
-from simenv.world import outline_of
+from simenv.world.world import outline_of
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-    from simenv.geometry import Array
+    from hive_common.geometry import Array
 
 
 def prism(area: BaseGeometry, height: float) -> Array:

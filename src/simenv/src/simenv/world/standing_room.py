@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
     from shapely.geometry.base import BaseGeometry
 
-    from robot_description.follower import Pose
-    from simenv.geometry import Footprint
-    from simenv.obstacles import Obstacles
-    from simenv.world import World
+    from hive_common.geometry import Footprint
+    from hive_common.pose import Pose
+    from simenv.world.obstacles import Obstacles
+    from simenv.world.world import World
 
 REMEDY = "choose a free place"
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from simenv.geometry import NO_SEGMENTS, Nearby
-from simenv.obstacles import Obstacles
+from hive_common.geometry import NO_SEGMENTS, Nearby
+from simenv.world.obstacles import Obstacles
 
 if TYPE_CHECKING:
-    from simenv.geometry import Array, Indices
-    from simenv.world import World
+    from hive_common.geometry import Array, Indices
+    from simenv.world.world import World
 
 WALLS = 0
 """What `Near.things` calls the walls."""

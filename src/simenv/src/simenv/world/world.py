@@ -15,16 +15,16 @@ import numpy as np
 import shapely.geometry
 import shapely.ops
 
+from hive_common.geometry import NO_SEGMENTS, Array, outline
 from simenv.errors import WorldError
-from simenv.geometry import NO_SEGMENTS, Array, outline
-from simenv.shapes import Door, Shape, rings
+from simenv.world.shapes import Door, Shape, rings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from shapely.geometry.base import BaseGeometry
 
-    from robot_description.follower import Pose
+    from hive_common.pose import Pose
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from robot_description.checked_yaml import error_at, read_all_mistakes, read_checked
-from robot_description.follower import Pose
+from hive_common.checked_yaml import error_at, read_all_mistakes, read_checked
+from hive_common.pose import Pose
+from hive_common.resources import find_file
 from simenv.errors import WorldError
-from simenv.folders import file_names, named_file
-from simenv.shapes import Door, shape_from
-from simenv.world import Person, Place, Station, World
-from simenv.world_schema import PLACE_KINDS, SCHEMA, SOLID_KINDS
+from simenv.world.shapes import Door, shape_from
+from simenv.world.world import Person, Place, Station, World
+from simenv.world.world_schema import PLACE_KINDS, SCHEMA, SOLID_KINDS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from robot_description.errors import FileError
+    from hive_common.errors import FileError
 
 
 class _Unchecked(World):
@@ -33,8 +33,7 @@ def load_world(name_or_path: str) -> World:
         name_or_path: The name of a world of this package (`lab`), or the path of a YAML file.
 
     Raises:
-        FileError: The file cannot be read, or holds something that is not allowed.
-        WorldError: There is no such world.
+        FileError: There is no such file, or it holds something that is not allowed.
     """
     path = world_path(name_or_path)
     content = read_checked(path, SCHEMA)
@@ -51,8 +50,7 @@ def world_mistakes(name_or_path: str) -> list[FileError]:
         name_or_path: The name of a world of this package (`lab`), or the path of a YAML file.
 
     Raises:
-        FileError: The file cannot be read at all.
-        WorldError: There is no such world.
+        FileError: There is no such file, or it cannot be read at all.
     """
     path = world_path(name_or_path)
     content, mistakes = read_all_mistakes(path, SCHEMA)
@@ -63,15 +61,9 @@ def world_path(name_or_path: str) -> Path:
     """Return the file of a world.
 
     Raises:
-        WorldError: There is no world of that name.
+        FileError: There is no world of that name.
     """
-    path = named_file("worlds", name_or_path)
-    if path is None:
-        raise WorldError(
-            f"world '{name_or_path}': not known; allowed: {', '.join(file_names('worlds'))}, "
-            "or the path of a .yaml file"
-        )
-    return path
+    return find_file("simenv", "worlds", name_or_path)
 
 
 def _contradictions(path: Path, content: dict[str, Any]) -> list[FileError]:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a world file may hold, as a JSON schema for `robot_description.checked_yaml`."""
+"""What a world file may hold, as a JSON schema for `hive_common.checked_yaml`."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from robot_description.schema_parts import NAME, listed, numbers, positive, section
+from hive_common.schema_parts import NAME, listed, numbers, positive, section
 
 LARGEST = 500.0
 """The longest building that is taken in [m]; a longer one is most likely given in mm."""

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import blackboard.msg as bb_msgs
-from blackboard.battery import BatteryModel
-from blackboard.bid_basis import BidBasis
-from blackboard.characteristics import RobotCharacteristics
+from blackboard.costing.bid_basis import BidBasis
+from blackboard.domain.battery import BatteryModel
+from blackboard.domain.characteristics import RobotCharacteristics
+from blackboard.domain.task import TaskType
 from blackboard.errors import CharacteristicsError
-from blackboard.ros.records import pose_from_msg, pose_to_msg
-from blackboard.task import TaskType
+from blackboard.ros.codec.records import pose_from_msg, pose_to_msg
 
 _BODY = (
     "mass",

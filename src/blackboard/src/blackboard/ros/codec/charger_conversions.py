@@ -10,15 +10,15 @@ import rospy
 from std_msgs.msg import Header
 
 import blackboard.msg as bb_msgs
-from blackboard import talker as topics
-from blackboard.charger_claims import Claim
-from blackboard.charging import ChargingPlan
+from blackboard.domain import talker as topics
+from blackboard.domain.settings import ChargingSettings
 from blackboard.errors import SettingsError
-from blackboard.pose import Pose
+from blackboard.robot.charger_claims import Claim
+from blackboard.robot.charging import ChargingPlan
 from blackboard.ros import params
-from blackboard.ros.records import pose_from_msg, pose_to_msg
-from blackboard.ros.wire import Wire
-from blackboard.settings import ChargingSettings
+from blackboard.ros.codec.records import pose_from_msg, pose_to_msg
+from blackboard.ros.codec.wire import Wire
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,6 +68,6 @@ def read_charging_plan(hive: str) -> ChargingPlan:
     return ChargingPlan(places, params.read(ChargingSettings, f"{hive}charging"))
 
 
-def _pose(numbers: Any) -> Pose:  # noqa: ANN401  (what a parameter holds)
+def _pose(numbers: Any) -> Pose:
     x, y, yaw = map(float, numbers)
     return Pose(x, y, yaw)

@@ -16,15 +16,17 @@ import rospy
 from std_msgs.msg import Header, String
 
 import blackboard.msg as bb_msgs
-from blackboard import talker as topics
-from blackboard.backup import TaskList
-from blackboard.characteristics import RobotState, RobotStatus
-from blackboard.cost import MAX_COST, Bid, Bids, CostTerms
-from blackboard.record import Broadcast, Order, TaskUpdate
-from blackboard.ros.basis_conversions import basis_from_msg, basis_to_msg
-from blackboard.ros.charger_conversions import CHARGER_WIRES
-from blackboard.ros.hive_conversions import HIVE_WIRES
-from blackboard.ros.records import (
+from blackboard.consensus.node import TaskList
+from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms
+from blackboard.costing.path_lengths import Grid
+from blackboard.domain import talker as topics
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import Broadcast, Order, TaskUpdate
+from blackboard.domain.task import TaskState
+from blackboard.ros.codec.basis_conversions import basis_from_msg, basis_to_msg
+from blackboard.ros.codec.charger_conversions import CHARGER_WIRES
+from blackboard.ros.codec.hive_conversions import HIVE_WIRES
+from blackboard.ros.codec.records import (
     pose_from_msg,
     pose_to_msg,
     record_from_msg,
@@ -32,9 +34,7 @@ from blackboard.ros.records import (
     task_from_msg,
     task_to_msg,
 )
-from blackboard.ros.wire import Wire
-from blackboard.task import TaskState
-from blackboard.ways import Grid
+from blackboard.ros.codec.wire import Wire
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,7 +47,7 @@ def _header(frame: str = "") -> Header:
     return Header(stamp=rospy.Time.now(), frame_id=frame)
 
 
-def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (a message type)
+def yaw_of(quaternion: Any) -> float:
     """Return the heading [rad] that a geometry_msgs/Quaternion stands for in the plane."""
     q = quaternion
     return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
@@ -298,7 +298,7 @@ WIRES: Mapping[str, Wire] = MappingProxyType(
 """How the messages of every topic of the hive are made and read."""
 
 
-def grid_from_msg(msg: Any) -> Grid:  # noqa: ANN401  (OccupancyGrid, possibly with a numpy array)
+def grid_from_msg(msg: Any) -> Grid:
     """Read a nav_msgs/OccupancyGrid; its origin's heading has to be 0, as map_server writes it."""
     shape = (msg.info.height, msg.info.width)
     occupied = np.asarray(msg.data, dtype=np.int8).reshape(shape)

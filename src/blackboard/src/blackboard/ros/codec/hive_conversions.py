@@ -10,12 +10,12 @@ import rospy
 from std_msgs.msg import Header
 
 import blackboard.msg as bb_msgs
-from blackboard import talker as topics
-from blackboard.backup import Heartbeat
-from blackboard.election import Ballot, BallotKind
-from blackboard.replication import Ack, Entries, Entry, Position, Whole
-from blackboard.ros.records import record_from_msg, record_to_msg
-from blackboard.ros.wire import Wire
+from blackboard.consensus.election import Ballot, BallotKind
+from blackboard.consensus.log import Ack, Entries, Entry, Position, Whole
+from blackboard.consensus.node import Heartbeat
+from blackboard.domain import talker as topics
+from blackboard.ros.codec.records import record_from_msg, record_to_msg
+from blackboard.ros.codec.wire import Wire
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,9 +10,9 @@ from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header
 
 import blackboard.msg as bb_msgs
-from blackboard.pose import Pose
-from blackboard.record import TaskRecord
-from blackboard.task import Task, TaskState
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskState
+from hive_common.pose import Pose
 
 _RECORDS_KEPT = 4096
 

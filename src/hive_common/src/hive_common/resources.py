@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from fleet_manager.errors import InputError
+from hive_common.errors import FileError
 
 
 def package_folder(package: str) -> Path:
@@ -24,7 +24,7 @@ def package_folder(package: str) -> Path:
         folder beside this installation or below one of the paths in CMAKE_PREFIX_PATH.
 
     Raises:
-        InputError: The package is in neither; the environment was not sourced.
+        FileError: The package is in neither; the environment was not sourced.
     """
     here = Path(__file__).resolve()
     prefixes = os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
@@ -35,7 +35,7 @@ def package_folder(package: str) -> Path:
     for folder in [here.parents[3] / package, *(share / package for share in shares)]:
         if (folder / "package.xml").is_file():
             return folder
-    raise InputError(f"package {package} is not found; source devel/setup.bash first")
+    raise FileError(f"package {package} is not found; source devel/setup.bash first")
 
 
 def is_path(name: str) -> bool:
@@ -67,15 +67,17 @@ def find_file(package: str, folder: str, name: str) -> Path:
         The file. A path is returned as it is; reading it tells whether it is any good.
 
     Raises:
-        InputError: There is no file of that name; the text lists those there are.
+        FileError: There is no file of that name; the text lists those there are.
     """
     if is_path(name):
         return Path(name).expanduser()
-    files = package_folder(package) / folder
-    path = files / f"{name}.yaml"
-    if not path.is_file():
-        known = ", ".join(names_in(package, folder)) or "none"
-        raise InputError(f"no file {name}.yaml in {files}; there are: {known}; or give a path")
+    path = package_folder(package) / folder / f"{name}.yaml"
+    if not (name and path.is_file()):
+        kind = "robot model" if folder == "models" else folder.removesuffix("s")
+        raise FileError(
+            f"{kind} {name!r}: not known; allowed: "
+            f"{', '.join(names_in(package, folder))}, or the path of a .yaml file"
+        )
     return path
 
 

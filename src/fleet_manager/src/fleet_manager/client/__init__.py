@@ -1,0 +1,1 @@
+"""How a program outside the hive posts tasks and follows them, and shows them as text."""

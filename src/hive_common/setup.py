@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
+
+setup(
+    **generate_distutils_setup(
+        packages=[
+            "hive_common",
+            "hive_common.ros",
+        ],
+        package_dir={"": "src"},
+    )
+)

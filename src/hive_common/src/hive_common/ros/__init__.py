@@ -1,0 +1,1 @@
+"""Helpers for nodes of all packages: the inbox, connections, conversions of common messages."""

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
+
+setup(
+    **generate_distutils_setup(
+        packages=[
+            "hive_lab",
+            "hive_lab.allocation",
+            "hive_lab.bench",
+            "hive_lab.bench_allocation",
+            "hive_lab.fault_schedules",
+            "hive_lab.fleets",
+            "hive_lab.live",
+            "hive_lab.virtual",
+            "hive_lab.windows",
+        ],
+        package_dir={"": "src"},
+    )
+)

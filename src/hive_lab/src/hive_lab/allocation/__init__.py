@@ -1,0 +1,1 @@
+"""Reference solvers for allocation: auction, objectives, search, and simple rules over arrays."""

@@ -1,0 +1,1 @@
+"""The benchmarks by name, and those that need no ROS."""

@@ -1,0 +1,1 @@
+"""Measures how good and how quick the allocation of tasks is."""

@@ -1,0 +1,1 @@
+"""Whole fleets in one process on virtual time, from fleet files, maps and worlds."""

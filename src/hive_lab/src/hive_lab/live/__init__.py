@@ -1,0 +1,1 @@
+"""Real hives on real ROS, and the benchmarks that need one."""

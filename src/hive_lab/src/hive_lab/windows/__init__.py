@@ -1,0 +1,1 @@
+"""Measures the operator's windows and takes their pictures."""

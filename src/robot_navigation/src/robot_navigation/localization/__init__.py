@@ -1,0 +1,1 @@
+"""Where a robot is: the particle filter and its models."""

@@ -1,0 +1,1 @@
+"""Who goes first where robots meet, and where a robot moves aside to."""

@@ -1,0 +1,1 @@
+"""Robots as bodies: bases, wheels, contacts and arms."""

@@ -1,0 +1,1 @@
+"""What simulated robots sense: laser beams and noise."""
