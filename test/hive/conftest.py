@@ -47,7 +47,7 @@ def caught(monkeypatch):
     return is_caught
 
 
-def another_seed(mood):
+def another_seed(scenario):
     """Return the first seed whose schedule in a mood breaks a property as things are now."""
-    broken = (seed for seed in range(300) if run(draw(seed, mood)).violation)
+    broken = (seed for seed in range(300) if run(draw(seed, scenario)).violation)
     return next(broken, "none below 300")

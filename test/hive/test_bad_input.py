@@ -6,9 +6,9 @@ import random
 
 import pytest
 
-from blackboard.board.intake import LONGEST_NAME, why_refused
+from blackboard.board.intake import MAX_NAME, why_refused
 from blackboard.consensus.election import Ballot, BallotKind
-from blackboard.consensus.log import Ack, Entries, Entry, Position
+from blackboard.consensus.log import AppendEntries, AppendReply, Entry, Position
 from blackboard.consensus.node import Heartbeat, TaskList
 from blackboard.costing.cost import Bid, Bids
 from blackboard.domain.characteristics import RobotState, RobotStatus
@@ -61,7 +61,7 @@ class Nonsense:
                 2**32 - 1, self.text(), self.text(), (self.text(),), sent=self.number()
             ),
             BB_ENTRIES: self.entries,
-            BB_ACK: lambda: Ack(self.text(), 2**32 - 1, self.count(), self.number()),
+            BB_ACK: lambda: AppendReply(self.text(), 2**32 - 1, self.count(), self.number()),
             BB_VOTE: self.ballot,
             f"robot1/{SET_STATE}": self.text,
         }
@@ -133,7 +133,7 @@ class Nonsense:
 
     def entries(self):
         entry = Entry(2**32 - 1, 1, (self.record(),))
-        return Entries(2**32 - 1, self.text(), Position(0, 0), (entry,), 1, self.number())
+        return AppendEntries(2**32 - 1, self.text(), Position(0, 0), (entry,), 1, self.number())
 
     def ballot(self):
         kind = self.draw.choice(tuple(BallotKind))
@@ -213,7 +213,7 @@ def test_a_text_of_ten_megabytes_is_refused_by_its_length():
     update = TaskUpdate("T1", TaskState.DONE, robot_id=HUGE)
 
     assert why_refused(TASK_STATE, update) == (
-        f"TaskUpdate.robot_id has 10000000 characters; allowed: at most {LONGEST_NAME}"
+        f"TaskUpdate.robot_id has 10000000 characters; allowed: at most {MAX_NAME}"
     )
 
 

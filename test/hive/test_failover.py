@@ -20,10 +20,10 @@ from hive_lab.fault_schedules.schedule import (
     BadLinks,
     Crash,
     Cut,
+    FaultSchedule,
     Freeze,
     Post,
     PowerCut,
-    Schedule,
 )
 
 SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "1000"))
@@ -37,7 +37,7 @@ POSTS = tuple(
 
 def schedule(*happenings, robots=3, seed=1):
     """Return a schedule with a few tasks."""
-    return Schedule(seed, robots, (*POSTS, *happenings))
+    return FaultSchedule(seed, robots, (*POSTS, *happenings))
 
 
 @pytest.mark.timeout(600)  # 40 s on two idle processors, of which there may be none

@@ -14,7 +14,7 @@ import pytest
 from blackboard.consensus import election, leader, node, step
 from blackboard.consensus.bootstrap import Handover
 from blackboard.consensus.election import BallotKind
-from blackboard.consensus.hive_filter import Border
+from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import name_of
 from hive_lab.fault_schedules.hive import Disk
 
@@ -37,7 +37,7 @@ def do_not_take_a_vote_for_a_promise(patch):
     def loose(member, ballot, now):
         after, said = hear_question(member, ballot, now)
         if after.vote != member.vote and after.vote:
-            after = after.but(heard=member.heard, active=member.active)
+            after = after.but(heard=member.heard, leader=member.leader)
         return after, said
 
     patch.setattr(election, "hear_question", loose)
@@ -47,8 +47,8 @@ def forget_the_vote_over_a_restart(patch):
     load = Disk.load
 
     def forgetful(self):
-        durable = load(self)
-        return durable and replace(durable, vote="", epoch=durable.log.position.epoch)
+        hard_state = load(self)
+        return hard_state and replace(hard_state, vote="", epoch=hard_state.log.position.epoch)
 
     patch.setattr(Disk, "load", forgetful)
 
@@ -88,13 +88,13 @@ def obey_an_active_one_of_any_epoch(patch):
 
 
 def count_answers_of_any_epoch(patch):
-    hear_ack, hear_answer = leader.hear_ack, election.hear_answer
+    hear_reply, hear_answer = leader.hear_reply, election.hear_answer
 
     def count_ack(member, ack, now):
-        return hear_ack(member, replace(ack, epoch=member.epoch), now)
+        return hear_reply(member, replace(ack, epoch=member.epoch), now)
 
     def count_vote(member, ballot, now):
-        if ballot.kind is BallotKind.ANSWER:
+        if ballot.kind is BallotKind.VOTE_REPLY:
             ballot = replace(ballot, epoch=member.epoch)
         return hear_answer(member, ballot, now)
 
@@ -105,14 +105,14 @@ def count_answers_of_any_epoch(patch):
 def ignore_epochs(patch):
     obey_an_active_one_of_any_epoch(patch)
     count_answers_of_any_epoch(patch)
-    patch.setattr(Border, "refuses", lambda *_: False)
+    patch.setattr(MemberFilter, "refuses", lambda *_: False)
 
 
 def count_when_an_answer_came(patch):
-    hear_ack = leader.hear_ack
+    hear_reply = leader.hear_reply
 
     def generous(member, ack, now):
-        return hear_ack(member, replace(ack, echo=now), now)
+        return hear_reply(member, replace(ack, echo=now), now)
 
     patch.setattr(leader, "hear_ack", generous)
 
@@ -129,15 +129,15 @@ def change_members_without_waiting(patch):
 def keep_the_id_when_the_disk_is_lost(patch):
     awake = node.awake
 
-    def same(durable, *what, **how):
-        return awake(replace(durable, member=name_of(durable.member)), *what, **how)
+    def same(hard_state, *what, **how):
+        return awake(replace(hard_state, member=name_of(hard_state.member)), *what, **how)
 
     patch.setattr(node, "awake", same)
 
 
 def listen_to_every_hive(patch):
-    patch.setattr(Border, "lets_in", lambda *_: True)
-    patch.setattr(Border, "refuses", lambda _self, _hive, epoch, own: epoch < own.epoch)
+    patch.setattr(MemberFilter, "lets_in", lambda *_: True)
+    patch.setattr(MemberFilter, "refuses", lambda _self, _hive, epoch, own: epoch < own.epoch)
 
 
 def join_without_handing_over(patch):

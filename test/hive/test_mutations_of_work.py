@@ -10,9 +10,9 @@ import pytest
 from blackboard.board.watch import Watch
 from blackboard.consensus import append_entries, leader, step
 from blackboard.consensus.lease import Lease, Leases
-from blackboard.consensus.node import _TOPICS, Backup
+from blackboard.consensus.node import _TOPICS, RaftNode
 from blackboard.consensus.step import Write
-from blackboard.robot.lease_keeper import Leave
+from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.reports import Reports
 from hive_lab.fault_schedules.hive import Disk
 
@@ -36,7 +36,7 @@ def announce_before_a_majority_holds_it(patch):
                 self._step(Write(records))
             then()
 
-    patch.setattr(Backup, "commit", hasty)
+    patch.setattr(RaftNode, "commit", hasty)
 
 
 def answer_before_writing_to_disk(patch):
@@ -49,7 +49,7 @@ def answer_before_writing_to_disk(patch):
             self._member = after
             self._notice(before, after)
 
-    patch.setattr(Backup, "_step", hasty)
+    patch.setattr(RaftNode, "_step", hasty)
 
 
 def drop_the_journal(patch):
@@ -88,7 +88,7 @@ def carry_out_an_order_again(patch):
 
 
 def work_on_without_a_lease(patch):
-    patch.setattr(Leave, "holds", lambda _: True)
+    patch.setattr(LeaseKeeper, "holds", lambda _: True)
 
 
 def renew_a_lease_after_its_end(patch):
@@ -142,6 +142,6 @@ def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
 
 
 def test_what_an_earlier_epoch_left_is_not_committed_by_count(caught, monkeypatch):
-    monkeypatch.setattr(append_entries, "MOST_ENTRIES", 1)  # else the changes come in one message
+    monkeypatch.setattr(append_entries, "MAX_ENTRIES", 1)  # else the changes come in one message
 
     assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")

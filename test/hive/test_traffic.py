@@ -15,7 +15,7 @@ from hive_common.map_reader import read_map
 from hive_common.pose import Pose
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
-from robot_navigation.control.navigator import LONGEST_ROUND
+from robot_navigation.control.navigator import MAX_ROUND
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 
@@ -247,11 +247,11 @@ def test_a_robot_that_was_held_up_starts_slowly_again():
     while (speed := drive()) < 0.8 and simulation.time < 30.0:
         simulation.step(0.1)
     held_up_since = simulation.time
-    while simulation.time <= held_up_since + LONGEST_ROUND:
+    while simulation.time <= held_up_since + MAX_ROUND:
         simulation.step(0.1)
 
     assert speed >= 0.8
-    assert 0.0 < drive() <= load_model("mir100").base.acceleration * LONGEST_ROUND
+    assert 0.0 < drive() <= load_model("mir100").base.acceleration * MAX_ROUND
 
 
 def free_pose(random, field):

@@ -10,11 +10,11 @@ import pytest
 import blackboard.domain.talker as topics
 from blackboard.costing.cost import COST_MODELS
 from blackboard.domain.settings import (
-    BackupSettings,
     BlackboardSettings,
     ControllerSettings,
+    PathSettings,
+    RaftSettings,
     RobotSettings,
-    WaysSettings,
 )
 from blackboard.domain.task import TRANSITIONS, TaskEvent, TaskState
 
@@ -70,10 +70,10 @@ def test_the_numbers_of_the_states_are_the_right_ones():
 @pytest.mark.parametrize(
     ("section", "kinds", "others"),
     [
-        ("Of `blackboard_node`", (BlackboardSettings, BackupSettings, WaysSettings), {}),
+        ("Of `blackboard_node`", (BlackboardSettings, RaftSettings, PathSettings), {}),
         (
             "Of `robot_node`",
-            (RobotSettings, ControllerSettings, WaysSettings),
+            (RobotSettings, ControllerSettings, PathSettings),
             {"charge": "1.0", "stands_by": "true"},
         ),
     ],

@@ -6,7 +6,7 @@ import pytest
 import rospy
 from geometry_msgs.msg import Pose2D
 
-from blackboard.consensus.log import Ack
+from blackboard.consensus.log import AppendReply
 from blackboard.costing.bid_basis import BidBasis
 from blackboard.costing.cost import Bid, Bids, CostTerms
 from blackboard.domain.record import Broadcast, Order
@@ -174,7 +174,7 @@ def test_bids_are_read_as_they_were_made():
 
 @pytest.mark.parametrize("stands_by", [True, False])
 def test_an_acknowledgement_is_read_as_it_was_given(stands_by):
-    given = Ack("robot1#1", 2, 3, 4.0, "hive", stands_by)
+    given = AppendReply("robot1#1", 2, 3, 4.0, "hive", stands_by)
     wire = WIRES[BB_ACK]
 
     assert wire.from_msg(wire.to_msg(given)) == given

@@ -11,8 +11,8 @@ from blackboard.costing.aging import Aging
 from blackboard.costing.bid_basis import BidBasis
 from blackboard.costing.cost import COST_MODELS, Bid, Bids, Exclusion
 from blackboard.costing.pace import Pace
-from blackboard.costing.path_lengths import StraightWays
-from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.costing.path_lengths import EuclideanLengths
+from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery
 from blackboard.domain.record import Broadcast, Order, TaskRecord
 from blackboard.domain.settings import RobotSettings
@@ -68,23 +68,27 @@ class Fleet:
         settings = RobotSettings(self.draw.choice(list(COST_MODELS)), self.draw.uniform(10, 300))
         battery = Battery(SMALL_ROBOT.battery, self.draw.choice([1.0, 0.6, 0.16, 0.11]))
         body = replace(SMALL_ROBOT, capabilities=frozenset(self.draw.sample(list(TaskType), 3)))
-        talker, ways, service = NetworkTalker(self.network, "robot1"), StraightWays(), Service()
+        talker, path_lengths, service = (
+            NetworkTalker(self.network, "robot1"),
+            EuclideanLengths(),
+            Service(),
+        )
         if self.draw.random() < 0.1:
             service.set("defect")
         plan = self.draw.choice([CHARGERS, ChargingPlan()])
-        charging = Charging(talker, "robot1", body, battery, ways, None, service, plan)
+        charging = Charging(talker, "robot1", body, battery, path_lengths, None, service, plan)
         aging = Aging(lambda: NOW, settings.aging)
         pace = Pace(body.max_speed, self.draw.choice([(), (2.0, 1.4, 0.6)]))
-        itinerary = Itinerary(body, ways, settings.cost_model, aging, pace)
+        schedule = Schedule(body, path_lengths, settings.cost_model, aging, pace)
         entries = [Entry(Order(task, "robot1"), self.step(task)) for task in self.listed]
-        itinerary.restore(entries)
-        return Respondent("robot1", body, battery, itinerary, charging, settings)
+        schedule.restore(entries)
+        return Respondent("robot1", body, battery, schedule, charging, settings)
 
 
 def central(*tasks):
     """Return what works bids out for a blackboard that knows some tasks."""
     records = {task.id: TaskRecord(task) for task in tasks}
-    return Central(records.get, lambda _radius: StraightWays(), lambda: NOW)
+    return Central(records.get, lambda _radius: EuclideanLengths(), lambda: NOW)
 
 
 @pytest.mark.parametrize("seed", range(200))

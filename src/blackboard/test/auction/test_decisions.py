@@ -56,7 +56,7 @@ def test_a_book_goes_on_where_it_was_left(tmp_path):
 
 
 def test_the_oldest_decisions_make_way(tmp_path, monkeypatch):
-    monkeypatch.setattr("blackboard.auction.decision_log.MOST_KEPT", 3)
+    monkeypatch.setattr("blackboard.auction.decision_log.MAX_KEPT", 3)
     book = SqliteBook(tmp_path / f"a{ENDING}")
     for number in range(1, 6):
         book.note([decision(auction=number)])

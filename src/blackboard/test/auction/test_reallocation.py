@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from blackboard.auction.reallocation import Improving, exchanges
+from blackboard.auction.reallocation import Reallocation, exchanges
 from blackboard.costing.cost import MAX_COST, MEASURES, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord
@@ -37,12 +37,12 @@ def moved(offers, threshold=0.1, measure="waiting"):
     ]
 
 
-def names(pieces):
+def names(bundles):
     """Return the ids of what is offered: those of one piece in one text."""
-    return [" ".join(record.task.id for record in piece) for piece in pieces]
+    return [" ".join(record.task.id for record in bundle) for bundle in bundles]
 
 
-def improving(*records, threshold=0.1):
+def reallocation(*records, threshold=0.1):
     """Return what chooses among some records; lists are in the order of the names of tasks."""
     shown = {record.robot: [] for record in records}
     for record in sorted(records, key=lambda each: each.task.id):
@@ -51,7 +51,7 @@ def improving(*records, threshold=0.1):
         robot: RobotStatus(robot, RobotState.BUSY, Pose(0.0, 0.0), 1.0, tasks=tuple(tasks))
         for robot, tasks in shown.items()
     }
-    return Improving(lambda: records, status.get, "waiting", threshold)
+    return Reallocation(lambda: records, status.get, "waiting", threshold)
 
 
 def test_a_task_moves_to_the_robot_with_which_all_wait_less():
@@ -145,9 +145,9 @@ def test_a_robot_that_cannot_or_has_tried_in_vain_gets_nothing():
 
 
 def test_a_robot_that_does_not_say_what_its_bid_is_made_of_gets_nothing():
-    piece, bids = offer(held("T1", "robot1"), robot1=10.0)
+    bundle, bids = offer(held("T1", "robot1"), robot1=10.0)
 
-    assert moved([(piece, [*bids, Bid("robot2", "T1", 0.1)])]) == []
+    assert moved([(bundle, [*bids, Bid("robot2", "T1", 0.1)])]) == []
 
 
 def test_nothing_offered_nothing_moved():
@@ -164,7 +164,7 @@ def steps(chooser, count, robots=BOTH, most=100):
 
 
 def test_robots_offer_a_piece_each_and_in_every_third_pass_one_of_them_only_takes():
-    chooser = improving(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
+    chooser = reallocation(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
     assert steps(chooser, 6) == [
         ["T3"],  # the first pass begins with its second step
@@ -178,7 +178,7 @@ def test_robots_offer_a_piece_each_and_in_every_third_pass_one_of_them_only_take
 
 def test_ends_of_lists_are_offered_in_the_order_in_which_the_robot_has_them():
     records = [held(name, "robot1") for name in ("T3", "T1", "T2")]
-    chooser = improving(*records, held("T4", "robot2"))
+    chooser = reallocation(*records, held("T4", "robot2"))
 
     offered = {name for step in steps(chooser, 18) for name in step}
 
@@ -188,7 +188,9 @@ def test_ends_of_lists_are_offered_in_the_order_in_which_the_robot_has_them():
 def test_what_is_offered_as_one_is_of_one_priority():
     urgent = held("T1", "robot1")
     urgent = replace(urgent, task=replace(urgent.task, priority=5))
-    chooser = improving(urgent, held("T2", "robot1"), held("T3", "robot1"), held("T4", "robot2"))
+    chooser = reallocation(
+        urgent, held("T2", "robot1"), held("T3", "robot1"), held("T4", "robot2")
+    )
 
     offered = {name for step in steps(chooser, 18) for name in step}
 
@@ -197,7 +199,7 @@ def test_what_is_offered_as_one_is_of_one_priority():
 
 
 def test_it_rests_when_all_was_offered_in_some_passes_without_a_gain():
-    chooser = improving(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
+    chooser = reallocation(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
     offered = [names(chooser.offers(BOTH, 100)) for _ in range(8)]
 
@@ -207,7 +209,7 @@ def test_it_rests_when_all_was_offered_in_some_passes_without_a_gain():
 
 def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
     robots = [f"robot{number}" for number in range(6)]
-    chooser = improving(*(held(f"T{number}", robot) for number, robot in enumerate(robots)))
+    chooser = reallocation(*(held(f"T{number}", robot) for number, robot in enumerate(robots)))
 
     offered = [names(chooser.offers(frozenset(robots), 2)) for _ in range(10)]
 
@@ -217,7 +219,7 @@ def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
 
 
 def test_after_a_change_it_is_offered_again():
-    chooser = improving(held("T1", "robot1"))
+    chooser = reallocation(held("T1", "robot1"))
     for _ in range(3):
         chooser.offers(BOTH, 100)
     rests = chooser.offers(BOTH, 100) == []
@@ -228,7 +230,7 @@ def test_after_a_change_it_is_offered_again():
 
 
 def test_what_has_begun_is_not_offered_nor_what_a_robot_out_of_service_has():
-    chooser = improving(
+    chooser = reallocation(
         held("T1", "robot1", TaskState.STARTED), held("T2", "robot3"), held("T3", "robot2")
     )
 
@@ -236,13 +238,13 @@ def test_what_has_begun_is_not_offered_nor_what_a_robot_out_of_service_has():
 
 
 def test_a_lone_robot_offers_nothing():
-    chooser = improving(held("T1", "robot1"))
+    chooser = reallocation(held("T1", "robot1"))
 
     assert chooser.offers(frozenset({"robot1"}), 100) == []
 
 
 def test_in_each_pass_a_task_meets_another_one_of_the_next_robot():
-    chooser = improving(
+    chooser = reallocation(
         held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"), held("T4", "robot2")
     )
 
@@ -252,7 +254,7 @@ def test_in_each_pass_a_task_meets_another_one_of_the_next_robot():
 
 
 def test_after_a_gain_it_goes_on():
-    chooser = improving(record := held("T1", "robot1"))
+    chooser = reallocation(record := held("T1", "robot1"))
     chooser.offers(BOTH, 100)
 
     chooser.decide([offer(record, robot1=10.0, robot2=5.0)])

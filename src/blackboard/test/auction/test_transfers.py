@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.auction.transfers import HandingOver, Move
+from blackboard.auction.transfers import Move, Transfers
 from blackboard.costing.cost import Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -45,46 +45,44 @@ def lists(swap):
 
 
 @pytest.fixture
-def handing_over(lists, swap):
-    over = HandingOver(lists.records.get, lambda record: lists.recalled.append(record.task.id))
+def transfers(lists, swap):
+    over = Transfers(lists.records.get, lambda record: lists.recalled.append(record.task.id))
     over.begin([swap])
     return over
 
 
-def test_what_is_to_change_hands_is_asked_for_and_that_is_no_try_in_vain(
-    handing_over, lists, swap
-):
+def test_what_is_to_change_hands_is_asked_for_and_that_is_no_try_in_vain(transfers, lists, swap):
     assert lists.recalled == ["T1", "T2"]
-    assert all(handing_over.has_recalled(each.records[0]) for each in swap)
-    assert not handing_over.has_recalled(replace(swap[0].records[0], assignment=2))
+    assert all(transfers.has_recalled(each.records[0]) for each in swap)
+    assert not transfers.has_recalled(replace(swap[0].records[0], assignment=2))
 
 
-def test_one_half_of_a_swap_is_kept_until_the_other_is_there(handing_over, lists, swap):
+def test_one_half_of_a_swap_is_kept_until_the_other_is_there(transfers, lists, swap):
     lists.hand_back("T1")
 
-    assert handing_over.ready(ALL) == []
-    assert handing_over.kept == {"T1", "T2"}
+    assert transfers.ready(ALL) == []
+    assert transfers.kept == {"T1", "T2"}
 
     lists.hand_back("T2")
 
-    assert handing_over.ready(ALL) == list(swap)
-    assert handing_over.kept == frozenset()
-    assert handing_over.ready(ALL) == []
+    assert transfers.ready(ALL) == list(swap)
+    assert transfers.kept == frozenset()
+    assert transfers.ready(ALL) == []
 
 
 def test_what_is_taken_as_one_is_given_out_one_by_one_when_all_is_there(swap):
-    piece = swap[0]._replace(records=tuple(each.records[0] for each in swap))
-    lists = Lists(*piece.records)
-    over = HandingOver(lists.records.get, lambda _: None)
-    over.begin([(piece,)])
+    bundle = swap[0]._replace(records=tuple(each.records[0] for each in swap))
+    lists = Lists(*bundle.records)
+    over = Transfers(lists.records.get, lambda _: None)
+    over.begin([(bundle,)])
     lists.hand_back("T2")
 
     assert over.ready(ALL) == []
 
     lists.hand_back("T1")
 
-    assert over.ready(ALL) == [piece]
-    assert [(bid.task_id, bid.robot_id) for bid in piece.awards] == [
+    assert over.ready(ALL) == [bundle]
+    assert [(bid.task_id, bid.robot_id) for bid in bundle.awards] == [
         ("T1", "robot2"),
         ("T2", "robot2"),
     ]
@@ -93,7 +91,7 @@ def test_what_is_taken_as_one_is_given_out_one_by_one_when_all_is_there(swap):
 def test_exchanges_do_not_wait_for_each_other(lists, swap):
     other = move("T3", "robot3", "robot3")
     lists.records["T3"] = other.records[0]
-    over = HandingOver(lists.records.get, lambda _: None)
+    over = Transfers(lists.records.get, lambda _: None)
     over.begin([swap, (other,)])
     lists.hand_back("T3")
 
@@ -110,47 +108,47 @@ def test_exchanges_do_not_wait_for_each_other(lists, swap):
     ],
     ids=["begun", "cancelled", "given out anew"],
 )
-def test_nothing_is_kept_for_a_task_that_will_not_come(handing_over, lists, change):
+def test_nothing_is_kept_for_a_task_that_will_not_come(transfers, lists, change):
     lists.hand_back("T1")
     lists.change("T2", **change)
 
-    assert handing_over.ready(ALL) == []
-    assert handing_over.kept == frozenset()
+    assert transfers.ready(ALL) == []
+    assert transfers.kept == frozenset()
 
 
-def test_nothing_is_kept_for_a_task_that_the_hive_has_forgotten(handing_over, lists):
+def test_nothing_is_kept_for_a_task_that_the_hive_has_forgotten(transfers, lists):
     del lists.records["T2"]
 
-    assert handing_over.ready(ALL) == []
-    assert handing_over.kept == frozenset()
+    assert transfers.ready(ALL) == []
+    assert transfers.kept == frozenset()
 
 
-def test_nothing_is_kept_for_a_robot_that_is_out_of_service(handing_over, lists):
+def test_nothing_is_kept_for_a_robot_that_is_out_of_service(transfers, lists):
     lists.hand_back("T1")
     lists.hand_back("T2")
 
-    assert handing_over.ready(ALL - {"robot1"}) == []
-    assert handing_over.kept == frozenset()
+    assert transfers.ready(ALL - {"robot1"}) == []
+    assert transfers.kept == frozenset()
 
 
-def test_nothing_is_kept_for_a_robot_that_has_won_something_else(handing_over):
-    handing_over.leave_out("robot3")
-    assert handing_over.kept == {"T1", "T2"}
+def test_nothing_is_kept_for_a_robot_that_has_won_something_else(transfers):
+    transfers.leave_out("robot3")
+    assert transfers.kept == {"T1", "T2"}
 
-    handing_over.leave_out("robot2")
-    assert handing_over.kept == frozenset()
-
-
-def test_what_is_given_up_is_still_no_try_in_vain(handing_over, swap):
-    handing_over.give_up()
-
-    assert handing_over.kept == frozenset()
-    assert handing_over.has_recalled(swap[0].records[0])
+    transfers.leave_out("robot2")
+    assert transfers.kept == frozenset()
 
 
-def test_what_was_recalled_long_ago_is_not_remembered_for_ever(handing_over, lists, swap):
+def test_what_is_given_up_is_still_no_try_in_vain(transfers, swap):
+    transfers.give_up()
+
+    assert transfers.kept == frozenset()
+    assert transfers.has_recalled(swap[0].records[0])
+
+
+def test_what_was_recalled_long_ago_is_not_remembered_for_ever(transfers, lists, swap):
     lists.change("T1", assignment=2)
-    handing_over.begin([])
+    transfers.begin([])
 
-    assert not handing_over.has_recalled(swap[0].records[0])
-    assert handing_over.has_recalled(swap[1].records[0])
+    assert not transfers.has_recalled(swap[0].records[0])
+    assert transfers.has_recalled(swap[1].records[0])

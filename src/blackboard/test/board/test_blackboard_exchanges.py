@@ -6,7 +6,7 @@ import pytest
 from blackboard.domain.talker import TASK_BROADCAST
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.harness import BlackboardRig
+from hive_lab.virtual.harness import BlackboardHarness
 
 ONE = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
 TWO = Task("T2", TaskType.GA, (Pose(3.0, 3.0),))
@@ -15,165 +15,165 @@ WAITING, ASSIGNED, STARTED, *_ = TaskState
 
 
 @pytest.fixture
-def rig():
+def harness():
     """Return a hive whose two robots have been told to swap what they have."""
-    rig = BlackboardRig(improve_period=1.0, order_timeout=2.0)
-    rig.join("robot1", "robot2")
-    rig.post(ONE)
-    rig.bid("robot1", T1=1.0)
-    rig.bid("robot2", T1=9.0)
-    rig.post(TWO)
-    rig.bid("robot1", T2=9.0)
-    rig.bid("robot2", T2=1.0)
-    rig.wait(1.0)
-    rig.bid("robot1", T1=9.0, T2=1.0)
-    rig.bid("robot2", T1=1.0, T2=9.0)
-    return rig
+    harness = BlackboardHarness(improve_period=1.0, order_timeout=2.0)
+    harness.join("robot1", "robot2")
+    harness.post(ONE)
+    harness.bid("robot1", T1=1.0)
+    harness.bid("robot2", T1=9.0)
+    harness.post(TWO)
+    harness.bid("robot1", T2=9.0)
+    harness.bid("robot2", T2=1.0)
+    harness.wait(1.0)
+    harness.bid("robot1", T1=9.0, T2=1.0)
+    harness.bid("robot2", T1=1.0, T2=9.0)
+    return harness
 
 
-def given(rig):
+def given(harness):
     """Return the orders after the first two."""
-    return rig.orders()[2:]
+    return harness.orders()[2:]
 
 
-def test_what_is_to_change_hands_is_asked_for(rig):
-    assert rig.orders() == [("T1", "robot1"), ("T2", "robot2")]
-    assert rig.orders(take_back=True) == [("T1", "robot1"), ("T2", "robot2")]
+def test_what_is_to_change_hands_is_asked_for(harness):
+    assert harness.orders() == [("T1", "robot1"), ("T2", "robot2")]
+    assert harness.orders(take_back=True) == [("T1", "robot1"), ("T2", "robot2")]
 
 
-def test_a_swap_is_given_out_when_both_are_there_and_without_an_auction(rig):
-    rig.report("robot1", ONE, WAITING)
-    one_half = given(rig)
-    rig.report("robot2", TWO, WAITING)
+def test_a_swap_is_given_out_when_both_are_there_and_without_an_auction(harness):
+    harness.report("robot1", ONE, WAITING)
+    one_half = given(harness)
+    harness.report("robot2", TWO, WAITING)
 
     assert one_half == []
-    assert given(rig) == [("T1", "robot2"), ("T2", "robot1")]
-    assert rig.offered == ["T1", "T2"]
-    assert rig.record(ONE).assignment == rig.record(TWO).assignment == 2
-    assert rig.record(ONE).tried == ()
-    assert [(each.task_id, each.winner, each.reason) for each in rig.book.decisions[2:]] == [
+    assert given(harness) == [("T1", "robot2"), ("T2", "robot1")]
+    assert harness.offered == ["T1", "T2"]
+    assert harness.record(ONE).assignment == harness.record(TWO).assignment == 2
+    assert harness.record(ONE).tried == ()
+    assert [(each.task_id, each.winner, each.reason) for each in harness.book.decisions[2:]] == [
         ("T1", "robot2", "exchanged: T1 from robot1 to robot2, T2 from robot2 to robot1"),
         ("T2", "robot1", "exchanged: T1 from robot1 to robot2, T2 from robot2 to robot1"),
     ]
 
 
-def test_where_the_other_half_has_begun_the_first_is_auctioned(rig):
-    rig.report("robot1", ONE, WAITING)
-    rig.report("robot2", TWO, STARTED)
-    rig.wait(2.0)
-    rig.bid("robot1", T1=1.0)
-    rig.bid("robot2", T1=2.0)
+def test_where_the_other_half_has_begun_the_first_is_auctioned(harness):
+    harness.report("robot1", ONE, WAITING)
+    harness.report("robot2", TWO, STARTED)
+    harness.wait(2.0)
+    harness.bid("robot1", T1=1.0)
+    harness.bid("robot2", T1=2.0)
 
-    assert given(rig) == [("T1", "robot1")]
-    assert rig.record(TWO).robot == "robot2"
+    assert given(harness) == [("T1", "robot1")]
+    assert harness.record(TWO).robot == "robot2"
 
 
-def test_where_an_order_was_lost_the_other_half_is_auctioned_after_a_while(rig):
-    rig.report("robot1", ONE, WAITING)
-    rig.wait(1.5)
-    kept = given(rig)
-    rig.wait(0.6)
+def test_where_an_order_was_lost_the_other_half_is_auctioned_after_a_while(harness):
+    harness.report("robot1", ONE, WAITING)
+    harness.wait(1.5)
+    kept = given(harness)
+    harness.wait(0.6)
 
     assert kept == []
-    assert rig.offered == ["T1"]
+    assert harness.offered == ["T1"]
 
 
-def test_a_new_task_is_given_out_at_once_and_its_winner_gets_nothing_in_exchange(rig):
-    rig.report("robot1", ONE, WAITING)
-    rig.post(NEW)
-    rig.bid("robot1", T3=9.0)
-    rig.bid("robot2", T3=1.0)
-    rig.bid("robot1", T1=1.0)
-    rig.bid("robot2", T1=2.0)
+def test_a_new_task_is_given_out_at_once_and_its_winner_gets_nothing_in_exchange(harness):
+    harness.report("robot1", ONE, WAITING)
+    harness.post(NEW)
+    harness.bid("robot1", T3=9.0)
+    harness.bid("robot2", T3=1.0)
+    harness.bid("robot1", T1=1.0)
+    harness.bid("robot2", T1=2.0)
 
-    assert given(rig) == [("T3", "robot2"), ("T1", "robot1")]
-
-
-def test_nothing_else_is_offered_while_an_exchange_is_under_way(rig):
-    before = rig.offered
-    rig.report("robot1", ONE, WAITING)
-    rig.wait(1.5)
-
-    assert rig.offered == before == ["T1", "T2"]
+    assert given(harness) == [("T3", "robot2"), ("T1", "robot1")]
 
 
-def test_a_cancelled_half_leaves_the_other_one_to_an_auction(rig):
-    rig.report("robot1", ONE, WAITING)
-    rig.cancel("T2")
-    rig.wait(2.0)
+def test_nothing_else_is_offered_while_an_exchange_is_under_way(harness):
+    before = harness.offered
+    harness.report("robot1", ONE, WAITING)
+    harness.wait(1.5)
 
-    assert rig.offered == ["T1"]
+    assert harness.offered == before == ["T1", "T2"]
+
+
+def test_a_cancelled_half_leaves_the_other_one_to_an_auction(harness):
+    harness.report("robot1", ONE, WAITING)
+    harness.cancel("T2")
+    harness.wait(2.0)
+
+    assert harness.offered == ["T1"]
 
 
 def test_ends_of_lists_are_exchanged_as_a_whole():
-    rig = BlackboardRig(improve_period=1.0)
-    rig.join("robot1", "robot2")
+    harness = BlackboardHarness(improve_period=1.0)
+    harness.join("robot1", "robot2")
     for task, winner in ((ONE, "robot1"), (TWO, "robot1"), (NEW, "robot2")):
-        rig.post(task)
+        harness.post(task)
         for robot in ("robot1", "robot2"):
-            rig.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
-    rig.status("robot1", tasks=("T2", "T1"))
-    rig.status("robot2", tasks=("T3",))
-    while rig.pieces != [("T2", "T1"), ("T3",)]:
+            harness.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
+    harness.status("robot1", tasks=("T2", "T1"))
+    harness.status("robot2", tasks=("T3",))
+    while harness.bundles != [("T2", "T1"), ("T3",)]:
         for robot in ("robot1", "robot2"):
-            rig.bid(robot, **{piece[0]: 5.0 for piece in rig.pieces})
-        rig.wait(1.0)
-    rig.bid("robot1", T2=9.0, T3=1.0)
-    rig.bid("robot2", T2=1.0, T3=9.0)
+            harness.bid(robot, **{bundle[0]: 5.0 for bundle in harness.bundles})
+        harness.wait(1.0)
+    harness.bid("robot1", T2=9.0, T3=1.0)
+    harness.bid("robot2", T2=1.0, T3=9.0)
     for robot, task in (("robot1", ONE), ("robot1", TWO), ("robot2", NEW)):
-        rig.report(robot, task, WAITING)
+        harness.report(robot, task, WAITING)
 
-    assert rig.orders()[3:] == [("T2", "robot2"), ("T1", "robot2"), ("T3", "robot1")]
+    assert harness.orders()[3:] == [("T2", "robot2"), ("T1", "robot2"), ("T3", "robot1")]
 
 
 def offering():
     """Return a hive whose two robots have just been offered what each of them has."""
-    rig = BlackboardRig(improve_period=1.0)
-    rig.join("robot1", "robot2")
+    harness = BlackboardHarness(improve_period=1.0)
+    harness.join("robot1", "robot2")
     for task, winner in ((ONE, "robot1"), (TWO, "robot2")):
-        rig.post(task)
+        harness.post(task)
         for robot in ("robot1", "robot2"):
-            rig.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
-    rig.wait(1.0)
-    return rig
+            harness.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
+    harness.wait(1.0)
+    return harness
 
 
 def test_a_new_task_does_not_wait_for_an_improvement():
-    rig = offering()
-    assert rig.offered == ["T1", "T2"]
+    harness = offering()
+    assert harness.offered == ["T1", "T2"]
 
-    rig.post(NEW)
+    harness.post(NEW)
 
-    assert rig.offered == ["T3"]
+    assert harness.offered == ["T3"]
 
 
 def test_answers_to_an_improvement_that_has_made_way_change_nothing_and_are_no_fault():
-    rig = offering()
-    improvement = rig.said(TASK_BROADCAST)[-1].auction
-    rig.post(NEW)
-    rig.bid("robot1", auction=improvement, T1=9.0, T2=1.0)
-    rig.bid("robot2", auction=improvement, T1=1.0, T2=9.0)
-    rig.bid("robot1", T3=1.0)
-    rig.bid("robot2", T3=2.0)
+    harness = offering()
+    improvement = harness.said(TASK_BROADCAST)[-1].auction
+    harness.post(NEW)
+    harness.bid("robot1", auction=improvement, T1=9.0, T2=1.0)
+    harness.bid("robot2", auction=improvement, T1=1.0, T2=9.0)
+    harness.bid("robot1", T3=1.0)
+    harness.bid("robot2", T3=2.0)
 
-    assert rig.orders() == [("T1", "robot1"), ("T2", "robot2"), ("T3", "robot1")]
-    assert rig.talker.warnings == []
+    assert harness.orders() == [("T1", "robot1"), ("T2", "robot2"), ("T3", "robot1")]
+    assert harness.talker.warnings == []
 
 
 def test_of_a_large_fleet_only_some_offer_what_they_have_at_a_time():
-    rig = BlackboardRig(improve_period=1.0, most_bids=8)
+    harness = BlackboardHarness(improve_period=1.0, most_bids=8)
     robots = [f"robot{number}" for number in range(1, 5)]
-    rig.join(*robots)
+    harness.join(*robots)
     for winner in robots:
         task = Task(f"of_{winner}", TaskType.GA, (Pose(1.0, 1.0),))
-        rig.post(task)
+        harness.post(task)
         for robot in robots:
-            rig.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
+            harness.bid(robot, **{task.id: 1.0 if robot == winner else 9.0})
     offered = []
     for _ in range(6):
-        rig.wait(1.0)
-        offered.append(len(rig.pieces))
+        harness.wait(1.0)
+        offered.append(len(harness.bundles))
         for robot in robots:
-            rig.bid(robot, **{piece[0]: 5.0 for piece in rig.pieces})
+            harness.bid(robot, **{bundle[0]: 5.0 for bundle in harness.bundles})
 
     assert max(offered) == 2

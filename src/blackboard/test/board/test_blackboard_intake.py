@@ -9,7 +9,7 @@ from blackboard.domain.talker import (
 )
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.harness import BlackboardRig
+from hive_lab.virtual.harness import BlackboardHarness
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 GO = Task("T1", TaskType.GA, (A,), priority=3)
@@ -17,66 +17,66 @@ WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
 def test_a_good_task_is_taken_in_and_said_to_wait():
-    rig = BlackboardRig()
-    rig.post(GO)
+    harness = BlackboardHarness()
+    harness.post(GO)
 
-    update = rig.said(TASK_STATE)[0]
+    update = harness.said(TASK_STATE)[0]
     assert (update.task_id, update.state, update.robot_id) == ("T1", WAITING, "")
     assert (update.step, update.steps, update.epoch) == (0, 1, 1)
 
 
 def test_a_bad_task_is_rejected_with_the_reason_and_never_enters_the_list():
-    rig = BlackboardRig()
-    rig.post(replace(GO, goals=(Pose(2.05, 1.0),)))
+    harness = BlackboardHarness()
+    harness.post(replace(GO, goals=(Pose(2.05, 1.0),)))
 
-    (update,) = rig.said(TASK_STATE)
+    (update,) = harness.said(TASK_STATE)
     assert update.state is REJECTED
     assert "goal A (2.05, 1.00) is inside a wall" in update.reason
-    assert rig.record(GO) is None
+    assert harness.record(GO) is None
 
 
 def test_only_the_beginning_of_a_name_that_is_too_long_is_repeated():
-    rig = BlackboardRig()
-    rig.post(replace(GO, id="x" * 100_000))
+    harness = BlackboardHarness()
+    harness.post(replace(GO, id="x" * 100_000))
 
-    (update,) = rig.said(TASK_STATE)
+    (update,) = harness.said(TASK_STATE)
     assert update.state is REJECTED
     assert len(update.task_id) == 64
 
 
 def test_goals_that_will_not_be_visited_are_said():
-    rig = BlackboardRig()
-    rig.post(replace(GO, goals=(A, B)))
+    harness = BlackboardHarness()
+    harness.post(replace(GO, goals=(A, B)))
 
-    assert "not used" in rig.said(TASK_STATE)[0].reason
+    assert "not used" in harness.said(TASK_STATE)[0].reason
 
 
 def test_the_same_task_again_repeats_where_it_stands():
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.post(replace(GO, posted=99.0))
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.post(replace(GO, posted=99.0))
 
-    assert rig.states(GO)[-1] == (ASSIGNED, "robot1")
-    assert rig.orders() == [("T1", "robot1")]
+    assert harness.states(GO)[-1] == (ASSIGNED, "robot1")
+    assert harness.orders() == [("T1", "robot1")]
 
 
 def test_a_done_task_posted_again_is_still_done_and_not_done_again():
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.report("robot1", GO, DONE)
-    rig.post(GO)
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.report("robot1", GO, DONE)
+    harness.post(GO)
 
-    assert rig.states(GO)[-1] == (DONE, "robot1")
-    assert len(rig.said(TASK_BROADCAST)) == 1
+    assert harness.states(GO)[-1] == (DONE, "robot1")
+    assert len(harness.said(TASK_BROADCAST)) == 1
 
 
 def test_another_task_by_a_taken_name_is_refused_and_the_first_goes_on():
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.post(replace(GO, priority=4))
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.post(replace(GO, priority=4))
 
-    update = rig.said(TASK_STATE)[-1]
+    update = harness.said(TASK_STATE)[-1]
     assert update.state is REJECTED
     assert update.reason == "the id is taken by another task; post it with another id"
-    assert rig.record(GO).state is ASSIGNED
-    assert rig.record(GO).task.priority == 3
+    assert harness.record(GO).state is ASSIGNED
+    assert harness.record(GO).task.priority == 3

@@ -11,7 +11,7 @@ from blackboard.domain.talker import (
 )
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.harness import BlackboardRig
+from hive_lab.virtual.harness import BlackboardHarness
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 GO = Task("T1", TaskType.GA, (A,), priority=3)
@@ -21,179 +21,181 @@ WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
 def test_an_order_that_the_robot_did_not_hear_is_given_again():
-    rig = BlackboardRig(order_timeout=2.0)
-    rig.assign(GO)
-    rig.wait(1.0)
-    rig.status("robot1")
-    rig.wait(1.1)
-    rig.status("robot1")
+    harness = BlackboardHarness(order_timeout=2.0)
+    harness.assign(GO)
+    harness.wait(1.0)
+    harness.status("robot1")
+    harness.wait(1.1)
+    harness.status("robot1")
 
-    assert rig.orders() == [("T1", "robot1"), ("T1", "robot1")]
+    assert harness.orders() == [("T1", "robot1"), ("T1", "robot1")]
 
 
 def test_an_order_that_the_robot_has_on_its_list_is_not_given_again():
-    rig = BlackboardRig(order_timeout=2.0)
-    rig.assign(GO)
+    harness = BlackboardHarness(order_timeout=2.0)
+    harness.assign(GO)
     for _ in range(5):
-        rig.wait(1.0)
-        rig.status("robot1", tasks=["T1"])
+        harness.wait(1.0)
+        harness.status("robot1", tasks=["T1"])
 
-    assert rig.orders() == [("T1", "robot1")]
+    assert harness.orders() == [("T1", "robot1")]
 
 
 def test_what_is_done_is_not_ordered_again():
-    rig = BlackboardRig(order_timeout=2.0)
-    rig.assign(GO)
-    rig.report("robot1", GO, DONE)
-    rig.wait(3.0)
-    rig.status("robot1")
+    harness = BlackboardHarness(order_timeout=2.0)
+    harness.assign(GO)
+    harness.report("robot1", GO, DONE)
+    harness.wait(3.0)
+    harness.status("robot1")
 
-    assert rig.orders() == [("T1", "robot1")]
+    assert harness.orders() == [("T1", "robot1")]
 
 
 def test_what_its_robot_reports_is_written_down_and_not_said_again():
-    rig = BlackboardRig()
-    rig.assign(CARRY)
-    rig.report("robot1", CARRY, STARTED, step=1, eta=33.0)
-    record = rig.record(CARRY)
+    harness = BlackboardHarness()
+    harness.assign(CARRY)
+    harness.report("robot1", CARRY, STARTED, step=1, eta=33.0)
+    record = harness.record(CARRY)
 
     assert (record.state, record.robot, record.step, record.eta) == (STARTED, "robot1", 1, 33.0)
-    assert rig.states(CARRY) == [(WAITING, ""), (ASSIGNED, "robot1"), (STARTED, "robot1")]
+    assert harness.states(CARRY) == [(WAITING, ""), (ASSIGNED, "robot1"), (STARTED, "robot1")]
 
 
 def test_a_report_that_comes_late_does_not_undo_a_step():
-    rig = BlackboardRig()
-    rig.assign(CARRY)
-    rig.report("robot1", CARRY, STARTED, step=2)
-    rig.report("robot1", CARRY, STARTED, step=1)
+    harness = BlackboardHarness()
+    harness.assign(CARRY)
+    harness.report("robot1", CARRY, STARTED, step=2)
+    harness.report("robot1", CARRY, STARTED, step=1)
 
-    assert rig.record(CARRY).step == 2
+    assert harness.record(CARRY).step == 2
 
 
 def test_done_is_done():
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.report("robot1", GO, DONE, step=1)
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.report("robot1", GO, DONE, step=1)
 
-    assert rig.record(GO).state is DONE
+    assert harness.record(GO).state is DONE
 
 
 @pytest.mark.parametrize("state", [WAITING, STARTED, FAILED])
 def test_what_another_robot_reports_changes_nothing(state):
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.report("robot2", GO, state)
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.report("robot2", GO, state)
 
-    assert rig.record(GO).state is ASSIGNED
+    assert harness.record(GO).state is ASSIGNED
 
 
 @pytest.mark.parametrize("state", [WAITING, STARTED, FAILED])
 def test_what_is_reported_on_an_earlier_assignment_changes_nothing(state):
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.report("robot1", GO, WAITING)
-    rig.bid("robot1", T1=1.0)
-    rig.report("robot1", GO, state, assignment=1)
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.report("robot1", GO, WAITING)
+    harness.bid("robot1", T1=1.0)
+    harness.report("robot1", GO, state, assignment=1)
 
-    assert (rig.record(GO).state, rig.record(GO).assignment) == (ASSIGNED, 2)
+    assert (harness.record(GO).state, harness.record(GO).assignment) == (ASSIGNED, 2)
 
 
 @pytest.mark.parametrize("state", [REJECTED, CANCELLED, ASSIGNED])
 def test_what_is_not_a_robot_s_to_say_changes_nothing(state):
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.report("robot1", GO, STARTED)
-    rig.report("robot1", GO, state)
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.report("robot1", GO, STARTED)
+    harness.report("robot1", GO, state)
 
-    assert rig.record(GO).state is STARTED
+    assert harness.record(GO).state is STARTED
 
 
 def test_a_report_on_a_task_nobody_knows_is_no_task():
-    rig = BlackboardRig()
-    rig.report("robot1", GO, DONE)
+    harness = BlackboardHarness()
+    harness.report("robot1", GO, DONE)
 
-    assert rig.record(GO) is None
+    assert harness.record(GO) is None
 
 
 def test_done_is_believed_from_a_robot_that_has_lost_the_task_and_the_other_is_stopped():
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.report("robot1", GO, WAITING)
-    rig.join("robot2")
-    rig.bid("robot1", T1=MAX_COST)
-    rig.bid("robot2", T1=1.0)
-    rig.bid("robot1", T1=MAX_COST)
-    rig.bid("robot2", T1=1.0)
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.report("robot1", GO, WAITING)
+    harness.join("robot2")
+    harness.bid("robot1", T1=MAX_COST)
+    harness.bid("robot2", T1=1.0)
+    harness.bid("robot1", T1=MAX_COST)
+    harness.bid("robot2", T1=1.0)
 
-    rig.report("robot1", GO, DONE, assignment=1)
+    harness.report("robot1", GO, DONE, assignment=1)
 
-    assert (rig.record(GO).state, rig.record(GO).robot) == (DONE, "robot1")
-    assert rig.orders(take_back=True) == [("T1", "robot2")]
+    assert (harness.record(GO).state, harness.record(GO).robot) == (DONE, "robot1")
+    assert harness.orders(take_back=True) == [("T1", "robot2")]
 
 
 def test_a_task_that_is_handed_back_is_auctioned_again_at_once():
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.report("robot1", GO, WAITING, reason="robot1: aborted: no way")
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.report("robot1", GO, WAITING, reason="robot1: aborted: no way")
 
-    record = rig.record(GO)
+    record = harness.record(GO)
     assert (record.state, record.robot, record.tried) == (WAITING, "", ("robot1",))
     assert record.reason == "robot1: aborted: no way"
-    assert len(rig.said(TASK_BROADCAST)) == 2
+    assert len(harness.said(TASK_BROADCAST)) == 2
 
 
 def test_the_next_robot_goes_on_where_a_round_was_left_and_begins_a_pick_anew():
-    rig = BlackboardRig()
+    harness = BlackboardHarness()
     for task in (ROUND, CARRY):
-        rig.assign(task)
-        rig.report("robot1", task, WAITING, step=1)
-        rig.bid("robot1", **{task.id: 1.0})
+        harness.assign(task)
+        harness.report("robot1", task, WAITING, step=1)
+        harness.bid("robot1", **{task.id: 1.0})
 
-    steps = {order.task.id: order.step for order in rig.said(TASK_ASSIGN) if order.assignment == 2}
+    steps = {
+        order.task.id: order.step for order in harness.said(TASK_ASSIGN) if order.assignment == 2
+    }
     assert steps == {"T3": 1, "T2": 0}
 
 
 def test_a_step_that_a_task_does_not_have_is_taken_for_its_last():
-    rig = BlackboardRig()
-    rig.assign(ROUND)
-    rig.report("robot1", ROUND, WAITING, step=200)
-    rig.bid("robot1", T3=1.0)
+    harness = BlackboardHarness()
+    harness.assign(ROUND)
+    harness.report("robot1", ROUND, WAITING, step=200)
+    harness.bid("robot1", T3=1.0)
 
-    assert rig.said(TASK_ASSIGN)[-1].step == 2
+    assert harness.said(TASK_ASSIGN)[-1].step == 2
 
 
 def test_a_task_that_robots_keep_handing_back_is_given_up():
-    rig = BlackboardRig(most_hand_backs=3)
-    rig.assign(GO)
+    harness = BlackboardHarness(most_hand_backs=3)
+    harness.assign(GO)
     for assignment in (1, 2, 3):
-        rig.report("robot1", GO, WAITING, assignment, reason="robot1: aborted: stuck")
+        harness.report("robot1", GO, WAITING, assignment, reason="robot1: aborted: stuck")
         if assignment < 3:
-            rig.bid("robot1", T1=1.0)
+            harness.bid("robot1", T1=1.0)
 
-    record = rig.record(GO)
+    record = harness.record(GO)
     assert record.state is FAILED
     assert record.reason == "given up after 3 tries, the last: robot1: aborted: stuck"
-    assert rig.states(GO)[-1] == (FAILED, "robot1")
+    assert harness.states(GO)[-1] == (FAILED, "robot1")
 
 
 def test_a_task_whose_load_is_on_board_stays_failed():
-    rig = BlackboardRig()
-    rig.assign(CARRY)
-    rig.report("robot1", CARRY, FAILED, step=2, reason="its load is on board")
+    harness = BlackboardHarness()
+    harness.assign(CARRY)
+    harness.report("robot1", CARRY, FAILED, step=2, reason="its load is on board")
 
-    assert rig.record(CARRY).state is FAILED
-    assert rig.record(CARRY).reason == "its load is on board"
-    assert len(rig.said(TASK_BROADCAST)) == 1
+    assert harness.record(CARRY).state is FAILED
+    assert harness.record(CARRY).reason == "its load is on board"
+    assert len(harness.said(TASK_BROADCAST)) == 1
 
 
 def test_a_report_that_is_repeated_is_answered_with_the_list_again():
-    rig = BlackboardRig()
-    rig.assign(GO)
-    rig.report("robot1", GO, DONE)
-    rig.wait(1.0)
-    before = len(rig.said(SYNC))
-    rig.report("robot1", GO, DONE)
-    rig.wait(1.0)
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.report("robot1", GO, DONE)
+    harness.wait(1.0)
+    before = len(harness.said(SYNC))
+    harness.report("robot1", GO, DONE)
+    harness.wait(1.0)
 
-    assert len(rig.said(SYNC)) == before + 1
-    assert rig.said(SYNC)[-1].version == rig.said(SYNC)[-2].version
+    assert len(harness.said(SYNC)) == before + 1
+    assert harness.said(SYNC)[-1].version == harness.said(SYNC)[-2].version

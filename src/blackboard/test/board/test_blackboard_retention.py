@@ -8,7 +8,7 @@ from blackboard.domain.talker import (
 )
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.harness import BlackboardRig
+from hive_lab.virtual.harness import BlackboardHarness
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 GO = Task("T1", TaskType.GA, (A,), priority=3)
@@ -17,71 +17,72 @@ WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 def forgotten(**settings):
     """Return a rig that has forgotten a task which robot1 has done."""
-    rig = BlackboardRig(keep_ended=30.0, **settings)
-    rig.assign(GO)
-    rig.report("robot1", GO, DONE)
+    harness = BlackboardHarness(keep_ended=30.0, **settings)
+    harness.assign(GO)
+    harness.report("robot1", GO, DONE)
     for _ in range(35):
-        rig.wait(1.0)
-        rig.join("robot1")
-    assert rig.record(GO) is None
-    return rig
+        harness.wait(1.0)
+        harness.join("robot1")
+    assert harness.record(GO) is None
+    return harness
 
 
 def test_a_task_that_has_ended_leaves_the_list_after_its_time():
-    rig = BlackboardRig(keep_ended=30.0)
-    rig.post(GO)
-    rig.cancel("T1")
+    harness = BlackboardHarness(keep_ended=30.0)
+    harness.post(GO)
+    harness.cancel("T1")
 
-    rig.wait(29.0)
-    assert rig.record(GO).state is CANCELLED
-    rig.wait(3.0)
-    assert rig.record(GO) is None
+    harness.wait(29.0)
+    assert harness.record(GO).state is CANCELLED
+    harness.wait(3.0)
+    assert harness.record(GO) is None
 
 
 def test_a_robot_that_reports_on_a_forgotten_task_is_told_to_report_no_more():
-    rig = forgotten()
-    rig.report("robot1", GO, DONE)
+    harness = forgotten()
+    harness.report("robot1", GO, DONE)
 
-    order = rig.said(TASK_ASSIGN)[-1]
+    order = harness.said(TASK_ASSIGN)[-1]
     assert (order.robot_id, order.forgotten, order.take_back) == ("robot1", True, True)
     assert (order.task.id, order.assignment) == ("T1", 1)
-    assert rig.record(GO) is None
+    assert harness.record(GO) is None
 
 
 def test_a_robot_that_has_a_forgotten_task_on_its_list_is_told_to_drop_it():
-    rig = forgotten()
-    rig.status("robot1", tasks=["T1"])
+    harness = forgotten()
+    harness.status("robot1", tasks=["T1"])
 
-    assert rig.said(TASK_ASSIGN)[-1].forgotten
+    assert harness.said(TASK_ASSIGN)[-1].forgotten
 
 
 def test_an_id_that_is_forgotten_may_be_used_again_for_another_task():
-    rig = forgotten()
-    rig.post(replace(GO, goals=(B,)))
-    rig.bid("robot1", T1=1.0)
+    harness = forgotten()
+    harness.post(replace(GO, goals=(B,)))
+    harness.bid("robot1", T1=1.0)
 
-    assert rig.record(GO).task.goals == (B,)
-    assert rig.said(TASK_ASSIGN)[-1].assignment == 2
+    assert harness.record(GO).task.goals == (B,)
+    assert harness.said(TASK_ASSIGN)[-1].assignment == 2
 
 
 def test_a_late_report_on_a_forgotten_task_says_nothing_of_another_one_of_its_id():
-    rig = forgotten()
-    rig.post(GO)
-    rig.bid("robot1", T1=1.0)
-    rig.report("robot1", GO, DONE, assignment=1)
+    harness = forgotten()
+    harness.post(GO)
+    harness.bid("robot1", T1=1.0)
+    harness.report("robot1", GO, DONE, assignment=1)
 
-    assert rig.record(GO).state is ASSIGNED
-    assert rig.said(TASK_ASSIGN)[-1].forgotten
+    assert harness.record(GO).state is ASSIGNED
+    assert harness.said(TASK_ASSIGN)[-1].forgotten
 
-    rig.report("robot1", GO, DONE, assignment=2)
-    assert rig.record(GO).state is DONE
+    harness.report("robot1", GO, DONE, assignment=2)
+    assert harness.record(GO).state is DONE
 
 
 def test_a_forgotten_task_cannot_be_cancelled_and_the_reason_is_said():
-    rig = forgotten()
-    rig.cancel("T1")
+    harness = forgotten()
+    harness.cancel("T1")
 
-    assert rig.states(GO)[-1] == (DONE, "robot1")
+    assert harness.states(GO)[-1] == (DONE, "robot1")
     assert (
-        "there is no task 'T1' on the list; it may have ended long ago" in rig.talker.warnings[-1]
+        "there is no task 'T1' on the list; it may have ended long ago"
+        in harness.talker.warnings[-1]
     )

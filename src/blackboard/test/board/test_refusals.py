@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The book of what a member refuses to take in."""
 
-from blackboard.board.refusals import MOST_REASONS, OTHERS, Refusals
+from blackboard.board.refusals import MAX_REASONS, OTHERS, Refusals
 
 
 def test_a_reason_is_said_once_and_counted_each_time():
@@ -34,9 +34,9 @@ def test_many_different_reasons_neither_fill_the_memory_nor_the_log():
     for number in range(10_000):
         book.refuse("task_state", f"{number} is wrong")
 
-    assert len(book.counts) == MOST_REASONS + 1
-    assert book.counts["task_state", OTHERS] == 10_000 - MOST_REASONS
-    assert len(said) < MOST_REASONS + 6
+    assert len(book.counts) == MAX_REASONS + 1
+    assert book.counts["task_state", OTHERS] == 10_000 - MAX_REASONS
+    assert len(said) < MAX_REASONS + 6
     assert book.by_topic() == {"task_state": 10_000}
 
 

@@ -3,8 +3,8 @@
 
 import pytest
 
-from blackboard.board.retention import MOST_AT_ONCE, SHORTEST, Forgetting
-from blackboard.consensus.log import Entry, Log, Position, Whole
+from blackboard.board.retention import MAX_AT_ONCE, SHORTEST, Retention
+from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -21,8 +21,8 @@ class Desk:
     """A list that is committed, unless it is said otherwise, and what of it is to be forgotten."""
 
     def __init__(self, *records, keep=60.0, most=500):
-        self.log = Log.of(Whole(Position(1, 1)))
-        self.forgetting = Forgetting(keep, most)
+        self.log = Log.of(Snapshot(Position(1, 1)))
+        self.retention = Retention(keep, most)
         self.write(*records)
 
     def write(self, *records, committed=True):
@@ -31,7 +31,7 @@ class Desk:
             self.log = self.log.commit(self.log.position.version, kept=100)
 
     def due(self, now):
-        return self.forgetting.due(self.log, now)
+        return self.retention.due(self.log, now)
 
 
 @pytest.mark.parametrize("state", [DONE, CANCELLED, FAILED])
@@ -60,7 +60,7 @@ def test_time_counts_from_when_it_has_ended():
 def test_a_new_active_blackboard_counts_from_its_own_beginning():
     desk = Desk(record("T1"))
     desk.due(0.0)
-    desk.forgetting.begin()
+    desk.retention.begin()
 
     assert [desk.due(now) for now in (60.0, 119.0, 120.0)] == [(), (), ("T1",)]
 
@@ -100,10 +100,10 @@ def test_a_task_that_was_split_is_forgotten_with_its_parts_when_all_have_ended()
 
 
 def test_one_change_does_not_forget_more_than_a_message_may_hold():
-    desk = Desk(*(record(f"T{number}") for number in range(MOST_AT_ONCE + 1)))
+    desk = Desk(*(record(f"T{number}") for number in range(MAX_AT_ONCE + 1)))
     desk.due(0.0)
 
-    assert len(desk.due(60.0)) == MOST_AT_ONCE
+    assert len(desk.due(60.0)) == MAX_AT_ONCE
 
 
 def test_the_list_does_without_what_is_forgotten():

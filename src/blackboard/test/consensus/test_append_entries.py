@@ -6,11 +6,11 @@ from types import MappingProxyType
 import pytest
 
 from blackboard.consensus import append_entries
-from blackboard.consensus.log import Ack, Entries, Log, Position, Whole
+from blackboard.consensus.log import AppendEntries, AppendReply, Log, Position, Snapshot
 from blackboard.consensus.member import Member, Peer, Role
 from blackboard.consensus.step import Tick, Write, concerned, step
 from blackboard.domain.record import TaskRecord
-from blackboard.domain.settings import BackupSettings
+from blackboard.domain.settings import RaftSettings
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 
@@ -26,11 +26,11 @@ class Active:
         others = (*VOTERS[1:], *LISTENERS)
         self.member = Member(
             VOTERS[0],
-            BackupSettings(most_members=3),
-            Log.of(Whole(Position(1, 1), members=VOTERS)),
+            RaftSettings(most_members=3),
+            Log.of(Snapshot(Position(1, 1), members=VOTERS)),
             epoch=1,
-            role=Role.ACTIVE,
-            active="blackboard",
+            role=Role.LEADER,
+            leader="blackboard",
             peers=MappingProxyType({each: Peer(1, NOW, NOW) for each in others}),
             hive="hive1",
         )
@@ -41,7 +41,7 @@ class Active:
         return [
             ([entry.version for entry in each.entries], set(concerned(each, event)))
             for each in said
-            if isinstance(each, Entries)
+            if isinstance(each, AppendEntries)
         ]
 
     def write(self, name, now=NOW):
@@ -50,7 +50,7 @@ class Active:
 
     def hear(self, member, version, echo=NOW):
         """Hear that a member has written down up to a version, answering what was sent then."""
-        return self.do(Ack(member, 1, version, echo, "hive1"), max(echo, NOW))
+        return self.do(AppendReply(member, 1, version, echo, "hive1"), max(echo, NOW))
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_once_all_is_committed_the_next_change_goes_at_once_again(blackboard):
 
 
 def test_no_message_brings_more_changes_than_are_allowed(blackboard, monkeypatch):
-    monkeypatch.setattr(append_entries, "MOST_ENTRIES", 2)
+    monkeypatch.setattr(append_entries, "MAX_ENTRIES", 2)
     for number in range(4):
         blackboard.write(f"T{number}")
 
@@ -177,7 +177,7 @@ def test_whoever_is_far_behind_is_sent_the_whole_list_and_nobody_else(blackboard
 
 def test_one_of_two_that_goes_on_alone_commits_what_was_on_its_way_to_the_other(blackboard):
     both = (VOTERS[0], VOTERS[1])
-    log = Log.of(Whole(Position(1, 1), members=both))
+    log = Log.of(Snapshot(Position(1, 1), members=both))
     peers = MappingProxyType({VOTERS[1]: Peer(1, NOW, NOW)})
     blackboard.member = blackboard.member.but(log=log, peers=peers)
     blackboard.write("T1")

@@ -8,12 +8,12 @@ import pytest
 from blackboard.consensus.bootstrap import founder
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import Ack
+from blackboard.consensus.log import AppendReply
 from blackboard.consensus.member import Role
-from blackboard.consensus.node import Backup
+from blackboard.consensus.node import RaftNode
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord, TaskUpdate
-from blackboard.domain.settings import BackupSettings
+from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ACK, NEW_TASK, SYNC, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -30,16 +30,16 @@ class Member:
         self.network = Network()
         self.talker = NetworkTalker(self.network, name)
         self.disk = disk or MemoryJournal()
-        self.backup = Backup(
-            self.talker, name, BackupSettings(), self.disk, Random(1), founds=founds
+        self.backup = RaftNode(
+            self.talker, name, RaftSettings(), self.disk, Random(1), founds=founds
         )
         self.backup.start()
         self.network.run(0.1)
 
-    def hear_beats(self, hive, epoch, seconds, active="robot1", members=OTHERS):
+    def hear_beats(self, hive, epoch, seconds, leader="robot1", members=OTHERS):
         """Have the active one of a hive heard for some time."""
         for _ in range(round(seconds / 0.2)):
-            beat = Heartbeat(epoch, active, members=members, hive=hive)
+            beat = Heartbeat(epoch, leader, members=members, hive=hive)
             self.network.send(BACKUP, beat)
             self.network.run(0.2)
 
@@ -107,13 +107,13 @@ def test_a_founder_founds_where_nobody_is_heard():
 
     member.network.run(3.0)
 
-    assert member.backup.member.role is Role.ACTIVE
+    assert member.backup.member.role is Role.LEADER
     assert member.backup.hive
 
 
 def test_a_founder_founds_nothing_beside_a_hive_whose_members_it_has_heard():
     member = Member("blackboard", founds=True)
-    member.network.send(BB_ACK, Ack("robot1#1", 3, 0, 0.0, "hive1"))
+    member.network.send(BB_ACK, AppendReply("robot1#1", 3, 0, 0.0, "hive1"))
 
     member.network.run(60.0)
 
@@ -123,7 +123,7 @@ def test_a_founder_founds_nothing_beside_a_hive_whose_members_it_has_heard():
 
 def test_a_founder_joins_the_hive_that_it_has_waited_for():
     member = Member("blackboard", founds=True)
-    member.network.send(BB_ACK, Ack("robot1#1", 3, 0, 0.0, "hive1"))
+    member.network.send(BB_ACK, AppendReply("robot1#1", 3, 0, 0.0, "hive1"))
     member.network.run(5.0)
 
     member.hear_beats("hive1", 4, seconds=3.0)

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.consensus.journal import Durable, SqliteJournal
-from blackboard.consensus.log import Entry, Log, Position, Whole
+from blackboard.consensus.journal import HardState, SqliteJournal
+from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import JournalError
@@ -18,7 +18,7 @@ from hive_common.pose import Pose
 GOALS = (Pose(1.0, 2.0), Pose(3.0, 4.0, 0.5))
 ONE = TaskRecord(Task("T1", TaskType.GAB, GOALS, payload=1.5), assignment=2)
 TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(5.0, 6.0),)), tried=("robot1", "robot2"))
-EMPTY = Durable("robot1#1", 3, "robot2#5", Log.of(Whole(Position(1, 1), {}, ("robot1#1",))))
+EMPTY = HardState("robot1#1", 3, "robot2#5", Log.of(Snapshot(Position(1, 1), {}, ("robot1#1",))))
 DONE = TaskUpdate("T1", TaskState.DONE, "robot1", 2, 2, assignment=4)
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.board.deadlines import Promises
+from blackboard.board.deadlines import Deadlines
 from blackboard.board.recovery import after_loss, put_back
 from blackboard.consensus.lease import MAX_DRIFT, Lease, Leases
 from blackboard.consensus.node import Heartbeat
@@ -248,60 +248,60 @@ def test_a_robot_cannot_have_done_more_steps_than_there_are():
     assert put_back(started(ROUND), update, most_tries=5).step == 2
 
 
-def overdue(promises, *records, now):
-    return [(record.task.id, allowed) for record, allowed in promises.overdue(records, now)]
+def overdue(deadlines, *records, now):
+    return [(record.task.id, allowed) for record, allowed in deadlines.overdue(records, now)]
 
 
 def test_a_robot_is_late_after_a_multiple_of_what_it_promised_and_a_grace():
-    promises = Promises(factor=2.0, grace=60.0)
+    deadlines = Deadlines(factor=2.0, grace=60.0)
     record = started(ROUND, eta=20.0)
-    overdue(promises, record, now=1000.0)
+    overdue(deadlines, record, now=1000.0)
 
-    assert not overdue(promises, record, now=1100.0)
-    assert overdue(promises, record, now=1100.1) == [("T2", 100.0)]
+    assert not overdue(deadlines, record, now=1100.0)
+    assert overdue(deadlines, record, now=1100.1) == [("T2", 100.0)]
 
 
 def test_a_step_renews_the_promise():
-    promises = Promises(2.0, 60.0)
-    overdue(promises, started(ROUND, eta=20.0), now=0.0)
-    overdue(promises, started(ROUND, step=1, eta=10.0), now=90.0)
+    deadlines = Deadlines(2.0, 60.0)
+    overdue(deadlines, started(ROUND, eta=20.0), now=0.0)
+    overdue(deadlines, started(ROUND, step=1, eta=10.0), now=90.0)
 
-    assert not overdue(promises, started(ROUND, step=1, eta=10.0), now=169.0)
-    assert overdue(promises, started(ROUND, step=1, eta=10.0), now=171.0)
+    assert not overdue(deadlines, started(ROUND, step=1, eta=10.0), now=169.0)
+    assert overdue(deadlines, started(ROUND, step=1, eta=10.0), now=171.0)
 
 
 @pytest.mark.parametrize(("task", "allowed"), [(URGENT, 70.0), (ROUND, 260.0)])
 def test_from_priority_8_on_every_step_is_promised(task, allowed):
-    promises = Promises(2.0, 60.0)
+    deadlines = Deadlines(2.0, 60.0)
     record = started(task, eta=100.0, step_eta=5.0)
-    overdue(promises, record, now=0.0)
+    overdue(deadlines, record, now=0.0)
 
-    assert not overdue(promises, record, now=allowed - 0.1)
-    assert overdue(promises, record, now=allowed + 0.1) == [("T2", allowed)]
+    assert not overdue(deadlines, record, now=allowed - 0.1)
+    assert overdue(deadlines, record, now=allowed + 0.1) == [("T2", allowed)]
 
 
 def test_a_robot_that_predicts_nothing_is_never_late():
-    promises = Promises(2.0, 60.0)
-    overdue(promises, started(ROUND), now=0.0)
+    deadlines = Deadlines(2.0, 60.0)
+    overdue(deadlines, started(ROUND), now=0.0)
 
-    assert not overdue(promises, started(ROUND), now=1e6)
+    assert not overdue(deadlines, started(ROUND), now=1e6)
 
 
 def test_what_waits_in_a_list_is_promised_anew_when_its_robot_gets_on_with_another_task():
-    promises = Promises(2.0, 60.0)
+    deadlines = Deadlines(2.0, 60.0)
     queued = TaskRecord(CARRY, ASSIGNED, robot="robot1", assignment=1, eta=20.0)
-    overdue(promises, queued, started(ROUND, eta=500.0), now=0.0)
-    overdue(promises, queued, started(ROUND, step=1, eta=500.0), now=90.0)
+    overdue(deadlines, queued, started(ROUND, eta=500.0), now=0.0)
+    overdue(deadlines, queued, started(ROUND, step=1, eta=500.0), now=90.0)
 
-    assert not overdue(promises, queued, started(ROUND, step=1, eta=500.0), now=189.0)
-    late = overdue(promises, queued, started(ROUND, step=1, eta=500.0), now=191.0)
+    assert not overdue(deadlines, queued, started(ROUND, step=1, eta=500.0), now=189.0)
+    late = overdue(deadlines, queued, started(ROUND, step=1, eta=500.0), now=191.0)
     assert late == [("T1", 100.0)]
 
 
 def test_another_assignment_is_another_promise():
-    promises = Promises(2.0, 60.0)
+    deadlines = Deadlines(2.0, 60.0)
     record = TaskRecord(CARRY, ASSIGNED, robot="robot1", assignment=1, eta=20.0)
-    overdue(promises, record, now=0.0)
+    overdue(deadlines, record, now=0.0)
 
     again = replace(record, assignment=2)
-    assert not overdue(promises, again, now=101.0)
+    assert not overdue(deadlines, again, now=101.0)

@@ -6,10 +6,10 @@ from random import Random
 
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import Entries, Entry, Position, Whole
-from blackboard.consensus.node import Backup, TaskList
+from blackboard.consensus.log import AppendEntries, Entry, Position, Snapshot
+from blackboard.consensus.node import RaftNode, TaskList
 from blackboard.domain.record import TaskRecord
-from blackboard.domain.settings import BackupSettings
+from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ENTRIES, SYNC
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -40,7 +40,7 @@ def test_the_heartbeat_comes_at_its_rate_and_shows_progress():
     beats = said(network, BACKUP)
     assert [beat.progress for beat in beats] == [1, 2, 3, 4, 5, 6]
     first = beats[0]
-    assert (first.epoch, first.active, first.backup) == (1, "blackboard", "")
+    assert (first.epoch, first.leader, first.backup) == (1, "blackboard", "")
     assert first.members == ("blackboard",)
 
 
@@ -100,15 +100,17 @@ class Follower:
     def __init__(self):
         self.network = Network()
         talker = NetworkTalker(self.network, "robot9")
-        self.backup = Backup(talker, "robot9", BackupSettings(), MemoryJournal(), Random(1))
+        self.backup = RaftNode(talker, "robot9", RaftSettings(), MemoryJournal(), Random(1))
         self.told = []
         self.backup.follow(self.told.append)
         self.backup.start()
 
     def hear(self, *entries, committed, before=Position(1, 1)):
         """Have the active one write changes behind a position, which it says are committed."""
-        whole = Whole(before, {}, ("blackboard#1", "robot9#1")) if before == (1, 1) else None
-        message = Entries(1, "blackboard#1", before, entries, committed, 0.0, whole, "hive1")
+        snapshot = Snapshot(before, {}, ("blackboard#1", "robot9#1")) if before == (1, 1) else None
+        message = AppendEntries(
+            1, "blackboard#1", before, entries, committed, 0.0, snapshot, "hive1"
+        )
         self.network.send(BB_ENTRIES, message)
         self.network.run(0.01)
 

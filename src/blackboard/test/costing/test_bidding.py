@@ -9,8 +9,8 @@ import pytest
 
 from blackboard.costing.bidding import Bidder
 from blackboard.costing.cost import COST_MODELS, MAX_COST
-from blackboard.costing.path_lengths import Grid, GridWays, StraightWays
-from blackboard.costing.schedule import Itinerary
+from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
+from blackboard.costing.schedule import Schedule
 from blackboard.domain.battery import Battery
 from blackboard.domain.record import Order
 from blackboard.domain.task import Task, TaskType
@@ -30,16 +30,16 @@ def bid(
     charge=1.0,
     before=(),
     model="report",
-    ways=None,
+    path_lengths=None,
     here=HERE,
     at_work=False,
 ):
     """Return what a robot bids that has some tasks on its list already."""
-    itinerary = Itinerary(robot, ways or StraightWays(), model)
+    schedule = Schedule(robot, path_lengths or EuclideanLengths(), model)
     for earlier in before:
-        itinerary.insert(Order(earlier, "robot1"), here, keep_first=at_work)
+        schedule.insert(Order(earlier, "robot1"), here, keep_first=at_work)
     battery = Battery(robot.battery, charge)
-    bidder = Bidder("robot1", robot, battery, itinerary, COST_MODELS[model])
+    bidder = Bidder("robot1", robot, battery, schedule, COST_MODELS[model])
     return bidder.bid(task, 0, here, at_work=at_work)
 
 
@@ -47,7 +47,7 @@ def halved():
     """Return ways on a floor of 10 m x 10 m from (-5, -5), cut in two along x = 0.5 m."""
     blocked = np.zeros((100, 100), dtype=bool)
     blocked[:, 54:56] = True
-    return GridWays(Grid(blocked, 0.1, -5.0, -5.0), 0.3)
+    return GridPathLengths(Grid(blocked, 0.1, -5.0, -5.0), 0.3)
 
 
 def test_an_idle_robot_bids_what_the_task_takes_of_its_charge():
@@ -155,7 +155,7 @@ def test_what_waits_before_counts_for_the_charge_at_the_time_of_execution():
 
 
 def test_a_place_without_a_way_is_refused_with_the_radius_that_does_not_fit():
-    offer = bid(replace(GO, goals=(Pose(3.0, 0.0),)), ways=halved(), here=Pose(-2.0, 0.0))
+    offer = bid(replace(GO, goals=(Pose(3.0, 0.0),)), path_lengths=halved(), here=Pose(-2.0, 0.0))
 
     assert offer.cost == MAX_COST
     assert offer.reason == "finds no way there from (-2.00, 0.00) for its radius of 0.30 m"
@@ -165,7 +165,10 @@ def test_behind_a_task_without_a_way_nothing_is_promised():
     lost = Task("T0", TaskType.GA, (Pose(3.0, 0.0),), priority=9)
 
     offer = bid(
-        replace(GO, goals=(Pose(3.0, 2.0),)), ways=halved(), here=Pose(-2.0, 0.0), before=[lost]
+        replace(GO, goals=(Pose(3.0, 2.0),)),
+        path_lengths=halved(),
+        here=Pose(-2.0, 0.0),
+        before=[lost],
     )
 
     assert offer.cost == MAX_COST
@@ -179,8 +182,8 @@ def test_a_cost_at_the_end_of_the_scale_is_a_refusal():
         def cost(self, terms):
             return MAX_COST + terms.place
 
-    itinerary = Itinerary(SMALL_ROBOT, StraightWays())
-    bidder = Bidder("robot1", SMALL_ROBOT, Battery(SMALL_ROBOT.battery), itinerary, Dear())
+    schedule = Schedule(SMALL_ROBOT, EuclideanLengths())
+    bidder = Bidder("robot1", SMALL_ROBOT, Battery(SMALL_ROBOT.battery), schedule, Dear())
 
     offer = bidder.bid(GO, 0, HERE, at_work=False)
 
@@ -189,9 +192,9 @@ def test_a_cost_at_the_end_of_the_scale_is_a_refusal():
 
 def test_steps_that_are_done_cost_nothing():
     task = Task("T1", TaskType.GAB, (Pose(12.0, 0.0), Pose(12.0, 5.0)))
-    itinerary = Itinerary(SMALL_ROBOT, StraightWays())
+    schedule = Schedule(SMALL_ROBOT, EuclideanLengths())
     model = COST_MODELS["report"]
-    bidder = Bidder("robot1", SMALL_ROBOT, Battery(SMALL_ROBOT.battery), itinerary, model)
+    bidder = Bidder("robot1", SMALL_ROBOT, Battery(SMALL_ROBOT.battery), schedule, model)
 
     rest = bidder.bid(task, 1, Pose(12.0, 0.0), at_work=False)
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blackboard.costing.path_lengths import Grid, GridWays, StraightWays
+from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
 from hive_common.pose import Pose
 
 WALL = 0.1  # thickness [m]
@@ -38,7 +38,7 @@ def two_rooms(width, height, door):
     return grid
 
 
-OPEN = GridWays(floor(13.0, 13.0), 0.3)
+OPEN = GridPathLengths(floor(13.0, 13.0), 0.3)
 INSIDE = st.builds(Pose, st.floats(1.0, 12.0), st.floats(1.0, 12.0))
 
 
@@ -63,7 +63,10 @@ def test_the_way_back_is_as_long_when_nothing_was_asked_before():
     grid = two_rooms(10.0, 8.0, 1.2)
     start, goal = Pose(1.0, 1.0), Pose(9.0, 7.0)
 
-    there, back = GridWays(grid, 0.3).length(start, goal), GridWays(grid, 0.3).length(goal, start)
+    there, back = (
+        GridPathLengths(grid, 0.3).length(start, goal),
+        GridPathLengths(grid, 0.3).length(goal, start),
+    )
 
     assert there == pytest.approx(back, rel=1e-9)
 
@@ -81,7 +84,7 @@ def test_around_a_wall_the_way_bends_at_its_end(side):
     # A round robot of 0.3 m passes the corners (5, 7) and (5.1, 7) on an arc around them.
     corner = Pose(5.05, 7.3)
     bend = start.distance_to(corner) + corner.distance_to(goal)
-    assert GridWays(grid, 0.3).length(start, goal) == pytest.approx(bend, rel=0.04)
+    assert GridPathLengths(grid, 0.3).length(start, goal) == pytest.approx(bend, rel=0.04)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +94,7 @@ def test_through_a_wall_there_is_no_way(size, radius):
     grid = two_rooms(*size, door=0.0)
     left, right = Pose(size[0] / 4, size[1] / 2), Pose(size[0] * 3 / 4, size[1] / 2)
 
-    assert GridWays(grid, radius).length(left, right) == math.inf
+    assert GridPathLengths(grid, radius).length(left, right) == math.inf
 
 
 @pytest.mark.parametrize(
@@ -107,16 +110,16 @@ def test_a_door_is_open_for_a_robot_that_fits_and_closed_for_one_that_does_not(s
     left, right = Pose(size[0] / 4, size[1] / 2), Pose(size[0] * 3 / 4, size[1] / 2)
     wide, narrow = (two_rooms(*size, 2 * radius + margin) for margin in (0.1, -0.1))
 
-    way = GridWays(wide, radius).length(left, right)
+    way = GridPathLengths(wide, radius).length(left, right)
 
     assert way == pytest.approx(size[0] / 2, rel=0.03)
-    assert GridWays(narrow, radius).length(left, right) == math.inf
+    assert GridPathLengths(narrow, radius).length(left, right) == math.inf
 
 
 def test_a_door_that_is_one_cell_too_narrow_is_closed_on_a_large_map_as_well():
     grid = two_rooms(60.0, 40.0, door=0.35)
 
-    assert GridWays(grid, 0.2).length(Pose(15.0, 20.0), Pose(45.0, 20.0)) == math.inf
+    assert GridPathLengths(grid, 0.2).length(Pose(15.0, 20.0), Pose(45.0, 20.0)) == math.inf
 
 
 def test_a_wall_across_the_cells_holds_as_well():
@@ -124,7 +127,7 @@ def test_a_wall_across_the_cells_holds_as_well():
     for cell in range(400):
         grid.blocked[cell, max(0, 398 - cell) : 401 - cell] = True
 
-    assert GridWays(grid, 0.3).length(Pose(5.0, 5.0), Pose(15.0, 15.0)) == math.inf
+    assert GridPathLengths(grid, 0.3).length(Pose(5.0, 5.0), Pose(15.0, 15.0)) == math.inf
 
 
 MAPS = st.lists(st.lists(st.booleans(), min_size=6, max_size=6), min_size=6, max_size=6)
@@ -148,9 +151,11 @@ def reachable(blocked, start, goal):
 def test_on_any_map_there_is_a_way_exactly_where_one_can_walk(cells, start, goal):
     blocked = np.array(cells)
     blocked[start] = blocked[goal] = False
-    ways = GridWays(Grid(blocked, 1.0))
+    path_lengths = GridPathLengths(Grid(blocked, 1.0))
 
-    way = ways.length(Pose(start[1] + 0.5, start[0] + 0.5), Pose(goal[1] + 0.5, goal[0] + 0.5))
+    way = path_lengths.length(
+        Pose(start[1] + 0.5, start[0] + 0.5), Pose(goal[1] + 0.5, goal[0] + 0.5)
+    )
 
     assert math.isfinite(way) == reachable(blocked, start, goal)
 
@@ -162,7 +167,7 @@ def test_a_pose_a_little_too_near_to_a_wall_counts_as_free_and_one_in_it_does_no
     grid = floor(8.0, 6.0)
     block(grid, 4.0, 0.0, 4.1, 6.0)
 
-    way = GridWays(grid, 0.3).length(Pose(4.0 - clearance, 3.0), Pose(1.0, 3.0))
+    way = GridPathLengths(grid, 0.3).length(Pose(4.0 - clearance, 3.0), Pose(1.0, 3.0))
 
     assert math.isfinite(way) == found
 
@@ -175,42 +180,42 @@ def test_outside_the_map_there_is_no_way():
 def test_nobody_can_stand_outside_the_map_or_in_a_wall():
     grid = floor(8.0, 6.0)
     block(grid, 4.0, 0.0, 4.1, 6.0)
-    ways = GridWays(grid)
+    path_lengths = GridPathLengths(grid)
 
-    assert "reaches from (0.00, 0.00) to (8.00, 6.00) m" in ways.refusal(Pose(8.5, 1.0))
-    assert "choose a free place" in ways.refusal(Pose(4.05, 3.0))
-    assert not ways.refusal(Pose(3.95, 3.0))
+    assert "reaches from (0.00, 0.00) to (8.00, 6.00) m" in path_lengths.refusal(Pose(8.5, 1.0))
+    assert "choose a free place" in path_lengths.refusal(Pose(4.05, 3.0))
+    assert not path_lengths.refusal(Pose(3.95, 3.0))
 
 
 def test_a_map_may_begin_anywhere():
     grid = Grid(np.zeros((40, 40), dtype=bool), 0.1, x=-2.0, y=-3.0)
-    ways = GridWays(grid, 0.2)
+    path_lengths = GridPathLengths(grid, 0.2)
 
-    assert not ways.refusal(Pose(-1.9, -2.9))
-    assert "from (-2.00, -3.00) to (2.00, 1.00)" in ways.refusal(Pose(2.1, 0.0))
-    assert ways.length(Pose(-1.5, -2.5), Pose(1.5, -2.5)) == pytest.approx(3.0, rel=0.03)
+    assert not path_lengths.refusal(Pose(-1.9, -2.9))
+    assert "from (-2.00, -3.00) to (2.00, 1.00)" in path_lengths.refusal(Pose(2.1, 0.0))
+    assert path_lengths.length(Pose(-1.5, -2.5), Pose(1.5, -2.5)) == pytest.approx(3.0, rel=0.03)
 
 
 def test_another_map_is_gone_by_from_then_on():
-    ways = GridWays(two_rooms(8.0, 6.0, 1.2), 0.3)
+    path_lengths = GridPathLengths(two_rooms(8.0, 6.0, 1.2), 0.3)
     left, right = Pose(2.0, 3.0), Pose(6.0, 3.0)
-    before = ways.length(left, right)
+    before = path_lengths.length(left, right)
 
-    ways.use(two_rooms(8.0, 6.0, 0.0))
+    path_lengths.use(two_rooms(8.0, 6.0, 0.0))
 
     assert math.isfinite(before)
-    assert ways.length(left, right) == math.inf
+    assert path_lengths.length(left, right) == math.inf
 
 
 def test_many_goals_do_not_wear_out_the_answers():
-    ways = GridWays(floor(1.6, 1.6), 0.3)
+    path_lengths = GridPathLengths(floor(1.6, 1.6), 0.3)
     here = Pose(0.8, 0.8)
     goals = [Pose(0.4 + 0.05 * (i % 16), 0.4 + 0.05 * (i // 16)) for i in range(250)]
-    first = [ways.length(here, goal) for goal in goals]
+    first = [path_lengths.length(here, goal) for goal in goals]
 
-    assert [ways.length(here, goal) for goal in goals] == pytest.approx(first)
+    assert [path_lengths.length(here, goal) for goal in goals] == pytest.approx(first)
 
 
 def test_as_the_crow_flies_there_are_no_walls():
-    assert StraightWays().length(Pose(0.0, 0.0), Pose(3.0, 4.0)) == 5.0
-    assert not StraightWays().refusal(Pose(1e9, 0.0))
+    assert EuclideanLengths().length(Pose(0.0, 0.0), Pose(3.0, 4.0)) == 5.0
+    assert not EuclideanLengths().refusal(Pose(1e9, 0.0))

@@ -7,9 +7,9 @@ import pytest
 
 from blackboard.costing.bidding import Bidder
 from blackboard.costing.cost import COST_MODELS, MAX_COST, Bid
-from blackboard.costing.path_lengths import StraightWays
+from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.costing.preemption import best_bid, may_put_off
-from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery
 from blackboard.domain.record import Order, TaskRecord
 from blackboard.domain.task import Task, TaskType
@@ -43,10 +43,10 @@ def interrupt_cost(
     urgent, under_way, *, step=0, here=HERE, model="energy", at_work=True, charge=1.0
 ):
     """Return what a robot bids for interrupting what it is doing."""
-    itinerary = Itinerary(SMALL_ROBOT, StraightWays())
-    itinerary.insert(Order(under_way, "robot1", step=step), here, keep_first=False)
+    schedule = Schedule(SMALL_ROBOT, EuclideanLengths())
+    schedule.insert(Order(under_way, "robot1", step=step), here, keep_first=False)
     battery = Battery(SMALL_ROBOT.battery, charge)
-    bidder = Bidder("robot1", SMALL_ROBOT, battery, itinerary, COST_MODELS[model])
+    bidder = Bidder("robot1", SMALL_ROBOT, battery, schedule, COST_MODELS[model])
     return bidder.bid(urgent, 0, here, at_work=at_work).interrupt_cost
 
 

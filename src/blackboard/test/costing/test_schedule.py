@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from blackboard.costing.aging import Aging
 from blackboard.costing.effort import effort
 from blackboard.costing.pace import MEAN_SPEED_SHARE
-from blackboard.costing.path_lengths import StraightWays
-from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.costing.path_lengths import EuclideanLengths
+from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.record import Order
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
@@ -20,7 +20,7 @@ from hive_lab.allocation.testing import figures, on_a_road
 from hive_lab.virtual.hive import SMALL_ROBOT
 
 HERE = Pose(0.0, 0.0)
-WAYS = StraightWays()
+WAYS = EuclideanLengths()
 # 50 kg, Cf = 0.02, 1 m/s at most, of which 60 % in the mean; 20 W all the time, 100 W for the arm.
 ROBOT = SMALL_ROBOT
 
@@ -32,15 +32,15 @@ def go(name, x, priority=0):
 
 def listed(*tasks, keep_first=False):
     """Return an itinerary that was given some tasks one after the other."""
-    itinerary = Itinerary(ROBOT, WAYS)
+    schedule = Schedule(ROBOT, WAYS)
     for task in tasks:
-        itinerary.insert(Order(task, "robot1"), HERE, keep_first=keep_first)
-    return itinerary
+        schedule.insert(Order(task, "robot1"), HERE, keep_first=keep_first)
+    return schedule
 
 
-def ids(itinerary):
+def ids(schedule):
     """Return the names of the tasks on a list, in their order."""
-    return [entry.task.id for entry in itinerary]
+    return [entry.task.id for entry in schedule]
 
 
 def test_a_drive_takes_friction_and_idle_power_over_its_length():
@@ -74,40 +74,40 @@ def test_steps_that_are_done_take_nothing():
 
 
 def test_a_higher_priority_goes_before_and_a_lower_one_behind():
-    itinerary = listed(go("low", 1.0, 2), go("high", 9.0, 8), go("middle", 1.0, 5))
+    schedule = listed(go("low", 1.0, 2), go("high", 9.0, 8), go("middle", 1.0, 5))
 
-    assert ids(itinerary) == ["high", "middle", "low"]
+    assert ids(schedule) == ["high", "middle", "low"]
 
 
 def test_among_equals_a_task_goes_where_it_lengthens_the_way_least():
-    itinerary = listed(go("near", 2.0), go("far", 10.0), go("between", 6.0))
+    schedule = listed(go("near", 2.0), go("far", 10.0), go("between", 6.0))
 
-    assert ids(itinerary) == ["near", "between", "far"]
+    assert ids(schedule) == ["near", "between", "far"]
 
 
 def test_among_equals_at_the_same_place_the_first_come_is_first():
-    itinerary = listed(go("first", 5.0), go("second", 5.0))
+    schedule = listed(go("first", 5.0), go("second", 5.0))
 
     # Going there first or second is equally far; the later task lengthens nothing behind.
-    assert sorted(ids(itinerary)) == ["first", "second"]
+    assert sorted(ids(schedule)) == ["first", "second"]
 
 
 def test_what_is_under_way_keeps_its_place_before_a_higher_priority():
-    itinerary = listed(go("under way", 10.0, 0), go("urgent", 1.0, 10), keep_first=True)
+    schedule = listed(go("under way", 10.0, 0), go("urgent", 1.0, 10), keep_first=True)
 
-    assert ids(itinerary) == ["under way", "urgent"]
+    assert ids(schedule) == ["under way", "urgent"]
 
 
 def test_what_is_not_under_way_yields_to_a_higher_priority():
-    itinerary = listed(go("waiting", 10.0, 0), go("urgent", 1.0, 10))
+    schedule = listed(go("waiting", 10.0, 0), go("urgent", 1.0, 10))
 
-    assert ids(itinerary) == ["urgent", "waiting"]
+    assert ids(schedule) == ["urgent", "waiting"]
 
 
 def test_a_place_in_the_list_knows_what_comes_before():
-    itinerary = listed(go("first", 6.0, 5))
+    schedule = listed(go("first", 6.0, 5))
 
-    place = itinerary.route(HERE, at_work=True).best_place((go("second", 12.0, 1), 0))
+    place = schedule.route(HERE, at_work=True).best_place((go("second", 12.0, 1), 0))
 
     assert place.index == 1
     assert place.before.way == pytest.approx(6.0)
@@ -117,38 +117,38 @@ def test_a_place_in_the_list_knows_what_comes_before():
 
 
 def test_a_task_on_the_way_adds_nothing_to_it():
-    itinerary = listed(go("far", 10.0))
+    schedule = listed(go("far", 10.0))
 
-    place = itinerary.route(HERE, at_work=False).best_place((go("on the way", 4.0), 0))
+    place = schedule.route(HERE, at_work=False).best_place((go("on the way", 4.0), 0))
 
     assert place.index == 0
     assert place.added_way == pytest.approx(0.0)
 
 
 def test_a_task_that_is_begun_is_counted_from_its_next_step():
-    itinerary = listed(Task("T", TaskType.GAB, (Pose(5.0, 0.0), Pose(9.0, 0.0))))
+    schedule = listed(Task("T", TaskType.GAB, (Pose(5.0, 0.0), Pose(9.0, 0.0))))
 
-    itinerary.advance("T", 1)
+    schedule.advance("T", 1)
 
-    assert itinerary.ahead(Pose(5.0, 0.0))[0].way == pytest.approx(4.0)
+    assert schedule.ahead(Pose(5.0, 0.0))[0].way == pytest.approx(4.0)
 
 
 def test_what_lies_ahead_adds_up_task_by_task():
-    itinerary = listed(go("one", 6.0), go("two", 12.0))
+    schedule = listed(go("one", 6.0), go("two", 12.0))
 
-    assert [total.way for total in itinerary.ahead(HERE)] == pytest.approx([6.0, 12.0])
-    assert [total.duration for total in itinerary.ahead(HERE)] == pytest.approx([10.0, 20.0])
+    assert [total.way for total in schedule.ahead(HERE)] == pytest.approx([6.0, 12.0])
+    assert [total.duration for total in schedule.ahead(HERE)] == pytest.approx([10.0, 20.0])
 
 
 def test_a_task_is_found_and_taken_off_by_its_name():
-    itinerary = listed(go("one", 1.0), go("two", 2.0))
+    schedule = listed(go("one", 1.0), go("two", 2.0))
 
-    itinerary.remove("one")
-    itinerary.remove("never there")
+    schedule.remove("one")
+    schedule.remove("never there")
 
-    assert itinerary.get("one") is None
-    assert itinerary.first().task.id == "two"
-    assert len(itinerary) == 1
+    assert schedule.get("one") is None
+    assert schedule.first().task.id == "two"
+    assert len(schedule) == 1
 
 
 def test_an_empty_list_has_no_first_task():
@@ -164,14 +164,14 @@ def test_the_best_place_is_the_one_that_the_allocation_of_whole_fleets_finds(leg
         Task(f"T{index}", TaskType.GAB, (Pose(start, 0.0), Pose(end, 0.0)))
         for index, (start, end) in enumerate(legs)
     ]
-    itinerary = Itinerary(ROBOT, WAYS, name)
+    schedule = Schedule(ROBOT, WAYS, name)
     for task in tasks[:-1]:
-        itinerary.insert(Order(task, "robot1"), HERE, keep_first=False)
+        schedule.insert(Order(task, "robot1"), HERE, keep_first=False)
     starts, ends = ([task.goals[goal].x for task in tasks] for goal in (0, 1))
     instance = on_a_road([0.0], starts, ends, speed=[MEAN_SPEED_SHARE * ROBOT.max_speed])
-    plan = (tuple(int(entry.task.id[1:]) for entry in itinerary),)
+    plan = (tuple(int(entry.task.id[1:]) for entry in schedule),)
 
-    place = itinerary.route(HERE, at_work=False).best_place((tasks[-1], 0))
+    place = schedule.route(HERE, at_work=False).best_place((tasks[-1], 0))
 
     lists = []
     for index in range(len(tasks)):
@@ -198,21 +198,21 @@ def test_whatever_is_given_the_list_is_ordered_by_priority(tasks):
 
 @given(TASKS)
 def test_whatever_is_given_the_task_under_way_stays_first(tasks):
-    itinerary = listed(*tasks, keep_first=True)
-    behind = [entry.task.priority for entry in itinerary][1:]
+    schedule = listed(*tasks, keep_first=True)
+    behind = [entry.task.priority for entry in schedule][1:]
 
-    assert itinerary.first().task.id == "T0"
+    assert schedule.first().task.id == "T0"
     assert behind == sorted(behind, reverse=True)
 
 
 @given(TASKS, st.floats(-20.0, 20.0))
 def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
     equals = [replace(task, priority=5) for task in tasks]
-    itinerary = listed(*equals)
-    before = itinerary.ahead(HERE)[-1].way
-    order = [entry.task for entry in itinerary]
+    schedule = listed(*equals)
+    before = schedule.ahead(HERE)[-1].way
+    order = [entry.task for entry in schedule]
 
-    place = itinerary.route(HERE, at_work=False).best_place((go("new", x, 5), 0))
+    place = schedule.route(HERE, at_work=False).best_place((go("new", x, 5), 0))
 
     added = []
     for index in range(len(order) + 1):
@@ -237,27 +237,27 @@ def taken(tasks):
 @given(tasks=TASKS, xs=st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=3))
 def test_what_a_piece_adds_is_what_the_list_takes_more_with_it_and_nowhere_less(model, tasks, xs):
     order = [replace(task, priority=5) for task in tasks]
-    piece = [Task(f"N{i}", TaskType.GAB, (Pose(x, 0.0), HERE), 5) for i, x in enumerate(xs)]
-    itinerary = Itinerary(ROBOT, WAYS, model)
-    itinerary.restore(Entry(Order(task, "robot1")) for task in order)
+    bundle = [Task(f"N{i}", TaskType.GAB, (Pose(x, 0.0), HERE), 5) for i, x in enumerate(xs)]
+    schedule = Schedule(ROBOT, WAYS, model)
+    schedule.restore(Entry(Order(task, "robot1")) for task in order)
 
-    place = itinerary.route(HERE, at_work=False).best_place(*((each, 0) for each in piece))
+    place = schedule.route(HERE, at_work=False).best_place(*((each, 0) for each in bundle))
 
     before = taken(order)
-    there = taken(order[: place.index] + piece + order[place.index :])
+    there = taken(order[: place.index] + bundle + order[place.index :])
     assert place.added_way == pytest.approx(there[0] - before[0], abs=1e-6)
     assert place.added_energy == pytest.approx(there[1] - before[1], abs=1e-6)
     assert place.finish == pytest.approx(there[2], abs=1e-6)
     assert place.added_waiting == pytest.approx(there[3] - before[3], abs=1e-6)
     number = {"energy": 0, "makespan": 2, "latency": 3}[model]
-    others = [taken(order[:i] + piece + order[i:])[number] for i in range(len(order) + 1)]
+    others = [taken(order[:i] + bundle + order[i:])[number] for i in range(len(order) + 1)]
     assert there[number] == pytest.approx(min(others), abs=1e-5)
 
 
 def test_a_piece_keeps_its_order_and_counts_what_each_task_of_it_waits():
-    piece = [(go("N1", 6.0), 0), (go("N2", 12.0), 0)]
+    bundle = [(go("N1", 6.0), 0), (go("N2", 12.0), 0)]
 
-    place = listed().route(HERE, at_work=False).best_place(*piece)
+    place = listed().route(HERE, at_work=False).best_place(*bundle)
 
     # 10 s until the first is done, 20 s until the second.
     assert place.added_waiting == pytest.approx(30.0)
@@ -265,20 +265,20 @@ def test_a_piece_keeps_its_order_and_counts_what_each_task_of_it_waits():
 
 
 def test_among_places_that_are_as_good_a_task_does_not_pass_what_is_on_the_list_already():
-    itinerary = listed(go("first", 8.0))
+    schedule = listed(go("first", 8.0))
 
-    place = itinerary.route(HERE, at_work=False).best_place((go("same place", 8.0), 0))
+    place = schedule.route(HERE, at_work=False).best_place((go("same place", 8.0), 0))
 
     assert place.index == 1
 
 
 def test_what_has_waited_long_is_not_passed_by_what_is_new():
     def place_of_the_new(waited):
-        itinerary = Itinerary(ROBOT, WAYS, "latency", Aging(lambda: 1000.0, 120.0))
+        schedule = Schedule(ROBOT, WAYS, "latency", Aging(lambda: 1000.0, 120.0))
         old = replace(go("old", 60.0), posted=1000.0 - waited)
-        itinerary.insert(Order(old, "robot1"), HERE, keep_first=False)
+        schedule.insert(Order(old, "robot1"), HERE, keep_first=False)
         new = replace(go("new", -12.0), posted=1000.0)
-        return itinerary.route(HERE, at_work=False).best_place((new, 0)).index
+        return schedule.route(HERE, at_work=False).best_place((new, 0)).index
 
     assert place_of_the_new(waited=0.0) == 0
     assert place_of_the_new(waited=600.0) == 1

@@ -8,18 +8,18 @@ import pytest
 import yaml
 
 from blackboard.domain.settings import (
-    BackupSettings,
     BlackboardSettings,
     ControllerSettings,
+    PathSettings,
+    RaftSettings,
     RobotSettings,
-    WaysSettings,
 )
 from blackboard.errors import SettingsError
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 KINDS = {
-    "blackboard": (BlackboardSettings, BackupSettings, WaysSettings),
-    "robot": (RobotSettings, ControllerSettings, WaysSettings),
+    "blackboard": (BlackboardSettings, RaftSettings, PathSettings),
+    "robot": (RobotSettings, ControllerSettings, PathSettings),
 }
 NUMBERS = [
     (kind, each.name)
@@ -44,7 +44,7 @@ def test_an_unknown_cost_model_is_refused_with_those_there_are():
 
 def test_an_unknown_distance_is_refused_with_those_there_are():
     with pytest.raises(SettingsError, match="'guess'; allowed: path, euclidean"):
-        WaysSettings(distance="guess")
+        PathSettings(distance="guess")
 
 
 @pytest.mark.parametrize("file", KINDS)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.costing.path_lengths import Grid, GridWays, StraightWays
+from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
 from blackboard.domain.task import (
     MAX_GOALS,
     TRANSITIONS,
@@ -60,13 +60,13 @@ def hall():
     """Return a map of 10 m x 10 m from (0, 0) with a wall from x = 4 m to 5 m."""
     blocked = np.zeros((20, 20), dtype=bool)
     blocked[:, 8:10] = True
-    return GridWays(Grid(blocked, 0.5))
+    return GridPathLengths(Grid(blocked, 0.5))
 
 
-def refusal(task, ways=None):
+def refusal(task, path_lengths=None):
     """Return why a task is refused."""
     with pytest.raises(TaskRefusedError) as refused:
-        analyze_task(task, ways or StraightWays())
+        analyze_task(task, path_lengths or EuclideanLengths())
     return str(refused.value)
 
 
@@ -159,7 +159,7 @@ def test_whatever_is_posted_is_either_taken_or_refused_in_words(task):
 
 def test_a_task_without_a_frame_means_the_map():
     named = replace(GOOD, frame="map")
-    analyze_task(named, StraightWays())
+    analyze_task(named, EuclideanLengths())
 
     assert GOOD.asks_the_same_as(named)
 

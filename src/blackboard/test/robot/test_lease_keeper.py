@@ -3,10 +3,10 @@
 
 from random import Random
 
-from blackboard.consensus.hive_filter import NoFence
+from blackboard.consensus.hive_filter import NoFilter
 from blackboard.consensus.leader import Heartbeat
 from blackboard.domain.talker import BACKUP
-from blackboard.robot.lease_keeper import Leave
+from blackboard.robot.lease_keeper import LeaseKeeper
 from hive_lab.virtual.hive import Network, NetworkTalker
 
 
@@ -26,13 +26,13 @@ def last_word(begin, length):
     network.run(begin)
     said = []
     talker = SlowClock(network, "robot1")
-    leave = Leave(
+    leave = LeaseKeeper(
         talker,
         "robot1",
         1.0,
         changed=lambda: said.append(leave.holds()),
         unheard=lambda: None,
-        fence=NoFence(talker),
+        fence=NoFilter(talker),
     )
     leave.start()
     beat = Heartbeat(1, "blackboard", heard={"robot1": 0.997 * begin}, robot_lease=length)

@@ -11,7 +11,7 @@ from blackboard.domain.talker import (
 )
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.harness import STEP, RobotRig
+from hive_lab.virtual.harness import STEP, RobotHarness
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
 GO = Task("T1", TaskType.GA, (A,))
@@ -26,10 +26,10 @@ WAITING, STARTED, DONE, FAILED = (
 
 
 def test_a_robot_says_how_it_is_at_the_start_and_then_once_a_second():
-    rig = RobotRig()
-    rig.wait(3.0)
+    harness = RobotHarness()
+    harness.wait(3.0)
 
-    statuses = rig.said(ROBOT_STATUS)
+    statuses = harness.said(ROBOT_STATUS)
     assert len(statuses) == 4
     assert statuses[0].state is RobotState.IDLE
     assert statuses[0].pose == Pose(0.0, 0.0)
@@ -37,9 +37,9 @@ def test_a_robot_says_how_it_is_at_the_start_and_then_once_a_second():
 
 
 def test_it_bids_on_all_that_is_broadcast_in_one_answer():
-    rig = RobotRig()
+    harness = RobotHarness()
 
-    answer = rig.bids(GO, CARRY)
+    answer = harness.bids(GO, CARRY)
 
     assert (answer.robot_id, answer.epoch, answer.auction) == ("robot1", 1, 7)
     assert [bid.task_id for bid in answer.bids] == ["T1", "T2"]
@@ -48,105 +48,105 @@ def test_it_bids_on_all_that_is_broadcast_in_one_answer():
 
 @pytest.mark.parametrize("word", ["defect", "charging"])
 def test_out_of_service_it_bids_max_cost_and_says_why(word):
-    rig = RobotRig(charge=0.5)
-    rig.set_state(word)
+    harness = RobotHarness(charge=0.5)
+    harness.set_state(word)
 
-    (bid,) = rig.bids(GO).bids
+    (bid,) = harness.bids(GO).bids
 
     assert (bid.cost, bid.reason) == (MAX_COST, f"{word}, set by an operator")
 
 
 def test_asked_for_a_task_that_has_not_begun_it_hands_it_back():
-    rig = RobotRig()
-    rig.order(GO)
-    rig.order(CARRY)
-    rig.order(CARRY, take_back=True, hand_back=True, if_unbegun=True)
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.order(CARRY)
+    harness.order(CARRY, take_back=True, hand_back=True, if_unbegun=True)
 
-    assert rig.reports(CARRY) == [(WAITING, 0)]
-    assert rig.status.tasks == ("T1",)
+    assert harness.reports(CARRY) == [(WAITING, 0)]
+    assert harness.status.tasks == ("T1",)
 
 
 def test_asked_for_a_task_that_has_begun_it_keeps_it():
-    rig = RobotRig()
-    rig.order(GO)
-    rig.order(GO, take_back=True, hand_back=True, if_unbegun=True)
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.order(GO, take_back=True, hand_back=True, if_unbegun=True)
 
-    assert rig.reports(GO) == [(STARTED, 0)]
-    assert rig.status.task_id == "T1"
+    assert harness.reports(GO) == [(STARTED, 0)]
+    assert harness.status.task_id == "T1"
 
 
 def test_what_is_on_its_own_list_it_bids_on_for_the_list_without_it():
-    rig = RobotRig()
-    rig.order(GO)
-    alone = rig.bids(CARRY).bids[0].eta
-    rig.order(CARRY)
+    harness = RobotHarness()
+    harness.order(GO)
+    alone = harness.bids(CARRY).bids[0].eta
+    harness.order(CARRY)
 
-    offered = rig.bids(CARRY).bids[0].eta
+    offered = harness.bids(CARRY).bids[0].eta
 
     assert offered == pytest.approx(alone)
 
 
 def test_what_it_has_begun_it_does_not_offer():
-    rig = RobotRig()
-    rig.order(GO)
+    harness = RobotHarness()
+    harness.order(GO)
 
-    (bid,) = rig.bids(GO).bids
+    (bid,) = harness.bids(GO).bids
 
     assert (bid.cost, bid.reason) == (MAX_COST, "has begun with it")
 
 
 def test_a_task_is_begun_at_once_and_reported_step_by_step():
-    rig = RobotRig()
-    rig.order(CARRY, assignment=3)
-    rig.wait(4 * STEP)
+    harness = RobotHarness()
+    harness.order(CARRY, assignment=3)
+    harness.wait(4 * STEP)
 
-    assert rig.reports(CARRY)[:5] == [
+    assert harness.reports(CARRY)[:5] == [
         (STARTED, 0),
         (STARTED, 1),
         (STARTED, 2),
         (STARTED, 3),
         (DONE, 4),
     ]
-    assert {(said.steps, said.assignment, said.epoch) for said in rig.said(TASK_STATE)} == {
+    assert {(said.steps, said.assignment, said.epoch) for said in harness.said(TASK_STATE)} == {
         (4, 3, 1)
     }
 
 
 def test_every_step_promises_when_the_task_will_be_done():
-    rig = RobotRig()
-    rig.order(ROUND)
-    rig.wait(STEP)
+    harness = RobotHarness()
+    harness.order(ROUND)
+    harness.wait(STEP)
 
     # 12 m, and after the first step the 6 m that are left, at 0.6 m/s.
-    etas = [said.eta for said in rig.said(TASK_STATE)]
+    etas = [said.eta for said in harness.said(TASK_STATE)]
     assert etas == pytest.approx([20.0, 10.0])
 
 
 def test_the_status_shows_what_it_is_doing_and_all_that_is_on_its_list():
-    rig = RobotRig()
-    rig.order(GO)
-    rig.order(CARRY)
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.order(CARRY)
 
-    assert (rig.status.state, rig.status.task_id) == (RobotState.BUSY, "T1")
-    assert rig.status.tasks == ("T1", "T2")
+    assert (harness.status.state, harness.status.task_id) == (RobotState.BUSY, "T1")
+    assert harness.status.tasks == ("T1", "T2")
 
 
 def test_the_next_task_is_begun_when_the_one_before_is_done():
-    rig = RobotRig()
-    rig.order(GO)
-    rig.order(ROUND)
-    before = rig.reports(ROUND)
-    rig.wait(STEP)
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.order(ROUND)
+    before = harness.reports(ROUND)
+    harness.wait(STEP)
 
     assert not before
-    assert rig.reports(GO) == [(STARTED, 0), (DONE, 1)]
-    assert rig.reports(ROUND) == [(STARTED, 0)]
+    assert harness.reports(GO) == [(STARTED, 0), (DONE, 1)]
+    assert harness.reports(ROUND) == [(STARTED, 0)]
 
 
 def test_a_task_that_another_robot_has_begun_goes_on_where_it_was_left():
-    rig = RobotRig()
-    rig.order(ROUND, step=1)
-    rig.wait(STEP)
+    harness = RobotHarness()
+    harness.order(ROUND, step=1)
+    harness.wait(STEP)
 
-    assert [step.goal for step in rig.command.started] == [B]
-    assert rig.reports(ROUND) == [(STARTED, 1), (DONE, 2)]
+    assert [step.goal for step in harness.command.started] == [B]
+    assert harness.reports(ROUND) == [(STARTED, 1), (DONE, 2)]

@@ -5,7 +5,7 @@ from blackboard.consensus.node import TaskList
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.harness import STEP, RobotRig
+from hive_lab.virtual.harness import STEP, RobotHarness
 
 A = Pose(6.0, 0.0)
 GO = Task("T1", TaskType.GA, (A,))
@@ -18,10 +18,10 @@ WAITING, STARTED, DONE, FAILED = (
 
 
 class Beside:
-    """The member beside a robot, as the test tells it to be; see `blackboard.consensus.hive_filter.Fence`."""
+    """The member beside a robot, as the test tells it to be; see `blackboard.consensus.hive_filter.HiveFilter`."""
 
     hive = ""
-    active = carriers = None
+    leader = carriers = None
 
     def __init__(self):
         self.asked = 0
@@ -38,73 +38,73 @@ class Beside:
 
 def test_a_robot_beside_a_member_believes_that_one_and_not_what_is_told_to_everyone():
     member = Beside()
-    rig = RobotRig(fence=member)
-    rig.order(GO)
-    rig.know(GO, TaskState.CANCELLED)
-    meanwhile = rig.status.tasks
+    harness = RobotHarness(fence=member)
+    harness.order(GO)
+    harness.know(GO, TaskState.CANCELLED)
+    meanwhile = harness.status.tasks
 
     cancelled = TaskRecord(GO, TaskState.CANCELLED, robot="robot1", assignment=1)
     member.tell(TaskList(1, 2, (cancelled,)))
-    rig.wait()
+    harness.wait()
 
     assert meanwhile == ("T1",)
-    assert rig.status.tasks == ()
+    assert harness.status.tasks == ()
 
 
 def test_a_robot_asks_its_member_for_the_list_with_every_status():
     member = Beside()
-    rig = RobotRig(fence=member)
+    harness = RobotHarness(fence=member)
 
-    rig.wait(3.0)
+    harness.wait(3.0)
 
     assert member.asked == 3
 
 
 def test_a_robot_drops_a_task_that_the_hive_has_forgotten():
-    rig = RobotRig()
-    rig.order(GO)
-    rig.order(GO, assignment=2**32 - 1, take_back=True, forgotten=True)
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.order(GO, assignment=2**32 - 1, take_back=True, forgotten=True)
 
-    assert rig.status.tasks == ()
-    assert rig.command.running is None
+    assert harness.status.tasks == ()
+    assert harness.command.running is None
 
 
 def test_a_robot_reports_no_more_on_a_task_that_the_hive_has_forgotten():
-    rig = RobotRig()
-    rig.order(GO)
-    rig.wait(STEP + 1.5)
-    rig.order(GO, take_back=True, forgotten=True)
-    said = len(rig.reports(GO))
-    rig.wait(5.0)
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.wait(STEP + 1.5)
+    harness.order(GO, take_back=True, forgotten=True)
+    said = len(harness.reports(GO))
+    harness.wait(5.0)
 
-    assert rig.reports(GO)[said - 1] == (DONE, 1)
-    assert len(rig.reports(GO)) == said
+    assert harness.reports(GO)[said - 1] == (DONE, 1)
+    assert len(harness.reports(GO)) == said
 
 
 def test_a_report_is_kept_that_is_on_a_later_task_than_the_forgotten_one():
-    rig = RobotRig()
-    rig.order(GO, assignment=3)
-    rig.wait(STEP + 1.5)
-    rig.order(GO, assignment=2, take_back=True, forgotten=True)
-    said = len(rig.reports(GO))
-    rig.wait(5.0)
+    harness = RobotHarness()
+    harness.order(GO, assignment=3)
+    harness.wait(STEP + 1.5)
+    harness.order(GO, assignment=2, take_back=True, forgotten=True)
+    said = len(harness.reports(GO))
+    harness.wait(5.0)
 
-    assert len(rig.reports(GO)) > said
+    assert len(harness.reports(GO)) > said
 
 
 def test_that_a_task_is_forgotten_counts_only_while_it_is_news():
-    rig = RobotRig()
-    rig.order(GO)
-    rig.order(GO, assignment=9, take_back=True, forgotten=True, heard=-10.0)
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.order(GO, assignment=9, take_back=True, forgotten=True, heard=-10.0)
 
-    assert rig.status.tasks == ("T1",)
+    assert harness.status.tasks == ("T1",)
 
 
 def test_what_was_done_is_done_again_as_another_task_once_it_is_forgotten():
-    rig = RobotRig()
-    rig.order(GO)
-    rig.wait(STEP + 1.5)
-    rig.order(GO, take_back=True, forgotten=True)
-    rig.order(GO, assignment=2)
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.wait(STEP + 1.5)
+    harness.order(GO, take_back=True, forgotten=True)
+    harness.order(GO, assignment=2)
 
-    assert rig.status.tasks == ("T1",)
+    assert harness.status.tasks == ("T1",)

@@ -7,7 +7,7 @@ import pytest
 
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.harness import STEP, RobotRig
+from hive_lab.virtual.harness import STEP, RobotHarness
 from hive_lab.virtual.hive import SMALL_ROBOT
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
@@ -22,12 +22,12 @@ WAITING, STARTED, DONE, FAILED = (
 
 
 def test_driving_with_a_load_takes_more_than_without():
-    def taken(rig):
-        before = rig.battery.charge_left
-        rig.robot.add_travel(1000.0)
-        return before - rig.battery.charge_left
+    def taken(harness):
+        before = harness.battery.charge_left
+        harness.robot.add_travel(1000.0)
+        return before - harness.battery.charge_left
 
-    empty, loaded = RobotRig(), RobotRig()
+    empty, loaded = RobotHarness(), RobotHarness()
     loaded.order(ROUND)
 
     # 55 kg over 50 kg.
@@ -35,19 +35,19 @@ def test_driving_with_a_load_takes_more_than_without():
 
 
 def test_the_arm_takes_its_power_for_its_time():
-    rig = RobotRig()
-    rig.order(replace(CARRY, payload=0.0))
-    rig.wait(4 * STEP)
+    harness = RobotHarness()
+    harness.order(replace(CARRY, payload=0.0))
+    harness.wait(4 * STEP)
 
     # 100 W for 5 s and 4 s, and 20 W all the time, at about 28 V.
     energy = 100.0 * 9.0 + 20.0 * 40.0
-    used = (1.0 - rig.battery.level) * SMALL_ROBOT.battery.capacity
+    used = (1.0 - harness.battery.level) * SMALL_ROBOT.battery.capacity
     assert used == pytest.approx(energy / (3600.0 * 28.0), rel=2e-3)
 
 
 def test_standing_still_takes_the_idle_power():
-    rig = RobotRig()
-    rig.wait(100.0)
+    harness = RobotHarness()
+    harness.wait(100.0)
 
-    used = (1.0 - rig.status.charge) * SMALL_ROBOT.battery.capacity
+    used = (1.0 - harness.status.charge) * SMALL_ROBOT.battery.capacity
     assert used == pytest.approx(20.0 * 100.0 / (3600.0 * 28.0), rel=2e-3)

@@ -7,19 +7,19 @@ from random import Random
 import pytest
 
 from blackboard.board.blackboard import Blackboard
-from blackboard.consensus.journal import Durable, MemoryJournal
+from blackboard.consensus.journal import HardState, MemoryJournal
 from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import Ack, Entries, Log, Position, Whole
-from blackboard.consensus.node import Backup
+from blackboard.consensus.log import AppendEntries, AppendReply, Log, Position, Snapshot
+from blackboard.consensus.node import RaftNode
 from blackboard.costing.cost import Bid, Bids
-from blackboard.costing.path_lengths import StraightWays
+from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import Broadcast, Order
 from blackboard.domain.settings import (
-    BackupSettings,
     BlackboardSettings,
     ControllerSettings,
+    RaftSettings,
     RobotSettings,
 )
 from blackboard.domain.talker import (
@@ -43,7 +43,7 @@ from hive_lab.fault_schedules.host import HostTalker
 from hive_lab.virtual.hive import SMALL_ROBOT, Network, NetworkTalker, TimedCommand, lone_backup
 
 GO = Task("T1", TaskType.GA, (Pose(6.0, 0.0),))
-ACTIVE, CARRIERS = ("blackboard",), ("blackboard", "robot2")
+LEADER, CARRIERS = ("blackboard",), ("blackboard", "robot2")
 SOON = 0.01  # more than any message needs [s]
 
 
@@ -60,9 +60,9 @@ class Noting(NetworkTalker):
 
 
 class Beside:
-    """A member that follows `blackboard`, whose backup is robot2; see `blackboard.consensus.hive_filter.Fence`."""
+    """A member that follows `blackboard`, whose backup is robot2; see `blackboard.consensus.hive_filter.HiveFilter`."""
 
-    hive, active, carriers = "", ACTIVE, CARRIERS
+    hive, leader, carriers = "", LEADER, CARRIERS
 
     def obeys(self, _hive, _epoch):
         return True
@@ -84,7 +84,7 @@ def robot():
         ControllerSettings(),
     )
     battery = Battery(SMALL_ROBOT.battery, 1.0)
-    args = (SMALL_ROBOT, battery, StraightWays(), controller, Pose(0.0, 0.0), RobotSettings())
+    args = (SMALL_ROBOT, battery, EuclideanLengths(), controller, Pose(0.0, 0.0), RobotSettings())
     Robot(talker, "robot1", *args, MemoryJournal(), Beside()).start()
     network.send(TASK_BROADCAST, Broadcast(1, 1, ((GO, 0),)))
     network.send(BACKUP, Heartbeat(1, "blackboard", heard={"robot1": 0.0}, robot_lease=3.5))
@@ -99,7 +99,7 @@ def test_bids_and_reports_concern_the_active_member_only():
 
     said = {message.state for topic, message in network.heard if topic == TASK_STATE}
     assert said == {TaskState.STARTED, TaskState.DONE}
-    assert set(talker.concerned[TASK_COST] + talker.concerned[TASK_STATE]) == {ACTIVE}
+    assert set(talker.concerned[TASK_COST] + talker.concerned[TASK_STATE]) == {LEADER}
 
 
 def test_a_status_concerns_the_backup_too_which_may_have_to_know_all_robots_at_once():
@@ -125,7 +125,7 @@ class Desk:
         self.network = Network()
         self.talker = Noting(self.network, "blackboard")
         backup = lone_backup(self.talker)
-        Blackboard(self.talker, backup, StraightWays(), BlackboardSettings()).start()
+        Blackboard(self.talker, backup, EuclideanLengths(), BlackboardSettings()).start()
         backup.start()
         for name in ("robot1", "robot2"):
             status = RobotStatus(name, RobotState.IDLE, Pose(0.0, 0.0), charge=0.8)
@@ -167,7 +167,7 @@ def follower():
     """Return the talker of a member that has heard epoch 4 of hive1, and the network."""
     network = Network()
     talker = Noting(network, "robot9")
-    Backup(talker, "robot9", BackupSettings(), MemoryJournal(), Random(1)).start()
+    RaftNode(talker, "robot9", RaftSettings(), MemoryJournal(), Random(1)).start()
     network.send(BACKUP, Heartbeat(4, "robot1", hive="hive1"))
     network.run(SOON)
     return talker, network
@@ -175,7 +175,7 @@ def follower():
 
 def test_an_acknowledgement_concerns_whom_it_answers():
     talker, network = follower()
-    network.send(BB_ENTRIES, Entries(4, "robot1#1", Position(), (), 0, 0.0, hive="hive1"))
+    network.send(BB_ENTRIES, AppendEntries(4, "robot1#1", Position(), (), 0, 0.0, hive="hive1"))
     network.run(SOON)
 
     assert talker.concerned[BB_ACK] == [("robot1",), ("robot1",)]
@@ -191,7 +191,7 @@ def test_an_active_one_of_an_epoch_that_is_over_is_told_so():
 
 def test_a_founder_that_asks_who_is_there_is_answered_by_every_member_of_a_hive():
     talker, network = follower()
-    network.send(BB_ACK, Ack("blackboard#2", 0, 0, 0.0))
+    network.send(BB_ACK, AppendReply("blackboard#2", 0, 0, 0.0))
     network.run(SOON)
 
     answer = network.heard[-1][1]
@@ -203,11 +203,11 @@ def test_a_founder_beside_a_hive_that_nobody_carries_waits_for_it():
     network = Network()
     talker = NetworkTalker(network, "blackboard")
     disk = MemoryJournal()
-    backup = Backup(talker, "blackboard", BackupSettings(), disk, Random(1), founds=True)
-    log = Log.of(Whole(Position(1, 1), members=("robot1#1", "gone#1")))
-    held = MemoryJournal(Durable("robot1#1", 1, "", log, "hive1"))
+    backup = RaftNode(talker, "blackboard", RaftSettings(), disk, Random(1), founds=True)
+    log = Log.of(Snapshot(Position(1, 1), members=("robot1#1", "gone#1")))
+    held = MemoryJournal(HardState("robot1#1", 1, "", log, "hive1"))
     member = NetworkTalker(network, "robot1")
-    Backup(member, "robot1", BackupSettings(), held, Random(2)).start()
+    RaftNode(member, "robot1", RaftSettings(), held, Random(2)).start()
     backup.start()
     network.run(10.0)
 

@@ -49,7 +49,7 @@ def test_a_hive_that_was_founded_anew_begins_with_a_list_and_epochs_of_its_own()
     view.take_in(Heartbeat(1, "/blackboard", hive="hive2"))
 
     assert view.tasks == {}
-    assert view.heartbeat.active == "/blackboard"
+    assert view.heartbeat.leader == "/blackboard"
 
 
 def test_an_update_makes_the_list_newer():
@@ -97,7 +97,7 @@ def test_a_heartbeat_of_an_older_epoch_does_not_count():
 
     view.take_in(Heartbeat(2, "/blackboard"))
 
-    assert view.heartbeat.active == "/robot1"
+    assert view.heartbeat.leader == "/robot1"
     assert who_leads(view) == "robot1 carries the blackboard (epoch 3), nobody is its backup"
 
 
@@ -202,7 +202,7 @@ def test_a_task_that_is_posted_anew_is_another_one():
 
 
 def test_the_last_words_on_tasks_that_are_on_no_list_do_not_grow_for_ever(monkeypatch):
-    monkeypatch.setattr(hive_view, "MOST_ANSWERS", 2)
+    monkeypatch.setattr(hive_view, "MAX_ANSWERS", 2)
     view = HiveView()
     for number in range(3):
         view.take_in(TaskUpdate(f"T{number}", TaskState.REJECTED))

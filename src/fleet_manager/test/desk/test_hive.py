@@ -13,7 +13,7 @@ from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.desk.authority import FROZEN, SILENCE, Standing
 from fleet_manager.desk.facts import LinkChange, LinkState, Moment, Noted, Told
-from fleet_manager.desk.hive import MOST_AT_ONCE, REMEMBERED, ROBOT_SILENCE, Hive
+from fleet_manager.desk.hive import MAX_AT_ONCE, REMEMBERED, ROBOT_SILENCE, Hive
 from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GAB, (Pose(1, 2), Pose(3, 4)))
@@ -41,9 +41,9 @@ class Desk:
         self.version += 1
         self.hear(TaskList(epoch, self.version, records), stamp)
 
-    def beat(self, active="blackboard", epoch=1, backup=""):
+    def beat(self, leader="blackboard", epoch=1, backup=""):
         self.progress += 1
-        self.hear(Heartbeat(epoch, active, backup, (active,), self.progress))
+        self.hear(Heartbeat(epoch, leader, backup, (leader,), self.progress))
 
     def wait(self, seconds):
         self.time += seconds
@@ -75,11 +75,11 @@ def test_the_task_list_becomes_rows_in_its_order(desk):
 
 
 def test_a_long_list_is_told_in_parts_and_in_its_order(desk):
-    ids = [f"T{number}" for number in range(MOST_AT_ONCE + 3)]
+    ids = [f"T{number}" for number in range(MAX_AT_ONCE + 3)]
     desk.hear_list(*(TaskRecord(replace(TASK, id=name)) for name in ids))
 
-    assert desk.hive.take_changes().tasks == set(ids[:MOST_AT_ONCE])
-    assert desk.hive.take_changes().tasks == set(ids[MOST_AT_ONCE:])
+    assert desk.hive.take_changes().tasks == set(ids[:MAX_AT_ONCE])
+    assert desk.hive.take_changes().tasks == set(ids[MAX_AT_ONCE:])
     assert not desk.hive.take_changes().tasks
 
 
@@ -217,7 +217,7 @@ def test_an_old_blackboard_that_wakes_up_is_not_listened_to(desk):
     desk.hear_list(WAITING, epoch=1)
     desk.hear(TaskUpdate("T1", TaskState.FAILED, epoch=1))
 
-    assert desk.hive.authority.heartbeat.active == "robot1"
+    assert desk.hive.authority.heartbeat.leader == "robot1"
     assert desk.state() is TaskState.STARTED
 
 
@@ -260,7 +260,7 @@ def test_the_hive_has_a_blackboard_while_its_heart_beats():
     assert desk.hive.authority.standing(desk.now) is Standing.NOBODY
 
     desk.beat()
-    assert desk.hive.authority.standing(desk.now) is Standing.ACTIVE
+    assert desk.hive.authority.standing(desk.now) is Standing.LEADER
 
     desk.wait(SILENCE)
     assert desk.hive.authority.standing(desk.now) is Standing.SILENT

@@ -34,7 +34,7 @@ UNKNOWN = -1
 FORMATS = ("pgm", "png")
 """Images that a map can be written as; any that PIL knows can be read."""
 
-MOST_CELLS = 25_000_000
+MAX_CELLS = 25_000_000
 """More cells than that are most likely a mistake in the resolution: 250 m x 250 m at 0.05 m."""
 
 COARSEST = 10.0
@@ -139,10 +139,10 @@ def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     """Return an image's brightness (height, width), 0..255, top row first, and what is opaque."""
     try:
         with PIL.Image.open(path) as image:
-            if image.width * image.height > MOST_CELLS:
+            if image.width * image.height > MAX_CELLS:
                 raise MapError(
                     f"{path}: {image.width} x {image.height} cells are more than "
-                    f"{MOST_CELLS:,}; use a coarser resolution"
+                    f"{MAX_CELLS:,}; use a coarser resolution"
                 )
             if image.mode.startswith("I") or image.mode == "F":
                 raise MapError(f"{path}: has more than 8 bits a pixel; save it as 8-bit grey")

@@ -18,7 +18,7 @@ from hive_lab.allocation.plan import to_order
 from hive_lab.allocation.rules import RULES
 from hive_lab.allocation.sequential import auction
 from hive_lab.allocation.testing import figures, on_a_road
-from hive_lab.allocation.timetable import Book, Timetable, make_pieces
+from hive_lab.allocation.timetable import Book, Timetable, make_bundles
 
 SUMS = ("energy", "latency", "report")
 PLACE = st.integers(-20, 20).map(float)
@@ -106,7 +106,7 @@ def test_at_the_end_of_a_list_the_reports_bid_is_place_times_way():
     book = Book(instance)
     table = Timetable(book, np.array([0]), to_order(((0,),), book.nothing))
 
-    cost, place = best_places(table, make_pieces(book, np.array([[1]])), OBJECTIVES["report"])
+    cost, place = best_places(table, make_bundles(book, np.array([[1]])), OBJECTIVES["report"])
 
     assert place[0, 0] == 1
     assert cost[0, 0] == pytest.approx(2 * (4.0 + 3.0))
@@ -165,7 +165,7 @@ def test_a_bid_is_what_the_best_place_adds_to_the_whole(instance, name):
     table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
     before = figures(instance, plan)[name]
 
-    cost, _ = best_places(table, make_pieces(book, np.array([[0]])), OBJECTIVES[name])
+    cost, _ = best_places(table, make_bundles(book, np.array([[0]])), OBJECTIVES[name])
 
     for robot, row in enumerate(plan):
         added = []

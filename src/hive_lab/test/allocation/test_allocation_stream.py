@@ -8,22 +8,22 @@ from hypothesis import strategies as st
 
 from hive_lab.allocation import rules
 from hive_lab.allocation.objectives import OBJECTIVES
-from hive_lab.allocation.policies import Append, IdleTakesNearest, Improving, aged
+from hive_lab.allocation.policies import Append, IdleTakesNearest, Reallocation, aged
 from hive_lab.allocation.stream import Stream, simulate
 from hive_lab.allocation.testing import on_a_road
 
 
-def improving(**how):
+def reallocation(**how):
     """Return the policy that goes on improving."""
-    return Improving(OBJECTIVES["latency"], np.random.default_rng(1), **how)
+    return Reallocation(OBJECTIVES["latency"], np.random.default_rng(1), **how)
 
 
 POLICIES = {
     "report": lambda: Append(rules.report),
     "idle takes nearest": IdleTakesNearest,
-    "improving": improving,
-    "with aging": lambda: improving(aging=10.0),
-    "afresh": lambda: improving(afresh=True),
+    "improving": reallocation,
+    "with aging": lambda: reallocation(aging=10.0),
+    "afresh": lambda: reallocation(afresh=True),
 }
 
 
@@ -40,7 +40,7 @@ def test_a_single_task_takes_its_way(name):
 
 
 def test_what_has_begun_is_finished_before_what_arrives_meanwhile():
-    taken = simulate(stream([0.0, 1.0], [0.0], [10.0, 1.0]), improving())
+    taken = simulate(stream([0.0, 1.0], [0.0], [10.0, 1.0]), reallocation())
 
     # The robot drives to 10 first and comes back for the task at 1, posted at 1 s.
     assert taken.tolist() == [10.0, 10.0 + 9.0 - 1.0]
@@ -51,7 +51,7 @@ def test_what_has_not_begun_makes_way_for_what_is_quicker():
     road = ([0.0], [5.0, 50.0, 6.0])
 
     by_report = simulate(stream(posted, *road), Append(rules.report))
-    improved = simulate(stream(posted, *road), improving())
+    improved = simulate(stream(posted, *road), reallocation())
 
     assert by_report.sum() > improved.sum()
     assert improved[2] == pytest.approx(6.0 - 0.2)
@@ -101,5 +101,5 @@ def near_tasks_without_end(policy):
 
 
 def test_aging_ends_the_wait_of_a_far_task_that_near_ones_keep_pushing_back():
-    assert near_tasks_without_end(improving(aging=5.0, rounds=2)) < 65.0
-    assert near_tasks_without_end(improving(rounds=2)) > 75.0
+    assert near_tasks_without_end(reallocation(aging=5.0, rounds=2)) < 65.0
+    assert near_tasks_without_end(reallocation(rounds=2)) > 75.0

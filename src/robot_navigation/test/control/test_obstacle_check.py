@@ -11,8 +11,8 @@ from hive_common.pose import Pose
 from robot_description.models import load_model
 from robot_navigation.control.obstacle_check import (
     GAP,
-    Lookout,
     Memory,
+    ObstacleCheck,
     Sight,
     discs_around,
     points_seen,
@@ -29,7 +29,7 @@ HERE = Pose(0.0, 0.0, 0.0)
 
 def room(known: object = NOTHING, unknown: object = NOTHING) -> float:
     sight = Sight(np.array(known, dtype=float), np.array(unknown, dtype=float))
-    return Lookout(MODEL.base, MODEL.laser).room_ahead(WAY, 0.0, HERE, sight)
+    return ObstacleCheck(MODEL.base, MODEL.laser).room_ahead(WAY, 0.0, HERE, sight)
 
 
 def test_a_scan_becomes_points_on_the_map() -> None:
@@ -80,16 +80,18 @@ def test_what_touches_the_robot_already_does_not_keep_it_from_leaving() -> None:
 
 
 def test_it_may_not_turn_into_something_beside_it() -> None:
-    lookout = Lookout(MODEL.base, MODEL.laser)
+    obstacle_check = ObstacleCheck(MODEL.base, MODEL.laser)
 
-    assert not lookout.may_turn(HERE, Sight(NOTHING, np.array([[0.0, 0.5]])))
-    assert lookout.may_turn(HERE, Sight(NOTHING, np.array([[0.0, 0.7]])))
+    assert not obstacle_check.may_turn(HERE, Sight(NOTHING, np.array([[0.0, 0.5]])))
+    assert obstacle_check.may_turn(HERE, Sight(NOTHING, np.array([[0.0, 0.7]])))
 
 
 def test_only_points_on_the_way_block_it() -> None:
     sight = Sight(NOTHING, np.array([[1.5, 0.0], [1.5, 2.0]]))
 
-    assert Lookout(MODEL.base, MODEL.laser).blocking(WAY, 0.0, sight).tolist() == [[1.5, 0.0]]
+    assert ObstacleCheck(MODEL.base, MODEL.laser).blocking(WAY, 0.0, sight).tolist() == [
+        [1.5, 0.0]
+    ]
 
 
 def test_discs_cover_all_points() -> None:

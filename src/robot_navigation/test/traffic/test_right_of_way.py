@@ -11,7 +11,7 @@ import pytest
 from robot_navigation.traffic.right_of_way import (
     GAP,
     HOLD,
-    LEAST_GAP,
+    MIN_GAP,
     Announcement,
     Meeting,
     Right,
@@ -129,7 +129,7 @@ def test_who_stands_behind_one_that_drives_away_is_not_on_its_way() -> None:
 
 
 def test_two_that_are_too_close_already_may_part_but_come_no_nearer() -> None:
-    apart = 0.8 + LEAST_GAP / 2
+    apart = 0.8 + MIN_GAP / 2
     other = robot("other", (0, 0))
 
     assert math.isinf(meet(robot("me", (apart, 0), (5, 0), since=1.0), other).room)

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 STEP = 0.025
 """The usual step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps."""
 
-LONGEST_STEP = 0.1
+MAX_STEP = 0.1
 """In a longer step a fast robot could jump over a thin wall [s]."""
 
 
@@ -238,10 +238,10 @@ class Simulation:
         """Let time pass.
 
         Args:
-            dt: How much [s]; above 0 and at most `LONGEST_STEP`.
+            dt: How much [s]; above 0 and at most `MAX_STEP`.
         """
-        if not 0 < dt <= LONGEST_STEP:
-            raise ValueError(f"a step of {dt} s; allowed: above 0 and at most {LONGEST_STEP} s")
+        if not 0 < dt <= MAX_STEP:
+            raise ValueError(f"a step of {dt} s; allowed: above 0 and at most {MAX_STEP} s")
         loads = [robot.arm.payload for robot in self._robots.values()]
         if self.world.people:
             self.obstacles.step(dt, self._standing().values())

@@ -15,11 +15,11 @@ from blackboard.errors import BidRefusedError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.auction.candidate_selection import Reach
+    from blackboard.auction.candidate_selection import CandidateSelection
     from blackboard.auction.central import Central
-    from blackboard.auction.reallocation import Improving, Piece
-    from blackboard.auction.transfers import Exchange, HandingOver, Move
-    from blackboard.consensus.node import Backup
+    from blackboard.auction.reallocation import Bundle, Reallocation
+    from blackboard.auction.transfers import Exchange, Move, Transfers
+    from blackboard.consensus.node import RaftNode
     from blackboard.costing.cost import Bid, Bids
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.talker import Talker, Timer
@@ -45,30 +45,30 @@ class Auctioneer:
     def __init__(
         self,
         talker: Talker,
-        backup: Backup,
+        backup: RaftNode,
         in_service: Callable[[], frozenset[str]],
         bid_timeout: float,
-        improving: Improving,
-        handing_over: HandingOver,
+        reallocation: Reallocation,
+        transfers: Transfers,
         patience: float,
         decide: Callable[[Result, Callable[[], None]], None],
-        reach: Reach,
+        reach: CandidateSelection,
         central: Central | None = None,
     ) -> None:
         self._talker = talker
         self._backup = backup
         self._in_service = in_service
         self._bid_timeout = bid_timeout
-        self._improving = improving
-        self._handing_over = handing_over
+        self._reallocation = reallocation
+        self._transfers = transfers
         self._patience = patience
         self._decide = decide
-        self._reach = reach
+        self._candidates = reach
         self._central = central
         self._improves = False
         self._auction: Auction | None = None
         self._offers = Broadcast(0, 0, ())
-        self._pieces: dict[str, Piece] = {}
+        self._bundles: dict[str, Bundle] = {}
         self._closing: Timer | None = None
         self._giving_up: Timer | None = None
         self._decided_in = (0, 0, 0)
@@ -86,14 +86,14 @@ class Auctioneer:
         if self._giving_up is not None:
             self._giving_up.cancel()
             self._giving_up = None
-        self._handing_over.give_up()
+        self._transfers.give_up()
 
     def open(self) -> None:
         """Ask for bids on all that waits, unless an auction of that is under way."""
         if not self._backup.may_act() or not self._make_way():
             return
         self._changed = False
-        moves = self._handing_over.ready(self._in_service())
+        moves = self._transfers.ready(self._in_service())
         waiting = self._waiting()
         if moves:
             self._give_out(moves)
@@ -108,15 +108,15 @@ class Auctioneer:
         """Have some of what has not begun offered again, while there is nothing else to do."""
         if self._auction is not None or not self._backup.may_act():
             return
-        if self._waiting() or self._handing_over.kept:
+        if self._waiting() or self._transfers.kept:
             return
         robots = self._in_service()
-        pieces = self._improving.offers(robots, self._reach.most_pieces(len(robots)))
-        if pieces:
+        bundles = self._reallocation.offers(robots, self._candidates.max_bundles(len(robots)))
+        if bundles:
             self._begin(improves=True)
-            offers = [record for piece in pieces for record in piece]
+            offers = [record for bundle in bundles for record in bundle]
             holders = {record.robot for record in offers}
-            self._ask(pieces, self._reach.asked(offers, robots) | holders, ())
+            self._ask(bundles, self._candidates.asked(offers, robots) | holders, ())
 
     def try_again(self) -> None:
         """Offer again what nobody could take: something has changed.
@@ -125,13 +125,13 @@ class Auctioneer:
         """
         self._parked.clear()
         self._changed = True
-        self._improving.note_change()
+        self._reallocation.note_change()
         self.open()
 
     def bids_better(self, robot_id: str) -> None:
         """Have a robot bid again that might bid better now, on what nobody could take as well."""
         self._parked.clear()
-        self._improving.note_change()
+        self._reallocation.note_change()
         if self._auction is not None:
             self._auction.outdate(robot_id)
         self.open()
@@ -145,7 +145,7 @@ class Auctioneer:
 
     def list_changed(self, robot_id: str) -> None:
         """Note that a robot's list is not what it was: what it has bid holds no more."""
-        self._improving.note_change()
+        self._reallocation.note_change()
         if self._auction is not None:
             self._auction.forget(robot_id)
 
@@ -178,7 +178,7 @@ class Auctioneer:
         self._auction = self._closing = None
 
     def _waiting(self) -> list[TaskRecord]:
-        kept = self._handing_over.kept
+        kept = self._transfers.kept
         return [
             record
             for record in self._backup.records.values()
@@ -206,21 +206,21 @@ class Auctioneer:
             self.open()
             return
         hard = [record for record in waiting if record.task.id in self._hard]
-        most = len(robots) if hard else min(len(robots), self._reach.most_asked)
-        offers = self._reach.offers(hard or waiting, most, auction.offered)
-        asked = robots if hard else self._reach.asked(offers, robots)
+        most = len(robots) if hard else min(len(robots), self._candidates.most_asked)
+        offers = self._candidates.offers(hard or waiting, most, auction.offered)
+        asked = robots if hard else self._candidates.asked(offers, robots)
         self._left_out = asked != robots
         self._hard -= {record.task.id for record in offers}
         self._ask([(record,) for record in offers], asked, awards)
 
     def _ask(
-        self, pieces: Sequence[Piece], robots: frozenset[str], awards: tuple[Bid, ...]
+        self, bundles: Sequence[Bundle], robots: frozenset[str], awards: tuple[Bid, ...]
     ) -> None:
         auction = self._auction
         assert auction is not None
-        self._pieces = {piece[0].task.id: piece for piece in pieces}
-        sizes = {task_id: len(piece) for task_id, piece in self._pieces.items()}
-        asked = auction.ask([piece[0] for piece in pieces], robots, sizes)
+        self._bundles = {bundle[0].task.id: bundle for bundle in bundles}
+        sizes = {task_id: len(bundle) for task_id, bundle in self._bundles.items()}
+        asked = auction.ask([bundle[0] for bundle in bundles], robots, sizes)
         if asked is None and (awards or robots != self._in_service()):
             asked = robots
         auction.excuse(frozenset(self._slow))
@@ -234,7 +234,7 @@ class Auctioneer:
         self._offers = Broadcast(
             auction.epoch,
             auction.number,
-            tuple((record.task, record.step) for piece in pieces for record in piece),
+            tuple((record.task, record.step) for bundle in bundles for record in bundle),
             self._backup.hive,
             round=auction.round,
             asked=named,
@@ -253,7 +253,9 @@ class Auctioneer:
         self._slow |= auction.missing
         if self._improves:
             self._auction = None
-            self._have_handed_over(self._improving.decide(self._still_offered(auction)), auction)
+            self._have_handed_over(
+                self._reallocation.decide(self._still_offered(auction)), auction
+            )
             self.open()
             return
         result = auction.result()
@@ -263,18 +265,18 @@ class Auctioneer:
             result = replace(result, impossible=())
         for bid in result.awards:
             auction.forget(bid.robot_id)
-            self._handing_over.leave_out(bid.robot_id)
-            self._improving.note_change()
+            self._transfers.leave_out(bid.robot_id)
+            self._reallocation.note_change()
         self._settle(result)
 
-    def _still_offered(self, auction: Auction) -> list[tuple[Piece, list[Bid]]]:
+    def _still_offered(self, auction: Auction) -> list[tuple[Bundle, list[Bid]]]:
         """Return what has not changed since it was offered, with what was bid on it."""
-        offers = [(self._pieces[each.task.id], bids) for each, bids in auction.offers()]
+        offers = [(self._bundles[each.task.id], bids) for each, bids in auction.offers()]
         get = self._backup.get
         return [
-            (piece, bids)
-            for piece, bids in offers
-            if all(get(record.task.id) == record for record in piece)
+            (bundle, bids)
+            for bundle, bids in offers
+            if all(get(record.task.id) == record for record in bundle)
         ]
 
     def _have_handed_over(self, exchanges: Sequence[Exchange], auction: Auction) -> None:
@@ -284,10 +286,10 @@ class Auctioneer:
             self._giving_up.cancel()
         self._giving_up = self._talker.after(self._patience, self._give_up)
         self._decided_in = (auction.epoch, auction.number, auction.round)
-        self._handing_over.begin(exchanges)
+        self._transfers.begin(exchanges)
 
     def _give_up(self) -> None:
-        self._handing_over.give_up()
+        self._transfers.give_up()
         self.open()
 
     def _give_out(self, moves: Sequence[Move]) -> None:
@@ -295,7 +297,7 @@ class Auctioneer:
         self._begin(improves=False)
         awards = tuple(bid for move in moves for bid in move.awards)
         bids = {record.task.id: move.bids for move in moves for record in move.records}
-        self._improving.note_change()
+        self._reallocation.note_change()
         reason = "exchanged: " + ", ".join(map(str, moves))
         self._settle(Result(awards, (), bids, auction=self._decided_in, reason=reason))
 

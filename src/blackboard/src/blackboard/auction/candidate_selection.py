@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
 
 
-class Reach:
+class CandidateSelection:
     """Chooses tasks and robots for one call.
 
     Args:
@@ -67,7 +67,7 @@ class Reach:
             return left
         return by_urgency[:most]
 
-    def most_pieces(self, robots: int) -> int:
+    def max_bundles(self, robots: int) -> int:
         """Return how many robots may offer something at a time, at least 2.
 
         Args:
@@ -90,7 +90,7 @@ class Reach:
         places = [(each.pose.x, each.pose.y) if each else (0.0, 0.0) for each in statuses]
         loads = [len(each.tasks) if each else 0 for each in statuses]
         goals = [(record.task.goals[0].x, record.task.goals[0].y) for record in offers]
-        ways = np.array(places)[:, np.newaxis] - np.array(goals)
-        near = np.linalg.norm(ways, axis=2).min(axis=1)
+        path_lengths = np.array(places)[:, np.newaxis] - np.array(goals)
+        near = np.linalg.norm(path_lengths, axis=2).min(axis=1)
         best = np.lexsort((near, loads))[: self.most_asked]
         return frozenset(names[index] for index in best)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from blackboard.costing.bid_basis import BidBasis
     from blackboard.costing.cost import Bids
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.record import Broadcast, TaskRecord
     from blackboard.domain.task import Task
 
@@ -34,11 +34,11 @@ class Central:
     def __init__(
         self,
         get: Callable[[str], TaskRecord | None],
-        ways_for: Callable[[float], Ways],
+        ways_for: Callable[[float], PathLengths],
         now: Callable[[], float],
     ) -> None:
         self._get = get
-        self._ways_for = ways_for
+        self._path_lengths_for = ways_for
         self._now = now
 
     def question(self, broadcast: Broadcast) -> Broadcast:
@@ -62,8 +62,8 @@ class Central:
             raise BidRefusedError(f"{robot} cannot be bid for: {flaw}")
         tasks = [self._listed(robot, task_id, step) for task_id, step in basis.tasks]
         try:
-            ways = self._ways_for(basis.body.radius)
-            found = bids_from(basis, robot, tasks, broadcast, ways, self._now())
+            path_lengths = self._path_lengths_for(basis.body.radius)
+            found = bids_from(basis, robot, tasks, broadcast, path_lengths, self._now())
         except CharacteristicsError as error:
             raise BidRefusedError(f"{robot} cannot be bid for: {error}") from None
         return replace(found, epoch=answer.epoch, auction=answer.auction, round=answer.round)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 ENDING = ".auctions.sqlite3"
 """Of the files' names."""
 
-MOST_KEPT = 20_000
+MAX_KEPT = 20_000
 """Decisions in a file; the oldest make way."""
 
 _TABLE = """
@@ -101,7 +101,7 @@ class SqliteBook:
             )
             self._database.execute(
                 "DELETE FROM decisions WHERE number <= (SELECT max(number) FROM decisions) - ?",
-                (MOST_KEPT,),
+                (MAX_KEPT,),
             )
             self._database.execute("COMMIT")
         except sqlite3.Error as error:

@@ -5,7 +5,7 @@ In each step every robot offers a piece of its list, one task or all from some t
 robot bids on all of these for a list without what it offers itself. They are given out so that the
 sum of what is measured is least, one to each robot at most (the assignment problem); so a step
 moves tasks, swaps them, exchanges the ends of lists (2-opt*), or passes them on in a ring, as in
-`allocation.exchange`. What gains enough `handing_over.py` carries out: a task is with nobody until
+`allocation.exchange`. What gains enough `transfers.py` carries out: a task is with nobody until
 its robot has let go of it, and a robot that has begun keeps it.
 
 What is measured is not what was bid: that says whom a task is to go to, but not with every cost
@@ -40,11 +40,11 @@ PASSES = 3
 """In one of so many passes through its list a robot only takes."""
 
 
-Piece = tuple[TaskRecord, ...]
+Bundle = tuple[TaskRecord, ...]
 """Tasks of one robot that are offered as one, in the order of its list."""
 
 
-class Improving:
+class Reallocation:
     """Chooses what is offered, and which of it is to change hands.
 
     Steps follow each other until every robot has offered all of its list a few times without a
@@ -76,7 +76,7 @@ class Improving:
         """Begin to offer again: what was best may be so no longer."""
         self._quiet_steps = 0
 
-    def offers(self, robots: frozenset[str], most: int) -> list[Piece]:
+    def offers(self, robots: frozenset[str], most: int) -> list[Bundle]:
         """Return what is offered in the next step, one piece of each robot; nothing at rest.
 
         Args:
@@ -102,7 +102,7 @@ class Improving:
             if (place + number) % PASSES
         ]
 
-    def _lists(self, robots: frozenset[str]) -> list[Piece]:
+    def _lists(self, robots: frozenset[str]) -> list[Bundle]:
         """Return what each robot has that has not begun, in the order of its list."""
         lists = defaultdict(list)
         for record in self._held():
@@ -110,14 +110,14 @@ class Improving:
                 lists[record.robot].append(record)
         return [self._in_order(robot, records) for robot, records in sorted(lists.items())]
 
-    def _in_order(self, robot: str, records: Iterable[TaskRecord]) -> Piece:
+    def _in_order(self, robot: str, records: Iterable[TaskRecord]) -> Bundle:
         """Return the tasks of a robot in the order of its list; what it has not shown yet last."""
         status = self._last(robot)
         known = status.tasks if status is not None else ()
         place = {task_id: number for number, task_id in enumerate(known)}
         return tuple(sorted(records, key=lambda each: place.get(each.task.id, len(place))))
 
-    def decide(self, offers: Iterable[tuple[Piece, Sequence[Bid]]]) -> list[Exchange]:
+    def decide(self, offers: Iterable[tuple[Bundle, Sequence[Bid]]]) -> list[Exchange]:
         """Return what is to change hands.
 
         Args:
@@ -129,19 +129,19 @@ class Improving:
         return found
 
 
-def _one(records: Piece, place: int) -> Piece:
+def _one(records: Bundle, place: int) -> Bundle:
     """Return one task of a list."""
     return records[place : place + 1]
 
 
-def _rest(records: Piece, place: int) -> Piece:
+def _rest(records: Bundle, place: int) -> Bundle:
     """Return a list from a task on, as far as it is of one priority."""
     priority = records[place].task.priority
     return tuple(takewhile(lambda each: each.task.priority == priority, records[place:]))
 
 
 def exchanges(
-    offers: Iterable[tuple[Piece, Sequence[Bid]]],
+    offers: Iterable[tuple[Bundle, Sequence[Bid]]],
     measure: Callable[[CostTerms], float],
     threshold: float,
 ) -> list[Exchange]:
@@ -153,18 +153,18 @@ def exchanges(
         measure: What of the bids is to become less.
         threshold: It has to become less by more than this share of what changes hands.
     """
-    rows = [(piece, bids, _worth(bids, piece, measure)) for piece, bids in offers]
+    rows = [(bundle, bids, _worth(bids, bundle, measure)) for bundle, bids in offers]
     rows = [row for row in rows if row[0][0].robot in row[2]]
     if not rows:
         return []
     takers = _takers([worth for _, _, worth in rows])
     moves = {}
     gains = {}
-    for (piece, bids, worth), taker in zip(rows, takers, strict=True):
-        giver = piece[0].robot
+    for (bundle, bids, worth), taker in zip(rows, takers, strict=True):
+        giver = bundle[0].robot
         if taker != giver:
             taken = next(bid for bid in bids if bid.robot_id == taker)
-            moves[giver] = Move(piece, taken, tuple(bids))
+            moves[giver] = Move(bundle, taken, tuple(bids))
             gains[giver] = worth[giver] - worth[taker] - threshold * worth[giver]
     return [
         exchange for exchange in _linked(moves) if sum(gains[move.giver] for move in exchange) > 0
@@ -172,10 +172,10 @@ def exchanges(
 
 
 def _worth(
-    bids: Iterable[Bid], piece: Piece, measure: Callable[[CostTerms], float]
+    bids: Iterable[Bid], bundle: Bundle, measure: Callable[[CostTerms], float]
 ) -> dict[str, float]:
     """Return what is measured, by robot, without those that have tried in vain to do a task."""
-    tried = {robot for record in piece for robot in record.tried} - {piece[0].robot}
+    tried = {robot for record in bundle for robot in record.tried} - {bundle[0].robot}
     return {
         bid.robot_id: measure(bid.terms)
         for bid in bids

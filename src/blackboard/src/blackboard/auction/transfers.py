@@ -53,7 +53,7 @@ Exchange = tuple[Move, ...]
 """Moves that gain only together."""
 
 
-class HandingOver:
+class Transfers:
     """Knows what is on its way, and what of it can be given out.
 
     Args:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from blackboard.auction.auction import Result
     from blackboard.auction.decision_log import DecisionBook
     from blackboard.board.orders import Orders
-    from blackboard.consensus.node import Backup
+    from blackboard.consensus.node import RaftNode
     from blackboard.costing.cost import Bid
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.talker import Talker
@@ -45,7 +45,7 @@ class Awarding:
 
     def __init__(
         self,
-        backup: Backup,
+        backup: RaftNode,
         orders: Orders,
         in_service: Callable[[], frozenset[str]],
         commit: Commit,

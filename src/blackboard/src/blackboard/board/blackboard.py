@@ -2,10 +2,10 @@
 """Takes tasks in, auctions them among the robots and follows them to their end.
 
 This is the report's Blackboard. It decides by messages alone and keeps nothing that it could not
-learn again: the task list lives in `Backup`, robots say how they are, and an order that was lost
+learn again: the task list lives in `RaftNode`, robots say how they are, and an order that was lost
 is given again when a robot's status shows that it has not heard it. So every member of the hive
-hosts one; it decides while its `Backup` is active, and only listens otherwise. What it decides it
-tells once `Backup` has committed it.
+hosts one; it decides while its `RaftNode` is active, and only listens otherwise. What it decides it
+tells once `RaftNode` has committed it.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.auction.auctioneer import Auctioneer
-from blackboard.auction.candidate_selection import Reach
+from blackboard.auction.candidate_selection import CandidateSelection
 from blackboard.auction.central import Central
 from blackboard.auction.decision_log import NoBook
-from blackboard.auction.reallocation import Improving
+from blackboard.auction.reallocation import Reallocation
 from blackboard.auction.splitting import unfinished_parts, with_wholes
-from blackboard.auction.transfers import HandingOver
+from blackboard.auction.transfers import Transfers
 from blackboard.board.awarding import Awarding
 from blackboard.board.orders import Orders
 from blackboard.board.recovery import put_back
-from blackboard.board.retention import Forgetting
+from blackboard.board.retention import Retention
 from blackboard.board.watch import Watch
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from blackboard.auction.decision_log import DecisionBook
-    from blackboard.consensus.node import Backup
+    from blackboard.consensus.node import RaftNode
     from blackboard.costing.cost import Bids
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.settings import BlackboardSettings
     from blackboard.domain.talker import Talker, Timer
@@ -64,21 +64,21 @@ class Blackboard:
         settings: How patient it is.
         book: Where it notes why each task went to whom; nowhere, where it is left out.
         ways_for: Gives what knows how far it is for a robot of a radius [m], for central
-            decisions; `ways` for all, where it is left out.
+            decisions; `path_lengths` for all, where it is left out.
     """
 
     def __init__(
         self,
         talker: Talker,
-        backup: Backup,
-        ways: Ways,
+        backup: RaftNode,
+        path_lengths: PathLengths,
         settings: BlackboardSettings,
         book: DecisionBook | None = None,
-        ways_for: Callable[[float], Ways] | None = None,
+        ways_for: Callable[[float], PathLengths] | None = None,
     ) -> None:
         self._talker = talker
         self._backup = backup
-        self._ways = ways
+        self._path_lengths = path_lengths
         self._settings = settings
         self._orders = Orders(talker, backup, settings.order_timeout)
         self._watch = Watch(talker, backup, self._orders, settings)
@@ -86,23 +86,23 @@ class Blackboard:
         awarding = Awarding(
             backup, self._orders, in_service, self._commit, talker, book or NoBook()
         )
-        self._handing_over = HandingOver(backup.get, self._orders.recall_unbegun)
-        central = Central(backup.get, ways_for or (lambda _radius: ways), talker.now)
+        self._transfers = Transfers(backup.get, self._orders.recall_unbegun)
+        central = Central(backup.get, ways_for or (lambda _radius: path_lengths), talker.now)
         self._auctioneer = Auctioneer(
             talker,
             backup,
             in_service,
             settings.bid_timeout,
-            Improving(
+            Reallocation(
                 self._orders.held,
                 self._watch.last,
                 settings.improve_by,
                 settings.improve_threshold,
             ),
-            self._handing_over,
+            self._transfers,
             settings.order_timeout,
             awarding.carry_out,
-            Reach(
+            CandidateSelection(
                 settings.most_asked,
                 settings.offers_each,
                 settings.most_bids,
@@ -110,25 +110,25 @@ class Blackboard:
             ),
             central if settings.decision == "centralized" else None,
         )
-        self._forgetting = Forgetting(settings.keep_ended, settings.most_ended)
+        self._retention = Retention(settings.keep_ended, settings.most_ended)
         self._done_twice: set[str] = set()
         self._timers: list[Timer] = []
 
     def start(self) -> None:
         """Begin to listen."""
         self._backup.serve(self)
-        active = self._backup.may_act
-        self._talker.subscribe(NEW_TASK, self._take_in, when=active)
-        self._talker.subscribe(TASK_CANCEL, self._cancel, when=active)
-        self._talker.subscribe(TASK_COST, self._take_bids, when=active)
-        self._talker.subscribe(TASK_STATE, self._hear_update, when=active)
+        leader = self._backup.may_act
+        self._talker.subscribe(NEW_TASK, self._take_in, when=leader)
+        self._talker.subscribe(TASK_CANCEL, self._cancel, when=leader)
+        self._talker.subscribe(TASK_COST, self._take_bids, when=leader)
+        self._talker.subscribe(TASK_STATE, self._hear_update, when=leader)
         self._talker.subscribe(ROBOT_STATUS, self._hear_status)
 
-    def became_active(self) -> None:
+    def became_leader(self) -> None:
         """Begin to decide, with the task list that the hive has committed."""
         self._orders.resume(self._backup.records.values())
         self._watch.begin()
-        self._forgetting.begin()
+        self._retention.begin()
         self._timers = [
             self._talker.every(self._settings.reassign / _LOOKS_IN_TIME, self._look_after_robots),
             self._talker.every(self._settings.retry_period, self._auctioneer.try_again),
@@ -154,7 +154,7 @@ class Blackboard:
             self._reject(task, "the id is taken by another task; post it with another id")
             return
         try:
-            analyze_task(task, self._ways)
+            analyze_task(task, self._path_lengths)
         except TaskRefusedError as error:
             self._reject(task, str(error))
             return
@@ -258,9 +258,7 @@ class Blackboard:
         if late := self._watch.lateness(record):
             update = replace(update, reason=f"{update.reason} ({late})")
         most = self._settings.most_hand_backs
-        released = put_back(
-            record, update, most, tried=not self._handing_over.has_recalled(record)
-        )
+        released = put_back(record, update, most, tried=not self._transfers.has_recalled(record))
         if released is not None:
             self._commit(released)
             self._auctioneer.open()
@@ -280,7 +278,7 @@ class Blackboard:
             self._commit(*released)
             self._auctioneer.try_again()
         log = self._backup.member.log
-        self._backup.forget(self._forgetting.due(log, self._talker.now()))
+        self._backup.forget(self._retention.due(log, self._talker.now()))
 
     def _commit(
         self, *records: TaskRecord, then: Callable[[], None] | None = None, tell: bool = True

@@ -24,13 +24,13 @@ STEPWISE_FROM = 8
 
 
 @dataclass(frozen=True, slots=True)
-class _Promise:
+class _Deadline:
     progress: object
     deadline: float
     allowed: float
 
 
-class Promises:
+class Deadlines:
     """Remembers when each task was last heard to get on.
 
     Args:
@@ -41,7 +41,7 @@ class Promises:
     def __init__(self, factor: float, grace: float) -> None:
         self._factor = factor
         self._grace = grace
-        self._promises: dict[str, _Promise] = {}
+        self._deadlines: dict[str, _Deadline] = {}
 
     def overdue(self, held: Iterable[TaskRecord], now: float) -> list[tuple[TaskRecord, float]]:
         """Return the records whose robots are too late, each with the time that it had [s].
@@ -56,18 +56,18 @@ class Promises:
             for record in records
             if record.state is TaskState.STARTED
         }
-        promises = {}
+        deadlines = {}
         late = []
         for record in records:
             progress = (record.assignment, record.state, record.step, at_work.get(record.robot))
-            promise = self._promises.get(record.task.id)
+            promise = self._deadlines.get(record.task.id)
             if promise is None or promise.progress != progress:
                 allowed = self._allowed(record)
-                promise = _Promise(progress, now + allowed, allowed)
-            promises[record.task.id] = promise
+                promise = _Deadline(progress, now + allowed, allowed)
+            deadlines[record.task.id] = promise
             if now > promise.deadline:
                 late.append((record, promise.allowed))
-        self._promises = promises
+        self._deadlines = deadlines
         return late
 
     def _allowed(self, record: TaskRecord) -> float:

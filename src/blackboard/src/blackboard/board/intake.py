@@ -31,24 +31,24 @@ from blackboard.errors import TaskRefusedError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.consensus.log import Entries
+    from blackboard.consensus.log import AppendEntries
     from blackboard.consensus.node import TaskList
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import Broadcast, Order, TaskUpdate
     from blackboard.domain.task import Task
 
-LONGEST_NAME = 256
+MAX_NAME = 256
 """Characters of a name or an id."""
 
-LONGEST_TEXT = 10_000
+MAX_TEXT = 10_000
 """Characters of a reason: it may say something of each of a hundred robots."""
 
-_ROBOT = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}", re.ASCII)
+_ROBOT = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_NAME - 1}}}", re.ASCII)
 """ROS's own rule for a name that is a namespace."""
 
 _TYPES = frozenset(kind.value for kind in TaskType)
 
-MOST_ITEMS = 10_000
+MAX_ITEMS = 10_000
 """Names in one message; a hive has no more robots, nor a robot more tasks."""
 
 
@@ -79,11 +79,11 @@ def _order_flaw(order: Order) -> str:
     return _kind_flaw(order.task) or flaw_of(order, "Order")
 
 
-def _entries_flaw(entries: Entries) -> str:
+def _entries_flaw(entries: AppendEntries) -> str:
     records = [record for entry in entries.entries for record in entry.records]
-    records += entries.whole.records.values() if entries.whole else ()
+    records += entries.snapshot.records.values() if entries.snapshot else ()
     flaws = (_task_flaw(record.task, record.step) for record in records if not record.parts)
-    flaw = next(filter(None, flaws), "") or flaw_of(entries.sent, "Entries.sent")
+    flaw = next(filter(None, flaws), "") or flaw_of(entries.sent, "AppendEntries.sent")
     forgotten = (flaw_of(entry.forgotten, "Entry.forgotten") for entry in entries.entries)
     return flaw or next(filter(None, forgotten), "")
 
@@ -142,7 +142,7 @@ def _task_flaw(task: Task, step: int) -> str:
 def flaw_of(value: object, name: str) -> str:
     """Return what is wrong with a value and all that is in it; empty where nothing is."""
     if isinstance(value, str) and not isinstance(value, Enum):
-        longest = LONGEST_TEXT if name.endswith((".reason", ".refusal")) else LONGEST_NAME
+        longest = MAX_TEXT if name.endswith((".reason", ".refusal")) else MAX_NAME
         flawed = len(value) > longest
         return f"{name} has {len(value)} characters; allowed: at most {longest}" * flawed
     if isinstance(value, float):
@@ -151,18 +151,17 @@ def flaw_of(value: object, name: str) -> str:
     if isinstance(value, Mapping):
         inner = ((tuple(value), name), (tuple(value.values()), name))
     elif isinstance(value, tuple):
-        if len(value) > MOST_ITEMS:
-            return f"{name} has {len(value)} items; allowed: at most {MOST_ITEMS}"
-        if all(type(each) is str and len(each) <= LONGEST_NAME for each in value):
+        if len(value) > MAX_ITEMS:
+            return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
+        if all(type(each) is str and len(each) <= MAX_NAME for each in value):
             return ""  # The names of all tasks on a robot's list: nothing is looked at more often.
         if all(type(each) is float and math.isfinite(each) for each in value):
             return ""  # When each robot of a fleet was heard: every member reads it all the time.
-        names = getattr(value, "_fields", None)  # a Pose has names
-        inner = (
-            ((each, name) for each in value)
-            if names is None
-            else ((each, f"{name}.{key}") for each, key in zip(value, names, strict=True))
-        )
+        keys = getattr(value, "_fields", None)  # a Pose has names
+        if keys is None:
+            inner = ((each, name) for each in value)
+        else:
+            inner = ((getattr(value, key), f"{name}.{key}") for key in keys)
     else:
         names = getattr(value, "__dataclass_fields__", ())  # `fields` takes ten times as long
         inner = ((getattr(value, each), f"{name}.{each}") for each in names)

@@ -14,7 +14,7 @@ from blackboard.domain.task import Task
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.consensus.node import Backup
+    from blackboard.consensus.node import RaftNode
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.talker import Talker
@@ -29,7 +29,7 @@ class Orders:
         timeout: An order that a robot's status does not show by then is given again [s].
     """
 
-    def __init__(self, talker: Talker, backup: Backup, timeout: float) -> None:
+    def __init__(self, talker: Talker, backup: RaftNode, timeout: float) -> None:
         self._talker = talker
         self._backup = backup
         self._timeout = timeout

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-MOST_REASONS = 100
+MAX_REASONS = 100
 """Reasons in the book; what comes after them is counted for each topic, under `OTHERS`."""
 
-LONGEST_REASON = 300
+MAX_REASON = 300
 """Characters of a reason; it may repeat what was refused."""
 
 OTHERS = "for other reasons"
@@ -57,8 +57,8 @@ class Refusals:
             topic: On which it came.
             reason: Why, in words for a person.
         """
-        key = (topic, reason[:LONGEST_REASON])
-        if key not in self._counts and len(self._counts) >= MOST_REASONS:
+        key = (topic, reason[:MAX_REASON])
+        if key not in self._counts and len(self._counts) >= MAX_REASONS:
             key = (topic, OTHERS)
         count = self._counts[key] = self._counts.get(key, 0) + 1
         if count == 1:

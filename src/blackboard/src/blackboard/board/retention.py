@@ -21,7 +21,7 @@ SHORTEST = 10.0
 """However many have ended, each is kept for that long [s]: whoever has posted it and heard no
 answer posts it again within this time, and it must not be taken for a new task then."""
 
-MOST_AT_ONCE = 1000
+MAX_AT_ONCE = 1000
 """Tasks that one change forgets, more only where they are the parts of one; the rest follows."""
 
 
@@ -33,7 +33,7 @@ class _Ending:
     version: int
 
 
-class Forgetting:
+class Retention:
     """Remembers since when tasks have ended.
 
     A task that was split is forgotten together with its parts, when all of them have ended.
@@ -68,7 +68,7 @@ class Forgetting:
             ending = self._endings[whole]
             age = now - ending.seen
             too_many = left > self._most and age >= SHORTEST
-            if (age < self._keep and not too_many) or len(found) >= MOST_AT_ONCE:
+            if (age < self._keep and not too_many) or len(found) >= MAX_AT_ONCE:
                 break
             if ending.version <= log.committed:
                 left -= len(families[whole])

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.board.deadlines import Promises
+from blackboard.board.deadlines import Deadlines
 from blackboard.board.presence import Presence
 from blackboard.board.recovery import after_loss
 from blackboard.consensus.lease import Leases
@@ -20,7 +20,7 @@ from blackboard.domain.talker import ROBOT_STATUS
 
 if TYPE_CHECKING:
     from blackboard.board.orders import Orders
-    from blackboard.consensus.node import Backup
+    from blackboard.consensus.node import RaftNode
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.settings import BlackboardSettings
@@ -38,7 +38,7 @@ class Watch:
     """
 
     def __init__(
-        self, talker: Talker, backup: Backup, orders: Orders, settings: BlackboardSettings
+        self, talker: Talker, backup: RaftNode, orders: Orders, settings: BlackboardSettings
     ) -> None:
         self._talker = talker
         self._backup = backup
@@ -51,7 +51,7 @@ class Watch:
         """Count from now on: what was granted and promised before is another's business."""
         settings = self._settings
         self._leases = Leases(settings.reassign, self._talker.now())
-        self._promises = Promises(settings.overdue_factor, settings.overdue_grace)
+        self._deadlines = Deadlines(settings.overdue_factor, settings.overdue_grace)
         self._late: dict[tuple[str, int], str] = {}
         self._kept: set[str] = set()
 
@@ -101,7 +101,7 @@ class Watch:
     def _recall(self, held: list[TaskRecord], now: float) -> None:
         """Have what is overdue handed back; this is said again until it is answered."""
         self._late.clear()
-        for record, allowed in self._promises.overdue(held, now):
+        for record, allowed in self._deadlines.overdue(held, now):
             reason = f"{record.robot} had {allowed:.0f} s to get on with it and did not"
             self._late[record.task.id, record.assignment] = reason
             self._orders.recall(record)

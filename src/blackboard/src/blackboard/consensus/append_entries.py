@@ -13,17 +13,17 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.log import Entries
+from blackboard.consensus.log import AppendEntries
 from blackboard.consensus.member import name_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from blackboard.consensus.election import Step
-    from blackboard.consensus.log import Entry, Position, Whole
+    from blackboard.consensus.log import Entry, Position, Snapshot
     from blackboard.consensus.member import Member, Peer
 
-MOST_ENTRIES = 200
+MAX_ENTRIES = 200
 """Changes in one message; the rest follows later."""
 
 _LATER = 0.5
@@ -37,8 +37,8 @@ def send(
     before: Position,
     entries: tuple[Entry, ...],
     now: float,
-    whole: Whole | None = None,
-) -> tuple[Member, Entries]:
+    snapshot: Snapshot | None = None,
+) -> tuple[Member, AppendEntries]:
     """Send changes, and note that they are sent.
 
     Args:
@@ -49,21 +49,21 @@ def send(
         now: The time [s].
         whole: The list at `before`, for those who do not have that.
     """
-    message = Entries(
+    message = AppendEntries(
         member.epoch,
         member.id,
         before,
-        entries[:MOST_ENTRIES],
+        entries[:MAX_ENTRIES],
         member.log.committed,
         now,
-        whole,
+        snapshot,
         member.hive,
         tuple(map(name_of, to)),
     )
     peers = dict(member.peers)
     for each in to:
         if (peer := peers.get(each)) is not None:
-            answers_first = whole is not None or before.version <= peer.version
+            answers_first = snapshot is not None or before.version <= peer.version
             sent_at = now if answers_first else peer.sent_at
             peers[each] = replace(peer, sent=message.reaches, sent_at=sent_at)
     return member.but(peers=MappingProxyType(peers)), message
@@ -83,8 +83,8 @@ def send_what_is_missing(member: Member, now: float, *, aside: bool) -> Step:
     for each, peer in member.peers.items():
         has_lost = _has_lost(peer, member.settings.heartbeat)
         known = peer.version if has_lost else max(peer.version, peer.sent)
-        is_due = (aside or peer.stands_by) and peer.heard >= recently
-        if is_due and known < max(member.flying, log.committed):
+        is_due = (aside or peer.voter) and peer.heard >= recently
+        if is_due and known < max(member.in_flight, log.committed):
             lacking[log.at(known)].append(each)
     said: list[object] = []
     for before, to in lacking.items():

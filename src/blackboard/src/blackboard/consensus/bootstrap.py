@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.journal import Durable
-from blackboard.consensus.log import Ack, Log, Position, Whole
+from blackboard.consensus.journal import HardState
+from blackboard.consensus.log import AppendReply, Log, Position, Snapshot
 from blackboard.consensus.member import Member, name_of
 from blackboard.domain.talker import BB_ACK, NEW_TASK, SYNC, TASK_STATE
 from blackboard.domain.task import TaskState
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.record import TaskRecord, TaskUpdate
-    from blackboard.domain.settings import BackupSettings
+    from blackboard.domain.settings import RaftSettings
     from blackboard.domain.talker import Subscription, Talker
 
-_FEWEST_BEATS, _MOST_BEATS = 5, 10
+_MIN_BEATS, _MAX_BEATS = 5, 10
 """For so many heartbeats nobody may be heard before a hive is founded."""
 
 _BEATS_BETWEEN_POSTS = 5
@@ -37,7 +37,7 @@ def new_id(random: Random) -> str:
     return f"{random.getrandbits(32):08x}"
 
 
-def newcomer(name: str, random: Random, hive: str = "") -> Durable:
+def newcomer(name: str, random: Random, hive: str = "") -> HardState:
     """Return what a member that knows nothing yet has on disk.
 
     Args:
@@ -45,17 +45,17 @@ def newcomer(name: str, random: Random, hive: str = "") -> Durable:
         random: For the life of its disk.
         hive: Id of the hive that it is going to join, where that is known.
     """
-    return Durable(f"{name}#{new_id(random)}", 0, "", Log.of(Whole()), hive)
+    return HardState(f"{name}#{new_id(random)}", 0, "", Log.of(Snapshot()), hive)
 
 
-def founder(member_id: str, hive: str) -> Durable:
+def founder(member_id: str, hive: str) -> HardState:
     """Return what the first member of a new hive writes down."""
-    log = Log.of(Whole(Position(1, 1), members=(member_id,)))
-    return Durable(member_id, 0, "", log, hive)
+    log = Log.of(Snapshot(Position(1, 1), members=(member_id,)))
+    return HardState(member_id, 0, "", log, hive)
 
 
 def awake(
-    durable: Durable, settings: BackupSettings, now: float, *, stands_by: bool = True
+    hard_state: HardState, settings: RaftSettings, now: float, *, voter: bool = True
 ) -> Member:
     """Return the state of a member that starts with what it has on disk.
 
@@ -68,24 +68,24 @@ def awake(
         now: The time by its own clock [s].
         stands_by: Whether it would carry the blackboard.
     """
-    alone = durable.log.latest.members == (durable.member,)
+    alone = hard_state.log.latest.members == (hard_state.member,)
     return Member(
-        durable.member,
+        hard_state.member,
         settings,
-        durable.log,
-        durable.epoch,
-        durable.vote,
+        hard_state.log,
+        hard_state.epoch,
+        hard_state.vote,
         heard=float("-inf") if alone else now,
         quiet_until=float("-inf") if alone else now + settings.election,
-        version=durable.log.committed,
-        hive=durable.hive,
-        stands_by=stands_by,
+        version=hard_state.log.committed,
+        hive=hard_state.hive,
+        voter=voter,
     )
 
 
-def durable_of(member: Member) -> Durable:
+def hard_state_of(member: Member) -> HardState:
     """Return what a member has to have on disk."""
-    return Durable(member.id, member.epoch, member.vote, member.log, member.hive)
+    return HardState(member.id, member.epoch, member.vote, member.log, member.hive)
 
 
 class Founding:
@@ -115,7 +115,7 @@ class Founding:
         self._talker = talker
         self._member = member
         self._heartbeat = heartbeat
-        self._left = random.randint(_FEWEST_BEATS, _MOST_BEATS)
+        self._left = random.randint(_MIN_BEATS, _MAX_BEATS)
         self._has_joined = has_joined
         self._found = found
         self._known = ""
@@ -139,7 +139,7 @@ class Founding:
             self._found()
             return
         self._left = max(self._left - 1, 0)
-        self._talker.publish(BB_ACK, Ack(self._member, 0, 0, 0.0))
+        self._talker.publish(BB_ACK, AppendReply(self._member, 0, 0, 0.0))
         self._talker.after(self._heartbeat, self._wait)
 
 

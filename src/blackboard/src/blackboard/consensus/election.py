@@ -25,13 +25,13 @@ Step = tuple["Member", list[object]]
 class BallotKind(IntEnum):
     """What a ballot is."""
 
-    PRE_ASK = 0
+    PRE_VOTE = 0
     """Would you vote for me?"""
-    PRE_ANSWER = 1
+    PRE_VOTE_REPLY = 1
     """I would, or would not."""
-    ASK = 2
+    VOTE = 2
     """Vote for me."""
-    ANSWER = 3
+    VOTE_REPLY = 3
     """You have, or have not, my vote."""
 
 
@@ -81,7 +81,7 @@ def _delay(member: Member) -> float:
     if member.backup in names:
         names.remove(member.backup)
         names.insert(0, member.backup)
-    others = [name for name in names if name != member.active]
+    others = [name for name in names if name != member.leader]
     own = name_of(member.id)
     rank = others.index(own) if own in others else len(others)
     return (rank + member.jitter * (rank > 0)) * member.settings.stagger
@@ -97,17 +97,17 @@ def stand_if_due(member: Member, now: float, chance: float) -> Step:
     """
     # The first is looked at every heartbeat, and its turn only when that is over.
     early = now < _may_stand_at(member) or now < stands_at(member)
-    if early or member.id not in member.members or not member.stands_by:
+    if early or member.id not in member.members or not member.voter:
         return member, []
     member = member.but(
-        role=Role.ASKING,
+        role=Role.PRE_CANDIDATE,
         votes=frozenset([member.id]),
         retry=now + 2 * member.settings.heartbeat,
         jitter=chance,
     )
     if is_majority(member.votes, member.members):
         return _become_candidate(member, now)
-    return member, [_ask(member, BallotKind.PRE_ASK, member.epoch + 1)]
+    return member, [_ask(member, BallotKind.PRE_VOTE, member.epoch + 1)]
 
 
 def _become_candidate(member: Member, now: float) -> Step:
@@ -117,7 +117,7 @@ def _become_candidate(member: Member, now: float) -> Step:
         votes=frozenset([member.id]),
         asked=now,
     )
-    return member, [_ask(member, BallotKind.ASK, member.epoch)]
+    return member, [_ask(member, BallotKind.VOTE, member.epoch)]
 
 
 def _ask(member: Member, kind: BallotKind, epoch: int) -> Ballot:
@@ -125,9 +125,9 @@ def _ask(member: Member, kind: BallotKind, epoch: int) -> Ballot:
     return Ballot(kind, epoch, member.id, member.id, position, seen=member.epoch, hive=member.hive)
 
 
-def misses_active(member: Member, candidate: str, now: float) -> bool:
+def misses_leader(member: Member, candidate: str, now: float) -> bool:
     """Return whether no active one, other than the candidate, has been heard of late."""
-    if member.died is not None or name_of(candidate) == member.active:
+    if member.died is not None or name_of(candidate) == member.leader:
         return True
     return now - member.heard >= member.settings.election
 
@@ -150,12 +150,12 @@ def hear_question(member: Member, ballot: Ballot, now: float) -> Step:
     """
     if ballot.candidate == member.id:
         return member, []
-    willing = now >= member.quiet_until and misses_active(member, ballot.candidate, now)
-    if ballot.kind is BallotKind.PRE_ASK:
+    willing = now >= member.quiet_until and misses_leader(member, ballot.candidate, now)
+    if ballot.kind is BallotKind.PRE_VOTE:
         granted = (
             willing and ballot.epoch > member.epoch and is_up_to_date(member, ballot.position)
         )
-        return member, [_answer(member, ballot, BallotKind.PRE_ANSWER, granted)]
+        return member, [_answer(member, ballot, BallotKind.PRE_VOTE_REPLY, granted)]
     if not willing:
         return member, []
     if ballot.epoch > member.epoch:
@@ -168,12 +168,12 @@ def hear_question(member: Member, ballot: Ballot, now: float) -> Step:
     if granted:
         member = member.but(
             vote=ballot.candidate,
-            active=name_of(ballot.candidate),
+            leader=name_of(ballot.candidate),
             backup="",
             heard=now,
             died=None,
         )
-    return member, [_answer(member, ballot, BallotKind.ANSWER, granted)]
+    return member, [_answer(member, ballot, BallotKind.VOTE_REPLY, granted)]
 
 
 def _answer(member: Member, ballot: Ballot, kind: BallotKind, granted: bool) -> Ballot:
@@ -199,14 +199,14 @@ def hear_answer(member: Member, ballot: Ballot, now: float) -> Step:
         return adopt(member, ballot.seen), []
     if not ballot.granted:
         return member, []
-    before = member.role is Role.ASKING and ballot.kind is BallotKind.PRE_ANSWER
+    before = member.role is Role.PRE_CANDIDATE and ballot.kind is BallotKind.PRE_VOTE_REPLY
     if before and ballot.epoch == member.epoch + 1:
         member = member.but(votes=member.votes | {ballot.member})
         if is_majority(member.votes, member.members):
             return _become_candidate(member, now)
     elif (
         member.role is Role.CANDIDATE
-        and ballot.kind is BallotKind.ANSWER
+        and ballot.kind is BallotKind.VOTE_REPLY
         and ballot.epoch == member.epoch
         and now - member.asked <= member.settings.self_demotion
     ):

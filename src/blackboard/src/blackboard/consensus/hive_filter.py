@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 from blackboard.consensus.bootstrap import Handover, newcomer
 from blackboard.consensus.election import Ballot
 from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import Ack, Entries
+from blackboard.consensus.log import AppendEntries, AppendReply
 from blackboard.consensus.member import Role, name_of
 from blackboard.domain.talker import BB_ACK, SYNC
 
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from random import Random
 
     from blackboard.consensus.bootstrap import Founding
-    from blackboard.consensus.journal import Durable
+    from blackboard.consensus.journal import HardState
     from blackboard.consensus.member import Member
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.talker import Talker
 
-Said = Heartbeat | Entries | Ack | Ballot
+Said = Heartbeat | AppendEntries | AppendReply | Ballot
 """What members say to each other."""
 
 
-class Fence(Protocol):
+class HiveFilter(Protocol):
     """The member beside a robot: says whom the robot obeys, and what the hive has committed."""
 
     @property
@@ -39,7 +39,7 @@ class Fence(Protocol):
         """The id of the robot's hive; empty where it belongs to none yet."""
 
     @property
-    def active(self) -> tuple[str, ...] | None:
+    def leader(self) -> tuple[str, ...] | None:
         """Name of the member that carries the blackboard; None where that is not known."""
 
     @property
@@ -56,7 +56,7 @@ class Fence(Protocol):
         """Have the list handed over soon although nothing has changed."""
 
 
-class NoFence:
+class NoFilter:
     """Obeys everybody, and takes the list from `bb_sync`: no member is beside the robot.
 
     Args:
@@ -67,7 +67,7 @@ class NoFence:
 
     def __init__(self, talker: Talker) -> None:
         self._talker = talker
-        self.active: tuple[str, ...] | None = None
+        self.leader: tuple[str, ...] | None = None
         self.carriers: tuple[str, ...] | None = None
 
     def obeys(self, _hive: str, _epoch: int) -> bool:
@@ -82,7 +82,7 @@ class NoFence:
         """Do nothing: the blackboard tells the list again when a report is repeated."""
 
 
-class Border:
+class MemberFilter:
     """Keeps other hives' messages out, and knows whether its own hive has to give way.
 
     Args:
@@ -110,7 +110,7 @@ class Border:
         A newcomer joins the hive of the first active one that it hears.
         """
         if not own.hive:
-            if isinstance(message, Heartbeat | Entries):
+            if isinstance(message, Heartbeat | AppendEntries):
                 return True
             if message.hive and self.founding is not None:
                 self.founding.hear(message.hive)
@@ -118,10 +118,10 @@ class Border:
         if message.hive == own.hive:
             if isinstance(message, Heartbeat):
                 self._own_size = len(message.members)
-            return not isinstance(message, Ack) or own.role is Role.ACTIVE
+            return not isinstance(message, AppendReply) or own.role is Role.LEADER
         if message.hive and isinstance(message, Heartbeat):
             self._meet(message, own)
-        elif isinstance(message, Ack) and not message.hive:
+        elif isinstance(message, AppendReply) and not message.hive:
             self._greet(message, own)
         return False
 
@@ -146,7 +146,7 @@ class Border:
             self._handover = Handover(self._talker, self._name, to, records)
         return True
 
-    def join(self, random: Random) -> Durable | None:
+    def join(self, random: Random) -> HardState | None:
         """Go on with handing over, called at every heartbeat while a hive gives way.
 
         Returns:
@@ -175,9 +175,9 @@ class Border:
             )
         return True
 
-    def _greet(self, founder: Ack, own: Member) -> None:
+    def _greet(self, founder: AppendReply, own: Member) -> None:
         """Let one who waits whether it has to found a hive know that there is one."""
-        answer = Ack(own.id, own.epoch, 0, 0.0, own.hive, own.stands_by)
+        answer = AppendReply(own.id, own.epoch, 0, 0.0, own.hive, own.voter)
         self._talker.publish(BB_ACK, answer, (name_of(founder.member),))
 
     def _end_handover(self) -> None:
@@ -206,7 +206,7 @@ class Border:
             )
         self._talker.warn(
             f"{name_of(own.id)} belongs to hive {own.hive} ({mine}) and hears hive {beat.hive} "
-            f"({', '.join(beat.members)}), which {beat.active} carries; {then}"
+            f"({', '.join(beat.members)}), which {beat.leader} carries; {then}"
         )
 
 

@@ -14,7 +14,7 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
-from blackboard.consensus.log import Log, Position, Whole
+from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.domain.json_records import entry_from, record_from, report_from, to_json
 from blackboard.errors import JournalError
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Durable:
+class HardState:
     """What a member writes down of itself.
 
     Attributes:
@@ -48,14 +48,14 @@ class Durable:
 class Journal(Protocol):
     """A disk of one member."""
 
-    def load(self) -> Durable | None:
+    def load(self) -> HardState | None:
         """Return what was written last, or None where nothing was.
 
         Raises:
             JournalError: It cannot be read.
         """
 
-    def save(self, durable: Durable) -> None:
+    def save(self, hard_state: HardState) -> None:
         """Write down; when this returns, a power cut no longer loses it.
 
         Raises:
@@ -77,16 +77,16 @@ class Journal(Protocol):
 class MemoryJournal:
     """A disk that only simulations and tests trust."""
 
-    durable: Durable | None = None
+    hard_state: HardState | None = None
     reports: tuple[TaskUpdate, ...] = field(default=())
 
-    def load(self) -> Durable | None:
+    def load(self) -> HardState | None:
         """Return what was written last."""
-        return self.durable
+        return self.hard_state
 
-    def save(self, durable: Durable) -> None:
+    def save(self, hard_state: HardState) -> None:
         """Write down."""
-        self.durable = durable
+        self.hard_state = hard_state
 
     def load_reports(self) -> tuple[TaskUpdate, ...]:
         """Return the open reports."""
@@ -128,7 +128,7 @@ class SqliteJournal:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._saved: Durable | None = None
+        self._saved: HardState | None = None
         self.set_aside: Path | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -141,23 +141,23 @@ class SqliteJournal:
         except (OSError, sqlite3.Error) as error:
             raise self._failed(error) from None
 
-    def load(self) -> Durable | None:
+    def load(self) -> HardState | None:
         """Return what was written last."""
         return self._saved
 
-    def save(self, durable: Durable) -> None:
+    def save(self, hard_state: HardState) -> None:
         """Write down what has changed, in one transaction."""
         before = self._saved
         try:
             with self._transaction():
-                self._write_self(durable)
-                if before is None or not _continues(before.log, durable.log):
-                    self._write_all(durable.log)
-                elif before.log is not durable.log:
-                    self._write_changes(before.log, durable.log)
+                self._write_self(hard_state)
+                if before is None or not _continues(before.log, hard_state.log):
+                    self._write_all(hard_state.log)
+                elif before.log is not hard_state.log:
+                    self._write_changes(before.log, hard_state.log)
         except (OSError, sqlite3.Error) as error:
             raise self._failed(error) from None
-        self._saved = durable
+        self._saved = hard_state
 
     def load_reports(self) -> tuple[TaskUpdate, ...]:
         """Return the open reports."""
@@ -223,13 +223,13 @@ class SqliteJournal:
             "free the disk or name another folder with the parameter journal"
         )
 
-    def _write_self(self, durable: Durable) -> None:
-        log = durable.log
+    def _write_self(self, hard_state: HardState) -> None:
+        log = hard_state.log
         values = {
-            "member": durable.member,
-            "epoch": durable.epoch,
-            "vote": durable.vote,
-            "hive": durable.hive,
+            "member": hard_state.member,
+            "epoch": hard_state.epoch,
+            "vote": hard_state.vote,
+            "hive": hard_state.hive,
             "base": list(log.base.position),
             "members": list(log.base.members),
             "earlier": log.base.earlier,
@@ -275,7 +275,7 @@ class SqliteJournal:
         rows = [(entry.version, to_json(entry)) for entry in entries]
         self._database.executemany("INSERT INTO entries VALUES (?, ?)", rows)
 
-    def _read(self) -> Durable | None:
+    def _read(self) -> HardState | None:
         rows = self._database.execute("SELECT key, value FROM self")
         values = {key: json.loads(value) for key, value in rows}
         if not values:
@@ -286,9 +286,9 @@ class SqliteJournal:
         entries = tuple(entry_from(text) for (text,) in texts)
         known = {record.task.id: record for record in records}
         earlier = values.get("earlier", 0)  # not in journals of older programs
-        base = Whole(Position(*values["base"]), known, tuple(values["members"]), earlier)
+        base = Snapshot(Position(*values["base"]), known, tuple(values["members"]), earlier)
         log = Log.of(base, entries, values["committed"])
-        return Durable(values["member"], values["epoch"], values["vote"], log, values["hive"])
+        return HardState(values["member"], values["epoch"], values["vote"], log, values["hive"])
 
 
 class _ForeignError(Exception):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from blackboard.consensus.election import Step
-    from blackboard.consensus.log import Ack
+    from blackboard.consensus.log import AppendReply
     from blackboard.consensus.member import Member
     from blackboard.domain.record import TaskRecord
 
@@ -35,7 +35,7 @@ BEATS_ASIDE = 5
 """Whoever does not stand by hears only one in so many heartbeats, and changes only with it: of a
 large fleet these are nearly all, and to hear one costs a robot more than anything else at rest."""
 
-FEWEST_MEMBERS = 3
+MIN_MEMBERS = 3
 """With fewer, no majority is left when one is gone, so failover is off."""
 
 
@@ -59,7 +59,7 @@ class Heartbeat:
     """
 
     epoch: int
-    active: str
+    leader: str
     backup: str = ""
     members: tuple[str, ...] = ()
     progress: int = 0
@@ -71,19 +71,19 @@ class Heartbeat:
     to: tuple[str, ...] | None = field(default=None, compare=False)
 
 
-def become_active(member: Member, now: float) -> Step:
+def become_leader(member: Member, now: float) -> Step:
     """Take over: say so, and write an empty change, which commits all before it."""
     known = Peer(heard=now)
     peers = {each: known for each in member.members if each != member.id}
     peers |= {each: Peer(echo=member.asked, heard=now) for each in member.votes - {member.id}}
     member = member.but(
-        role=Role.ACTIVE,
-        active=name_of(member.id),
+        role=Role.LEADER,
+        leader=name_of(member.id),
         backup="",
         died=None,
         votes=frozenset(),
         peers=MappingProxyType(peers),
-        flying=0,
+        in_flight=0,
     )
     member, first = beat(member, now)
     member, more = write(member, now)
@@ -104,22 +104,22 @@ def write(
     """
     log = member.log
     entry = Entry(member.epoch, log.position.version + 1, records, members, forgotten)
-    is_alone = member.flying <= log.committed
+    is_alone = member.in_flight <= log.committed
     member = member.but(log=log.append(entry))
     if not is_alone:  # it may leave so few members that a majority has what is on its way
         return _go_on(advance(member), now)
     member, message = send(member, member.members, log.position, (entry,), now)
-    return advance(member.but(flying=entry.version)), [message]
+    return advance(member.but(in_flight=entry.version)), [message]
 
 
 def _go_on(member: Member, now: float) -> Step:
     """Send what was gathered, if nothing is on its way any more."""
     log = member.log
     before, gathered = log.at(log.committed), log.since(log.committed)
-    if member.flying > log.committed or before is None or not gathered:
+    if member.in_flight > log.committed or before is None or not gathered:
         return member, []
     member, message = send(member, member.members, before, gathered, now)
-    return member.but(flying=message.reaches), [message]
+    return member.but(in_flight=message.reaches), [message]
 
 
 def advance(member: Member) -> Member:
@@ -137,20 +137,20 @@ def advance(member: Member) -> Member:
     return member.but(log=member.log.commit(version, member.settings.kept_changes))
 
 
-def hear_ack(member: Member, ack: Ack, now: float) -> Step:
+def hear_reply(member: Member, reply: AppendReply, now: float) -> Step:
     """Note what another member has on disk, and that it follows."""
-    if ack.epoch != member.epoch or ack.member == member.id:
+    if reply.epoch != member.epoch or reply.member == member.id:
         return member, []
-    known = member.peers.get(ack.member, Peer())
-    version = min(ack.version, member.log.position.version)
-    if ack.echo <= known.echo:
+    known = member.peers.get(reply.member, Peer())
+    version = min(reply.version, member.log.position.version)
+    if reply.echo <= known.echo:
         version = max(version, known.version)  # otherwise it has been started again
-    echo = max(known.echo, min(ack.echo, now))
+    echo = max(known.echo, min(reply.echo, now))
     gets_on = version > known.version
     # What it has not answered yet was sent after that.
     sent_at = max(known.sent_at, echo) if gets_on else known.sent_at
-    peer = Peer(version, echo, now, ack.stands_by, known.sent, sent_at)
-    member = member.but(peers=MappingProxyType({**member.peers, ack.member: peer}))
+    peer = Peer(version, echo, now, reply.voter, known.sent, sent_at)
+    member = member.but(peers=MappingProxyType({**member.peers, reply.member: peer}))
     return _go_on(advance(member), now) if gets_on else (member, [])
 
 
@@ -173,7 +173,7 @@ def keep_going(member: Member, now: float) -> Step:
 def step_down(member: Member, now: float) -> Member:
     """Become a follower that knows of no active one."""
     silent_since = min(now, followed_since(member, now))
-    return follow(member).but(active="", backup="", heard=silent_since, died=None)
+    return follow(member).but(leader="", backup="", heard=silent_since, died=None)
 
 
 def beat(member: Member, now: float) -> tuple[Member, Heartbeat]:
@@ -189,21 +189,21 @@ def beat(member: Member, now: float) -> tuple[Member, Heartbeat]:
         member.log.committed,
         now,
         hive=member.hive,
-        to=_those_who_stand_by(member) if member.progress % BEATS_ASIDE else None,
+        to=_voters(member) if member.progress % BEATS_ASIDE else None,
     )
     return member, beat_
 
 
-def _those_who_stand_by(member: Member) -> tuple[str, ...] | None:
+def _voters(member: Member) -> tuple[str, ...] | None:
     """Return the names of those who do, or None where all do that are known."""
     by_id = dict.fromkeys(member.members, True)
-    by_id |= {each: peer.stands_by for each, peer in member.peers.items()}
+    by_id |= {each: peer.voter for each, peer in member.peers.items()}
     return None if all(by_id.values()) else tuple(name_of(each) for each in by_id if by_id[each])
 
 
 def name_backup(member: Member, now: float) -> str:
     """Choose who stands first: the same as before while it follows, else the next that does."""
-    if len(member.members) < FEWEST_MEMBERS:
+    if len(member.members) < MIN_MEMBERS:
         return ""
     able = [name_of(each) for each in member.members if _follows(member, each, now)]
     return member.backup if member.backup in able else next(iter(able), "")
@@ -228,7 +228,7 @@ def may_change_members(log: Log, epoch: int) -> bool:
     position = log.at(log.committed)
     if position is None or position.epoch != epoch:
         return False
-    small = FEWEST_MEMBERS - 1
+    small = MIN_MEMBERS - 1
     both_small = len(log.latest.members) <= small and len(log.stable.members) <= small
     return log.members_are_settled or both_small
 
@@ -244,8 +244,8 @@ def next_members(member: Member, now: float) -> tuple[str, ...] | None:
     names = set(map(name_of, members))
     if len(members) < member.settings.most_members:
         for each in sorted(member.peers):
-            stands_by = member.peers[each].stands_by
-            if stands_by and name_of(each) not in names and _follows(member, each, now):
+            voter = member.peers[each].voter
+            if voter and name_of(each) not in names and _follows(member, each, now):
                 return (*members, each)
     return None
 
@@ -256,9 +256,9 @@ def _is_gone(member: Member, other: str, now: float) -> bool:
     settings = member.settings
     # Of two, both would be needed. The other cannot be elected without this one, so this one need
     # not wait before it goes on alone, and must not wait until it would have to step down itself.
-    few = len(member.members) < FEWEST_MEMBERS
+    few = len(member.members) < MIN_MEMBERS
     patience = settings.self_demotion / 2 if few else settings.member_timeout
-    if now - peer.heard > patience or not peer.stands_by:
+    if now - peer.heard > patience or not peer.voter:
         return True
     name = name_of(other)
     return any(

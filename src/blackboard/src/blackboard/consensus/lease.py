@@ -20,7 +20,7 @@ MAX_DRIFT = 0.01
 """How much faster or slower than true time any clock of the hive may run."""
 
 
-FARTHEST_EPOCH = 100_000
+MAX_EPOCH = 100_000
 """An epoch further ahead than this is no epoch of this hive but a fault of who sent it; who
 believed it once would believe no real one ever again."""
 
@@ -47,7 +47,7 @@ class Lease:
 
     def renew(self, beat: Heartbeat, now: float) -> bool:
         """Take in a heartbeat; return whether the lease ends later because of it."""
-        if beat.epoch < self._epoch or (self._epoch and beat.epoch > self._epoch + FARTHEST_EPOCH):
+        if beat.epoch < self._epoch or (self._epoch and beat.epoch > self._epoch + MAX_EPOCH):
             return False
         self._epoch = beat.epoch
         sent = beat.heard.get(self._robot_id)

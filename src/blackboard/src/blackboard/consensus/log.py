@@ -56,7 +56,7 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Whole:
+class Snapshot:
     """All that the hive knows at one position.
 
     Attributes:
@@ -72,7 +72,7 @@ class Whole:
     members: tuple[str, ...] = ()
     earlier: int = 0
 
-    def after(self, entries: Iterable[Entry]) -> Whole:
+    def after(self, entries: Iterable[Entry]) -> Snapshot:
         """Return what it becomes with some changes, which have to follow it without a gap."""
         position, members, earlier = self.position, self.members, self.earlier
         records: dict[str, TaskRecord] | None = None
@@ -88,7 +88,7 @@ class Whole:
                     earlier = max(earlier, gone.assignment)
             for record in entry.records:
                 records[record.task.id] = record
-        return Whole(position, self.records if records is None else records, members, earlier)
+        return Snapshot(position, self.records if records is None else records, members, earlier)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,13 +102,15 @@ class Log:
         latest: The list with all changes, committed or not.
     """
 
-    base: Whole
+    base: Snapshot
     entries: tuple[Entry, ...]
     committed: int
-    latest: Whole
+    latest: Snapshot
 
     @classmethod
-    def of(cls, base: Whole, entries: tuple[Entry, ...] = (), committed: int | None = None) -> Log:
+    def of(
+        cls, base: Snapshot, entries: tuple[Entry, ...] = (), committed: int | None = None
+    ) -> Log:
         """Make one of its parts; without a version, only the base is committed."""
         known = base.position.version if committed is None else committed
         return cls(base, entries, known, base.after(entries))
@@ -119,7 +121,7 @@ class Log:
         return self.latest.position
 
     @property
-    def stable(self) -> Whole:
+    def stable(self) -> Snapshot:
         """The list as far as it is committed."""
         if self.committed == self.latest.position.version:
             return self.latest
@@ -167,7 +169,7 @@ class Log:
 
 
 @dataclass(frozen=True, slots=True)
-class Entries:
+class AppendEntries:
     """What the active blackboard has the others write down (message BbEntries).
 
     Attributes:
@@ -183,12 +185,12 @@ class Entries:
     """
 
     epoch: int
-    active: str
+    leader: str
     before: Position
     entries: tuple[Entry, ...]
     committed: int
     sent: float
-    whole: Whole | None = None
+    snapshot: Snapshot | None = None
     hive: str = ""
     to: tuple[str, ...] = field(default=(), compare=False)
 
@@ -199,7 +201,7 @@ class Entries:
 
 
 @dataclass(frozen=True, slots=True)
-class Ack:
+class AppendReply:
     """What a member has on disk of what the active one wrote (message BbAck).
 
     Attributes:
@@ -216,10 +218,10 @@ class Ack:
     version: int
     echo: float
     hive: str = ""
-    stands_by: bool = True
+    voter: bool = True
 
 
-def extend(log: Log, message: Entries) -> Log | None:
+def extend(log: Log, message: AppendEntries) -> Log | None:
     """Write down what the active blackboard sent.
 
     Changes that an earlier active blackboard never got committed give way to those of this one.
@@ -233,10 +235,10 @@ def extend(log: Log, message: Entries) -> Log | None:
     """
     before = message.before
     known = before.version <= log.committed or log.at(before.version) == before
-    if not known and message.whole is None:
+    if not known and message.snapshot is None:
         return None
-    if not known and message.whole is not None:
-        return Log.of(message.whole, message.entries)
+    if not known and message.snapshot is not None:
+        return Log.of(message.snapshot, message.entries)
     new = [
         entry
         for entry in message.entries

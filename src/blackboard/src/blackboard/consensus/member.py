@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from blackboard.consensus.log import Log
-    from blackboard.domain.settings import BackupSettings
+    from blackboard.domain.settings import RaftSettings
 
 
 class Role(Enum):
@@ -25,11 +25,11 @@ class Role(Enum):
 
     FOLLOWER = "follower"
     """Writes down what the active one says."""
-    ASKING = "asking"
+    PRE_CANDIDATE = "asking"
     """Asks the others whether they miss the active one too (the pre-vote)."""
     CANDIDATE = "candidate"
     """Asks the others for their votes."""
-    ACTIVE = "active"
+    LEADER = "active"
     """Carries the blackboard."""
 
 
@@ -49,7 +49,7 @@ class Peer:
     version: int = 0
     echo: float = float("-inf")
     heard: float = float("-inf")
-    stands_by: bool = True
+    voter: bool = True
     sent: int = 0
     sent_at: float = float("-inf")
 
@@ -84,12 +84,12 @@ class Member:
     """
 
     id: str
-    settings: BackupSettings
+    settings: RaftSettings
     log: Log
     epoch: int = 0
     vote: str = ""
     role: Role = Role.FOLLOWER
-    active: str = ""
+    leader: str = ""
     backup: str = ""
     heard: float = float("-inf")
     died: float | None = None
@@ -100,10 +100,10 @@ class Member:
     votes: frozenset[str] = frozenset()
     asked: float = 0.0
     peers: Mapping[str, Peer] = field(default_factory=lambda: MappingProxyType({}))
-    flying: int = 0
+    in_flight: int = 0
     progress: int = 0
     hive: str = ""
-    stands_by: bool = True
+    voter: bool = True
 
     def but(self, **changes: object) -> Member:
         """Return the same with some fields changed.

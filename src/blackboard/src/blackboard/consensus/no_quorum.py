@@ -25,7 +25,7 @@ REPEAT = 30.0
 """Time after which it is said again [s]."""
 
 
-class Standstill:
+class NoQuorum:
     """Watches one member for an active blackboard.
 
     Args:
@@ -49,8 +49,8 @@ class Standstill:
         """Find out whether the hive stands still, and say so now and then."""
         member, now = self._state(), self._talker.now()
         silence = now - max(member.heard, self._begun)
-        if member.role is Role.ACTIVE or silence < PATIENCE:
-            if member.role is Role.ACTIVE:
+        if member.role is Role.LEADER or silence < PATIENCE:
+            if member.role is Role.LEADER:
                 self._begun = now
             self.text = ""
             self._said = float("-inf")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Who carries the blackboard, and the copy of the task list that everyone else holds.
 
-Every member of the hive hosts a `Backup`. Underneath is a pure function, `step.step`, of a
-member's state, an event and the time. `Backup` feeds it from the Talker, has the journal written
+Every member of the hive hosts a `RaftNode`. Underneath is a pure function, `step.step`, of a
+member's state, an event and the time. `RaftNode` feeds it from the Talker, has the journal written
 before anything is said that relies on it, and tells the blackboard beside it when to begin and
 when to stop.
 """
@@ -14,11 +14,18 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.consensus import leader, step
-from blackboard.consensus.bootstrap import Founding, awake, durable_of, founder, new_id, newcomer
+from blackboard.consensus.bootstrap import (
+    Founding,
+    awake,
+    founder,
+    hard_state_of,
+    new_id,
+    newcomer,
+)
 from blackboard.consensus.election import Ballot
-from blackboard.consensus.hive_filter import Border
+from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import Ack, Entries
+from blackboard.consensus.log import AppendEntries, AppendReply
 from blackboard.consensus.member import Role, has_lease, name_of
 from blackboard.consensus.step import Died, LeaseCheck, Tick, Write
 from blackboard.consensus.task_list import Sync, TaskList
@@ -30,29 +37,29 @@ if TYPE_CHECKING:
     from random import Random
 
     from blackboard.consensus.hive_filter import Said
-    from blackboard.consensus.journal import Durable, Journal
+    from blackboard.consensus.journal import HardState, Journal
     from blackboard.consensus.member import Member
     from blackboard.consensus.step import Event
     from blackboard.domain.record import TaskRecord
-    from blackboard.domain.settings import BackupSettings
+    from blackboard.domain.settings import RaftSettings
     from blackboard.domain.talker import Talker
 
 __all__ = ["Backup", "Carrier", "Heartbeat", "TaskList"]
 
-_TOPICS = {Heartbeat: BACKUP, Entries: BB_ENTRIES, Ack: BB_ACK, Ballot: BB_VOTE}
+_TOPICS = {Heartbeat: BACKUP, AppendEntries: BB_ENTRIES, AppendReply: BB_ACK, Ballot: BB_VOTE}
 
 
 class Carrier(Protocol):
-    """The blackboard beside a `Backup`."""
+    """The blackboard beside a `RaftNode`."""
 
-    def became_active(self) -> None:
+    def became_leader(self) -> None:
         """Begin to decide: this member carries the blackboard, and the list is complete."""
 
     def stepped_down(self) -> None:
         """Stop to decide, at once."""
 
 
-class Backup:
+class RaftNode:
     """One member's part in keeping the task list, and in who carries the blackboard.
 
     Args:
@@ -75,12 +82,12 @@ class Backup:
         self,
         talker: Talker,
         member: str,
-        settings: BackupSettings,
+        settings: RaftSettings,
         journal: Journal,
         random: Random,
         *,
         founds: bool = False,
-        stands_by: bool = True,
+        voter: bool = True,
     ) -> None:
         self._talker = talker
         self._settings = settings
@@ -98,9 +105,9 @@ class Backup:
         self.show = self._sync.show
         self._heard: dict[str, float] = {}
         self._robot_lease = 0.0
-        self._border = Border(talker, member, settings.election)
+        self._border = MemberFilter(talker, member, settings.election)
         known = journal.load() or newcomer(member, random)
-        self._member = awake(known, settings, talker.now(), stands_by=stands_by)
+        self._member = awake(known, settings, talker.now(), voter=voter)
 
     def serve(self, carrier: Carrier) -> None:
         """Tell a blackboard from now on when to begin and when to stop."""
@@ -108,7 +115,7 @@ class Backup:
 
     def start(self) -> None:
         """Begin to listen and to speak."""
-        among_equals = (BB_VOTE, BB_ACK) if self._member.stands_by else ()
+        among_equals = (BB_VOTE, BB_ACK) if self._member.voter else ()
         for topic in (BACKUP, BB_ENTRIES, *among_equals):
             self._talker.subscribe(topic, self._hear)
         heartbeat = self._settings.heartbeat
@@ -145,17 +152,17 @@ class Backup:
         return self._member.hive
 
     @property
-    def active(self) -> tuple[str, ...] | None:
+    def leader(self) -> tuple[str, ...] | None:
         """Name of the member that carries the blackboard; None where that is not known."""
-        return (self._member.active,) if self._member.active else None
+        return (self._member.leader,) if self._member.leader else None
 
     @property
     def carriers(self) -> tuple[str, ...] | None:
         """Names of that member and its backup; None where they are not known."""
-        return (self._member.active, self._member.backup) if self._member.active else None
+        return (self._member.leader, self._member.backup) if self._member.leader else None
 
     def obeys(self, hive: str, epoch: int) -> bool:
-        """Return whether the blackboard of a hive and an epoch is to be obeyed; see `Fence`."""
+        """Return whether the blackboard of a hive and an epoch is to be obeyed; see `HiveFilter`."""
         return not self._border.refuses(hive, epoch, self._member)
 
     @property
@@ -223,8 +230,8 @@ class Backup:
     def _tick(self) -> None:
         if not self._give_way():
             self._step(Tick(self._random.random()))
-        elif (durable := self._border.join(self._random)) is not None:
-            self._begin_as(durable)
+        elif (hard_state := self._border.join(self._random)) is not None:
+            self._begin_as(hard_state)
 
     def _give_way(self) -> bool:
         """Decide nothing while a greater hive is heard; return whether one is."""
@@ -236,11 +243,11 @@ class Backup:
             self._notice(before, self._member)
         return True
 
-    def _begin_as(self, durable: Durable) -> None:
-        self._journal.save(durable)
-        stands_by = self._member.stands_by
+    def _begin_as(self, hard_state: HardState) -> None:
+        self._journal.save(hard_state)
+        voter = self._member.voter
         now = self._talker.now()
-        self._member = awake(durable, self._settings, now, stands_by=stands_by)
+        self._member = awake(hard_state, self._settings, now, voter=voter)
 
     def _step(self, event: Event) -> None:
         before = self._member
@@ -266,10 +273,10 @@ class Backup:
         if same_list and after.epoch == before.epoch and after.vote == before.vote:
             return True
         try:
-            self._journal.save(durable_of(after))
+            self._journal.save(hard_state_of(after))
         except JournalError as error:
             self._talker.warn(f"{self.name} cannot take part in the hive: {error}")
-            if before.role is Role.ACTIVE:
+            if before.role is Role.LEADER:
                 self._member = leader.step_down(before, self._talker.now())
                 self._notice(before, self._member)
             return False
@@ -279,11 +286,11 @@ class Backup:
         """Tell the blackboard and the robot here what has become of this member."""
         if after.log.committed != before.log.committed:
             self.show()
-        if after.active != before.active and after.active not in {"", self.name}:
-            self._watch(after.active, after.epoch)
-        if before.role is Role.ACTIVE and after.role is not Role.ACTIVE:
+        if after.leader != before.leader and after.leader not in {"", self.name}:
+            self._watch(after.leader, after.epoch)
+        if before.role is Role.LEADER and after.role is not Role.LEADER:
             self._stop_serving(before, after)
-        if after.role is not Role.ACTIVE:
+        if after.role is not Role.LEADER:
             return
         committed = after.log.committed
         if not self._serving:
@@ -293,7 +300,7 @@ class Backup:
             self._serving = True
             self._sync.publish()
             if self._carrier is not None:
-                self._carrier.became_active()
+                self._carrier.became_leader()
         elif committed > before.log.committed:
             self.tell()
         # What commits a change may be an old answer, which no longer makes this the active one.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The one function by which a member of the hive moves on: from state, event and time.
 
-It sorts events to `election` and `active`, and does what a follower does. Nothing here knows of
+It sorts events to `election` and `leader`, and does what a follower does. Nothing here knows of
 time, messages under way or disks, so a simulation can try every order of events.
 """
 
@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from blackboard.consensus import election, leader
 from blackboard.consensus.election import Ballot, BallotKind
 from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.lease import FARTHEST_EPOCH
-from blackboard.consensus.log import Ack, Entries, extend
+from blackboard.consensus.lease import MAX_EPOCH
+from blackboard.consensus.log import AppendEntries, AppendReply, extend
 from blackboard.consensus.member import Role, adopt, follow, has_lease, name_of
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class LeaseCheck:
     """The blackboard is about to act."""
 
 
-Event = Tick | Died | Write | LeaseCheck | Heartbeat | Entries | Ack | Ballot
+Event = Tick | Died | Write | LeaseCheck | Heartbeat | AppendEntries | AppendReply | Ballot
 
 
 def step(member: Member, event: Event, now: float) -> Step:
@@ -70,17 +70,17 @@ def step(member: Member, event: Event, now: float) -> Step:
     elif isinstance(event, Write):
         said = leader.write(member, now, event.records, forgotten=event.forgotten)
     elif isinstance(event, LeaseCheck):
-        lost = member.role is Role.ACTIVE and not has_lease(member, now)
+        lost = member.role is Role.LEADER and not has_lease(member, now)
         said = (leader.step_down(member, now) if lost else member), []
     elif isinstance(event, Died):
         said = _learn_of_death(member, event, now)
-    elif member.epoch and event.epoch > member.epoch + FARTHEST_EPOCH:
+    elif member.epoch and event.epoch > member.epoch + MAX_EPOCH:
         said = member, []
     elif isinstance(event, Heartbeat):
         said = _hear_beat(member, event, now)
-    elif isinstance(event, Entries):
+    elif isinstance(event, AppendEntries):
         said = _hear_entries(member, event, now)
-    elif isinstance(event, Ack):
+    elif isinstance(event, AppendReply):
         said = _hear_ack(member, event, now)
     else:
         said = _hear_ballot(member, event, now)
@@ -97,13 +97,13 @@ def concerned(message: object, event: Event) -> tuple[str, ...] | None:
         message: What is said.
         event: After what.
     """
-    if isinstance(message, Ack) and isinstance(event, Heartbeat | Entries):
-        return (name_of(event.active),)
-    return message.to if isinstance(message, Entries | Heartbeat) else None
+    if isinstance(message, AppendReply) and isinstance(event, Heartbeat | AppendEntries):
+        return (name_of(event.leader),)
+    return message.to if isinstance(message, AppendEntries | Heartbeat) else None
 
 
 def _pass_time(member: Member, tick: Tick, now: float) -> Step:
-    if member.role is Role.ACTIVE:
+    if member.role is Role.LEADER:
         return leader.keep_going(member, now)
     return _stand(member, now, tick.chance)
 
@@ -116,18 +116,18 @@ def _stand(member: Member, now: float, chance: float) -> Step:
 def _take_over_if_won(member: Member, said: list[object], now: float) -> Step:
     if not election.has_won(member):
         return member, said
-    member, more = leader.become_active(member, now)
+    member, more = leader.become_leader(member, now)
     return member, said + more
 
 
 def _learn_of_death(member: Member, death: Died, now: float) -> Step:
-    if (death.member, death.epoch) != (member.active, member.epoch) or member.role is Role.ACTIVE:
+    if (death.member, death.epoch) != (member.leader, member.epoch) or member.role is Role.LEADER:
         return member, []
     return _stand(member.but(died=now), now, member.jitter)
 
 
 def _hear_beat(member: Member, beat: Heartbeat, now: float) -> Step:
-    heard = _heed(member, beat.epoch, beat.active, beat.hive, now)
+    heard = _heed(member, beat.epoch, beat.leader, beat.hive, now)
     if heard is None:
         return member, _contradict(member, beat.epoch)
     log = heard.log.commit(min(beat.version, heard.version), heard.settings.kept_changes)
@@ -135,8 +135,8 @@ def _hear_beat(member: Member, beat: Heartbeat, now: float) -> Step:
     return heard, [_ack(heard, heard.version, beat.sent)]
 
 
-def _hear_entries(member: Member, message: Entries, now: float) -> Step:
-    heard = _heed(member, message.epoch, name_of(message.active), message.hive, now)
+def _hear_entries(member: Member, message: AppendEntries, now: float) -> Step:
+    heard = _heed(member, message.epoch, name_of(message.leader), message.hive, now)
     if heard is None:
         return member, _contradict(member, message.epoch)
     log = extend(heard.log, message)
@@ -147,8 +147,8 @@ def _hear_entries(member: Member, message: Entries, now: float) -> Step:
     return heard, [_ack(heard, heard.version, message.sent)]
 
 
-def _ack(member: Member, version: int, echo: float) -> Ack:
-    return Ack(member.id, member.epoch, version, echo, member.hive, member.stands_by)
+def _ack(member: Member, version: int, echo: float) -> AppendReply:
+    return AppendReply(member.id, member.epoch, version, echo, member.hive, member.voter)
 
 
 def _heed(member: Member, epoch: int, speaker: str, hive: str, now: float) -> Member | None:
@@ -162,7 +162,7 @@ def _heed(member: Member, epoch: int, speaker: str, hive: str, now: float) -> Me
         member = adopt(member, epoch)
     elif member.role is not Role.FOLLOWER:
         member = follow(member)
-    return member.but(active=speaker, heard=now, died=None, hive=member.hive or hive)
+    return member.but(leader=speaker, heard=now, died=None, hive=member.hive or hive)
 
 
 def _contradict(member: Member, epoch: int) -> list[object]:
@@ -170,18 +170,18 @@ def _contradict(member: Member, epoch: int) -> list[object]:
     return [_ack(member, 0, 0.0)] if epoch < member.epoch else []
 
 
-def _hear_ack(member: Member, ack: Ack, now: float) -> Step:
-    if member.role is not Role.ACTIVE:
+def _hear_ack(member: Member, reply: AppendReply, now: float) -> Step:
+    if member.role is not Role.LEADER:
         return member, []
-    if ack.epoch > member.epoch:
-        return adopt(leader.step_down(member, now), ack.epoch), []
-    return leader.hear_ack(member, ack, now)
+    if reply.epoch > member.epoch:
+        return adopt(leader.step_down(member, now), reply.epoch), []
+    return leader.hear_reply(member, reply, now)
 
 
 def _hear_ballot(member: Member, ballot: Ballot, now: float) -> Step:
-    if ballot.kind in {BallotKind.PRE_ANSWER, BallotKind.ANSWER}:
+    if ballot.kind in {BallotKind.PRE_VOTE_REPLY, BallotKind.VOTE_REPLY}:
         member, said = election.hear_answer(member, ballot, now)
         return _take_over_if_won(member, said, now)
-    if member.role is Role.ACTIVE and has_lease(member, now):
+    if member.role is Role.LEADER and has_lease(member, now):
         return member, []
     return election.hear_question(member, ballot, now)

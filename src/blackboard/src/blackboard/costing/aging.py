@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from blackboard.domain.task import Task
 
-_MOST_DOUBLINGS = 20.0
+_MAX_DOUBLINGS = 20.0
 """A million times is more than any list is long."""
 
 
@@ -36,4 +36,4 @@ class Aging:
         if task.posted <= 0.0:
             return 1.0
         age = max(0.0, self._now() - task.posted)
-        return float(2.0 ** min(age / self._doubling, _MOST_DOUBLINGS))
+        return float(2.0 ** min(age / self._doubling, _MAX_DOUBLINGS))

@@ -15,7 +15,7 @@ from blackboard.costing.bidding import Bidder
 from blackboard.costing.cost import COST_MODELS
 from blackboard.costing.effort import charge_to_reach
 from blackboard.costing.pace import Pace
-from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery
 from blackboard.domain.record import Order
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from blackboard.costing.cost import Bids
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.record import Broadcast
     from blackboard.domain.task import Task
@@ -64,7 +64,7 @@ def bids_from(
     robot_id: str,
     tasks: Iterable[Task],
     broadcast: Broadcast,
-    ways: Ways,
+    path_lengths: PathLengths,
     now: float,
 ) -> Bids:
     """Return what a robot would bid.
@@ -84,15 +84,15 @@ def bids_from(
     battery = Battery(basis.body.battery, basis.charge)
     aging = Aging(lambda: now, basis.aging)
     pace = Pace(basis.body.max_speed, basis.pace)
-    itinerary = Itinerary(basis.body, ways, basis.cost_model, aging, pace)
-    itinerary.restore(
+    schedule = Schedule(basis.body, path_lengths, basis.cost_model, aging, pace)
+    schedule.restore(
         Entry(Order(task, robot_id), step)
         for task, (_, step) in zip(tasks, basis.tasks, strict=True)
     )
 
     def reserve(end: Pose) -> float:
-        return charge_to_reach(basis.chargers, end, basis.body, ways, battery)
+        return charge_to_reach(basis.chargers, end, basis.body, path_lengths, battery)
 
     model = COST_MODELS[basis.cost_model]
-    bidder = Bidder(robot_id, basis.body, battery, itinerary, model, reserve)
+    bidder = Bidder(robot_id, basis.body, battery, schedule, model, reserve)
     return bidder.answer(broadcast, basis.pose, basis.refusal, at_work=basis.at_work)

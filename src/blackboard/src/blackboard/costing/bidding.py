@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
     from blackboard.costing.cost import CostModel
     from blackboard.costing.insertion import Route
-    from blackboard.costing.schedule import Entry, Itinerary
+    from blackboard.costing.schedule import Entry, Schedule
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.record import Broadcast
     from blackboard.domain.task import Task
     from hive_common.pose import Pose
 
-    Piece = tuple[tuple[Task, int], ...]
+    Bundle = tuple[tuple[Task, int], ...]
 
 CHARGE_TOLERANCE = 0.10
 """The share of its charge that a robot keeps (the report's 10 %)."""
@@ -45,14 +45,14 @@ class Bidder:
         robot_id: str,
         characteristics: RobotCharacteristics,
         battery: Battery,
-        itinerary: Itinerary,
+        schedule: Schedule,
         model: CostModel,
         reserve: Callable[[Pose], float] = lambda _: 0.0,
     ) -> None:
         self._robot_id = robot_id
         self._characteristics = characteristics
         self._battery = battery
-        self._itinerary = itinerary
+        self._schedule = schedule
         self._model = model
         self._reserve = reserve
 
@@ -68,14 +68,14 @@ class Bidder:
             at_work: Whether the first task on its list is being done.
         """
         offered = {task.id for task, _ in broadcast.tasks}
-        first = self._itinerary.first() if at_work else None
+        first = self._schedule.first() if at_work else None
         kept = {first.task.id} if first is not None else set()
-        route = self._itinerary.route(here, at_work=at_work, without=offered - kept)
+        route = self._schedule.route(here, at_work=at_work, without=offered - kept)
         bids = tuple(
-            self.refuse(piece, refusal or "has begun with it", Exclusion.SERVICE)
-            if refusal or any(task.id in kept for task, _ in piece)
-            else self._bid(piece, here, route, at_work=at_work)
-            for piece in broadcast.pieces
+            self.refuse(bundle, refusal or "has begun with it", Exclusion.SERVICE)
+            if refusal or any(task.id in kept for task, _ in bundle)
+            else self._bid(bundle, here, route, at_work=at_work)
+            for bundle in broadcast.bundles
         )
         return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids, broadcast.round)
 
@@ -88,12 +88,12 @@ class Bidder:
             here: Where the robot stands.
             at_work: Whether the first task on its list is being done.
         """
-        route = self._itinerary.route(here, at_work=at_work)
+        route = self._schedule.route(here, at_work=at_work)
         return self._bid(((task, step),), here, route, at_work=at_work)
 
-    def refuse(self, piece: Piece, reason: str, exclusion: Exclusion) -> Bid:
+    def refuse(self, bundle: Bundle, reason: str, exclusion: Exclusion) -> Bid:
         """Return the bid of a robot that cannot or should not do a task, or some as one."""
-        task, _ = piece[0]
+        task, _ = bundle[0]
         return Bid(
             self._robot_id,
             task.id,
@@ -101,20 +101,20 @@ class Bidder:
             reason=reason,
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
             exclusion=exclusion.value,
-            size=len(piece),
+            size=len(bundle),
         )
 
-    def _bid(self, piece: Piece, here: Pose, route: Route, *, at_work: bool) -> Bid:
-        for task, _ in piece:
+    def _bid(self, bundle: Bundle, here: Pose, route: Route, *, at_work: bool) -> Bid:
+        for task, _ in bundle:
             if reason := self._characteristics.excludes(task):
                 does_such = TaskType(task.type) in self._characteristics.capabilities
                 exclusion = Exclusion.PAYLOAD if does_such else Exclusion.TYPE
-                return self.refuse(piece, reason, exclusion)
-        place = route.best_place(*piece)
+                return self.refuse(bundle, reason, exclusion)
+        place = route.best_place(*bundle)
         if not math.isfinite(place.before.way + place.effort.way):
             radius = self._characteristics.radius
             reason = f"finds no way there from {place.before.end} for its radius of {radius:.2f} m"
-            return self.refuse(piece, reason, Exclusion.WAY)
+            return self.refuse(bundle, reason, Exclusion.WAY)
         charge_left = self._battery.charge_left - self._battery.charge_for(place.before.energy)
         charge = self._battery.charge_for(place.effort.energy)
         reserve = self._reserve(place.effort.end)
@@ -122,7 +122,7 @@ class Bidder:
         if share < CHARGE_TOLERANCE:
             way = " on the way to a charger" if reserve else ""
             reason = f"its charge would fall to {share:.0%}{way}, it keeps {CHARGE_TOLERANCE:.0%}"
-            return self.refuse(piece, reason, Exclusion.CHARGE)
+            return self.refuse(bundle, reason, Exclusion.CHARGE)
         eta = place.before.duration + place.effort.duration
         terms = CostTerms(
             charge,
@@ -137,9 +137,9 @@ class Bidder:
         cost = self._model.cost(terms)
         if cost >= MAX_COST:
             reason = f"its cost of {cost:.0f} is not under {MAX_COST:.0f}"
-            return self.refuse(piece, reason, Exclusion.COST)
-        under_way = self._itinerary.first() if at_work else None
-        task, step = piece[0]
+            return self.refuse(bundle, reason, Exclusion.COST)
+        under_way = self._schedule.first() if at_work else None
+        task, step = bundle[0]
         return Bid(
             self._robot_id,
             task.id,
@@ -150,12 +150,12 @@ class Bidder:
             interrupt_cost=self._interrupt_cost(task, step, here, under_way),
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
             terms=terms,
-            size=len(piece),
+            size=len(bundle),
         )
 
     def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:
         if under_way is None or not may_put_off(under_way, task):
             return MAX_COST
-        terms = interruption(task, step, under_way, here, self._itinerary.predict, self._battery)
+        terms = interruption(task, step, under_way, here, self._schedule.predict, self._battery)
         share = (terms.charge_left - terms.energy_charge) / self._battery.capacity
         return min(self._model.cost(terms), MAX_COST) if share >= CHARGE_TOLERANCE else MAX_COST

@@ -15,7 +15,7 @@ from hive_common.pose import Pose
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
 
@@ -66,12 +66,12 @@ class Job:
         task: Task,
         first_step: int,
         robot: RobotCharacteristics,
-        ways: Ways,
+        path_lengths: PathLengths,
         steps: int | None = None,
         pace: Pace | None = None,
     ) -> None:
         self._robot = robot
-        self._ways = ways
+        self._path_lengths = path_lengths
         self._pace = pace or Pace(robot.max_speed)
         last_step = None if steps is None else first_step + steps
         todo = list(enumerate(split_task(task)))[first_step:last_step]
@@ -109,7 +109,7 @@ class Job:
             return 0.0, 0.0
         if self._begin is None:
             return self._rest.way, self._rest.duration
-        way = self._ways.length(start, self._begin)
+        way = self._path_lengths.length(start, self._begin)
         duration = self._pace.duration(start, self._begin, way)
         return way + self._rest.way, duration + self._rest.duration
 
@@ -122,7 +122,7 @@ class Job:
         return friction_force(self._robot.friction_coefficient, mass)
 
     def _drive(self, start: Pose, goal: Pose, force: float) -> Effort:
-        way = self._ways.length(start, goal)
+        way = self._path_lengths.length(start, goal)
         duration = self._pace.duration(start, goal, way)
         return Effort(way, force * way + self._robot.idle_power * duration, duration, goal)
 
@@ -170,26 +170,28 @@ def effort(
     first_step: int,
     start: Pose,
     robot: RobotCharacteristics,
-    ways: Ways,
+    path_lengths: PathLengths,
     steps: int | None = None,
     pace: Pace | None = None,
 ) -> Effort:
     """Predict what it takes a robot to do the rest of a task, or its next steps; see `Job`."""
-    return Job(task, first_step, robot, ways, steps, pace).effort_from(start)
+    return Job(task, first_step, robot, path_lengths, steps, pace).effort_from(start)
 
 
 def charge_to_reach(
     places: Iterable[Pose],
     start: Pose,
     robot: RobotCharacteristics,
-    ways: Ways,
+    path_lengths: PathLengths,
     battery: Battery,
 ) -> float:
     """Return the charge that the drive to the nearest of some places takes [Ah].
 
     It is 0 where none can be reached, or there is none.
     """
-    drives = (effort(Task("", TaskType.GA, (place,)), 0, start, robot, ways) for place in places)
+    drives = (
+        effort(Task("", TaskType.GA, (place,)), 0, start, robot, path_lengths) for place in places
+    )
     nearest = min(drives, key=lambda drive: drive.way, default=None)
     if nearest is None or not math.isfinite(nearest.way):
         return 0.0

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
     from blackboard.costing.aging import Aging
     from blackboard.costing.pace import Pace
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.task import Task
     from hive_common.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)
-class Placement:
+class Insertion:
     """A place for one more task.
 
     Attributes:
@@ -53,7 +53,7 @@ _DIGITS = 6
 
 
 class Gain(NamedTuple):
-    """What a place changes; see `Placement`."""
+    """What a place changes; see `Insertion`."""
 
     added_way: float
     finish: float
@@ -63,7 +63,7 @@ class Gain(NamedTuple):
 PlaceRule = Callable[[Gain], float]
 """What is to be least at the best place."""
 
-_LEAST_WAY: PlaceRule = attrgetter("added_way")
+_MIN_WAY: PlaceRule = attrgetter("added_way")
 
 _PLACE_RULES: Mapping[str, PlaceRule] = MappingProxyType(
     {"makespan": attrgetter("finish"), "latency": attrgetter("added_waiting")}
@@ -72,7 +72,7 @@ _PLACE_RULES: Mapping[str, PlaceRule] = MappingProxyType(
 
 def place_rule(cost_model: str) -> PlaceRule:
     """Return what is to be least at the best place under a cost model, by its name."""
-    return _PLACE_RULES.get(cost_model, _LEAST_WAY)
+    return _PLACE_RULES.get(cost_model, _MIN_WAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ class Route:
         here: Pose,
         stops: Sequence[Stop],
         robot: RobotCharacteristics,
-        ways: Ways,
+        path_lengths: PathLengths,
         rule: PlaceRule,
         *,
         keep_first: bool,
@@ -122,7 +122,7 @@ class Route:
     ) -> None:
         self._stops = stops
         self._robot = robot
-        self._ways = ways
+        self._path_lengths = path_lengths
         self._rule = rule
         self._keep_first = keep_first
         self._aging = aging
@@ -135,7 +135,7 @@ class Route:
             self._own.append(stop.job.effort_from(self.before[-1].end))
             self.before.append(self.before[-1].then(self._own[-1]))
 
-    def best_place(self, *piece: tuple[Task, int]) -> Placement:
+    def best_place(self, *bundle: tuple[Task, int]) -> Insertion:
         """Find the best place for one more task, or for several that follow each other.
 
         They do not pass a higher priority, and where several places are as good, nothing that is
@@ -145,7 +145,7 @@ class Route:
             piece: Tasks of one priority that `analyze_task` has passed, each with its first step
                 that is still to be done.
         """
-        task, _ = piece[0]
+        task, _ = bundle[0]
         ahead = sum(
             1
             for index, stop in enumerate(self._stops)
@@ -153,8 +153,11 @@ class Route:
         )
         equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
         series = Series(
-            [Job(each, step, self._robot, self._ways, pace=self._pace) for each, step in piece],
-            [self._aging.weight(each) for each, _ in piece],
+            [
+                Job(each, step, self._robot, self._path_lengths, pace=self._pace)
+                for each, step in bundle
+            ],
+            [self._aging.weight(each) for each, _ in bundle],
         )
         gains = [self._gain(index, series) for index in range(ahead, ahead + equals + 1)]
         best, nearest = 0, math.inf
@@ -169,7 +172,7 @@ class Route:
         if index < len(self._stops):
             behind = self._stops[index].job.effort_from(own.end)
             added = max(0.0, added + behind.energy - self._own[index].energy)
-        return Placement(
+        return Insertion(
             index, own, added, gain.added_way, before, gain.finish, gain.added_waiting
         )
 

@@ -19,7 +19,7 @@ from blackboard.errors import CharacteristicsError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.task import TaskStep
     from hive_common.pose import Pose
 
@@ -105,10 +105,14 @@ class DriveWatch:
     """
 
     def __init__(
-        self, pace: Pace, ways: Ways, now: Callable[[], float], here: Callable[[], Pose]
+        self,
+        pace: Pace,
+        path_lengths: PathLengths,
+        now: Callable[[], float],
+        here: Callable[[], Pose],
     ) -> None:
         self._pace = pace
-        self._ways = ways
+        self._path_lengths = path_lengths
         self._now = now
         self._here = here
         self._begun: tuple[TaskStep, Pose, float] | None = None
@@ -125,7 +129,7 @@ class DriveWatch:
         """Note that what was begun has been done."""
         if self._begun is not None:
             step, start, since = self._begun
-            way = self._ways.length(start, step.goal)
+            way = self._path_lengths.length(start, step.goal)
             self._pace.learn(start, step.goal, way, self._now() - since)
         self._begun = None
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
 
 # As many cells as one distance field is worth: about 50 ms on one core.
-_MOST_CELLS = 60_000
+_MAX_CELLS = 60_000
 
 _FIELDS_KEPT = 200
 
@@ -33,7 +33,7 @@ _STANDS_KEPT = 4000
 _STEP_ASIDE = 0.15
 
 
-class Ways(Protocol):
+class PathLengths(Protocol):
     """Knows the length of the way between two poses, and where nobody can stand."""
 
     def length(self, start: Pose, goal: Pose) -> float:
@@ -43,7 +43,7 @@ class Ways(Protocol):
         """Say why nobody can stand at a pose, to follow its name; empty where one can."""
 
 
-class StraightWays:
+class EuclideanLengths:
     """As the crow flies, as in the report; knows of no wall."""
 
     def length(self, start: Pose, goal: Pose) -> float:
@@ -87,7 +87,7 @@ class Grid:
         return (row, column) if 0 <= row < rows and 0 <= column < columns else None
 
 
-class GridWays:
+class GridPathLengths:
     """The shortest way on a map for a round robot, from distance fields kept per goal.
 
     One field holds the distance from every cell to one goal, so all bids on a task share one
@@ -124,7 +124,7 @@ class GridWays:
 
         One field for each goal answers for all starts, so there should be fewer goals than starts.
         """
-        straight = StraightWays().lengths(starts, goals)
+        straight = EuclideanLengths().lengths(starts, goals)
         stands = [self._stand(pose) for pose in starts]
         nodes = np.array([stand.node if stand else 0 for stand in stands], dtype=int)
         parts = np.array([stand.part if stand else 0 for stand in stands], dtype=int)
@@ -218,7 +218,7 @@ class _Roads:
 
 
 def _make_roads(grid: Grid, radius: float) -> _Roads:
-    """Work out where a robot can drive, and how far it is on a grid of about `_MOST_CELLS`.
+    """Work out where a robot can drive, and how far it is on a grid of about `_MAX_CELLS`.
 
     A coarse cell is free if any part of it is, which keeps narrow doors open. Whether there is a
     way at all is decided on the map's own cells, so that none opens where the robot does not fit.
@@ -228,7 +228,7 @@ def _make_roads(grid: Grid, radius: float) -> _Roads:
     free = clearance > max(radius, grid.resolution / 2)
     parts, _ = ndimage.label(free)
     rows, columns = free.shape
-    wanted = math.ceil(math.sqrt(rows * columns / _MOST_CELLS))
+    wanted = math.ceil(math.sqrt(rows * columns / _MAX_CELLS))
     factor = max(1, min(wanted, math.floor(radius / grid.resolution)))
     rows, columns = math.ceil(rows / factor), math.ceil(columns / factor)
     whole = np.zeros((rows * factor, columns * factor), dtype=bool)

@@ -28,7 +28,7 @@ from blackboard.domain.task import (
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
 
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.record import Order, TaskRecord
     from blackboard.domain.task import Task
@@ -94,7 +94,7 @@ class Entry:
         return replace(report, **fields)  # type: ignore[arg-type]  # fields by name
 
 
-class Itinerary:
+class Schedule:
     """A robot's tasks in the order it will do them.
 
     Args:
@@ -108,13 +108,13 @@ class Itinerary:
     def __init__(
         self,
         robot: RobotCharacteristics,
-        ways: Ways,
+        path_lengths: PathLengths,
         cost_model: str = "report",
         aging: Aging | None = None,
         pace: Pace | None = None,
     ) -> None:
         self._robot = robot
-        self._ways = ways
+        self._path_lengths = path_lengths
         self._rule = place_rule(cost_model)
         self._aging = aging or Aging()
         self._pace = pace or Pace(robot.max_speed)
@@ -183,7 +183,7 @@ class Itinerary:
         stops = [
             Stop(
                 entry.task.priority,
-                Job(entry.task, entry.step, self._robot, self._ways, pace=self._pace),
+                Job(entry.task, entry.step, self._robot, self._path_lengths, pace=self._pace),
                 self._aging.weight(entry.task),
             )
             for entry in self._entries
@@ -193,7 +193,7 @@ class Itinerary:
             here,
             stops,
             self._robot,
-            self._ways,
+            self._path_lengths,
             self._rule,
             keep_first=at_work,
             aging=self._aging,
@@ -204,7 +204,7 @@ class Itinerary:
         """Return what the next step of the first task on the list takes; there has to be one."""
         entry = self._entries[0]
         return effort(
-            entry.task, entry.step, here, self._robot, self._ways, steps=1, pace=self._pace
+            entry.task, entry.step, here, self._robot, self._path_lengths, steps=1, pace=self._pace
         )
 
     def promise(self, here: Pose) -> dict[str, float]:
@@ -217,7 +217,7 @@ class Itinerary:
 
     def predict(self, task: Task, first_step: int, start: Pose) -> Effort:
         """Return what the rest of any task takes this robot; see `effort`."""
-        return effort(task, first_step, start, self._robot, self._ways, pace=self._pace)
+        return effort(task, first_step, start, self._robot, self._path_lengths, pace=self._pace)
 
     def ahead(self, here: Pose) -> list[Effort]:
         """Return, for each task on the list, what the robot has done from here when it is done."""

@@ -201,7 +201,7 @@ class Broadcast:
     sizes: tuple[int, ...] = ()
 
     @property
-    def pieces(self) -> list[tuple[tuple[Task, int], ...]]:
+    def bundles(self) -> list[tuple[tuple[Task, int], ...]]:
         """What is offered as one, each a few of `tasks`."""
         ends = [*accumulate(self.sizes or (1,) * len(self.tasks))]
         return [self.tasks[start:end] for start, end in pairwise([0, *ends])]

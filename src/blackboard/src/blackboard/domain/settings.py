@@ -10,10 +10,10 @@ from blackboard.consensus.lease import longest_lease
 from blackboard.costing.cost import COST_MODELS, MEASURES
 from blackboard.errors import SettingsError
 
-MOST_DRIFT = 0.01
+MAX_DRIFT = 0.01
 """How far the speed of a member's clock may be from the truth, as a share."""
 
-_SHORTEST_SILENCE = 2.0
+_MIN_SILENCE = 2.0
 """Under 30 % packet loss a heartbeat at 10 Hz paused for up to 1.8 s (docs/benchmarks.md) [s]."""
 
 STANDING_BY = 12
@@ -54,7 +54,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class BackupSettings(Settings):
+class RaftSettings(Settings):
     """How often the active blackboard speaks, and how long the hive waits for it.
 
     Attributes:
@@ -89,11 +89,11 @@ class BackupSettings(Settings):
                 f"self_demotion is {self.self_demotion:g} s; allowed: at least 5 heartbeats, "
                 f"which are {5 * self.heartbeat:g} s"
             )
-        if self.election < _SHORTEST_SILENCE:
+        if self.election < _MIN_SILENCE:
             raise SettingsError(
-                f"election is {self.election:g} s; allowed: at least {_SHORTEST_SILENCE:g} s"
+                f"election is {self.election:g} s; allowed: at least {_MIN_SILENCE:g} s"
             )
-        slow_demotion = self.self_demotion * (1 + MOST_DRIFT) / (1 - MOST_DRIFT)
+        slow_demotion = self.self_demotion * (1 + MAX_DRIFT) / (1 - MAX_DRIFT)
         if self.election <= slow_demotion:
             raise SettingsError(
                 f"election is {self.election:g} s; allowed: above {slow_demotion:.3g} s, which a "
@@ -223,7 +223,7 @@ class ControllerSettings(Settings):
 
 
 @dataclass(frozen=True)
-class WaysSettings(Settings):
+class PathSettings(Settings):
     """How the length of a way is measured.
 
     Attributes:

@@ -24,7 +24,7 @@ from blackboard.errors import TaskRefusedError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from hive_common.pose import Pose
 
 MAX_PRIORITY = 10
@@ -244,7 +244,7 @@ def load_during(task: Task, step: int) -> float:
     return task.payload if is_picked(task, step) else 0.0
 
 
-def analyze_task(task: Task, ways: Ways | None = None) -> None:
+def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
     """Check that a posted task can enter the list.
 
     Args:
@@ -267,7 +267,7 @@ def analyze_task(task: Task, ways: Ways | None = None) -> None:
         raise TaskRefusedError(f"payload {task.payload:g} kg is not a number of at least 0 kg")
     if task.frame not in {"", "map"}:
         raise TaskRefusedError(f"frame {task.frame[:MAX_ID_LENGTH]!r} is unknown; allowed: map")
-    _check_goals(task, kinds[task.type], ways)
+    _check_goals(task, kinds[task.type], path_lengths)
 
 
 def _check_id(task_id: str) -> None:
@@ -277,7 +277,7 @@ def _check_id(task_id: str) -> None:
         raise TaskRefusedError(f"id {task_id!r} has spaces or control characters; leave them out")
 
 
-def _check_goals(task: Task, kind: TaskType, ways: Ways | None) -> None:
+def _check_goals(task: Task, kind: TaskType, path_lengths: PathLengths | None) -> None:
     if not kind.goals_needed <= len(task.goals) <= MAX_GOALS:
         raise TaskRefusedError(
             f"{kind.name} has {len(task.goals)} goals; allowed: {kind.goals_needed} to {MAX_GOALS}"
@@ -288,7 +288,7 @@ def _check_goals(task: Task, kind: TaskType, ways: Ways | None) -> None:
             raise TaskRefusedError(
                 f"goal {name} ({goal.x:g}, {goal.y:g}, {goal.yaw:g}) is not made of finite numbers"
             )
-        if ways is not None and (refusal := ways.refusal(goal)):
+        if path_lengths is not None and (refusal := path_lengths.refusal(goal)):
             raise TaskRefusedError(f"goal {name} {goal} {refusal}")
 
 

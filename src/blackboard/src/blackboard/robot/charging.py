@@ -19,7 +19,7 @@ from blackboard.robot.controller import CommandState
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.talker import Talker
@@ -78,7 +78,7 @@ class Charging:
         robot_id: str,
         body: RobotCharacteristics,
         battery: Battery,
-        ways: Ways,
+        path_lengths: PathLengths,
         controller: Controller,
         service: Service,
         plan: ChargingPlan | None = None,
@@ -87,7 +87,7 @@ class Charging:
         self._id = robot_id
         self._body = body
         self._battery = battery
-        self._ways = ways
+        self._path_lengths = path_lengths
         self._controller = controller
         self._service = service
         self._plan = plan = plan or ChargingPlan()
@@ -142,7 +142,7 @@ class Charging:
 
     def reserve(self, end: Pose) -> float:
         """Return the charge [Ah] that it has to keep to reach a charger from a pose."""
-        return charge_to_reach(self.places, end, self._body, self._ways, self._battery)
+        return charge_to_reach(self.places, end, self._body, self._path_lengths, self._battery)
 
     def note_pose(self, pose: Pose) -> None:
         """Note where it stands; a charger that it has left is free for others."""
@@ -186,7 +186,7 @@ class Charging:
         elif self._phase is Phase.AWAY:
             self._claims.release()
         elif self._phase is Phase.THERE and idle and self._battery.level >= self._full:
-            self._leave()
+            self._lease_keeper()
 
     def abandon(self) -> None:
         """Drop what is under way, because a person has decided otherwise."""
@@ -228,13 +228,13 @@ class Charging:
         """Return the free charger with the shortest way, or None where none can be reached."""
         here = self._pose
         assert here is not None
-        ways = {
-            name: self._ways.length(here, self._plan.chargers[name])
+        path_lengths = {
+            name: self._path_lengths.length(here, self._plan.chargers[name])
             for name in self._claims.free(now)
             if self._avoided.get(name, now) <= now
         }
-        reachable = [name for name in ways if math.isfinite(ways[name])]
-        return min(reachable, key=lambda name: ways[name], default=None)
+        reachable = [name for name in path_lengths if math.isfinite(path_lengths[name])]
+        return min(reachable, key=lambda name: path_lengths[name], default=None)
 
     def _go(self) -> None:
         charger = self._claims.charger
@@ -253,7 +253,7 @@ class Charging:
             self._claims.release()
         self._changed()
 
-    def _leave(self) -> None:
+    def _lease_keeper(self) -> None:
         home = self._home
         assert home is not None
         place = self._plan.chargers[self._claims.charger]

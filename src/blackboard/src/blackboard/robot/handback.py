@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 from blackboard.domain.task import TaskState, is_picked
 
 if TYPE_CHECKING:
-    from blackboard.costing.schedule import Entry, Itinerary
+    from blackboard.costing.schedule import Entry, Schedule
     from blackboard.robot.reports import Reports
     from blackboard.robot.service import Service
     from blackboard.robot.worker import Worker
     from hive_common.pose import Pose
 
 
-class LettingGo:
+class Handback:
     """Takes tasks off a robot's list; a load that its arm has on board takes it out of service.
 
     Args:
@@ -26,10 +26,10 @@ class LettingGo:
     """
 
     def __init__(
-        self, work: Worker, itinerary: Itinerary, service: Service, reports: Reports
+        self, work: Worker, schedule: Schedule, service: Service, reports: Reports
     ) -> None:
         self._work = work
-        self._list = itinerary
+        self._list = schedule
         self._service = service
         self._reports = reports
 

@@ -11,7 +11,7 @@ from blackboard.domain.talker import BACKUP
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.consensus.hive_filter import Fence
+    from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.node import Heartbeat
     from blackboard.domain.record import Order
     from blackboard.domain.talker import Talker, Timer
@@ -24,7 +24,7 @@ _A_MOMENT = 0.001
 """A timer for the very end of a lease might find, by rounding, that it still holds [s]."""
 
 
-class Leave:
+class LeaseKeeper:
     """Knows whether a robot may work now.
 
     Args:
@@ -44,7 +44,7 @@ class Leave:
         period: float,
         changed: Callable[[], None],
         unheard: Callable[[], None],
-        fence: Fence,
+        fence: HiveFilter,
     ) -> None:
         self._talker = talker
         self._patience = _PERIODS_UNHEARD * period

@@ -14,7 +14,7 @@ from blackboard.errors import JournalError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from blackboard.consensus.hive_filter import Fence
+    from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import Journal
     from blackboard.consensus.node import TaskList
     from blackboard.domain.record import Order, TaskRecord, TaskUpdate
@@ -32,7 +32,7 @@ class Reports:
     """
 
     def __init__(
-        self, talker: Talker, robot_id: str, journal: Journal, fence: Fence | None = None
+        self, talker: Talker, robot_id: str, journal: Journal, fence: HiveFilter | None = None
     ) -> None:
         self._talker = talker
         self._fence = fence
@@ -107,7 +107,7 @@ class Reports:
         return [self._known[task_id] for task_id in task_ids if task_id in self._known]
 
     def _tell(self, report: TaskUpdate) -> None:
-        to = None if self._fence is None else self._fence.active
+        to = None if self._fence is None else self._fence.leader
         self._talker.publish(TASK_STATE, report, to)
 
     def _write_down(self) -> None:

@@ -10,7 +10,7 @@ from blackboard.costing.bidding import Bidder
 from blackboard.costing.cost import COST_MODELS, Bids
 
 if TYPE_CHECKING:
-    from blackboard.costing.schedule import Itinerary
+    from blackboard.costing.schedule import Schedule
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.record import Broadcast
@@ -36,18 +36,18 @@ class Respondent:
         robot_id: str,
         body: RobotCharacteristics,
         battery: Battery,
-        itinerary: Itinerary,
+        schedule: Schedule,
         charging: Charging,
         settings: RobotSettings,
     ) -> None:
         self._id = robot_id
         self._body = body
         self._battery = battery
-        self._list = itinerary
+        self._list = schedule
         self._charging = charging
         self._settings = settings
         model = COST_MODELS[settings.cost_model]
-        self._bidder = Bidder(robot_id, body, battery, itinerary, model, charging.reserve)
+        self._bidder = Bidder(robot_id, body, battery, schedule, model, charging.reserve)
 
     def answer(self, broadcast: Broadcast, here: Pose, *, at_work: bool) -> Bids:
         """Return what is asked for.

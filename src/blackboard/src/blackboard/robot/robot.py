@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.hive_filter import NoFence
+from blackboard.consensus.hive_filter import NoFilter
 from blackboard.costing.aging import Aging
 from blackboard.costing.cost import friction_force
 from blackboard.costing.pace import DriveWatch, Pace
 from blackboard.costing.preemption import may_put_off
-from blackboard.costing.schedule import Entry, Itinerary
+from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.characteristics import RobotCharacteristics, RobotState, RobotStatus
 from blackboard.domain.talker import (
     ROBOT_STATUS,
@@ -28,18 +28,18 @@ from blackboard.domain.task import TaskState, is_picked, load_during, split_task
 from blackboard.robot.answering import Answering
 from blackboard.robot.charging import Charging, ChargingPlan
 from blackboard.robot.controller import CommandState
-from blackboard.robot.handback import LettingGo
-from blackboard.robot.lease_keeper import Leave
+from blackboard.robot.handback import Handback
+from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.reports import Reports
 from blackboard.robot.respondent import Respondent
 from blackboard.robot.service import WORDS, Service
 from blackboard.robot.worker import Worker
 
 if TYPE_CHECKING:
-    from blackboard.consensus.hive_filter import Fence
+    from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import Journal
     from blackboard.consensus.node import TaskList
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.battery import Battery
     from blackboard.domain.record import Broadcast, Order
     from blackboard.domain.settings import RobotSettings
@@ -77,12 +77,12 @@ class Robot:
         robot_id: str,
         characteristics: RobotCharacteristics,
         battery: Battery,
-        ways: Ways,
+        path_lengths: PathLengths,
         controller: Controller,
         pose: Pose,
         settings: RobotSettings,
         journal: Journal,
-        fence: Fence | None = None,
+        fence: HiveFilter | None = None,
         plan: ChargingPlan | None = None,
     ) -> None:
         self._talker = talker
@@ -94,15 +94,22 @@ class Robot:
         aging = Aging(talker.now, settings.aging)
         pace = Pace(characteristics.max_speed)
         controller.look_at(lambda: self._pose)
-        controller.watch(DriveWatch(pace, ways, talker.now, lambda: self._pose))
-        self._list = Itinerary(characteristics, ways, settings.cost_model, aging, pace)
+        controller.watch(DriveWatch(pace, path_lengths, talker.now, lambda: self._pose))
+        self._list = Schedule(characteristics, path_lengths, settings.cost_model, aging, pace)
         self._service = Service()
-        self._fence = fence or NoFence(talker)
+        self._fence = fence or NoFilter(talker)
         self._reports = Reports(talker, robot_id, journal, self._fence)
         period, say = settings.status_period, self._say_status
-        self._leave = Leave(talker, robot_id, period, self._go_on, say, self._fence)
+        self._lease_keeper = LeaseKeeper(talker, robot_id, period, self._go_on, say, self._fence)
         self.charging = Charging(
-            talker, robot_id, characteristics, battery, ways, controller, self._service, plan
+            talker,
+            robot_id,
+            characteristics,
+            battery,
+            path_lengths,
+            controller,
+            self._service,
+            plan,
         )
         self._work = Worker(
             controller,
@@ -112,7 +119,7 @@ class Robot:
             self._step_done,
             self._task_ended,
         )
-        self._letting_go = LettingGo(self._work, self._list, self._service, self._reports)
+        self._handback = Handback(self._work, self._list, self._service, self._reports)
         self._respondent = Respondent(
             robot_id, characteristics, battery, self._list, self.charging, settings
         )
@@ -123,8 +130,8 @@ class Robot:
         self._talker.subscribe(TASK_BROADCAST, self._answering.hear)
         self._talker.subscribe(TASK_ASSIGN, self._obey)
         self._fence.follow(self._compare)
-        self._leave.start()
-        self.charging.start(self._pose, self._leave.holds, self._go_on)
+        self._lease_keeper.start()
+        self.charging.start(self._pose, self._lease_keeper.holds, self._go_on)
         self._talker.subscribe(SET_STATE, self.set_state)
         self._talker.every(self._settings.status_period, self._pass_time)
         self._say_status()
@@ -140,10 +147,10 @@ class Robot:
             charge=self._battery.level,
             payload=self._payload(),
             task_id=current.task.id if current else "",
-            reason=self._service.reason or self._leave.reason(self._work),
+            reason=self._service.reason or self._lease_keeper.reason(self._work),
             tasks=tuple(entry.task.id for entry in self._list),
             sent=self._talker.now(),
-            hive=self._leave.hive,
+            hive=self._lease_keeper.hive,
         )
 
     @property
@@ -175,13 +182,13 @@ class Robot:
         self._say_status()
 
     def _answer(self, broadcast: Broadcast) -> None:
-        if self._leave.obeys(broadcast.hive, broadcast.epoch):
+        if self._lease_keeper.obeys(broadcast.hive, broadcast.epoch):
             at_work = self._work.current is not None
             answer = self._respondent.answer(broadcast, self._pose, at_work=at_work)
-            self._talker.publish(TASK_COST, answer, self._fence.active)
+            self._talker.publish(TASK_COST, answer, self._fence.leader)
 
     def _obey(self, order: Order) -> None:
-        if order.robot_id != self._id or not self._leave.allows(order):
+        if order.robot_id != self._id or not self._lease_keeper.allows(order):
             return
         entry = self._list.get(order.task.id)
         if order.take_back:
@@ -223,7 +230,7 @@ class Robot:
 
     def _compare(self, known: TaskList) -> None:
         """Drop what is no longer its own, and stop repeating what the blackboard knows."""
-        if not self._leave.obeys(known.hive, known.epoch):
+        if not self._lease_keeper.obeys(known.hive, known.epoch):
             return
         self._reports.acknowledge(known)
         for record in self._reports.known_of([entry.task.id for entry in self._list]):
@@ -236,7 +243,7 @@ class Robot:
 
     def _may_go(self, entry: Entry) -> bool:
         """Return whether the next step of a task may be done now."""
-        return self._leave.holds() and entry.is_announced
+        return self._lease_keeper.holds() and entry.is_announced
 
     def _pass_time(self) -> None:
         self.charging.pass_time(self._settings.status_period)
@@ -284,12 +291,12 @@ class Robot:
 
     def _drop(self, entry: Entry) -> None:
         """Take a task off the list that is no longer its own; stop it where it is under way."""
-        self._letting_go.drop(entry)
+        self._handback.drop(entry)
         self._go_on()
         self._say_status()
 
     def _hand_back(self, entry: Entry, reason: str, put_off_for: str = "") -> None:
-        self._letting_go.hand_back(entry, reason, self._pose, put_off_for)
+        self._handback.hand_back(entry, reason, self._pose, put_off_for)
 
     def _payload(self) -> float:
         entry = self._work.current
@@ -297,7 +304,7 @@ class Robot:
 
     def _say_started(self, entry: Entry) -> None:
         started = entry.update(TaskState.STARTED, **self._list.promise(self._pose))
-        self._talker.publish(TASK_STATE, started, self._fence.active)
+        self._talker.publish(TASK_STATE, started, self._fence.leader)
 
     def _say_status(self) -> None:
         self._talker.publish(ROBOT_STATUS, self.status, self._fence.carriers)

@@ -10,7 +10,7 @@ from blackboard.domain.task import split_task
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.costing.schedule import Entry, Itinerary
+    from blackboard.costing.schedule import Entry, Schedule
     from blackboard.robot.controller import CommandResult, Controller
 
 
@@ -29,14 +29,14 @@ class Worker:
     def __init__(
         self,
         controller: Controller,
-        itinerary: Itinerary,
+        schedule: Schedule,
         may_go: Callable[[Entry], bool],
         on_start: Callable[[Entry], None],
         on_step: Callable[[int], None],
         on_end: Callable[[CommandResult], None],
     ) -> None:
         self._controller = controller
-        self._list = itinerary
+        self._list = schedule
         self._may_go = may_go
         self._on_start = on_start
         self._on_step = on_step

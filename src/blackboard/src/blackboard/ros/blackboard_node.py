@@ -7,10 +7,10 @@ import sys
 
 import rospy
 
-from blackboard.domain.settings import BackupSettings, BlackboardSettings, WaysSettings
+from blackboard.domain.settings import BlackboardSettings, PathSettings, RaftSettings
 from blackboard.errors import BlackboardError
 from blackboard.ros import membership, params
-from blackboard.ros.path_lengths import RosWays
+from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.rospy_patches import handshakes
 from blackboard.ros.rospy_patches.prompt_sending import send_promptly
 from blackboard.ros.rospy_patches.shared_reading import read_together
@@ -37,12 +37,12 @@ def main() -> None:
     read_together()
     mend_links()
     try:
-        kinds = (BlackboardSettings, BackupSettings, WaysSettings)
+        kinds = (BlackboardSettings, RaftSettings, PathSettings)
         params.refuse_unknown(kinds, ["journal"])
         hive = rospy.get_namespace()
         journal = membership.open_journal()
         talker = RosTalker(hive, membership.SPEAKS)
-        ways = RosWays(talker, hive, params.read(WaysSettings))
+        ways = RosPathLengths(talker, hive, params.read(PathSettings))
         backup = membership.join(talker, hive, ways, journal, founds=True)
     except BlackboardError as error:
         rospy.logfatal(str(error))

@@ -16,8 +16,8 @@ from blackboard.consensus.member import Role, name_of
 from blackboard.ros.master_watch import MasterState, watch_master
 
 if TYPE_CHECKING:
-    from blackboard.consensus.no_quorum import Standstill
-    from blackboard.consensus.node import Backup
+    from blackboard.consensus.no_quorum import NoQuorum
+    from blackboard.consensus.node import RaftNode
     from blackboard.ros.talker import RosTalker
 
 _PERIOD = 1.0
@@ -36,10 +36,10 @@ class Diagnostics:
         is gone; ERROR while the hive stands still or the member's disk cannot be written.
     """
 
-    def __init__(self, talker: RosTalker, backup: Backup, standstill: Standstill) -> None:
+    def __init__(self, talker: RosTalker, backup: RaftNode, no_quorum: NoQuorum) -> None:
         self._talker = talker
         self._backup = backup
-        self._standstill = standstill
+        self._no_quorum = no_quorum
         self._master_is_lost = False
         self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
 
@@ -71,7 +71,7 @@ class Diagnostics:
         values = {
             "role": member.role.value,
             "epoch": member.epoch,
-            "active": member.active,
+            "leader": member.leader,
             "members": ", ".join(map(name_of, member.members)),
             "refused": refusals.total,
             **{f"refused on {topic}": n for topic, n in sorted(refusals.by_topic().items())},
@@ -86,13 +86,13 @@ class Diagnostics:
 
     def _verdict(self) -> tuple[int, str]:
         member = self._backup.member
-        if self._standstill.text:
-            return DiagnosticStatus.ERROR, self._standstill.text
+        if self._no_quorum.text:
+            return DiagnosticStatus.ERROR, self._no_quorum.text
         if self._master_is_lost:
             return DiagnosticStatus.WARN, "the ROS master does not answer"
-        if member.role is Role.ACTIVE:
+        if member.role is Role.LEADER:
             return DiagnosticStatus.OK, "carries the blackboard"
-        return DiagnosticStatus.OK, f"follows {member.active}" if member.active else "waits"
+        return DiagnosticStatus.OK, f"follows {member.leader}" if member.leader else "waits"
 
     def _sum_up(self) -> None:
         for (topic, reason), count in self._talker.refusals.counts.items():

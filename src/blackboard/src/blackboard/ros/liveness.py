@@ -19,7 +19,7 @@ _PATIENCE = 0.2
 """Time that a port may take to refuse [s]; a host that is cut off says nothing at all."""
 
 
-class DeathWatch:
+class LivenessWatch:
     """Watches the connection that one subscriber has to one node.
 
     The port to ask is learnt from the connection while it stands, so no ROS master is needed.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What makes a node a member of the hive: a disk, a `Backup`, and a blackboard that stands by."""
+"""What makes a node a member of the hive: a disk, a `RaftNode`, and a blackboard that stands by."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ import rospy
 from blackboard.auction.decision_log import ENDING, SqliteBook
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import SqliteJournal
-from blackboard.consensus.no_quorum import Standstill
-from blackboard.consensus.node import Backup
+from blackboard.consensus.no_quorum import NoQuorum
+from blackboard.consensus.node import RaftNode
 from blackboard.domain import talker as topics
-from blackboard.domain.settings import BackupSettings, BlackboardSettings
+from blackboard.domain.settings import BlackboardSettings, RaftSettings
 from blackboard.errors import SettingsError
 from blackboard.ros import params
 from blackboard.ros.diagnostics import Diagnostics
 
 if TYPE_CHECKING:
-    from blackboard.ros.path_lengths import RosWays
+    from blackboard.ros.path_lengths import RosPathLengths
     from blackboard.ros.talker import RosTalker
 
 SPEAKS = (
@@ -102,12 +102,12 @@ def default_folder() -> Path:
 def join(
     talker: RosTalker,
     hive: str,
-    ways: RosWays,
+    ways: RosPathLengths,
     journal: SqliteJournal,
     *,
     founds: bool = False,
     stands_by: bool = True,
-) -> Backup:
+) -> RaftNode:
     """Make this node a member; call `start` of what is returned when all else is wired up.
 
     The timers of the hive are those of the node `blackboard`, so that all members keep the same.
@@ -126,21 +126,21 @@ def join(
         JournalError: The file for decisions cannot be used.
     """
     node = f"{hive}blackboard"
-    settings = params.read(BackupSettings, node)
-    backup = Backup(
+    settings = params.read(RaftSettings, node)
+    backup = RaftNode(
         talker.steady,
         rospy.get_name(),
         settings,
         journal,
         random.SystemRandom(),
         founds=founds,
-        stands_by=stands_by,
+        voter=stands_by,
     )
     if stands_by:
         book = SqliteBook(_file(ENDING))
         decides = params.read(BlackboardSettings, node)
         Blackboard(talker, backup, ways.of(0.0), decides, book, ways.of).start()
-    standstill = Standstill(talker.steady, lambda: backup.member, str(_file(".sqlite3")))
-    talker.steady.every(_LOOK_EVERY, standstill.look)
-    Diagnostics(talker, backup, standstill).start()
+    no_quorum = NoQuorum(talker.steady, lambda: backup.member, str(_file(".sqlite3")))
+    talker.steady.every(_LOOK_EVERY, no_quorum.look)
+    Diagnostics(talker, backup, no_quorum).start()
     return backup

@@ -9,19 +9,19 @@ import rospy
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
-from blackboard.costing.path_lengths import GridWays, StraightWays
+from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
 from blackboard.ros.codec.conversions import grid_from_msg
 
 if TYPE_CHECKING:
-    from blackboard.costing.path_lengths import Grid, Ways
-    from blackboard.domain.settings import WaysSettings
+    from blackboard.costing.path_lengths import Grid, PathLengths
+    from blackboard.domain.settings import PathSettings
     from blackboard.ros.talker import RosTalker
 
 _PATIENCE = 5.0
 """Wall time after which it is said again that there is no map yet [s]."""
 
 
-class RosWays:
+class RosPathLengths:
     """The ways of robots of any radius, on one copy of the map.
 
     Making it waits for the map where the settings need one.
@@ -37,9 +37,9 @@ class RosWays:
     ROS Subscribers: `map` (nav_msgs/OccupancyGrid) in the hive's namespace.
     """
 
-    def __init__(self, talker: RosTalker, hive: str, settings: WaysSettings) -> None:
+    def __init__(self, talker: RosTalker, hive: str, settings: PathSettings) -> None:
         self._grid: Grid | None = None
-        self._made: dict[float, GridWays] = {}
+        self._made: dict[float, GridPathLengths] = {}
         if settings.distance == "euclidean":
             return
         topic = f"{hive}map"
@@ -54,12 +54,12 @@ class RosWays:
             queue_size=1,
         )
 
-    def of(self, radius: float) -> Ways:
+    def of(self, radius: float) -> PathLengths:
         """Return the ways of a robot whose middle comes so close to what is blocked [m]."""
         if self._grid is None:
-            return StraightWays()
+            return EuclideanLengths()
         if radius not in self._made:
-            self._made[radius] = GridWays(self._grid, radius)
+            self._made[radius] = GridPathLengths(self._grid, radius)
         return self._made[radius]
 
     def _use(self, grid: Grid) -> None:

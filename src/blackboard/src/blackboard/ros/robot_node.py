@@ -16,7 +16,7 @@ from std_msgs.msg import Float64
 from blackboard.domain import talker as topics
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import characteristics_from
-from blackboard.domain.settings import ControllerSettings, RobotSettings, WaysSettings
+from blackboard.domain.settings import ControllerSettings, PathSettings, RobotSettings
 from blackboard.domain.task import StepKind
 from blackboard.errors import BlackboardError
 from blackboard.robot.controller import Controller
@@ -25,7 +25,7 @@ from blackboard.ros import membership, params
 from blackboard.ros.codec.charger_conversions import read_charging_plan
 from blackboard.ros.codec.conversions import yaw_of
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
-from blackboard.ros.path_lengths import RosWays
+from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.rospy_patches import handshakes
 from blackboard.ros.rospy_patches.prompt_sending import send_promptly
 from blackboard.ros.rospy_patches.shared_reading import read_together
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 _SPEAKS = (topics.TASK_COST, topics.CHARGER_CLAIM)
 
-_LONGEST_STEP = 1.0
+_MAX_STEP = 1.0
 """Two odometry messages further apart than this are no drive but a reset [m]."""
 
 _PATIENCE = 5.0
@@ -84,7 +84,7 @@ def _run() -> None:
             "start it with roslaunch blackboard robot.launch name:=robot1"
         )
     hive = namespace[: -len(robot_id) - 1]
-    kinds = (RobotSettings, ControllerSettings, WaysSettings)
+    kinds = (RobotSettings, ControllerSettings, PathSettings)
     params.refuse_unknown(kinds, ["charge", "journal", "stands_by"])
     settings = params.read(RobotSettings)
     patience = params.read(ControllerSettings)
@@ -94,7 +94,7 @@ def _run() -> None:
     journal = membership.open_journal()
     speaks = membership.SPEAKS if stands_by else membership.SPEAKS_ASIDE
     talker = RosTalker(hive, (*_SPEAKS, *speaks))
-    ways = RosWays(talker, hive, params.read(WaysSettings))
+    ways = RosPathLengths(talker, hive, params.read(PathSettings))
     controller = Controller(_commands(talker, characteristics, patience), talker, patience)
     backup = membership.join(talker, hive, ways, journal, stands_by=stands_by)
     robot = Robot(
@@ -190,7 +190,7 @@ class _Senses:
         here = (msg.pose.pose.position.x, msg.pose.pose.position.y)
         distance = math.dist(here, self._odometry or here)
         self._odometry = here
-        if distance <= _LONGEST_STEP:
+        if distance <= _MAX_STEP:
             self._robot.add_travel(distance)
 
     def _drop(self, level: float) -> None:

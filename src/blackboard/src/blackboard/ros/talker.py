@@ -20,7 +20,7 @@ from blackboard.board.intake import why_refused
 from blackboard.board.refusals import Refusals
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE
 from blackboard.ros.codec.conversions import WIRES
-from blackboard.ros.liveness import PERIOD, DeathWatch
+from blackboard.ros.liveness import PERIOD, LivenessWatch
 from blackboard.ros.rospy_patches.audience import Audience
 from blackboard.ros.rospy_patches.unread import unread
 from blackboard.ros.speakers import Speakers
@@ -73,7 +73,7 @@ class RosTalker:
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
         self._clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
         self._timers = Timers(self.now)
-        self._death: DeathWatch | None = None
+        self._death: LivenessWatch | None = None
         self._speakers = Speakers()
         self._handlers: dict[str, list[_Listener]] = defaultdict(list)
         self.refusals = Refusals(rospy.logwarn)
@@ -128,7 +128,7 @@ class RosTalker:
             tcp_nodelay=True,
         )
         if topic == BACKUP and self._stands_by:
-            self._death = DeathWatch(subscriber)
+            self._death = LivenessWatch(subscriber)
             self.steady.every(PERIOD, self._death.look)
         elif topic == (BB_ACK if self._stands_by else BB_ENTRIES):
             self._audience.listens = subscriber

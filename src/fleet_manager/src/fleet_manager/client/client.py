@@ -202,7 +202,7 @@ class HiveClient:
 
     def _no_answer(self, what: str) -> NoHiveError:
         heard = self.view.heartbeat
-        who = f"the last one heard was {heard.active.strip('/')}" if heard else "none was heard"
+        who = f"the last one heard was {heard.leader.strip('/')}" if heard else "none was heard"
         return NoHiveError(
             f"no blackboard answers within {ANSWER_WITHIN:g} s ({who}); {what}; "
             "is the hive running?"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
 
 
-MOST_ANSWERS = 10_000
+MAX_ANSWERS = 10_000
 """Tasks that are on no list and whose last word is kept; the oldest make way."""
 
 Report = TaskList | TaskUpdate | RobotStatus | Heartbeat | TruePlace | BatteryReading | Collisions
@@ -110,7 +110,7 @@ class HiveView:
     def _answer(self, update: TaskUpdate) -> None:
         self.answers.pop(update.task_id, None)
         self.answers[update.task_id] = update
-        if len(self.answers) > MOST_ANSWERS:
+        if len(self.answers) > MAX_ANSWERS:
             del self.answers[next(iter(self.answers))]
 
     def _take_in_update(self, update: TaskUpdate) -> None:

@@ -95,10 +95,10 @@ def who_leads(view: HiveView) -> str:
     """Return in words who carries the blackboard."""
     if view.heartbeat is None:
         return "no blackboard is heard"
-    active = view.heartbeat.active.strip("/")
+    leader = view.heartbeat.leader.strip("/")
     backup = view.heartbeat.backup.strip("/") or "nobody"
     epoch = view.heartbeat.epoch
-    return f"{active} carries the blackboard (epoch {epoch}), {backup} is its backup"
+    return f"{leader} carries the blackboard (epoch {epoch}), {backup} is its backup"
 
 
 def robots_of(view: HiveView) -> list[RobotStatus]:

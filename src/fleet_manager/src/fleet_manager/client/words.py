@@ -111,8 +111,8 @@ def _heartbeat_changes(before: Heartbeat | None, now: Heartbeat) -> list[str]:
     if before is not None and now.epoch < before.epoch:
         return []
     said = []
-    if before is None or (before.active, before.epoch) != (now.active, now.epoch):
-        said.append(f"{now.active.strip('/')} carries the blackboard, epoch {now.epoch}")
+    if before is None or (before.leader, before.epoch) != (now.leader, now.epoch):
+        said.append(f"{now.leader.strip('/')} carries the blackboard, epoch {now.epoch}")
     if now.backup and (before is None or before.backup != now.backup):
         said.append(f"{now.backup.strip('/')} is its backup")
     if before is not None:

@@ -19,7 +19,7 @@ class Standing(Enum):
 
     NOBODY = "nobody"
     """None has been heard since the desk was opened."""
-    ACTIVE = "active"
+    LEADER = "active"
     """There is one."""
     SILENT = "silent"
     """There was one; its heartbeat has stopped."""
@@ -57,9 +57,9 @@ class Authority:
         before = self.heartbeat
         if before and beat.epoch < before.epoch and now.wall - self._heard < SILENCE:
             return False
-        moved = before is None or (beat.epoch, beat.active, beat.progress) != (
+        moved = before is None or (beat.epoch, beat.leader, beat.progress) != (
             before.epoch,
-            before.active,
+            before.leader,
             before.progress,
         )
         if moved:
@@ -79,4 +79,4 @@ class Authority:
             return Standing.SILENT
         if now.wall - self._progressed >= FROZEN:
             return Standing.STUCK
-        return Standing.ACTIVE
+        return Standing.LEADER

@@ -165,28 +165,28 @@ class Log:
 
     def heartbeat(self, before: Heartbeat | None, after: Heartbeat) -> Iterator[Event]:
         """Give the lines for a change of who carries the blackboard."""
-        active, epoch = member(after.active), after.epoch
+        leader, epoch = member(after.leader), after.epoch
         if before is None:
-            yield Event(text("log.active", active=active, epoch=epoch))
-        elif before.active != after.active:
-            dead = member(before.active)
-            words = text("log.taken_over", active=active, before=dead, epoch=epoch)
+            yield Event(text("log.leader", leader=leader, epoch=epoch))
+        elif before.leader != after.leader:
+            dead = member(before.leader)
+            words = text("log.taken_over", leader=leader, before=dead, epoch=epoch)
             yield Event(words, Weight.WARNING)
         elif before.epoch != epoch:
-            yield Event(text("log.active", active=active, epoch=epoch))
+            yield Event(text("log.leader", leader=leader, epoch=epoch))
         if before is None or before.backup != after.backup:
             key = "log.backup" if after.backup else "log.no_backup"
             yield Event(text(key, backup=member(after.backup)))
 
     def standing(self, before: Standing, after: Standing, beat: Heartbeat) -> Event | None:
         """Return the line for a blackboard that fell silent, got stuck or is back."""
-        active = member(beat.active)
+        leader = member(beat.leader)
         if after is Standing.SILENT:
-            return Event(text("log.silent", active=active), Weight.ALARM)
+            return Event(text("log.silent", leader=leader), Weight.ALARM)
         if after is Standing.STUCK:
-            return Event(text("log.stuck", active=active), Weight.ALARM)
-        if after is Standing.ACTIVE and before is not Standing.NOBODY:
-            return Event(text("log.heard_again", active=active, epoch=beat.epoch))
+            return Event(text("log.stuck", leader=leader), Weight.ALARM)
+        if after is Standing.LEADER and before is not Standing.NOBODY:
+            return Event(text("log.heard_again", leader=leader, epoch=beat.epoch))
         return None
 
     def link(self, change: LinkChange) -> Event | None:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fleet_manager.desk.facts import Fact, Moment, Report
 
 ROBOT_SILENCE = 5.0  # [s, wall]; a robot reports once a second
-MOST_AT_ONCE = 400  # tasks told as changed together, so that a window serves keys in between
+MAX_AT_ONCE = 400  # tasks told as changed together, so that a window serves keys in between
 REMEMBERED = 200  # posted tasks whose content is kept until the hive answers, and refused ones
 
 
@@ -105,9 +105,9 @@ class Hive:
     def take_changes(self) -> Changes:
         """Return what changed since the last call, of a long list no more than a part."""
         changes, later = self._changes, set[str]()
-        if len(changes.tasks) > MOST_AT_ONCE:
+        if len(changes.tasks) > MAX_AT_ONCE:
             listed = [name for name in self._tasks if name in changes.tasks]
-            later = set(listed[MOST_AT_ONCE:])
+            later = set(listed[MAX_AT_ONCE:])
             changes.tasks -= later
         self._changes = Changes(tasks=later)
         return changes
@@ -134,7 +134,7 @@ class Hive:
     def _apply_list(self, told: TaskList, stamp: float, now: Moment) -> None:
         version = (told.epoch, told.version)
         is_old = self._version is not None and version <= self._version
-        someone = self.authority.standing(now) is Standing.ACTIVE
+        someone = self.authority.standing(now) is Standing.LEADER
         if someone and (is_old or told.epoch < self.authority.epoch):
             # It may be the first list of a hive that was started anew; its heartbeat will tell.
             self._doubtful = (told, stamp)

@@ -28,9 +28,9 @@ def banner_text(desk: Desk) -> str:
     if beat is None:
         return f"⚠ {text('authority.NOBODY')}"
     silence = duration(desk.hive.authority.silence(desk.moment()))
-    active, backup = member(beat.active), member(beat.backup)
-    words = text(f"authority.{standing.name}", active=active, silence=silence)
-    if standing is not Standing.ACTIVE:
+    leader, backup = member(beat.leader), member(beat.backup)
+    words = text(f"authority.{standing.name}", leader=leader, silence=silence)
+    if standing is not Standing.LEADER:
         line = f"⚠ {words}"
     else:
         stands = text("authority.backup" if backup else "authority.no_backup", backup=backup)

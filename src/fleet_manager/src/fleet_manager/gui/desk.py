@@ -187,7 +187,7 @@ class Desk(QObject):
         """Do what depends on time alone."""
         moment = self.moment()
         self.hive.tick(moment)
-        someone = self.hive.authority.standing(moment) is Standing.ACTIVE
+        someone = self.hive.authority.standing(moment) is Standing.LEADER
         if self.outbox.tick(moment, someone_listens=someone):
             self.letters_changed.emit()
         self._tell_standing()
@@ -197,7 +197,7 @@ class Desk(QObject):
         """Say so when what the banner shows is no longer true."""
         beat, standing = self.hive.authority.heartbeat, self.standing
         silence = int(self.hive.authority.silence(self.moment()))
-        who = (beat.active, beat.backup, beat.epoch) if beat else ()
+        who = (beat.leader, beat.backup, beat.epoch) if beat else ()
         shown = (standing, who, self.link_change, standing is Standing.SILENT and silence)
         if shown != self._standing:
             self._standing = shown

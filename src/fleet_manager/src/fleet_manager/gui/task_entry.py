@@ -137,10 +137,10 @@ class TaskEntry(QWidget):
         for field in _OWN_FIELDS:
             edit = self._field(field)
             edit.textChanged.connect(self._recheck)
-            edit.editingFinished.connect(lambda field=field: self._leave(field))
+            edit.editingFinished.connect(lambda field=field: self._lease_keeper(field))
         for editor in self.goal_editors.values():
             editor.edited.connect(self._recheck)
-            editor.left.connect(self._leave)
+            editor.left.connect(self._lease_keeper)
             editor.pick_asked.connect(self._ask_pick)
 
     def _mend(self, row: QModelIndex) -> None:
@@ -167,7 +167,7 @@ class TaskEntry(QWidget):
     def _check(self) -> Checked:
         return check(self.typed(), self._desk.taken_ids(), self._desk.bounds)
 
-    def _leave(self, field: str) -> None:
+    def _lease_keeper(self, field: str) -> None:
         """From now on this field is marked when it is wrong: the person has been there."""
         edit = self._field(field)
         if edit.isModified() or edit.text():

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from hive_lab.allocation.instance import Instance
     from hive_lab.allocation.timetable import Floats, Numbers
 
-MOST_TASKS = 14
+MAX_TASKS = 14
 
 
 def optimum(instance: Instance, objective: str) -> float:
     """Return the least sum of energies [J], makespan [s] or sum of weighted times to done [s].
 
     Args:
-        instance: Robots and at most `MOST_TASKS` tasks of one priority.
+        instance: Robots and at most `MAX_TASKS` tasks of one priority.
         objective: `energy`, `makespan` or `latency`.
 
     Returns:
@@ -37,10 +37,10 @@ def optimum(instance: Instance, objective: str) -> float:
         AllocationError: There are too many tasks, or they have several priorities.
     """
     tasks = len(instance.tasks)
-    if tasks > MOST_TASKS or (tasks and np.ptp(instance.tasks.priority)):
+    if tasks > MAX_TASKS or (tasks and np.ptp(instance.tasks.priority)):
         raise AllocationError(
             f"{tasks} tasks with priorities {sorted(set(instance.tasks.priority.tolist()))}; "
-            f"allowed: at most {MOST_TASKS} of one priority"
+            f"allowed: at most {MAX_TASKS} of one priority"
         )
     share = np.full(1 << tasks, np.inf)
     share[0] = 0.0

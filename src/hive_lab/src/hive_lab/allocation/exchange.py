@@ -19,17 +19,19 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from hive_lab.allocation.plan import cut_out, put_in, without
-from hive_lab.allocation.timetable import Insertions, Timetable, make_pieces
+from hive_lab.allocation.timetable import Insertions, Timetable, make_bundles
 
 if TYPE_CHECKING:
     from hive_lab.allocation.objectives import Objective
-    from hive_lab.allocation.timetable import Book, Floats, Numbers, Pieces
+    from hive_lab.allocation.timetable import Book, Bundles, Floats, Numbers
 
 _REFUSED = 1e30
 """What no robot would bid; the assignment needs finite numbers."""
 
 
-def best_places(table: Timetable, pieces: Pieces, objective: Objective) -> tuple[Floats, Numbers]:
+def best_places(
+    table: Timetable, bundles: Bundles, objective: Objective
+) -> tuple[Floats, Numbers]:
     """Return the bids on pieces and the places that they are for.
 
     Args:
@@ -40,7 +42,7 @@ def best_places(table: Timetable, pieces: Pieces, objective: Objective) -> tuple
     Returns:
         Marginal cost and place, each shaped (..., pieces, lists); infinite where refused.
     """
-    options = Insertions(table, pieces)
+    options = Insertions(table, bundles)
     scores = np.where(options.refused(), np.inf, objective.score(options))
     place = scores.argmin(axis=-1)
     best = np.take_along_axis(scores, place[..., None], axis=-1)[..., 0]
@@ -73,15 +75,15 @@ def exchange(
     """
     nothing = book.nothing
     rest = without(order, start, size, nothing)
-    pieces = make_pieces(book, cut_out(order, start, size, nothing))
-    cost, place = best_places(Timetable(book, robot, rest), pieces, objective)
+    bundles = make_bundles(book, cut_out(order, start, size, nothing))
+    cost, place = best_places(Timetable(book, robot, rest), bundles, objective)
     cost = np.minimum(cost * factor, _REFUSED)
     groups, members = robot.shape
     takes = np.empty((groups, members), dtype=int)
     for group in range(groups):
-        piece, taker = linear_sum_assignment(cost[group])
-        takes[group, taker] = piece
+        bundle, taker = linear_sum_assignment(cost[group])
+        takes[group, taker] = bundle
     rows = np.arange(groups)[:, None]
     chosen = place[rows, takes, np.arange(members)]
-    given = make_pieces(book, pieces.tasks[rows, takes])
+    given = make_bundles(book, bundles.tasks[rows, takes])
     return put_in(rest, chosen, given, nothing)

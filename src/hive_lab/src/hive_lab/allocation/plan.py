@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hive_lab.allocation.timetable import Numbers, Pieces
+    from hive_lab.allocation.timetable import Bundles, Numbers
 
 Plan = tuple[tuple[int, ...], ...]
 """The tasks of each robot in the order in which it does them."""
@@ -54,7 +54,7 @@ def cut_out(order: Numbers, start: Numbers, size: Numbers, nothing: int) -> Numb
     return np.where(places < size[..., None], taken, nothing)
 
 
-def put_in(order: Numbers, place: Numbers, pieces: Pieces, nothing: int) -> Numbers:
+def put_in(order: Numbers, place: Numbers, bundles: Bundles, nothing: int) -> Numbers:
     """Return lists with a piece put into each.
 
     Args:
@@ -63,14 +63,14 @@ def put_in(order: Numbers, place: Numbers, pieces: Pieces, nothing: int) -> Numb
         pieces: (...) one for each list.
         nothing: What stands behind the last task of a list.
     """
-    width = order.shape[-1] + pieces.tasks.shape[-1]
+    width = order.shape[-1] + bundles.tasks.shape[-1]
     places = np.arange(width)
-    place, size = place[..., None], pieces.size[..., None]
+    place, size = place[..., None], bundles.size[..., None]
     source = np.where(places < place, places, places - size)
     kept = np.take_along_axis(order, np.clip(source, 0, order.shape[-1] - 1), axis=-1)
     kept = np.where(source < order.shape[-1], kept, nothing)
-    within = np.clip(places - place, 0, pieces.tasks.shape[-1] - 1)
-    added = np.take_along_axis(pieces.tasks, within, axis=-1)
+    within = np.clip(places - place, 0, bundles.tasks.shape[-1] - 1)
+    added = np.take_along_axis(bundles.tasks, within, axis=-1)
     return np.where((places >= place) & (places < place + size), added, kept)
 
 

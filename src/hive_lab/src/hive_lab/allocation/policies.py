@@ -54,7 +54,7 @@ class IdleTakesNearest:
         return tuple(map(tuple, ends.lists))
 
 
-class Improving:
+class Reallocation:
     """A new task is auctioned; all that has not begun is offered again in a few rounds.
 
     Args:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_lab.allocation.exchange import best_places
-from hive_lab.allocation.timetable import Book, Timetable, make_pieces
+from hive_lab.allocation.timetable import Book, Timetable, make_bundles
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -95,6 +95,6 @@ class _Rounds:
             return
         order = np.array([[*self.lists[robot], self._book.nothing]])
         table = Timetable(self._book, np.array([robot]), order)
-        pieces = make_pieces(self._book, self._tasks[columns, None])
-        cost, place = best_places(table, pieces, self._objective)
+        bundles = make_bundles(self._book, self._tasks[columns, None])
+        cost, place = best_places(table, bundles, self._objective)
         self._bids[robot, columns], self._places[robot, columns] = cost[:, 0], place[:, 0]

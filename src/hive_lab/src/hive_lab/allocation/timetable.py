@@ -75,7 +75,7 @@ class Book:
 
 
 @dataclass(frozen=True)
-class Pieces:
+class Bundles:
     """Tasks that go into a list as a whole.
 
     Attributes:
@@ -103,8 +103,8 @@ class Pieces:
     toil: Floats
 
 
-def make_pieces(book: Book, tasks: Numbers) -> Pieces:
-    """Work out what pieces take; see `Pieces.tasks`."""
+def make_bundles(book: Book, tasks: Numbers) -> Bundles:
+    """Work out what pieces take; see `Bundles.tasks`."""
     first = tasks[..., 0]
     weight = book.weight[tasks]
     inner, work = book.inner[tasks], book.work[tasks]
@@ -113,14 +113,14 @@ def make_pieces(book: Book, tasks: Numbers) -> Pieces:
         none = np.zeros_like(inner)
         size = (first != book.nothing).astype(int)
         waits = weight * inner, weight * work
-        return Pieces(tasks, size, first, first, inner, work, weight, *waits, none)
+        return Bundles(tasks, size, first, first, inner, work, weight, *waits, none)
     size = (tasks != book.nothing).sum(axis=-1)
     last = np.take_along_axis(tasks, np.maximum(size - 1, 0)[..., None], axis=-1)[..., 0]
     ways = inner.copy()
     ways[..., 1:] += book.way(tasks[..., :-1], tasks[..., 1:])
     way_until, work_until = ways.cumsum(axis=-1), work.cumsum(axis=-1)
     places = np.arange(tasks.shape[-1])
-    return Pieces(
+    return Bundles(
         tasks,
         size,
         first,
@@ -222,12 +222,12 @@ class Insertions:
     Every array is shaped (..., pieces, lists, places + 1).
     """
 
-    def __init__(self, table: Timetable, pieces: Pieces) -> None:
+    def __init__(self, table: Timetable, bundles: Bundles) -> None:
         self._table = table
-        self._pieces = pieces
+        self._bundles = bundles
         book = table.book
-        first = pieces.first[..., :, None, None]
-        last = pieces.last[..., :, None, None]
+        first = bundles.first[..., :, None, None]
+        last = bundles.last[..., :, None, None]
         self._go = book.way(table.before[..., None, :, :], first)
         self._back = book.way(last, table.after[..., None, :, :])
         self._leg = table.leg[..., None, :, :]
@@ -236,13 +236,13 @@ class Insertions:
     @cached_property
     def added_way(self) -> Floats:
         """How much longer each way becomes [m]."""
-        added: Floats = self._go + self._back - self._leg + self._pieces.way[..., :, None, None]
+        added: Floats = self._go + self._back - self._leg + self._bundles.way[..., :, None, None]
         return added
 
     @cached_property
     def added_time(self) -> Floats:
         """How much later all is done [s]."""
-        added: Floats = self.added_way / self._speed + self._pieces.work[..., :, None, None]
+        added: Floats = self.added_way / self._speed + self._bundles.work[..., :, None, None]
         return added
 
     @property
@@ -263,44 +263,44 @@ class Insertions:
     @property
     def waiting(self) -> Floats:
         """See `Totals`."""
-        table, pieces = self._table, self._pieces
+        table, bundles = self._table, self._bundles
         arrival = table.done[..., None, :, :] + self._go / self._speed
-        own = pieces.weight[..., :, None, None] * arrival
-        own += pieces.wait_way[..., :, None, None] / self._speed
-        own += pieces.wait_work[..., :, None, None]
+        own = bundles.weight[..., :, None, None] * arrival
+        own += bundles.wait_way[..., :, None, None] / self._speed
+        own += bundles.wait_work[..., :, None, None]
         behind = self.added_time * table.weight_behind[..., None, :, :]
         return table.waiting[..., None, :, None] + own + behind
 
     @property
     def toil(self) -> Floats:
         """See `Totals`."""
-        table, pieces = self._table, self._pieces
+        table, bundles = self._table, self._bundles
         places = np.arange(1, table.leg.shape[-1] + 1)
-        size = pieces.size[..., :, None, None]
-        own = places * (self._go + pieces.way[..., :, None, None])
+        size = bundles.size[..., :, None, None]
+        own = places * (self._go + bundles.way[..., :, None, None])
         behind = size * table.own_behind[..., None, :, :]
         behind = behind + (places + size) * (self._back - self._leg)
-        before = table.toil[..., None, :, None] + pieces.toil[..., :, None, None]
+        before = table.toil[..., None, :, None] + bundles.toil[..., :, None, None]
         total: Floats = before + own + behind
         return total
 
     def refused(self) -> NDArray[np.bool_]:
         """Return where a piece may not stand: past the end, out of order, or not for the robot."""
-        table, pieces, book = self._table, self._pieces, self._table.book
+        table, bundles, book = self._table, self._bundles, self._table.book
         places = np.arange(table.leg.shape[-1])
         length = table.lengths[..., None, :, None]
-        empty = (pieces.size == 0)[..., :, None, None]
+        empty = (bundles.size == 0)[..., :, None, None]
         refused = (places > length) | (empty & (places < length))
         if book.has_order:
             ahead = np.where(places > 0, book.priority[np.minimum(table.before, book.nothing)], 99)
             behind = book.priority[table.after]
             refused = refused | (
-                ahead[..., None, :, :] < book.priority[pieces.first][..., None, None]
+                ahead[..., None, :, :] < book.priority[bundles.first][..., None, None]
             )
             refused = refused | (
-                behind[..., None, :, :] > book.priority[pieces.last][..., None, None]
+                behind[..., None, :, :] > book.priority[bundles.last][..., None, None]
             )
         if not book.all_able:
-            able = book.able[table.robot[..., None, :, None], pieces.tasks[..., :, None, :]]
+            able = book.able[table.robot[..., None, :, None], bundles.tasks[..., :, None, :]]
             refused = refused | ~able.all(axis=-1)[..., None]
         return np.broadcast_to(refused, self._go.shape)

@@ -31,7 +31,7 @@ _RTF = 6.0
 """What the whole hive is asked for: a little more than the aim. A simulator that is asked for much
 more takes processor time away from the robots that it simulates."""
 
-_MOST_RTF = 100.0
+_MAX_RTF = 100.0
 """What the simulator alone is asked for: more than it reaches."""
 
 _AIM = 0.2
@@ -75,7 +75,7 @@ def _simulator_alone() -> dict[str, float]:
         local_hive(Path(folder)) as hive,
     ):
         hive.start_master()
-        words = ["simenv", "simulator.launch", "world:=warehouse", f"rtf:={_MOST_RTF:g}"]
+        words = ["simenv", "simulator.launch", "world:=warehouse", f"rtf:={_MAX_RTF:g}"]
         hive.processes.start("simulator", ["roslaunch", *words])
         done = subprocess.run(
             [sys.executable, "-m", "hive_lab.live.simulator"],

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
-from blackboard.costing.path_lengths import Grid, GridWays
+from blackboard.costing.path_lengths import Grid, GridPathLengths
 from hive_common.map_reader import read_map
 from hive_common.pose import Pose
 from hive_lab.allocation.instance import Instance
@@ -68,11 +68,11 @@ class Floor:
         padded = np.pad(known.blocked, 1, constant_values=True)
         clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * known.resolution
         self._cells = np.argwhere(clearance > RADIUS)
-        self.ways = GridWays(self._grid, RADIUS)
+        self.path_lengths = GridPathLengths(self._grid, RADIUS)
 
-    def own_ways(self) -> GridWays:
+    def own_path_lengths(self) -> GridPathLengths:
         """Return ways that nothing is known of yet, as in a process of its own."""
-        return GridWays(self._grid, RADIUS)
+        return GridPathLengths(self._grid, RADIUS)
 
     def places(self, random: np.random.Generator, number: int) -> list[Pose]:
         """Return the middles of random free cells [map frame]."""
@@ -90,7 +90,7 @@ def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:
         robots = floor.places(random, size.robots)
         starts = floor.places(random, size.tasks)
         ends = floor.places(random, size.tasks)
-        way = floor.ways.lengths([*ends, *starts, *robots], starts)
+        way = floor.path_lengths.lengths([*ends, *starts, *robots], starts)
         from_end, from_start, from_robot = np.split(way, [size.tasks, 2 * size.tasks])
         inner = {"bring": from_end.diagonal(), "go": from_start.diagonal()}
         after = {"bring": from_end, "go": from_start}

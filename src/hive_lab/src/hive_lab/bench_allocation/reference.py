@@ -27,7 +27,7 @@ _TABLE = "allocation_reference.json"
 _LONG_SEARCH = {20: 3.0, 100: 12.0, 1000: 24.0}
 """Processor time of the long search for each instance and objective, by number of tasks [s]."""
 
-_MOST_EXACT = 10
+_MAX_EXACT = 10
 
 
 def read_best() -> dict[str, dict[str, float]]:
@@ -43,7 +43,7 @@ def read_best() -> dict[str, dict[str, float]]:
 def best_of(instance: Instance, objective: str) -> tuple[str, float]:
     """Return how a figure was found, and the figure: exactly, or by a long search."""
     tasks = len(instance.tasks)
-    if tasks <= _MOST_EXACT:
+    if tasks <= _MAX_EXACT:
         best = optimum(instance, objective)
         return "exact", best / tasks if objective == "latency" else best
     half = _LONG_SEARCH[tasks] / 2

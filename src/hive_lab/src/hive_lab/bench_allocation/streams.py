@@ -11,7 +11,7 @@ import numpy as np
 from hive_lab.allocation import rules
 from hive_lab.allocation.instance import Instance
 from hive_lab.allocation.objectives import OBJECTIVES
-from hive_lab.allocation.policies import Append, IdleTakesNearest, Improving
+from hive_lab.allocation.policies import Append, IdleTakesNearest, Reallocation
 from hive_lab.allocation.stream import Stream, simulate
 
 if TYPE_CHECKING:
@@ -90,12 +90,12 @@ def _policies(case: Case) -> Mapping[str, Policy]:
         "report": Append(rules.report),
         "soonest": Append(rules.soonest),
         "idle": IdleTakesNearest(),
-        "improving": Improving(latency, np.random.default_rng(_SEED)),
-        "aging": Improving(latency, np.random.default_rng(_SEED), aging=_AGING),
+        "improving": Reallocation(latency, np.random.default_rng(_SEED)),
+        "aging": Reallocation(latency, np.random.default_rng(_SEED), aging=_AGING),
     }
     if case.afresh:
         random = np.random.default_rng(_SEED)
-        policies["afresh"] = Improving(latency, random, rounds=30, afresh=True)
+        policies["afresh"] = Reallocation(latency, random, rounds=30, afresh=True)
     return policies
 
 

@@ -13,16 +13,16 @@ from math import sqrt
 from random import Random
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.hive_filter import NoFence
+from blackboard.consensus.hive_filter import NoFilter
 from blackboard.consensus.task_list import TaskList
-from blackboard.domain.settings import BackupSettings, BlackboardSettings
+from blackboard.domain.settings import BlackboardSettings, RaftSettings
 from blackboard.domain.talker import BACKUP, BB_VOTE, NEW_TASK, TASK_STATE
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.history import Violation
 from hive_lab.fault_schedules.hive import Disk, SimulatedMember
 from hive_lab.fault_schedules.host import HostTalker
-from hive_lab.fault_schedules.injector import Trouble
+from hive_lab.fault_schedules.injector import FaultInjector
 from hive_lab.fault_schedules.network import Network
 from hive_lab.fault_schedules.properties import Properties
 from hive_lab.fault_schedules.schedule import BLACKBOARD, OPERATOR, SETTLE, Crash
@@ -72,7 +72,7 @@ class CrowdRun:
     longest_list: int
 
 
-class _Onlooker(NoFence):
+class _Onlooker(NoFilter):
     """Knows who carries the blackboard by listening, so that a robot tells only those."""
 
     def __init__(self, talker: Talker) -> None:
@@ -80,8 +80,8 @@ class _Onlooker(NoFence):
         talker.subscribe(BACKUP, self._hear)
 
     def _hear(self, beat: Heartbeat) -> None:
-        self.active = (beat.active,)
-        self.carriers = (beat.active, beat.backup)
+        self.leader = (beat.leader,)
+        self.carriers = (beat.leader, beat.backup)
 
 
 @dataclass
@@ -109,14 +109,14 @@ class Crowd:
         self._random = Random(seed)
         self._side = _ROOM * sqrt(robots)
         self._network = Network(self._random)
-        settings = BackupSettings()
+        settings = RaftSettings()
         names = [BLACKBOARD, *(f"robot{number + 1}" for number in range(robots))]
         voters, others = names[: settings.most_members], names[settings.most_members :]
         self._members = {name: self._add(SimulatedMember, name, settings) for name in voters}
         self._robots = [self._add(_LoneRobot, name, settings) for name in others]
         self._tasks = [self._task(number + 1) for number in range(tasks)]
         self._properties = Properties(self._members, self._tasks, lambda: self._network.now)
-        self._trouble = Trouble(self._network, self._members, self._properties)
+        self._injector = FaultInjector(self._network, self._members, self._properties)
         self._network.after_event = self._properties.after_event
         self._network.said = self._note
         self._sent: Counter[str] = Counter()
@@ -136,7 +136,7 @@ class Crowd:
             at = SETTLE + self._random.uniform(0.0, _POSTING)
             self._network.schedule(at, None, self._post, task)
         crash = Crash(SETTLE + _CRASH, BLACKBOARD, _BACK)
-        self._network.schedule(crash.at, None, self._trouble.happen, crash)
+        self._network.schedule(crash.at, None, self._injector.happen, crash)
         ending = self._properties.ending
         try:
             self._network.run(SETTLE + _POSTING)
@@ -156,7 +156,7 @@ class Crowd:
         )
 
     def _add(
-        self, kind: type[SimulatedMember], name: str, settings: BackupSettings
+        self, kind: type[SimulatedMember], name: str, settings: RaftSettings
     ) -> SimulatedMember:
         host = self._network.add_host(name)
         own = Random(self._random.random())

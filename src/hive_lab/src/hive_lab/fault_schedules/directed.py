@@ -7,7 +7,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.domain.settings import BackupSettings
+from blackboard.domain.settings import RaftSettings
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.schedule import (
@@ -16,10 +16,10 @@ from hive_lab.fault_schedules.schedule import (
     PATIENCE,
     Crash,
     Cut,
+    FaultSchedule,
     Moment,
     Point,
     Post,
-    Schedule,
     Strike,
 )
 
@@ -37,11 +37,11 @@ _TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
 
 def _schedule(
     name: str, *faults: Happening, stagger: float = 0.25, keep_ended: float = 3600.0
-) -> Schedule:
+) -> FaultSchedule:
     """Return what happens to the blackboard node and two robots."""
-    settings = BackupSettings(kept_changes=4, stagger=stagger)
+    settings = RaftSettings(kept_changes=4, stagger=stagger)
     patience = replace(PATIENCE, keep_ended=keep_ended)
-    return Schedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, patience, mood=name)
+    return FaultSchedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, patience, scenario=name)
 
 
 # Both the blackboard node and robot2 ask robot1 for its vote in epoch 2. The blackboard node wins
@@ -77,9 +77,9 @@ _POSTED_ANEW = (
     Post(16.0, _TASK, anew=True),
 )
 
-DIRECTED: Mapping[str, Schedule] = MappingProxyType(
+DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
     {
-        each.mood: each
+        each.scenario: each
         for each in (
             _schedule("rivals", *_RIVALS),
             _schedule(

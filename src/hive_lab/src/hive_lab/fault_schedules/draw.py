@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.faults import any_fault
-from hive_lab.fault_schedules.scenarios import MOODS, Setting
-from hive_lab.fault_schedules.schedule import SETTLE, TROUBLE, Cancel, Post, Schedule
+from hive_lab.fault_schedules.scenarios import SCENARIOS, Setting
+from hive_lab.fault_schedules.schedule import INJECTOR, SETTLE, Cancel, FaultSchedule, Post
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,24 +33,24 @@ _ANEW = 0.3
 """Share of the tasks in these that are posted anew under the same id."""
 
 
-def draw(seed: int, mood: str = "") -> Schedule:
+def draw(seed: int, scenario: str = "") -> FaultSchedule:
     """Draw a schedule.
 
     Args:
         seed: The same seed gives the same schedule.
-        mood: A name of `MOODS`; drawn too where it is left out.
+        mood: A name of `SCENARIOS`; drawn too where it is left out.
     """
     random = Random(seed)
-    in_a_mood = mood or random.random() < _IN_A_MOOD
-    schedule = _in_a_mood(seed, random, mood) if in_a_mood else _ordinary(seed, random)
+    in_a_mood = scenario or random.random() < _IN_A_MOOD
+    schedule = _in_a_mood(seed, random, scenario) if in_a_mood else _ordinary(seed, random)
     return _forgetful(schedule) if random.random() < _FORGETFUL else schedule
 
 
-def _in_a_mood(seed: int, random: Random, mood: str) -> Schedule:
-    name = mood or random.choice(list(MOODS))
-    setting: Setting = MOODS[name](random)
+def _in_a_mood(seed: int, random: Random, scenario: str) -> FaultSchedule:
+    name = scenario or random.choice(list(SCENARIOS))
+    setting: Setting = SCENARIOS[name](random)
     posts = _posts(random)
-    return Schedule(
+    return FaultSchedule(
         seed,
         setting.robots,
         (*posts, *_cancels(random, posts), *setting.faults),
@@ -58,25 +58,25 @@ def _in_a_mood(seed: int, random: Random, mood: str) -> Schedule:
         late=setting.late,
         far_clocks=setting.far_clocks,
         proofs=setting.proofs,
-        mood=name,
+        scenario=name,
     )
 
 
-def _ordinary(seed: int, random: Random) -> Schedule:
+def _ordinary(seed: int, random: Random) -> FaultSchedule:
     """Draw a few faults of any kind at any time."""
     robots = random.randint(2, 4)
-    members = Schedule(seed, robots, ()).members
+    members = FaultSchedule(seed, robots, ()).members
     posts = _posts(random)
     faults = [
         fault
         for _ in range(random.randint(1, 6))
-        for fault in any_fault(random, members, SETTLE + random.uniform(0.0, TROUBLE))
+        for fault in any_fault(random, members, SETTLE + random.uniform(0.0, INJECTOR))
     ]
     happenings = (*posts, *_cancels(random, posts), *faults)
-    return Schedule(seed, robots, happenings, mood="anything at any time")
+    return FaultSchedule(seed, robots, happenings, scenario="anything at any time")
 
 
-def _forgetful(schedule: Schedule) -> Schedule:
+def _forgetful(schedule: FaultSchedule) -> FaultSchedule:
     """Have what has ended forgotten soon, and some of it posted anew."""
     random = Random(schedule.seed)
     keep, most = random.choice([0.5, 3.0, 12.0]), random.choice([1, 500])
@@ -87,7 +87,7 @@ def _forgetful(schedule: Schedule) -> Schedule:
     )
     return replace(
         schedule,
-        happenings=(*schedule.happenings, *(each for each in anew if each.at < SETTLE + TROUBLE)),
+        happenings=(*schedule.happenings, *(each for each in anew if each.at < SETTLE + INJECTOR)),
         patience=replace(schedule.patience, keep_ended=keep, most_ended=most),
     )
 
@@ -104,7 +104,7 @@ def _post(random: Random, number: int) -> Post:
     )
     priority, payload = random.choice([0, 0, 5, 9]), random.uniform(0.0, 5.0)
     task = Task(f"T{number + 1}", kind, goals, priority, payload)
-    return Post(SETTLE + random.uniform(0.0, 0.7 * TROUBLE), task)
+    return Post(SETTLE + random.uniform(0.0, 0.7 * INJECTOR), task)
 
 
 def _cancels(random: Random, posts: Sequence[Post]) -> Sequence[Cancel]:

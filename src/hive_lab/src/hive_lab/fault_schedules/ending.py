@@ -65,8 +65,10 @@ class Ending:
         return set(self._tasks) <= ended | self.left_behind()
 
     def _greatest(self) -> str:
-        known = [each.disk.durable for each in self._members.values()]
-        hives = Counter(durable.hive for durable in known if durable is not None and durable.hive)
+        known = [each.disk.hard_state for each in self._members.values()]
+        hives = Counter(
+            hard_state.hive for hard_state in known if hard_state is not None and hard_state.hive
+        )
         return max(hives, key=lambda hive: (hives[hive], hive), default="")
 
     def check(self) -> None:
@@ -94,9 +96,9 @@ class Ending:
         return [
             f"{name} reports {report.task_id} as {report.state.name}"
             for name, member in self._members.items()
-            if member.host.up and member.disk.durable and not member.gone
+            if member.host.up and member.disk.hard_state and not member.gone
             for report in member.disk.reports
-            if member.disk.durable.hive == self._greatest()
+            if member.disk.hard_state.hive == self._greatest()
         ]
 
     def left_behind(self) -> set[str]:
@@ -126,8 +128,8 @@ class Ending:
         Others may be left whose members wait for a person.
         """
         return not any(
-            hive != self._greatest() and (members <= 1 or active)
-            for hive, (members, active) in self._running_hives().items()
+            hive != self._greatest() and (members <= 1 or leader)
+            for hive, (members, leader) in self._running_hives().items()
         )
 
     def _running_hives(self) -> dict[str, tuple[int, int]]:
@@ -136,7 +138,7 @@ class Ending:
         for each in self._members.values():
             if each.host.up and each.backup is not None:
                 member = each.backup.member
-                listed, active = found.get(member.hive, (0, 0))
-                active += member.role is Role.ACTIVE
-                found[member.hive] = max(listed, len(member.members)), active
+                listed, leader = found.get(member.hive, (0, 0))
+                leader += member.role is Role.LEADER
+                found[member.hive] = max(listed, len(member.members)), leader
         return found

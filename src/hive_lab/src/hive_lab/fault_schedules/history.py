@@ -36,7 +36,7 @@ class History:
         self._told = told
         self._told_before: dict[str, int] = {}
         self.forgotten: dict[str, TaskRecord] = {}
-        self._active_of: dict[int, str] = {}
+        self._leader_of: dict[int, str] = {}
         self._committed: dict[int, Position] = {}
         self._written: dict[Position, Entry] = {}
         self._applied = 0
@@ -108,7 +108,7 @@ class History:
 
     def take_over(self, member: Member) -> None:
         """Check that a member that becomes active is alone in its epoch and lacks nothing."""
-        rival = self._active_of.setdefault(member.epoch, member.id)
+        rival = self._leader_of.setdefault(member.epoch, member.id)
         if rival != member.id:
             self._broken(
                 "one authority", f"{rival} and {member.id} are both active in epoch {member.epoch}"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.node import Backup
-from blackboard.costing.path_lengths import StraightWays
+from blackboard.consensus.node import RaftNode
+from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.settings import ControllerSettings, RobotSettings
 from blackboard.domain.talker import BB_VOTE
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
-    from blackboard.consensus.hive_filter import Fence
-    from blackboard.consensus.journal import Durable
-    from blackboard.domain.settings import BackupSettings, BlackboardSettings
+    from blackboard.consensus.hive_filter import HiveFilter
+    from blackboard.consensus.journal import HardState
+    from blackboard.domain.settings import BlackboardSettings, RaftSettings
     from blackboard.domain.task import TaskStep
     from hive_common.pose import Pose
     from hive_lab.fault_schedules.host import Host
@@ -49,19 +49,19 @@ class Disk(MemoryJournal):
     """
 
     crashes: bool = False
-    watched_by: Callable[[Durable | None, Durable], Point] = lambda *_: Point.AFTER
+    watched_by: Callable[[HardState | None, HardState], Point] = lambda *_: Point.AFTER
 
-    def save(self, durable: Durable) -> None:
+    def save(self, hard_state: HardState) -> None:
         """Write down, or end before anything is written, or right afterwards.
 
         Raises:
             SimulatedCrashError: The host crashes now.
         """
-        point = self.watched_by(self.durable, durable)
+        point = self.watched_by(self.hard_state, hard_state)
         if self.crashes or point is Point.BEFORE_WRITING:
             self.crashes = False
             raise SimulatedCrashError
-        self.durable = durable
+        self.hard_state = hard_state
         if point is Point.BEFORE_SAYING:
             raise SimulatedCrashError
 
@@ -140,12 +140,12 @@ class SimulatedMember:
     disk: Disk
     pose: Pose
     random: Random
-    settings: BackupSettings
+    settings: RaftSettings
     patience: BlackboardSettings
-    backup: Backup | None = None
+    backup: RaftNode | None = None
     drive: Drive | None = None
     gone: bool = False
-    stands_by: bool = True
+    voter: bool = True
     at_work: Callable[[str, str, bool], None] = field(default=lambda *_: None)
     step_done: Callable[[str, TaskStep], None] = field(default=lambda *_: None)
 
@@ -160,17 +160,17 @@ class SimulatedMember:
         host.boot()
         talker = HostTalker(host, self.name)
         founds = self.name == BLACKBOARD
-        self.backup = Backup(
+        self.backup = RaftNode(
             talker,
             self.name,
             self.settings,
             self.disk,
             self.random,
             founds=founds,
-            stands_by=self.stands_by,
+            voter=self.voter,
         )
-        if self.stands_by:
-            Blackboard(talker, self.backup, StraightWays(), self.patience).start()
+        if self.voter:
+            Blackboard(talker, self.backup, EuclideanLengths(), self.patience).start()
         else:
             host.handlers[BB_VOTE] = []  # as members do, it hears only what concerns it
         try:
@@ -180,7 +180,7 @@ class SimulatedMember:
         except SimulatedCrashError:
             host.crash()
 
-    def _robot(self, talker: HostTalker, fence: Fence) -> Robot:
+    def _robot(self, talker: HostTalker, fence: HiveFilter) -> Robot:
         def arrive(pose: Pose) -> None:
             self.pose = pose
             robot.set_pose(pose)
@@ -195,7 +195,7 @@ class SimulatedMember:
             self.name,
             SMALL_ROBOT,
             battery,
-            StraightWays(),
+            EuclideanLengths(),
             controller,
             self.pose,
             RobotSettings(),

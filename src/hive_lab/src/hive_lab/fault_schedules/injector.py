@@ -26,14 +26,14 @@ from hive_lab.fault_schedules.schedule import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.consensus.journal import Durable
+    from blackboard.consensus.journal import HardState
     from hive_lab.fault_schedules.hive import SimulatedMember
     from hive_lab.fault_schedules.host import Host
     from hive_lab.fault_schedules.network import Network
     from hive_lab.fault_schedules.properties import Properties
 
 
-class Trouble:
+class FaultInjector:
     """Everything that goes wrong in one hive.
 
     Args:
@@ -101,16 +101,16 @@ class Trouble:
     def _who(self, name: str) -> str:
         if name != THE_ACTIVE_ONE:
             return name
-        active = [
+        leader = [
             (member.backup.epoch, member.name)
             for member in self._members.values()
             if member.backup is not None
             and member.host.up
-            and member.backup.member.role is Role.ACTIVE
+            and member.backup.member.role is Role.LEADER
         ]
-        return max(active)[1] if active else self._network.random.choice(sorted(self._members))
+        return max(leader)[1] if leader else self._network.random.choice(sorted(self._members))
 
-    def _watch(self, member: SimulatedMember, before: Durable | None, after: Durable) -> Point:
+    def _watch(self, member: SimulatedMember, before: HardState | None, after: HardState) -> Point:
         """Have a strike that waited for what a member writes happen; return when it does."""
         if before is not None and before.member != after.member:
             self._properties.disk_given_up(before)
@@ -167,8 +167,8 @@ class Trouble:
         self._properties.stopped(member.name)
         if crash.disk_lost:
             self.faults["disks lost"] += 1
-            self._properties.disk_lost(member.name, member.disk.durable)
-            member.disk.durable, member.disk.reports = None, ()
+            self._properties.disk_lost(member.name, member.disk.hard_state)
+            member.disk.hard_state, member.disk.reports = None, ()
         if crash.back_after is None:
             member.gone = True
         else:
@@ -176,17 +176,17 @@ class Trouble:
 
     def _would_lose_majority(self, lost: SimulatedMember) -> bool:
         """Return whether a disk is one that a majority needs: to lose it is not promised for."""
-        durable = lost.disk.durable
-        if durable is None:
+        hard_state = lost.disk.hard_state
+        if hard_state is None:
             return False
         disks = {
-            each.disk.durable.member
+            each.disk.hard_state.member
             for each in self._members.values()
-            if each.disk.durable is not None and not each.gone and each is not lost
+            if each.disk.hard_state is not None and not each.gone and each is not lost
         }
         for each in self._members.values():
-            known = each.disk.durable
-            if known is None or durable.member not in known.log.latest.members:
+            known = each.disk.hard_state
+            if known is None or hard_state.member not in known.log.latest.members:
                 continue
             for listed in (known.log.latest.members, known.log.stable.members):
                 if sum(one in disks for one in listed) < majority_of(listed):
@@ -235,7 +235,7 @@ class Trouble:
         self._network.quality = worst
 
 
-def moments(before: Durable, after: Durable) -> set[Moment]:
+def moments(before: HardState, after: HardState) -> set[Moment]:
     """Return what happens to a member that writes one after the other to its disk."""
     found: set[Moment] = set()
     if after.vote and after.vote != before.vote:

@@ -10,8 +10,8 @@ from blackboard.consensus.bootstrap import founder
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.leader import Heartbeat
 from blackboard.consensus.member import Role, has_lease
-from blackboard.consensus.node import Backup
-from blackboard.domain.settings import BackupSettings
+from blackboard.consensus.node import RaftNode
+from blackboard.domain.settings import RaftSettings
 from hive_lab.fault_schedules.host import Host, HostTalker
 from hive_lab.fault_schedules.network import Network, Quality
 
@@ -48,7 +48,7 @@ class Company:
         random = Random(seed)
         self.network = Network(random)
         self.network.said = self._note
-        self._backups: dict[str, Backup] = {}
+        self._backups: dict[str, RaftNode] = {}
         self._epochs: set[int] = set()
         self.rivals = 0
         for number in range(members):
@@ -56,8 +56,8 @@ class Company:
             host = self.network.add_host(name, random.uniform(_SLOWEST, _FASTEST))
             disk = MemoryJournal(founder(f"{name}#1", "hive1") if number == 0 else None)
             host.boot()
-            backup = Backup(
-                HostTalker(host), name, BackupSettings(), disk, Random(random.random())
+            backup = RaftNode(
+                HostTalker(host), name, RaftSettings(), disk, Random(random.random())
             )
             self._backups[name] = backup
             backup.start()
@@ -68,12 +68,12 @@ class Company:
         """How many there have been."""
         return len(self._epochs)
 
-    def freeze_active(self, lasts: float) -> None:
+    def freeze_leader(self, lasts: float) -> None:
         """Stop the active one for a while [s]."""
         _, host = max(
             (self._backups[host.name].epoch, host)
             for host in self.network.hosts.values()
-            if self._backups[host.name].member.role is Role.ACTIVE
+            if self._backups[host.name].member.role is Role.LEADER
         )
         host.frozen = True
         self.network.schedule(lasts, None, lambda _: host.thaw())
@@ -84,7 +84,7 @@ class Company:
         self._epochs.add(message.epoch)
         now = self.network.now
         able = (
-            backup.member.role is Role.ACTIVE
+            backup.member.role is Role.LEADER
             and has_lease(backup.member, now * self.network.hosts[name].rate)
             for name, backup in self._backups.items()
             if name != speaker.name
@@ -124,7 +124,7 @@ def run_with_freezes(
     takeovers = []
     for number in range(count):
         before = company.epochs
-        company.freeze_active(lasts)
+        company.freeze_leader(lasts)
         company.network.run(_SETTLE + (number + 1) * apart)
         takeovers.append(company.epochs - before)
     return LongRun(tuple(takeovers), company.rivals, company.network.counts["lost"])

@@ -21,7 +21,7 @@ from hive_lab.fault_schedules.history import History, Violation
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from blackboard.consensus.journal import Durable
+    from blackboard.consensus.journal import HardState
     from blackboard.consensus.member import Member
     from blackboard.domain.task import Task, TaskStep
     from hive_lab.fault_schedules.hive import SimulatedMember
@@ -52,10 +52,10 @@ class Properties:
         self._last_steps = {task.id: split_task(task)[-1] for task in tasks}
         self._now = now
         self._seen: dict[str, Member] = {}
-        self._active_now: set[str] = set()
+        self._leader_now: set[str] = set()
         self._ended: Counter[str] = Counter()
         self._hives: dict[str, History] = defaultdict(lambda: History(self._broken, self._ended))
-        self._lost_disks: list[Durable | None] = []
+        self._lost_disks: list[HardState | None] = []
         self._told: set[tuple[str, str, int, str]] = set()
         self._workers: dict[str, set[str]] = defaultdict(set)
         self._finishers: dict[str, str] = {}
@@ -73,7 +73,7 @@ class Properties:
             return  # the operator's
         backup = own.backup
         if backup is None or not host.up:
-            self._active_now.discard(host.name)
+            self._leader_now.discard(host.name)
             self._seen.pop(host.name, None)
             return
         member = backup.member
@@ -83,12 +83,12 @@ class Properties:
         self._seen[host.name] = member
         if before is None or member.log is not before.log:
             self._follow_commits(member, before)
-        if member.role is Role.ACTIVE:
-            if before is None or before.role is not Role.ACTIVE:
+        if member.role is Role.LEADER:
+            if before is None or before.role is not Role.LEADER:
                 self._check_takeover(member)
             self._check_lease(host, member)
         else:
-            self._active_now.discard(host.name)
+            self._leader_now.discard(host.name)
 
     def said(self, host: Host, topic: str, message: object) -> None:
         """Check what a host is about to say."""
@@ -131,16 +131,16 @@ class Properties:
         if self.done[task] > 1 and task not in self._lost:
             self._broken("done once", f"{robot} finishes {task}, which was finished before")
 
-    def disk_lost(self, robot: str, durable: Durable | None) -> None:
+    def disk_lost(self, robot: str, hard_state: HardState | None) -> None:
         """Allow what a robot did to be done again: its disk is lost, and its reports with it."""
-        self._lost_disks.append(durable)
+        self._lost_disks.append(hard_state)
         for task, finisher in self._finishers.items():
             if finisher == robot and not self._is_known_as_done(task):
                 self.done[task] = 0
 
-    def disk_given_up(self, durable: Durable) -> None:
+    def disk_given_up(self, hard_state: HardState) -> None:
         """Note what was on the disk of a member that begins anew to join another hive."""
-        self._lost_disks.append(durable)
+        self._lost_disks.append(hard_state)
 
     def _is_known_as_done(self, task: str) -> bool:
         records = (
@@ -193,11 +193,11 @@ class Properties:
         self._hives[member.hive].take_over(member)
 
     def _check_lease(self, host: Host, member: Member) -> None:
-        self._active_now.add(host.name)
-        for name in tuple(self._active_now - {host.name}):
+        self._leader_now.add(host.name)
+        for name in tuple(self._leader_now - {host.name}):
             other = self._members[name]
             if other.backup is None or not other.host.up:
-                self._active_now.discard(name)
+                self._leader_now.discard(name)
                 continue
             if other.backup.hive != member.hive:
                 continue
@@ -215,7 +215,7 @@ class Properties:
         if backup is None:
             return
         member = backup.member
-        if member.role is not Role.ACTIVE or not has_lease(member, self._now() * host.rate):
+        if member.role is not Role.LEADER or not has_lease(member, self._now() * host.rate):
             self._broken(
                 "one authority", f"{host.name} speaks on {topic} and no majority follows it"
             )
@@ -230,12 +230,12 @@ class Properties:
         # While the list of members changes, it counts by the new one, and neither the old nor the
         # new one may elect anybody who does not hold it.
         lists = (log.stable.members, log.latest.members)
-        disks = [member.disk.durable for member in self._members.values()]
+        disks = [member.disk.hard_state for member in self._members.values()]
         holders = set()
-        for durable in (*disks, *self._lost_disks):
-            record = durable.log.latest.records.get(task_id) if durable else None
-            if durable and record and record.assignment >= assignment:
-                holders.add(durable.member)
+        for hard_state in (*disks, *self._lost_disks):
+            record = hard_state.log.latest.records.get(task_id) if hard_state else None
+            if hard_state and record and record.assignment >= assignment:
+                holders.add(hard_state.member)
         held_by_enough = any(is_majority(holders, listed) for listed in lists)
         if held_by_enough and not any(may_elect_without(holders, listed) for listed in lists):
             return

@@ -23,15 +23,15 @@ from hive_lab.fault_schedules import hive as simulated
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.history import Violation
-from hive_lab.fault_schedules.injector import Trouble
+from hive_lab.fault_schedules.injector import FaultInjector
 from hive_lab.fault_schedules.network import Network
 from hive_lab.fault_schedules.properties import Properties
-from hive_lab.fault_schedules.scenarios import MOODS
+from hive_lab.fault_schedules.scenarios import SCENARIOS
 from hive_lab.fault_schedules.schedule import (
     BY_HAND,
+    INJECTOR,
     OPERATOR,
     SETTLE,
-    TROUBLE,
     Cancel,
     Post,
     SetState,
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from blackboard.domain.record import TaskUpdate
-    from hive_lab.fault_schedules.schedule import Schedule
+    from hive_lab.fault_schedules.schedule import FaultSchedule
 
 CALM = 120.0
 """How long a hive has to finish everything after the trouble [s]."""
@@ -67,7 +67,7 @@ class Outcome:
         lasted: Virtual time [s].
     """
 
-    schedule: Schedule
+    schedule: FaultSchedule
     violation: str
     events: int
     faults: Counter[str]
@@ -78,13 +78,13 @@ class Outcome:
     def in_full(self) -> str:
         """Return the schedule, what broke, and how to run it again, for a person."""
         schedule = self.schedule
-        if schedule.mood == BY_HAND:
+        if schedule.scenario == BY_HAND:
             again = "it is written in the test"
-        elif schedule.mood in DIRECTED:
-            again = f'python3 -m hive_lab.fault_schedules.run "{schedule.mood}"'
+        elif schedule.scenario in DIRECTED:
+            again = f'python3 -m hive_lab.fault_schedules.run "{schedule.scenario}"'
         else:
             again = f"python3 -m hive_lab.fault_schedules.run {schedule.seed}"
-            again += "" if draw(schedule.seed) == schedule else f' --mood "{schedule.mood}"'
+            again += "" if draw(schedule.seed) == schedule else f' --mood "{schedule.scenario}"'
         broken = self.violation or "every property holds"
         return f"{schedule}\n\n{broken}\nto see it again: {again}\n"
 
@@ -96,7 +96,7 @@ class Run:
         schedule: What happens to it.
     """
 
-    def __init__(self, schedule: Schedule) -> None:
+    def __init__(self, schedule: FaultSchedule) -> None:
         self.schedule = schedule
         self.random = Random(schedule.seed)
         self.network = Network(self.random, schedule.proofs)
@@ -105,7 +105,7 @@ class Run:
         self.properties = Properties(self.members, tasks, lambda: self.network.now)
         self.network.after_event = self.properties.after_event
         self.network.said = self.properties.said
-        self.trouble = Trouble(self.network, self.members, self.properties)
+        self.injector = FaultInjector(self.network, self.members, self.properties)
         self._answered: set[str] = set()
         self._operator = self.network.add_host(OPERATOR)
         self._operator.up = True
@@ -120,10 +120,8 @@ class Run:
         pose = Pose(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0))
         own = Random(random.random())
         settings, patience = self.schedule.settings, self.schedule.patience
-        disk, stands_by = simulated.Disk(), name not in self.schedule.aside
-        return simulated.SimulatedMember(
-            host, disk, pose, own, settings, patience, stands_by=stands_by
-        )
+        disk, voter = simulated.Disk(), name not in self.schedule.aside
+        return simulated.SimulatedMember(host, disk, pose, own, settings, patience, voter=voter)
 
     def run(self) -> Outcome:
         """Let it all happen; a broken property ends it."""
@@ -132,14 +130,14 @@ class Run:
             member.at_work = self.properties.at_work
             member.step_done = self.properties.step_done
             start = late.get(name, self.random.uniform(0.0, 1.0))
-            self.network.schedule(start, None, self.trouble.boot, member)
+            self.network.schedule(start, None, self.injector.boot, member)
         for happening in self.schedule.happenings:
             self.network.schedule(happening.at, None, self._happen, happening)
-        end = SETTLE + TROUBLE
+        end = SETTLE + INJECTOR
         violation = ""
         try:
             self.network.run(end)
-            self.trouble.calm_down()
+            self.injector.calm_down()
             for name in self.members:
                 self.network.send(self._operator, f"{name}/set_state", "idle")
             self.network.run(end + CALM, self.properties.ending.is_over)
@@ -152,7 +150,7 @@ class Run:
             self.schedule,
             violation,
             self.network.events,
-            self.trouble.faults + self.network.counts,
+            self.injector.faults + self.network.counts,
             self.properties.takeovers,
             +ended,
             self.network.now,
@@ -166,10 +164,10 @@ class Run:
         elif isinstance(happening, Cancel):
             self.network.send(self._operator, TASK_CANCEL, happening.task)
         elif isinstance(happening, SetState):
-            self.trouble.faults["SetState"] += 1
+            self.injector.faults["SetState"] += 1
             self.network.send(self._operator, f"{happening.robot}/set_state", happening.word)
         else:
-            self.trouble.happen(happening)
+            self.injector.happen(happening)
 
     def _post(self, post: Post) -> None:
         if post.task.id in self._answered:
@@ -183,7 +181,7 @@ class Run:
             self._answered.add(update.task_id)
 
 
-def run(schedule: Schedule) -> Outcome:
+def run(schedule: FaultSchedule) -> Outcome:
     """Run one schedule."""
     return Run(schedule).run()
 
@@ -196,15 +194,15 @@ def main() -> None:
     parser.add_argument(
         "end", type=int, nargs="?", help="seed after the last; only the first if left out"
     )
-    parser.add_argument("--mood", choices=MOODS, default="", help="drawn too if left out")
+    parser.add_argument("--mood", choices=SCENARIOS, default="", help="drawn too if left out")
     wanted = parser.parse_args()
-    schedules: Iterable[Schedule]
+    schedules: Iterable[FaultSchedule]
     if wanted.first in DIRECTED:
         schedules = [DIRECTED[wanted.first]]
     elif wanted.first.isdecimal():
         first = int(wanted.first)
         end = first + 1 if wanted.end is None else wanted.end
-        schedules = (draw(seed, wanted.mood) for seed in range(first, end))
+        schedules = (draw(seed, wanted.scenario) for seed in range(first, end))
     else:
         parser.error(f"no schedule is called {wanted.first!r}; allowed: a seed, {names}")
     total: Counter[str] = Counter()

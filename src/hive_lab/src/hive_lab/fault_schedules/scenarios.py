@@ -11,21 +11,21 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.domain.settings import BackupSettings
+from blackboard.domain.settings import RaftSettings
 from hive_lab.fault_schedules.network import Quality
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
+    INJECTOR,
     OPERATOR,
     SETTLE,
     THE_ACTIVE_ONE,
-    TROUBLE,
     BadLinks,
     Crash,
     Cut,
+    FaultSchedule,
     Freeze,
     Moment,
     Point,
-    Schedule,
     SetState,
     Strike,
 )
@@ -39,30 +39,30 @@ if TYPE_CHECKING:
 
 @dataclass
 class Setting:
-    """A hive in a mood; the fields are those of `Schedule`."""
+    """A hive in a mood; the fields are those of `FaultSchedule`."""
 
     robots: int
     faults: list[Happening]
-    settings: BackupSettings = field(default_factory=lambda: BackupSettings(kept_changes=4))
+    settings: RaftSettings = field(default_factory=lambda: RaftSettings(kept_changes=4))
     late: tuple[tuple[str, float], ...] = ()
     far_clocks: bool = False
     proofs: float = 0.9
 
 
 def _members(robots: int) -> tuple[str, ...]:
-    return Schedule(0, robots, ()).members
+    return FaultSchedule(0, robots, ()).members
 
 
 def _times(random: Random, most: int) -> list[float]:
     """Draw when trouble comes [s]."""
     count = random.randint(2, most)
-    return sorted(SETTLE + random.uniform(0.0, 0.8 * TROUBLE) for _ in range(count))
+    return sorted(SETTLE + random.uniform(0.0, 0.8 * INJECTOR) for _ in range(count))
 
 
-def _close(random: Random) -> BackupSettings:
+def _close(random: Random) -> RaftSettings:
     """Draw timers with which members stand almost at once."""
     stagger = random.choice([0.01, 0.05, 0.25])
-    return BackupSettings(kept_changes=4, stagger=stagger)
+    return RaftSettings(kept_changes=4, stagger=stagger)
 
 
 def _short(random: Random) -> float:
@@ -126,7 +126,7 @@ def _late_messages(random: Random) -> Setting:
         random.choice([0.0, 0.05, 0.5]),
         random.choice([1.0, 3.0, 9.0]),
     )
-    faults: list[Happening] = [BadLinks(SETTLE, TROUBLE - 4.0, quality)]
+    faults: list[Happening] = [BadLinks(SETTLE, INJECTOR - 4.0, quality)]
     for at in _times(random, 8):
         way, lasts = random.choice([True, False]), random.uniform(2.0, 4.0)
         cut = Cut(at, (THE_ACTIVE_ONE,), lasts, way, holds=True)
@@ -177,7 +177,7 @@ def _come_and_go(random: Random) -> Setting:
             faults.append(Strike(at, Moment.CHANGES_MEMBERS, cut))
         else:
             faults.append(Cut(at + random.uniform(0.0, 4.0), half, lasts))
-    settings = BackupSettings(kept_changes=4, member_timeout=random.choice([2.5, 4.0, 10.0]))
+    settings = RaftSettings(kept_changes=4, member_timeout=random.choice([2.5, 4.0, 10.0]))
     return Setting(robots, faults, settings, late)
 
 
@@ -199,7 +199,7 @@ def _lost_disks(random: Random) -> Setting:
 def _founder_alone(random: Random) -> Setting:
     """The blackboard node loses its disk while it hears nobody, perhaps but for the operator."""
     robots = random.randint(2, 4)
-    at = SETTLE + random.uniform(0.0, 0.4 * TROUBLE)
+    at = SETTLE + random.uniform(0.0, 0.4 * INJECTOR)
     alone = (BLACKBOARD, OPERATOR) if random.choice([True, False]) else (BLACKBOARD,)
     lasts = random.uniform(3.0, 15.0)
     faults: list[Happening] = [
@@ -211,7 +211,7 @@ def _founder_alone(random: Random) -> Setting:
     return Setting(robots, faults)
 
 
-MOODS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
+SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
     {
         "election storm": _storm,
         "late messages": _late_messages,

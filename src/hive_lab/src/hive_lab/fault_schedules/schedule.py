@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from blackboard.domain.settings import BackupSettings, BlackboardSettings
+from blackboard.domain.settings import BlackboardSettings, RaftSettings
 from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SETTLE = 6.0
 """Nothing happens before this time, in which the hive is founded [s]."""
 
-TROUBLE = 36.0
+INJECTOR = 36.0
 """How long things go wrong after that [s]."""
 
 BLACKBOARD = "blackboard"
@@ -206,7 +206,7 @@ Happening = Crash | Freeze | Cut | BadLinks | PowerCut | Strike | SetState | Pos
 
 
 @dataclass(frozen=True, slots=True)
-class Schedule:
+class FaultSchedule:
     """A hive and what happens to it.
 
     Attributes:
@@ -225,12 +225,12 @@ class Schedule:
     seed: int
     robots: int
     happenings: tuple[Happening, ...]
-    settings: BackupSettings = field(default_factory=lambda: BackupSettings(kept_changes=4))
+    settings: RaftSettings = field(default_factory=lambda: RaftSettings(kept_changes=4))
     patience: BlackboardSettings = PATIENCE
     late: tuple[tuple[str, float], ...] = ()
     far_clocks: bool = False
     proofs: float = 0.9
-    mood: str = BY_HAND
+    scenario: str = BY_HAND
     aside: tuple[str, ...] = ()
 
     @property
@@ -240,8 +240,8 @@ class Schedule:
 
     def __str__(self) -> str:
         ordered = sorted(self.happenings, key=lambda each: each.at)
-        head = f"seed {self.seed} ({self.mood}), {BLACKBOARD} and {self.robots} robots"
-        usual = BackupSettings(kept_changes=4)
+        head = f"seed {self.seed} ({self.scenario}), {BLACKBOARD} and {self.robots} robots"
+        usual = RaftSettings(kept_changes=4)
         timers = [
             f"{name} {getattr(self.settings, name):g}"
             for name in ("election", "stagger", "member_timeout", "most_members")

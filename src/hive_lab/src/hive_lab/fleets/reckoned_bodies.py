@@ -67,7 +67,7 @@ class _Body:
             ok = CommandResult(CommandState.SUCCEEDED)
             self._call = self._fleet.network.schedule(time, lambda: done(ok))
             return
-        way = self._fleet.ways[self._name].length(
+        way = self._fleet.path_lengths[self._name].length(
             self._fleet.robots[self._name].status.pose, step.goal
         )
         if math.isinf(way):

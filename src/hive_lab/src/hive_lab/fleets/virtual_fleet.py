@@ -14,7 +14,7 @@ import yaml
 
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.costing.path_lengths import Grid, GridWays
+from blackboard.costing.path_lengths import Grid, GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import characteristics_from
 from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from blackboard.costing.cost import Bid, Bids
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotCharacteristics, RobotStatus
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.task import StepKind, Task
@@ -78,7 +78,7 @@ class VirtualFleet:
         self.bids: dict[tuple[str, str], Bid] = {}
         self.updates: dict[str, list[TaskUpdate]] = {}
         self.statuses: dict[str, RobotStatus] = {}
-        self.ways: dict[str, Ways] = {}
+        self.path_lengths: dict[str, PathLengths] = {}
         self._on_update: Callable[[TaskUpdate], None] = lambda _: None
         chart = load_map(world)
         corner = (chart.origin.x, chart.origin.y)
@@ -86,7 +86,7 @@ class VirtualFleet:
         self._plan = ChargingPlan(chargers, fleet.battery)
         talker = NetworkTalker(self.network, "blackboard")
         backup = lone_backup(talker)
-        Blackboard(talker, backup, GridWays(self.grid), BlackboardSettings()).start()
+        Blackboard(talker, backup, GridPathLengths(self.grid), BlackboardSettings()).start()
         backup.start()
         self.network.listen(TASK_COST, self._note_bids)
         self.network.listen(TASK_STATE, self._note_update)
@@ -99,7 +99,7 @@ class VirtualFleet:
         body = characteristics_from(yaml.safe_load(model_path(entry.model).read_text("utf-8")))
         self.characteristics[entry.name] = body
         battery = self.batteries[entry.name] = Battery(body.battery)
-        ways = self.ways[entry.name] = GridWays(self.grid, body.radius)
+        ways = self.path_lengths[entry.name] = GridPathLengths(self.grid, body.radius)
         controller = Controller(bodies.command(entry, self), talker, ControllerSettings())
         robot = self.robots[entry.name] = Robot(
             talker,

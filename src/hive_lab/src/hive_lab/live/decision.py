@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import rospy
 
-from blackboard.costing.path_lengths import StraightWays
+from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -30,7 +30,7 @@ from hive_lab.virtual.network import NetworkTalker
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from hive_lab.virtual.network import Call, Listening, Network
 
 DECISIONS = ("distributed", "centralized")
@@ -127,14 +127,14 @@ class Places:
             return self._floor.places(self._draw, number)
         return [Pose(*map(float, xy)) for xy in self._draw.uniform(0.0, _SIDE, (number, 2))]
 
-    def ways(self) -> Ways:
+    def path_lengths(self) -> PathLengths:
         """Return what a process of its own knows of ways, its map prepared."""
         if self._floor is None:
-            return StraightWays()
-        ways = self._floor.own_ways()
+            return EuclideanLengths()
+        path_lengths = self._floor.own_path_lengths()
         here = self._floor.places(np.random.default_rng(0), 1)[0]
-        ways.length(here, here)
-        return ways
+        path_lengths.length(here, here)
+        return path_lengths
 
 
 def burst(decision: str, robots: int, floor: Floor | None = None) -> Taken:
@@ -146,10 +146,10 @@ def burst(decision: str, robots: int, floor: Floor | None = None) -> Taken:
         floor: The map; none where it goes as the crow flies.
     """
     places = Places(floor, robots)
-    hive = TimedHive(BlackboardSettings(decision=decision), ways=places.ways())
+    hive = TimedHive(BlackboardSettings(decision=decision), path_lengths=places.path_lengths())
     for number, place in enumerate(places.some(robots)):
-        ways = places.ways() if decision == "distributed" else StraightWays()
-        hive.add_robot(f"robot{number}", place, cost_model="latency", ways=ways)
+        path_lengths = places.path_lengths() if decision == "distributed" else EuclideanLengths()
+        hive.add_robot(f"robot{number}", place, cost_model="latency", path_lengths=path_lengths)
     hive.network.run(1.0)
     count = _TASKS_EACH * robots
     ends = zip(places.some(count), places.some(count), strict=True)

@@ -13,7 +13,7 @@ from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.node import TaskList
 from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms
-from blackboard.costing.path_lengths import Grid, GridWays, StraightWays
+from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
@@ -44,7 +44,7 @@ from hive_lab.virtual.hive import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.consensus.hive_filter import Fence
+    from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.domain.task import Task, TaskState
 
 SOON = 0.01
@@ -54,7 +54,7 @@ STEP = 10.0
 """Time that every step takes the robot [s]."""
 
 
-class _Rig:
+class _Harness:
     """A network of its own, and what is said on it."""
 
     def __init__(self) -> None:
@@ -74,7 +74,7 @@ class _Rig:
         return [message for name, message in self.network.heard if name == topic]
 
 
-class BlackboardRig(_Rig):
+class BlackboardHarness(_Harness):
     """A blackboard on a floor of 4 m x 4 m with a wall, and what it says.
 
     Args:
@@ -90,9 +90,11 @@ class BlackboardRig(_Rig):
         blocked = np.zeros((40, 40), dtype=bool)
         blocked[:, 20] = True
         backup = lone_backup(self.talker)
-        ways = GridWays(Grid(blocked, 0.1))
+        path_lengths = GridPathLengths(Grid(blocked, 0.1))
         self.book = MemoryBook()
-        Blackboard(self.talker, backup, ways, BlackboardSettings(**settings), self.book).start()
+        Blackboard(
+            self.talker, backup, path_lengths, BlackboardSettings(**settings), self.book
+        ).start()
         backup.start()
 
     def join(self, *robots: str) -> None:
@@ -161,15 +163,15 @@ class BlackboardRig(_Rig):
         return [task.id for task, _ in self.said(TASK_BROADCAST)[-1].tasks]
 
     @property
-    def pieces(self) -> list[tuple[str, ...]]:
+    def bundles(self) -> list[tuple[str, ...]]:
         """What was broadcast last, as it was offered."""
         asked: Broadcast = self.said(TASK_BROADCAST)[-1]
-        return [tuple(task.id for task, _ in piece) for piece in asked.pieces]
+        return [tuple(task.id for task, _ in bundle) for bundle in asked.bundles]
 
     def _answer(self, robot: str, costs: Mapping[str, float], auction: int | None = None) -> None:
         asked = self.said(TASK_BROADCAST)[-1]
         number = auction or asked.auction
-        sizes = {piece[0][0].id: len(piece) for piece in asked.pieces}
+        sizes = {bundle[0][0].id: len(bundle) for bundle in asked.bundles}
         bids = tuple(
             Bid(
                 robot,
@@ -185,7 +187,7 @@ class BlackboardRig(_Rig):
         self.send(TASK_COST, Bids(robot, 1, number, bids, asked.round))
 
 
-class RobotRig(_Rig):
+class RobotHarness(_Harness):
     """robot1 at (0, 0), and what it says.
 
     Args:
@@ -193,7 +195,7 @@ class RobotRig(_Rig):
         fence: The member beside it, where there is one.
     """
 
-    def __init__(self, charge: float = 1.0, fence: Fence | None = None) -> None:
+    def __init__(self, charge: float = 1.0, fence: HiveFilter | None = None) -> None:
         super().__init__()
         self.listener = Listener(self.network)
         self.talker = NetworkTalker(self.network, "robot1")
@@ -209,7 +211,7 @@ class RobotRig(_Rig):
             "robot1",
             SMALL_ROBOT,
             self.battery,
-            StraightWays(),
+            EuclideanLengths(),
             controller,
             Pose(0.0, 0.0),
             RobotSettings(),

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.bootstrap import founder
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.node import Backup, Heartbeat, TaskList
-from blackboard.costing.path_lengths import StraightWays
+from blackboard.consensus.node import Heartbeat, RaftNode, TaskList
+from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery, BatteryModel
 from blackboard.domain.characteristics import RobotCharacteristics
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.settings import (
-    BackupSettings,
     BlackboardSettings,
     ControllerSettings,
+    RaftSettings,
     RobotSettings,
 )
 from blackboard.domain.talker import (
@@ -45,7 +45,7 @@ from hive_lab.virtual.network import LATENCY, Call, Network, NetworkTalker
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.costing.path_lengths import Ways
+    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import Order, TaskUpdate
     from blackboard.domain.talker import Talker
@@ -74,10 +74,10 @@ SMALL_ROBOT = RobotCharacteristics(
 """A mobile manipulator; vary it with `dataclasses.replace`."""
 
 
-def lone_backup(talker: Talker) -> Backup:
+def lone_backup(talker: Talker) -> RaftNode:
     """Return the backup of a blackboard that is the only member of its hive."""
     disk = MemoryJournal(founder("blackboard#1", "hive1"))
-    return Backup(talker, "blackboard", BackupSettings(), disk, random.Random(0))
+    return RaftNode(talker, "blackboard", RaftSettings(), disk, random.Random(0))
 
 
 @dataclass
@@ -183,7 +183,7 @@ class Hive:
         self,
         settings: BlackboardSettings | None = None,
         network: Network | None = None,
-        ways: Ways | None = None,
+        path_lengths: PathLengths | None = None,
     ) -> None:
         self.network = network or Network()
         self.robots: dict[str, Robot] = {}
@@ -195,7 +195,7 @@ class Hive:
         talker = self._talker("blackboard")
         backup = lone_backup(talker)
         settings = settings or BlackboardSettings()
-        Blackboard(talker, backup, ways or StraightWays(), settings).start()
+        Blackboard(talker, backup, path_lengths or EuclideanLengths(), settings).start()
         backup.start()
 
     def add_robot(
@@ -204,7 +204,7 @@ class Hive:
         pose: Pose,
         characteristics: RobotCharacteristics = SMALL_ROBOT,
         *,
-        ways: Ways | None = None,
+        path_lengths: PathLengths | None = None,
         charge: float = 1.0,
         cost_model: str = "report",
         charging: ChargingPlan | None = None,
@@ -227,7 +227,7 @@ class Hive:
             name,
             characteristics,
             battery,
-            ways or StraightWays(),
+            path_lengths or EuclideanLengths(),
             controller,
             pose,
             settings,

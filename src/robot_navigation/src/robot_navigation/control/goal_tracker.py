@@ -42,7 +42,7 @@ class Outcome(NamedTuple):
     text: str
 
 
-class Pursuit:
+class GoalTracker:
     """A goal and how its pursuit goes.
 
     Attributes:

@@ -22,16 +22,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hive_common.grid_map import Disc
 from robot_navigation.control.follower import Follower, Room
-from robot_navigation.control.goal_tracker import Errand, Outcome, Pursuit
+from robot_navigation.control.goal_tracker import Errand, GoalTracker, Outcome
 from robot_navigation.control.obstacle_check import (
-    Lookout,
     Memory,
+    ObstacleCheck,
     Sight,
     points_seen,
     sort_points,
 )
 from robot_navigation.control.settings import Settings
-from robot_navigation.control.stuck_detector import Stillness
+from robot_navigation.control.stuck_detector import StuckDetector
 from robot_navigation.planning.path import Way
 from robot_navigation.planning.planner import PlanError, plan_around
 from robot_navigation.traffic.giving_way import GivingWay
@@ -65,7 +65,7 @@ SLACK = 0.02
 HEARD_LATE = 0.2
 """How far a robot may have driven since it told where it is [m]."""
 
-LONGEST_ROUND = 0.5
+MAX_ROUND = 0.5
 """After a round of the control loop that took longer the base has stopped by itself [s]."""
 
 
@@ -120,19 +120,19 @@ class Navigator:
         self._follower = follower
         self._field = field
         self._settings = settings or Settings()
-        self._lookout = Lookout(model.base, model.laser)
+        self._obstacle_check = ObstacleCheck(model.base, model.laser)
         self._manners = GivingWay(name, planner, field, self._radius + SLACK)
         self._memory = Memory()
-        self._still = Stillness()
+        self._still = StuckDetector()
         self._last_time: float | None = None
         self._settled_at = 0.0
         self._errand = Errand.NONE
-        self._pursuit: Pursuit | None = None
+        self._goal_tracker: GoalTracker | None = None
 
     @property
     def goal(self) -> Pose | None:
         """The goal being pursued, frame map; None if there is none."""
-        return None if self._pursuit is None else self._pursuit.goal
+        return None if self._goal_tracker is None else self._goal_tracker.goal
 
     def set_goal(self, goal: Pose, now: float) -> None:
         """Take up a goal in place of any other; `tick` tells how it ends.
@@ -141,13 +141,13 @@ class Navigator:
             goal: Where to stand in the end, frame map.
             now: The time [s].
         """
-        self._pursuit = Pursuit(goal, now, self._settings)
+        self._goal_tracker = GoalTracker(goal, now, self._settings)
         self._manners.take(now)
         self._stand()
 
     def cancel(self) -> None:
         """Drop the goal; the robot stops as quickly as it can."""
-        self._pursuit = None
+        self._goal_tracker = None
         self._manners.take(None)
         self._stand()
 
@@ -161,8 +161,8 @@ class Navigator:
             heard: The latest announcement of every robot; its own among them is ignored.
         """
         since = 0.0 if self._last_time is None else now - self._last_time
-        dt = min(max(since, 0.0), LONGEST_ROUND)
-        if since > LONGEST_ROUND:
+        dt = min(max(since, 0.0), MAX_ROUND)
+        if since > MAX_ROUND:
             self._follower.stopped()
         self._last_time = now
         self._still.update(now, pose)
@@ -201,7 +201,7 @@ class Navigator:
 
     def _set_out(self, now: float, pose: Pose, others: Sequence[Announcement]) -> Outcome | None:
         """Plan to the goal, if there is one and the robot is not on an errand."""
-        pursuit = self._pursuit
+        pursuit = self._goal_tracker
         if pursuit is None or self._errand != Errand.NONE or now < pursuit.retry_at:
             return None
         parked = other_robots([other for other in others if other.parked])
@@ -261,9 +261,9 @@ class Navigator:
         """Return what the laser and the right of way leave the robot."""
         if now < self._settled_at:
             return Room(0.0, turn=False)
-        seen = self._lookout.room_ahead(way, self._follower.progress, pose, sight)
+        seen = self._obstacle_check.room_ahead(way, self._follower.progress, pose, sight)
         ahead = min([seen, *(meeting.room for meeting in met)])
-        return Room(max(0.0, ahead), turn=self._lookout.may_turn(pose, sight))
+        return Room(max(0.0, ahead), turn=self._obstacle_check.may_turn(pose, sight))
 
     def _arrive(self, now: float, pose: Pose) -> Outcome | None:
         """Notice the end of an errand."""
@@ -271,16 +271,16 @@ class Navigator:
             return None
         errand = self._errand
         self._stand()
-        if errand == Errand.ASIDE or self._pursuit is None:
+        if errand == Errand.ASIDE or self._goal_tracker is None:
             self._manners.give_back()
             return None
-        return self._pursuit.arrived(now, pose)
+        return self._goal_tracker.arrived(now, pose)
 
     def _wait(
         self, now: float, pose: Pose, sight: Sight, met: Sequence[Meeting]
     ) -> Outcome | None:
         """Do something about standing for too long on the way to the goal."""
-        pursuit, way, patience = self._pursuit, self.way, self._settings.patience
+        pursuit, way, patience = self._goal_tracker, self.way, self._settings.patience
         if pursuit is None or way is None or self._errand != Errand.GOAL:
             return None
         pursuit.note(now, way.length - self._follower.progress)
@@ -288,7 +288,7 @@ class Navigator:
             return pursuit.given_up(pose, met)
         if self._still.lasts(now) < patience or now < pursuit.retry_at:
             return None
-        blocking = self._lookout.blocking(way, self._follower.progress, sight)
+        blocking = self._obstacle_check.blocking(way, self._follower.progress, sight)
         if len(blocking):
             self._memory.add(now, blocking)
             self._stand()

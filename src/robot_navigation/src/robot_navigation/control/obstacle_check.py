@@ -101,7 +101,7 @@ def sort_points(points: Array, field: ClearanceField, robots: Sequence[Disc]) ->
     return Sight(points[known], points[~known])
 
 
-class Lookout:
+class ObstacleCheck:
     """Looks along the way of one robot."""
 
     def __init__(self, base: Base, laser: Laser) -> None:

@@ -18,7 +18,7 @@ ANGLE = 0.1
 """Turning less than this is standing still [rad]."""
 
 
-class Stillness:
+class StuckDetector:
     """Notices when a robot moves.
 
     Attributes:

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, fields
 
 from hive_common.errors import ParameterError
-from hive_common.map_file import MOST_CELLS
+from hive_common.map_file import MAX_CELLS
 from hive_common.pose import Pose
 
 ABOVE_ZERO = frozenset({"delta", "maxUrange", "map_update_interval"})
@@ -78,10 +78,10 @@ class MapperSettings:
                     f"cell of {self.delta} m"
                 )
         width, depth = self.size
-        if width * depth / self.delta**2 > MOST_CELLS:
+        if width * depth / self.delta**2 > MAX_CELLS:
             raise ParameterError(
                 f"delta: {self.delta} m is too fine for {width:g} m x {depth:g} m; "
-                f"allowed: at most {MOST_CELLS:,} cells"
+                f"allowed: at most {MAX_CELLS:,} cells"
             )
 
     @property

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_common.map_file import FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
+from hive_common.map_file import FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class OccupancyGrid:
             stride = round(STRIDE / self.resolution)
             missing.append([max(0, math.ceil(side / stride)) * stride for side in (low, high)])
         sides = [n + sum(more) for n, more in zip(self.odds.shape, missing, strict=True)]
-        if math.prod(sides) > MOST_CELLS:
+        if math.prod(sides) > MAX_CELLS:
             self.full = True
         elif np.any(missing):
             self.odds = np.pad(self.odds, missing)

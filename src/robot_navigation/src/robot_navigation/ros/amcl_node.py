@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 MAP_FRAME = "map"
 
-_MOST_SHOWN = 500
+_MAX_SHOWN = 500
 """So many particles are shown at most: RViz gains nothing from more."""
 
 
@@ -164,7 +164,7 @@ class Amcl:
     def _show(self, stamp: rospy.Time) -> None:
         cloud = PoseArray()
         cloud.header.stamp, cloud.header.frame_id = stamp, MAP_FRAME
-        every = max(1, len(self._filter.particles) // _MOST_SHOWN)
+        every = max(1, len(self._filter.particles) // _MAX_SHOWN)
         cloud.poses = [planar_pose(pose) for pose in self._filter.particles[::every].tolist()]
         self._cloud.publish(cloud)
 

@@ -12,7 +12,7 @@ import numpy as np
 from hive_common.grid_map import Disc
 from robot_navigation.planning.path import Way
 from robot_navigation.planning.planner import PlanError
-from robot_navigation.traffic.right_of_way import LEAST_GAP, keep_apart, meetings
+from robot_navigation.traffic.right_of_way import MIN_GAP, keep_apart, meetings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,7 +45,7 @@ PLANS = 4
 
 def other_robots(others: Sequence[Announcement]) -> list[Disc]:
     """Return where robots stand as obstacles for a planner."""
-    return [Disc(other.x, other.y, other.radius + LEAST_GAP) for other in others]
+    return [Disc(other.x, other.y, other.radius + MIN_GAP) for other in others]
 
 
 def way_aside(

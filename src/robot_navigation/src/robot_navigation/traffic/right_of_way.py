@@ -48,7 +48,7 @@ STEP = 0.1
 GAP = 0.10
 """Room that two robots leave between the circles that hold their footprints [m]."""
 
-LEAST_GAP = 0.03
+MIN_GAP = 0.03
 """Room that two robots keep that have come closer than `GAP` already [m]."""
 
 HOLD = 0.15
@@ -207,7 +207,7 @@ def _room_before(away: Array, marks: Array, apart: float) -> float:
     """
     if away[0] >= apart:
         return _first(away < apart, marks) - STEP
-    least = min(apart - GAP + LEAST_GAP, float(away[0]) - 0.005)
+    least = min(apart - GAP + MIN_GAP, float(away[0]) - 0.005)
     return _first(away < least, marks) - STEP
 
 

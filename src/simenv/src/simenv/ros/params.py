@@ -11,7 +11,7 @@ from hive_common.pose import Pose
 from hive_common.ros.params import number, text, whole_number
 from simenv.sensors.noise import Noise
 
-LEAST_RTF, MOST_RTF = 0.01, 100.0
+MIN_RTF, MAX_RTF = 0.01, 100.0
 """Between these a real-time factor is taken."""
 
 
@@ -60,7 +60,7 @@ def simulator_params() -> SimulatorParams:
     share = number("noise", least=0.0, most=100.0, default=1.0)
     return SimulatorParams(
         world=text("world", default="lab"),
-        rtf=number("rtf", least=LEAST_RTF, most=MOST_RTF, default=1.0),
+        rtf=number("rtf", least=MIN_RTF, most=MAX_RTF, default=1.0),
         seed=whole_number("seed", least=0, most=2**31, default=0),
         noise=replace(
             Noise().times(share),

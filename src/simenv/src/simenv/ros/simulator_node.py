@@ -31,7 +31,7 @@ from simenv.faults import Fault, inject
 from simenv.msg import Fault as FaultMsg
 from simenv.pacing import Pacer
 from simenv.ros.conversions import pose_from, stamp_of
-from simenv.ros.params import LEAST_RTF, MOST_RTF, simulator_params
+from simenv.ros.params import MAX_RTF, MIN_RTF, simulator_params
 from simenv.ros.robot_topics import RobotTopics
 from simenv.ros.world_markers import WorldMarkers
 from simenv.simulation import STEP, Simulation
@@ -176,10 +176,8 @@ class SimulatorNode:
         return self._inbox.ask(step, TriggerResponse(False, _BUSY))
 
     def _rtf_heard(self, message: Float64) -> None:
-        if not LEAST_RTF <= message.data <= MOST_RTF:
-            rospy.logwarn(
-                f"real-time factor {message.data}; allowed: {LEAST_RTF:g} to {MOST_RTF:g}"
-            )
+        if not MIN_RTF <= message.data <= MAX_RTF:
+            rospy.logwarn(f"real-time factor {message.data}; allowed: {MIN_RTF:g} to {MAX_RTF:g}")
             return
         self._inbox.put(lambda: self._set_rtf(message.data))
 

@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from hive_common.errors import MapError
 from hive_common.geometry import outline
-from hive_common.map_file import COARSEST, FREE, MOST_CELLS, OCCUPIED, UNKNOWN, GridMap
+from hive_common.map_file import COARSEST, FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap
 from hive_common.pose import Pose
 from simenv.world.shapes import rings
 
@@ -52,7 +52,7 @@ def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
             f"usual {RESOLUTION}"
         )
     width, height = (math.ceil(side / resolution - _TOUCH) for side in world.size)
-    if width * height > MOST_CELLS:
+    if width * height > MAX_CELLS:
         raise MapError(f"resolution {resolution} m gives {width} x {height} cells; take a coarser")
     solid = _inside(world, resolution, (height, width))
     cells = np.full(solid.shape, UNKNOWN, dtype=np.int8)

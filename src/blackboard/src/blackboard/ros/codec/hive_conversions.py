@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 
 import blackboard.msg as bb_msgs
 from blackboard.consensus.election import Ballot, BallotKind
-from blackboard.consensus.log import Ack, Entries, Entry, Position, Whole
+from blackboard.consensus.log import AppendEntries, AppendReply, Entry, Position, Snapshot
 from blackboard.consensus.node import Heartbeat
 from blackboard.domain import talker as topics
 from blackboard.ros.codec.records import record_from_msg, record_to_msg
@@ -29,7 +29,7 @@ def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
     return bb_msgs.BbBackup(
         header=_header(),
         epoch=beat.epoch,
-        active=beat.active,
+        active=beat.leader,
         backup=beat.backup,
         members=list(beat.members),
         progress=beat.progress,
@@ -45,7 +45,7 @@ def _beat_to_msg(beat: Heartbeat) -> bb_msgs.BbBackup:
 def _beat_from_msg(msg: bb_msgs.BbBackup) -> Heartbeat:
     return Heartbeat(
         epoch=msg.epoch,
-        active=msg.active,
+        leader=msg.active,
         backup=msg.backup,
         members=tuple(msg.members),
         progress=msg.progress,
@@ -74,48 +74,48 @@ def _entry_from_msg(msg: bb_msgs.BbEntry) -> Entry:
     return Entry(msg.epoch, msg.version, records, members, tuple(msg.forgotten))
 
 
-def _entries_to_msg(entries: Entries) -> bb_msgs.BbEntries:
-    whole = entries.whole
+def _entries_to_msg(entries: AppendEntries) -> bb_msgs.BbEntries:
+    snapshot = entries.snapshot
     return bb_msgs.BbEntries(
         header=_header(),
         epoch=entries.epoch,
-        active=entries.active,
+        active=entries.leader,
         before_epoch=entries.before.epoch,
         before_version=entries.before.version,
         entries=list(map(_entry_to_msg, entries.entries)),
         committed=entries.committed,
         sent=entries.sent,
-        whole=whole is not None,
-        tasks=[record_to_msg(record) for record in whole.records.values()] if whole else [],
-        members=list(whole.members) if whole else [],
+        whole=snapshot is not None,
+        tasks=[record_to_msg(record) for record in snapshot.records.values()] if snapshot else [],
+        members=list(snapshot.members) if snapshot else [],
         hive=entries.hive,
-        earlier=whole.earlier if whole else 0,
+        earlier=snapshot.earlier if snapshot else 0,
     )
 
 
-def _entries_from_msg(msg: bb_msgs.BbEntries) -> Entries:
+def _entries_from_msg(msg: bb_msgs.BbEntries) -> AppendEntries:
     before = Position(msg.before_epoch, msg.before_version)
     entries = tuple(map(_entry_from_msg, msg.entries))
     versions = [entry.version for entry in entries]
     if versions != list(range(before.version + 1, before.version + 1 + len(entries))):
         raise ValueError(f"changes {versions} do not follow version {before.version}")
-    whole = None
+    snapshot = None
     if msg.whole:
         records = {record.task.id: record for record in map(record_from_msg, msg.tasks)}
-        whole = Whole(before, records, tuple(msg.members), msg.earlier)
-    return Entries(
-        msg.epoch, msg.active, before, entries, msg.committed, msg.sent, whole, msg.hive
+        snapshot = Snapshot(before, records, tuple(msg.members), msg.earlier)
+    return AppendEntries(
+        msg.epoch, msg.active, before, entries, msg.committed, msg.sent, snapshot, msg.hive
     )
 
 
-def _ack_to_msg(ack: Ack) -> bb_msgs.BbAck:
+def _ack_to_msg(ack: AppendReply) -> bb_msgs.BbAck:
     return bb_msgs.BbAck(
-        _header(), ack.member, ack.epoch, ack.version, ack.echo, ack.hive, ack.stands_by
+        _header(), ack.member, ack.epoch, ack.version, ack.echo, ack.hive, ack.voter
     )
 
 
-def _ack_from_msg(msg: bb_msgs.BbAck) -> Ack:
-    return Ack(msg.member, msg.epoch, msg.version, msg.echo, msg.hive, msg.stands_by)
+def _ack_from_msg(msg: bb_msgs.BbAck) -> AppendReply:
+    return AppendReply(msg.member, msg.epoch, msg.version, msg.echo, msg.hive, msg.stands_by)
 
 
 def _ballot_to_msg(ballot: Ballot) -> bb_msgs.BbVote:
