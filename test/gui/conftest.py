@@ -48,7 +48,7 @@ def screen():
 
 
 @pytest.fixture(scope="session")
-def application(screen):
+def application(screen):  # noqa: ARG001  (it must be there first)
     os.environ.pop("QT_QPA_PLATFORM", None)
     return QApplication(["test_gui"])
 

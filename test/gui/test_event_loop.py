@@ -15,7 +15,7 @@ RUNS = 6
 
 
 @pytest.mark.timeout(1200)  # every case is watched for some seconds
-def test_no_stall_of_the_event_loop_is_longer_than_a_tenth_of_a_second(screen):
+def test_no_stall_of_the_event_loop_is_longer_than_a_tenth_of_a_second(screen):  # noqa: ARG001
     missed, shortest, errors = bench.AIMS, {}, []
     for _run in range(RUNS):
         if not missed:

@@ -92,7 +92,7 @@ def find_canvas(others):
 
 
 @pytest.fixture
-def canvas(person, hive_window, tmp_path):
+def canvas(person, hive_window, tmp_path):  # noqa: ARG001  (RViz lies on top of it)
     others, seen = windows_named("^$"), []
     command, software = ["rviz", "-d", str(CONFIG)], {"LIBGL_ALWAYS_SOFTWARE": "1"}
     with Path(tmp_path / "rviz.log").open("wb") as log:

@@ -202,7 +202,7 @@ def test_a_thing_in_the_only_door_ends_the_goal_with_where_it_stands():
 def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
     simulation, traffic = lab(LAB)
     random = np.random.default_rng(5)
-    field = traffic.navigators["robot1"]._field
+    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
     reached = 0
     while simulation.time < 150.0:
         for name, navigator in traffic.navigators.items():
@@ -219,7 +219,7 @@ def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
 def test_four_robots_whose_processes_are_held_up_again_and_again_touch_nothing():
     simulation, traffic = lab(LAB)
     random = np.random.default_rng(5)
-    field = traffic.navigators["robot1"]._field
+    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
     goes_on = dict.fromkeys(LAB, 0.0)
     while simulation.time < 120.0:
         for name, navigator in traffic.navigators.items():

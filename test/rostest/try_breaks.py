@@ -19,7 +19,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / "breaks"))
 
-from hive_breaks import BREAKS
+from hive_breaks import BREAKS  # noqa: E402  (beside this script, in a folder of its own)
 
 PATIENCE = "40"
 """A broken system does not come round, so its cases wait no longer than this [s]."""
@@ -66,7 +66,7 @@ def attempt(name):
 
 def failures(path, broken):
     """Return the failing assertion of each run of the case in a JUnit file."""
-    for case in ET.parse(path).iter("testcase"):
+    for case in ET.parse(path).iter("testcase"):  # noqa: S314  (our own results)
         if case.get("name").partition("[")[0] == broken.test:
             for problem in [*case.findall("failure"), *case.findall("error")]:
                 yield problem.get("message").splitlines()[0][:200]

@@ -45,7 +45,7 @@ def test_a_goal_that_is_reached_while_it_is_being_sent_ends():
     command = MoveBaseCommand(Talker(), 5.0)
     reached, ended, results = threading.Event(), threading.Event(), []
     rospy.Subscriber("move_base/result", MoveBaseActionResult, lambda _: reached.set())
-    client = command._client
+    client = command._client  # noqa: SLF001  (where a busy machine stops for a while)
     send = client.manager.send_goal_fn
 
     def send_slowly(goal):
@@ -84,13 +84,13 @@ class HeldUp:
 def test_a_robot_that_was_held_up_itself_does_not_call_its_base_lost():
     talker, results = HeldUp(), []
     command = MoveBaseCommand(talker, 5.0)
-    command._client.manager.register_send_goal_fn(lambda _: None)
-    assert command._client.wait_for_server(rospy.Duration(PATIENCE))
+    command._client.manager.register_send_goal_fn(lambda _: None)  # noqa: SLF001  (on its way for ever)
+    assert command._client.wait_for_server(rospy.Duration(PATIENCE))  # noqa: SLF001
     command.start(
         TaskStep(StepKind.MOVE, Pose(1.0, 2.0, 0.0), 0.0, "T1"),
         lambda result: results.append(result.state),
     )
-    while command._goal is None:
+    while command._goal is None:  # noqa: SLF001  (sent once the base has been heard)
         talker.looks.pop()()
     talker.time += 60.0
     talker.looks.pop()()

@@ -59,7 +59,7 @@ class Nonsense:
         self.draw = random.Random(seed)
 
     def fill(self, message):
-        for slot, kind in zip(message.__slots__, message._slot_types, strict=True):
+        for slot, kind in zip(message.__slots__, message._slot_types, strict=True):  # noqa: SLF001  (genpy's name for them)
             setattr(message, slot, self.value(slot, kind, getattr(message, slot)))
         if isinstance(message, bb_msgs.TaskMsg):
             message.priority = self.draw.randint(11, 255)  # so that none of it is a task
@@ -249,6 +249,6 @@ def test_a_caller_that_stops_before_its_first_words_keeps_nobody_else_out(hive):
         socket.create_connection(port, timeout=5),
         socket.create_connection(port, timeout=5) as caller,
     ):
-        caller.sendall(first_words(bb_msgs.BbBackup._md5sum))
+        caller.sendall(first_words(bb_msgs.BbBackup._md5sum))  # noqa: SLF001  (the only way to know it)
 
         assert b"topic=/input/bb_backup" in caller.recv(4096)

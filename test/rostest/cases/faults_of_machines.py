@@ -110,9 +110,9 @@ def test_a_simulated_clock_that_stops_or_jumps_back_changes_nothing(tmp_path):
         for number, begins in enumerate((stands, 500.0)):
             task = f"clock{number}"
             operator.post(make_task(task, (float(number), 1.0)))
-            begun = lambda t=task: TaskState.STARTED in operator.states_of(t)
+            begun = lambda t=task: TaskState.STARTED in operator.states_of(t)  # noqa: E731  (a sentence)
             operator.demand(begun, f"{task} is begun")
-            ended = lambda n=number: operator.state_of(f"clock{n}") == TaskState.DONE
+            ended = lambda n=number: operator.state_of(f"clock{n}") == TaskState.DONE  # noqa: E731  (a sentence)
             run_clock(operator, clock, begins, ended)
 
             assert arrivals(hive, (float(number), 1.0)) == 1

@@ -244,12 +244,12 @@ def test_a_second_blackboard_of_another_name_is_a_member_like_the_others(hive, o
     assert bosses_after(operator, since) == [(last.epoch, last.active)]
     hive.kill(second)
     operator.demand(lambda: second not in operator.last.members, "it is off the list")
-    del hive._processes[second]
+    del hive._processes[second]  # noqa: SLF001  (it is not to be started again)
 
 
 def test_a_second_blackboard_of_the_same_name_takes_the_first_ones_place(hive, operator):
     name = hive.blackboard
-    first = hive._processes[name]
+    first = hive._processes[name]  # noqa: SLF001  (start replaces it)
     hive.start(name)
     first.wait(PATIENCE)
     operator.forget_answers()

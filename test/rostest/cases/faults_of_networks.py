@@ -214,7 +214,7 @@ def test_a_robot_that_arrives_while_it_is_cut_off_is_believed_and_nobody_drives_
     for number in range(5):
         task = f"alone{number}"
         operator.post(make_task(task, (x, 0.5 + number)))
-        operator.demand(lambda: operator.state_of(task) >= TaskState.STARTED, "it is begun")
+        operator.demand(lambda: operator.state_of(task) >= TaskState.STARTED, "it is begun")  # noqa: B023  (called at once)
         robot = operator.record_of(task).robot
         hive.network.unplug(robot)
         operator.pass_time(LOST)

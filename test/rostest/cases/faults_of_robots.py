@@ -72,7 +72,7 @@ def ready(hive):
         drive.seconds, drive.fails = 0.1, False
     hive.operator.wait_until_whole()
     known = hive.operator.robots
-    idle = lambda: all(r in known and known[r].state == known[r].IDLE for r in hive.robots)
+    idle = lambda: all(r in known and known[r].state == known[r].IDLE for r in hive.robots)  # noqa: E731  (a sentence)
     hive.operator.demand(idle, "every robot is idle")
     return hive.operator
 
@@ -179,7 +179,7 @@ def give_to(operator, robot, goal):
     for number in range(30):
         task_id = f"{robot}{number}"
         operator.post(make_task(task_id, goal))
-        operator.demand(lambda: begun(task_id), f"{task_id} begins")
+        operator.demand(lambda: begun(task_id), f"{task_id} begins")  # noqa: B023  (called at once)
         if begun(task_id) == [robot]:
             return task_id
         operator.cancel(task_id)
@@ -221,7 +221,7 @@ def test_the_task_of_a_robot_whose_navigation_dies_is_done_by_another(hive):
         planner.kill()
         planner.wait()
         hive.kill(node)
-        del hive._processes[node]
+        del hive._processes[node]  # noqa: SLF001  (it is not to be started again)
 
 
 def test_a_lost_robot_is_waited_for_where_the_fleet_says_so_and_does_its_task_once(waiting_hive):

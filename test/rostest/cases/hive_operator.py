@@ -291,7 +291,7 @@ def task(task_id, kind, *goals, priority=0, payload=0.0, frame="map"):
 
 def sender(message):
     """Return the name of the node that published a message."""
-    return message._connection_header["callerid"]
+    return message._connection_header["callerid"]  # noqa: SLF001  (rospy has no other way)
 
 
 def is_report(update, active=""):

@@ -115,7 +115,7 @@ def node():
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_message_starts_with_the_promised_fields(name):
     message = getattr(bb_msgs, name)
-    types = message._slot_types
+    types = message._slot_types  # noqa: SLF001  (genpy offers them under no other name)
     fields = list(zip(message.__slots__, types, strict=True))
 
     assert fields[: len(FIELDS[name])] == list(FIELDS[name].items())

@@ -51,7 +51,7 @@ class Heard:
     def _hear(self, messages, _connection):
         self.threads.add(threading.current_thread().name)
         for each in messages:
-            self._messages.put((each, each._connection_header["callerid"]))
+            self._messages.put((each, each._connection_header["callerid"]))  # noqa: SLF001
 
 
 @pytest.fixture

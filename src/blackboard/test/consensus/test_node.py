@@ -105,7 +105,7 @@ class Follower:
         self.backup.follow(self.told.append)
         self.backup.start()
 
-    def hear(self, *entries, committed, before=Position(1, 1)):
+    def hear(self, *entries, committed, before=Position(1, 1)):  # noqa: B008  (a value)
         """Have the active one write changes behind a position, which it says are committed."""
         snapshot = Snapshot(before, {}, ("blackboard#1", "robot9#1")) if before == (1, 1) else None
         message = AppendEntries(

@@ -23,7 +23,7 @@ def tasks(state=TaskState.STARTED, robot="robot2"):
     return {"T1": TaskRow(TaskRecord(task, state, robot))}
 
 
-def robots(pose=Pose(5, 6, 1)):
+def robots(pose=Pose(5, 6, 1)):  # noqa: B008  (a frozen value)
     status = RobotStatus("robot2", RobotState.BUSY, pose, 0.87, 12.5, "T1")
     return {"robot2": RobotRow(status, 0.0)}
 

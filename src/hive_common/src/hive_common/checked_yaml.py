@@ -23,7 +23,7 @@ LONGEST = 160
 """So many characters are shown of what a schema says about a value."""
 
 
-def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:
+def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401  (what YAML holds)
     """Read a YAML file that must fit a schema.
 
     Args:

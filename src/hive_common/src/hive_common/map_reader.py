@@ -54,7 +54,7 @@ def read_map(path: Path) -> GridMap:
     return GridMap(np.flipud(blocked), float(content["resolution"]), (float(x), float(y)))
 
 
-def _read_pgm(path: Path) -> Any:
+def _read_pgm(path: Path) -> Any:  # noqa: ANN401  (an array of 8-bit pixels)
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -41,6 +41,6 @@ def _text(what: str, model: str, prefix: str) -> str:
         load_model(model)
         return model_path(model).read_text(encoding="utf-8")
     # xacro takes longer to import than to run, and only this branch needs it.
-    from robot_description.urdf import robot_urdf
+    from robot_description.urdf import robot_urdf  # noqa: PLC0415
 
     return robot_urdf(model, prefix)

@@ -278,7 +278,7 @@ def _frozen_items(content: dict[str, Any]) -> dict[str, Any]:
     return {key: _frozen(value) for key, value in content.items()}
 
 
-def _frozen(value: Any) -> Any:
+def _frozen(value: Any) -> Any:  # noqa: ANN401  (what YAML holds)
     """Turn lists into tuples, so that a frozen dataclass is frozen all the way down."""
     return tuple(_frozen(item) for item in value) if isinstance(value, list) else value
 

@@ -75,7 +75,7 @@ def test_who_is_moved_together_gets_as_far_as_one_after_the_other(monkeypatch):
 
 def test_a_robot_with_room_around_it_is_looked_at_seldom(monkeypatch):
     looks = []
-    look = Clearance._measure
+    look = Clearance._measure  # noqa: SLF001  (it has no other name)
     monkeypatch.setattr(
         Clearance, "_measure", lambda self, *args: (looks.append(args), look(self, *args))
     )

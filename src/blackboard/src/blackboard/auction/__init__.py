@@ -1,4 +1,4 @@
-"""Who gets which task: auctions, candidate selection, reallocation, splitting, and the decision log.
+"""Who gets which task: auctions, candidate selection, reallocation, splitting, decisions.
 
 What a bid is computed from belongs in `costing`; what is ordered from robots in `board`.
 """

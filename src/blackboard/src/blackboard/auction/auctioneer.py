@@ -217,7 +217,7 @@ class Auctioneer:
         self, bundles: Sequence[Bundle], robots: frozenset[str], awards: tuple[Bid, ...]
     ) -> None:
         auction = self._auction
-        assert auction is not None
+        assert auction is not None  # noqa: S101  (whoever asks has begun one)
         self._bundles = {bundle[0].task.id: bundle for bundle in bundles}
         sizes = {task_id: len(bundle) for task_id, bundle in self._bundles.items()}
         asked = auction.ask([bundle[0] for bundle in bundles], robots, sizes)

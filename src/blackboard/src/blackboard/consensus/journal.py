@@ -207,7 +207,7 @@ class SqliteJournal:
                 beside.rename(self.set_aside.with_name(self.set_aside.name + ending))
 
     @contextlib.contextmanager
-    def _transaction(self) -> Any:
+    def _transaction(self) -> Any:  # noqa: ANN401  (a context manager)
         self._database.execute("BEGIN IMMEDIATE")
         try:
             yield

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from blackboard.domain.settings import RaftSettings
     from blackboard.domain.talker import Talker
 
-__all__ = ["Backup", "Carrier", "Heartbeat", "TaskList"]
+__all__ = ["RaftNode", "Carrier", "Heartbeat", "TaskList"]
 
 _TOPICS = {Heartbeat: BACKUP, AppendEntries: BB_ENTRIES, AppendReply: BB_ACK, Ballot: BB_VOTE}
 

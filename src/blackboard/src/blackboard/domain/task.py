@@ -294,4 +294,4 @@ def _check_goals(task: Task, kind: TaskType, path_lengths: PathLengths | None) -
 
 def goal_name(number: int) -> str:
     """Return the operator's name of a goal: A, B, ... Z, then 27, 28, ..."""
-    return chr(ord("A") + number) if number < 26 else str(number + 1)
+    return chr(ord("A") + number) if number < 26 else str(number + 1)  # noqa: PLR2004 (letters)

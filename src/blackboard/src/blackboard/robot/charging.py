@@ -227,7 +227,7 @@ class Charging:
     def _nearest(self, now: float) -> str | None:
         """Return the free charger with the shortest way, or None where none can be reached."""
         here = self._pose
-        assert here is not None
+        assert here is not None  # noqa: S101  (`start` has told)
         path_lengths = {
             name: self._path_lengths.length(here, self._plan.chargers[name])
             for name in self._claims.free(now)
@@ -255,7 +255,7 @@ class Charging:
 
     def _lease_keeper(self) -> None:
         home = self._home
-        assert home is not None
+        assert home is not None  # noqa: S101  (`start` has told)
         place = self._plan.chargers[self._claims.charger]
         if math.hypot(home.x - place.x, home.y - place.y) > NEAR and self._may_go():
             self._phase = Phase.LEAVING

@@ -82,7 +82,7 @@ class ActionCommand:
         self._timeout = server_timeout
         self._client = actionlib.ActionClient(name, action)
         manager = self._client.manager
-        manager._generate_id = _never_back(manager._generate_id)
+        manager._generate_id = _never_back(manager._generate_id)  # noqa: SLF001  (actionlib's only place for it)
         self._goal: actionlib.ClientGoalHandle | None = None
         self._heard = -math.inf
         self._run = 0

@@ -133,8 +133,8 @@ class RosTalker:
         elif topic == (BB_ACK if self._stands_by else BB_ENTRIES):
             self._audience.listens = subscriber
 
-    def _take_in(self, topic: str, msg: Any) -> None:
-        sender = msg._connection_header.get("callerid", "")
+    def _take_in(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
+        sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
         if topic in _FOR_OTHERS and sender == rospy.get_name():
             return
         wanted = [handler for handler, when in self._handlers[topic] if when is None or when()]

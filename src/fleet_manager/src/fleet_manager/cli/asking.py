@@ -107,7 +107,7 @@ def add(
 
     Ends with 0 when the task is on the list (with --wait: when it is DONE), with 1 when it was
     rejected, cancelled or has failed.
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     task_type = TaskType[kind.upper()]
     _demand_goals(task_type, len(goals))
     if timeout is not None and not wait:
@@ -158,7 +158,7 @@ def run(outside: Outside, scenario: str, wait: bool, timeout: float | None) -> N
       hive run ./my_tasks.yaml
 
     Ends with 0 when every task is on the list (with --wait: when every one is DONE).
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     read = read_scenario(scenario)
     tell = TellAbout()
     with outside.connect(()) as link:

@@ -79,7 +79,7 @@ def demo(
       hive demo --fleet ./my_fleet.yaml --headless
 
     Ends with 0 only if every task is DONE and nothing collided; otherwise it says what is not.
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     what = read_scenario(scenario)
     plan = DemoPlan(
         scenario=what,
@@ -116,8 +116,8 @@ def _new_folder(results: Path, name: str) -> Path:
 def _write(folder: Path, chart: str, result: DemoResult) -> None:
     """Write the report and the picture."""
     # matplotlib takes a second to import, which no other command should feel
-    from fleet_manager.demo.map_image import read_map_image
-    from fleet_manager.demo.picture import draw_run
+    from fleet_manager.demo.map_image import read_map_image  # noqa: PLC0415  (see above)
+    from fleet_manager.demo.picture import draw_run  # noqa: PLC0415  (see above)
 
     report = {**result.report, "versions": versions(), "machine": machine()}
     text = json.dumps(report, indent=2, ensure_ascii=False) + "\n"

@@ -25,7 +25,7 @@ def fault() -> None:
       hive fault freeze robot1
       hive fault freeze robot1 --off
       hive fault block box --area 9.5,2.6,10.5,3.8
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
 
 
 @fault.command()
@@ -94,7 +94,7 @@ def _inject(what: Fault) -> None:
     click.echo(_link().inject(what))
 
 
-def _link() -> Any:
+def _link() -> Any:  # noqa: ANN401  (a module that needs ROS, imported only when used)
     return import_module("fleet_manager.ros.fault_link")
 
 

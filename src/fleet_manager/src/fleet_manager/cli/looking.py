@@ -34,7 +34,7 @@ def tasks(outside: Outside, as_json: bool, everything: bool) -> None:
     Examples:
       hive tasks
       hive tasks --all --json | jq '.[] | select(.state == "FAILED")'
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     with outside.connect(()) as link:
         client = HiveClient(link)
         client.fetch_tasks()
@@ -58,7 +58,7 @@ def robots(outside: Outside, as_json: bool) -> None:
     Examples:
       hive robots
       hive robots --json | jq '.[] | select(.charge < 0.2) | .name'
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     with outside.connect(()) as link:
         client = HiveClient(link)
         client.fetch_robots()

@@ -47,7 +47,7 @@ def why(outside: Outside, task: str, folder: Path | None, everything: bool, as_j
     Examples:
       hive why T7
       hive why T7 --all --json
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     decisions = _decisions(outside.journals, task, folder)
     shown = decisions if everything else decisions[-1:]
     if as_json:
@@ -78,7 +78,7 @@ def replay(outside: Outside, task: str, model: str, folder: Path | None) -> None
     \b
     Examples:
       hive replay T7 --model latency
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     decision = _decisions(outside.journals, task, folder)[-1]
     bids = replayed(decision, model)
     able = [bid.robot_id for bid in bids if bid.is_able]

@@ -31,7 +31,7 @@ def check(file: str) -> None:
       hive world check /path/of/my_world.yaml
 
     Ends with 0 where there is none, otherwise with 2.
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     try:
         mistakes = world_mistakes(file)
         found = None if mistakes else load_world(file)
@@ -63,7 +63,7 @@ def draw(file: str, out: Path | None, resolution: float, kind: str) -> None:
     \b
     Example:
       hive world map lab maps/lab
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     try:
         found = load_world(file)
         if out is None and "/" in found.name:

@@ -112,7 +112,7 @@ class HiveClient:
             NotDoneError: The id is on the list already, for another task.
         """
         task = replace(task, posted=self.link.hive_time())
-        answered = lambda: self.view.state_of(task.id) is not None
+        answered = lambda: self.view.state_of(task.id) is not None  # noqa: E731  (one expression)
         if not self._repeat(lambda: self.link.post(task), answered):
             raise self._no_answer(f"task {task.id} may not be on the list")
         record = self.view.tasks.get(task.id)

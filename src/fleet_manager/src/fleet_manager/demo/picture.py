@@ -98,7 +98,7 @@ def _goal_labels(report: dict[str, Any]) -> dict[tuple[float, float], str]:
     at: dict[tuple[float, float], list[str]] = {}
     for task in report["tasks"]:
         for number, goal in enumerate(task["goals"]):
-            letter = chr(ord("A") + number) if number < 26 else str(number + 1)
+            letter = chr(ord("A") + number) if number < 26 else str(number + 1)  # noqa: PLR2004  (letters)
             place = (round(goal["x"], 1), round(goal["y"], 1))
             at.setdefault(place, []).append(f"{task['id']}.{letter}")
     return {

@@ -56,7 +56,7 @@ class ProcessGroup:
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         with self.log(name).open("wb") as log:
-            self._started[name] = subprocess.Popen(
+            self._started[name] = subprocess.Popen(  # noqa: S603  (the caller's own words)
                 command,
                 env=self._environment,
                 stdin=subprocess.DEVNULL,

@@ -70,7 +70,7 @@ class FleetWindow(QMainWindow):
         """
         return bool(super().event(event))
 
-    def closeEvent(self, event: QCloseEvent) -> None:
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802  (Qt's name)
         """Keep layout and choices; ask before unsent tasks are lost."""
         count = self._desk.outbox.unanswered
         if count and not self._may_lose(count):

@@ -27,11 +27,11 @@ class LogModel(QAbstractListModel):
         super().__init__()
         self._lines: deque[tuple[str, Event]] = deque()
 
-    def rowCount(self, parent: QModelIndex = NOTHING) -> int:
+    def rowCount(self, parent: QModelIndex = NOTHING) -> int:  # noqa: N802  (Qt's name)
         """Return the number of lines."""
         return 0 if parent.isValid() else len(self._lines)
 
-    def data(self, index: QModelIndex, role: int = Qt.DisplayRole) -> Any:
+    def data(self, index: QModelIndex, role: int = Qt.DisplayRole) -> Any:  # noqa: ANN401  (Qt's)
         """Return one side of a line."""
         time, event = self._lines[index.row()]
         sign, tone = WEIGHT_SIGNS[event.weight]

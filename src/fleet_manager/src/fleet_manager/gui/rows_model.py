@@ -64,11 +64,11 @@ class RowsModel(QAbstractTableModel):
         self._rows: list[Any] = []
         self._numbers: dict[str, int] = {}
 
-    def rowCount(self, parent: QModelIndex = NOTHING) -> int:
+    def rowCount(self, parent: QModelIndex = NOTHING) -> int:  # noqa: N802  (Qt's name)
         """Return the number of rows."""
         return 0 if parent.isValid() else len(self._names)
 
-    def columnCount(self, parent: QModelIndex = NOTHING) -> int:
+    def columnCount(self, parent: QModelIndex = NOTHING) -> int:  # noqa: N802  (Qt's name)
         """Return the number of columns."""
         return 0 if parent.isValid() else len(self.columns)
 
@@ -76,11 +76,11 @@ class RowsModel(QAbstractTableModel):
         """Return the name of a row."""
         return self._names[number]
 
-    def row_at(self, number: int) -> Any:
+    def row_at(self, number: int) -> Any:  # noqa: ANN401  (any kind of row)
         """Return a row."""
         return self._rows[number]
 
-    def headerData(self, section: int, orientation: Any, role: int) -> Any:
+    def headerData(self, section: int, orientation: Any, role: int) -> Any:  # noqa: ANN401, N802  (Qt's)
         """Return the head of a column."""
         if orientation != Qt.Horizontal:
             return None
@@ -91,7 +91,7 @@ class RowsModel(QAbstractTableModel):
             return _alignment(self.columns[section])
         return None
 
-    def data(self, index: QModelIndex, role: int = Qt.DisplayRole) -> Any:
+    def data(self, index: QModelIndex, role: int = Qt.DisplayRole) -> Any:  # noqa: ANN401  (Qt's)
         """Return one side of a cell."""
         column, row = self.columns[index.column()], self._rows[index.row()]
         if role == SORT_ROLE:

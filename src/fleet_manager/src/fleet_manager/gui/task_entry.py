@@ -108,12 +108,12 @@ class TaskEntry(QWidget):
         for editor, goal in zip(self.goal_editors.values(), task.goals, strict=False):
             editor.fill_pose(goal.x, goal.y, goal.yaw)
 
-    def showEvent(self, event: QShowEvent) -> None:
+    def showEvent(self, event: QShowEvent) -> None:  # noqa: N802  (Qt's name)
         """Fit the form, which has its font by now."""
         super().showEvent(event)
         self._fit()
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
+    def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802  (Qt's name)
         """Enter sends, Esc clears."""
         if event.key() in {Qt.Key_Return, Qt.Key_Enter}:
             # The list takes Enter for itself, and Qt passes it on all the same.

@@ -146,7 +146,7 @@ class TaskFilter(QSortFilterProxyModel):
         self._states = states
         self.invalidateFilter()
 
-    def filterAcceptsRow(self, number: int, _parent: QModelIndex) -> bool:
+    def filterAcceptsRow(self, number: int, _parent: QModelIndex) -> bool:  # noqa: N802  (Qt's name)
         """Return whether a row is shown."""
         record = self._source.row_at(number).record
         if record.state not in self._states:

@@ -117,7 +117,7 @@ class HiveLink:
             return None
 
     def _listen(self, topic: str, message: type, from_msg: Callable[[Any], Report]) -> None:
-        def receive(msg: Any) -> None:
+        def receive(msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
             try:
                 self._reports.put(from_msg(msg))
             except ValueError as error:

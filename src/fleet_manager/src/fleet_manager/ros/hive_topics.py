@@ -81,7 +81,7 @@ class HiveTopics:
         raw, self._raw_list = self._raw_list, None
         if raw is not None:
             msg = WIRES[topics.SYNC].message()
-            self._hear(topics.SYNC, msg.deserialize(raw._buff))
+            self._hear(topics.SYNC, msg.deserialize(raw._buff))  # noqa: SLF001  (AnyMsg's only field)
 
     def listen_to_person(self) -> None:
         """Follow where a person points in RViz, and where the map ends.
@@ -137,7 +137,7 @@ class HiveTopics:
         if name in self._publishers:
             self._publishers[name].publish(WIRES[topic].to_msg(value))
 
-    def _hear(self, topic: str, msg: Any) -> None:
+    def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
         try:
             report = WIRES[topic].from_msg(msg)
         except ValueError as error:

@@ -52,7 +52,7 @@ def _become_roslaunch(text: str) -> None:
     os.write(file, text.encode())
     os.lseek(file, 0, os.SEEK_SET)
     os.dup2(file, sys.stdin.fileno())
-    os.execvp("roslaunch", ["roslaunch", "-"])
+    os.execvp("roslaunch", ["roslaunch", "-"])  # noqa: S606, S607  (found like any ROS program)
 
 
 def main() -> None:

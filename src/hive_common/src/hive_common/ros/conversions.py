@@ -35,7 +35,7 @@ SMALL = 1e-9
 """An eigenvalue this far below 0 is rounding."""
 
 
-def yaw_of(quaternion: Any) -> float:
+def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)
     """Return the heading [rad] that a quaternion stands for in the plane.
 
     Raises:
@@ -56,7 +56,7 @@ def quaternion_of(yaw: float) -> Quaternion:
     return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
-def pose_from_msg(msg: Any) -> Pose:
+def pose_from_msg(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Pose)
     """Read a geometry_msgs/Pose.
 
     Raises:
@@ -81,7 +81,7 @@ def covariance_to_msg(covariance: NDArray[np.float64]) -> list[float]:
     return [float(value) for value in full.ravel()]
 
 
-def covariance_from_msg(msg: Any) -> NDArray[np.float64]:
+def covariance_from_msg(msg: Any) -> NDArray[np.float64]:  # noqa: ANN401  (PoseWithCovariance)
     """Return the covariance (3, 3) of x, y, yaw [m^2, rad^2].
 
     Raises:
@@ -97,17 +97,17 @@ def covariance_from_msg(msg: Any) -> NDArray[np.float64]:
     return found
 
 
-def pose_from_transform(msg: Any) -> Pose:
+def pose_from_transform(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Transform)
     """Read a geometry_msgs/Transform in the plane."""
     return Pose(msg.translation.x, msg.translation.y, yaw_of(msg.rotation))
 
 
-def cells_from_msg(msg: Any) -> NDArray[np.int8]:
+def cells_from_msg(msg: Any) -> NDArray[np.int8]:  # noqa: ANN401  (OccupancyGrid, numpy data)
     """Return the cells (rows, columns) of a nav_msgs/OccupancyGrid: -1 unknown, else 0..100."""
     return np.asarray(msg.data, dtype=np.int8).reshape(msg.info.height, msg.info.width)
 
 
-def grid_from_msg(msg: Any) -> GridMap:
+def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with numpy data)
     """Read a nav_msgs/OccupancyGrid whose origin is not turned, as map_server writes it."""
     occupied = cells_from_msg(msg)
     blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)

@@ -64,7 +64,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
 
     Ends with 0 when the measurement ran, whatever it found; faults and hive end with 1 when a
     property was broken.
-    """
+    """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:
             raise click.UsageError("--json needs the NAME of a benchmark")

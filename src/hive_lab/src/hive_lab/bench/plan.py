@@ -76,7 +76,7 @@ def maps_folder() -> Path:
 
 def _measure(grid: GridMap, pairs: int, seed: int) -> dict[str, float]:
     # Only who measures needs OMPL; who reads the aims does not.
-    from robot_navigation.planning.ompl_planner import OmplPlanner
+    from robot_navigation.planning.ompl_planner import OmplPlanner  # noqa: PLC0415
 
     began = time.perf_counter()
     planner = OmplPlanner(grid, load_model(MODEL).base.circumscribed_radius, seed=seed)
@@ -196,7 +196,7 @@ class _Lengths:
 
     def to(self, goal: Point) -> float:
         """Return the length to a goal [m]; infinite if there is no way."""
-        cell = self._ways._cell(goal)
+        cell = self._ways._cell(goal)  # noqa: SLF001  (two classes of one computation)
         if not math.isfinite(self._distances[cell]):
             return math.inf
         cells = [cell]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
 
 
-class Violation(AssertionError):
+class Violation(AssertionError):  # noqa: N818  (the word the docs use)
     """A property does not hold; the text says which, when, and what was seen."""
 
 

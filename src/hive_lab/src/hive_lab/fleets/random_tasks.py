@@ -39,7 +39,7 @@ def random_tasks(grid: Grid, random: Generator, avoid: Collection[Pose] = ()) ->
     for pose in avoid:
         rows, columns = np.ogrid[: clear.shape[0], : clear.shape[1]]
         x, y = columns * grid.resolution + grid.x, rows * grid.resolution + grid.y
-        clear[np.hypot(x - pose.x, y - pose.y) < 1.5] = 0.0
+        clear[np.hypot(x - pose.x, y - pose.y) < 1.5] = 0.0  # noqa: PLR2004  (said above)
     rows, columns = np.nonzero(clear >= ROOM)
     number = 0
     while True:

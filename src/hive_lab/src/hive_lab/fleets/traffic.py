@@ -45,7 +45,7 @@ class World(Protocol):
         """Put a robot into the world."""
         ...
 
-    def scan(self, name: str) -> Any:
+    def scan(self, name: str) -> Any:  # noqa: ANN401  (an array of distances)
         """Return what its laser measures [m]."""
         ...
 

@@ -157,7 +157,7 @@ class Desk:
         goal = (self._draw.uniform(0.0, self._side), self._draw.uniform(0.0, self._side))
         return make_task(f"A{self._posted}", goal)
 
-    def _hear(self, update: Any) -> None:
+    def _hear(self, update: Any) -> None:  # noqa: ANN401  (a TaskState)
         now = time.monotonic()
         # Of a task that is posted again it is told how it is by now.
         with self._changed:
@@ -243,7 +243,7 @@ def _warm_up(desk: Desk) -> None:
             desk.wait(desk.post())
 
 
-def _wait_until(condition: Any, what: str, patience: float = _START) -> None:
+def _wait_until(condition: Any, what: str, patience: float = _START) -> None:  # noqa: ANN401
     end = time.monotonic() + patience
     while not condition():
         if time.monotonic() > end:
@@ -268,7 +268,7 @@ def _bare_nodes(robots: int) -> Iterator[None]:
 @contextlib.contextmanager
 def _module(name: str, *arguments: str) -> Iterator[None]:
     """Run a module of this package in a process of its own."""
-    process = subprocess.Popen(
+    process = subprocess.Popen(  # noqa: S603  (our own nodes)
         [sys.executable, "-m", f"blackboard.ros.{name}", *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

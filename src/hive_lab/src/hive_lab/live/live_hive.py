@@ -149,7 +149,7 @@ class LiveHive:
         command += [f"__ns:={space or '/'}", f"__name:={name}", *arguments]
         self._folder.mkdir(parents=True, exist_ok=True)
         with self._log(node).open("ab") as log:
-            self._processes[node] = subprocess.Popen(
+            self._processes[node] = subprocess.Popen(  # noqa: S603  (our own nodes)
                 command,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
@@ -229,7 +229,7 @@ class Master:
         uri = rosgraph.get_master_uri()
         command = ["rosmaster", "--core", "-p", uri.rstrip("/").rpartition(":")[2]]
         with (self._folder / "rosmaster.log").open("ab") as log:
-            self._process = subprocess.Popen(
+            self._process = subprocess.Popen(  # noqa: S603  (ROS's own)
                 command, stdout=log, stderr=log, start_new_session=True
             )
         end = time.monotonic() + _MASTER_WITHIN

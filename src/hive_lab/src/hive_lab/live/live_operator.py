@@ -142,7 +142,7 @@ class LiveOperator:
         self.demand(sent, f"somebody takes over from {than}")
         return min(sent()) - since
 
-    def post(self, task: bb_msgs.TaskMsg) -> Any:
+    def post(self, task: bb_msgs.TaskMsg) -> Any:  # noqa: ANN401  (a TaskState)
         """Post a task until somebody answers; return the first answer.
 
         A robot that has begun it at once may be heard before the blackboard that took it in.
@@ -186,7 +186,7 @@ class LiveOperator:
         record = self._list.get(task_id)
         return -1 if record is None else int(record.state)
 
-    def record_of(self, task_id: str) -> Any:
+    def record_of(self, task_id: str) -> Any:  # noqa: ANN401  (a TaskRecord)
         """Return a task's record on the list as published last, or None."""
         return self._list.get(task_id)
 
@@ -243,8 +243,8 @@ class LiveOperator:
 def _unless_own(hear: Callable[[Any], None]) -> Callable[[Any], None]:
     """Return what hears only others: a test that speaks nonsense must not believe itself."""
 
-    def hear_others(message: Any) -> None:
-        if message._connection_header["callerid"] != rospy.get_name():
+    def hear_others(message: Any) -> None:  # noqa: ANN401  (any message)
+        if message._connection_header["callerid"] != rospy.get_name():  # noqa: SLF001  (rospy's only way to tell)
             hear(message)
 
     return hear_others
@@ -252,7 +252,7 @@ def _unless_own(hear: Callable[[Any], None]) -> Callable[[Any], None]:
 
 def _is_report(update: bb_msgs.TaskState, active: str) -> bool:
     """Return whether a robot says how far it is, and not the active blackboard what it decided."""
-    speaker: str = update._connection_header["callerid"]
+    speaker: str = update._connection_header["callerid"]  # noqa: SLF001  (rospy's only way to tell)
     return speaker != active and speaker.endswith(f"/{update.robot_id}/robot")
 
 

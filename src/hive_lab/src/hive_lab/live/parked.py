@@ -47,11 +47,11 @@ class Parked:
         self._server.start()
 
 
-def _accept(goal: Any) -> None:
+def _accept(goal: Any) -> None:  # noqa: ANN401  (a ServerGoalHandle)
     goal.set_accepted()
 
 
-def _cancel(goal: Any) -> None:
+def _cancel(goal: Any) -> None:  # noqa: ANN401  (a ServerGoalHandle)
     goal.set_canceled()
 
 

@@ -61,7 +61,7 @@ class StandIn:
         """Give up the drive under way, as a base does whose own watchdog misses its robot."""
         self._cancelled += 1
 
-    def _drive(self, goal: Any) -> None:
+    def _drive(self, goal: Any) -> None:  # noqa: ANN401  (a MoveBaseGoal)
         self.begun += 1
         run = self._cancelled
         end = time.monotonic() + self.seconds

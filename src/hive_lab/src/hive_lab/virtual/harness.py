@@ -84,7 +84,7 @@ class BlackboardHarness(_Harness):
         book: Where it notes why.
     """
 
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self, **settings: Any) -> None:  # noqa: ANN401  (of BlackboardSettings)
         super().__init__()
         self.talker = NetworkTalker(self.network, "blackboard")
         blocked = np.zeros((40, 40), dtype=bool)
@@ -129,7 +129,7 @@ class BlackboardHarness(_Harness):
         task: Task,
         state: TaskState,
         assignment: int = 1,
-        **fields: Any,
+        **fields: Any,  # noqa: ANN401  (of TaskUpdate)
     ) -> None:
         """Have a robot report on a task."""
         update = TaskUpdate(task.id, state, robot, assignment=assignment)
@@ -226,7 +226,7 @@ class RobotHarness(_Harness):
         self,
         task: Task,
         assignment: int = 1,
-        **fields: Any,
+        **fields: Any,  # noqa: ANN401  (of Order)
     ) -> None:
         """Have the blackboard order something."""
         heard = self.network.now

@@ -57,7 +57,7 @@ class Window:
 
     def ask(self, word: str = "") -> dict[str, Any]:
         """Return what the window knows, and have it measure anew."""
-        assert self.process.stdin
+        assert self.process.stdin  # noqa: S101  (it was started with one)
         self.process.stdin.write(f"{word}\n")
         self.process.stdin.flush()
         answer: dict[str, Any] = json.loads(self.read())
@@ -65,7 +65,7 @@ class Window:
 
     def read(self) -> str:
         """Return the next line that the window says."""
-        assert self.process.stdout
+        assert self.process.stdout  # noqa: S101  (it was started with one)
         line = self.process.stdout.readline()
         if not line:
             raise BenchError("the window has ended by itself")
@@ -181,7 +181,7 @@ def _process(
     command: Sequence[str], environment: Mapping[str, str], stdout: int = subprocess.DEVNULL
 ) -> Iterator[subprocess.Popen[str]]:
     """Run a program for as long as the context lasts."""
-    process = subprocess.Popen(
+    process = subprocess.Popen(  # noqa: S603  (named above)
         command,
         env=environment,
         stdin=subprocess.PIPE,

@@ -86,7 +86,7 @@ class Studio:
 
 @contextmanager
 def _running(command: list[str], **options: object) -> Iterator[subprocess.Popen[bytes]]:
-    process = subprocess.Popen(command, **options)  # type: ignore[call-overload]
+    process = subprocess.Popen(command, **options)  # type: ignore[call-overload]  # noqa: S603  (named here)
     try:
         yield process
     finally:
@@ -109,7 +109,7 @@ def _screen() -> Iterator[None]:
 
 def main() -> None:
     """Take all pictures."""
-    if len(sys.argv) != 2:
+    if len(sys.argv) != 2:  # noqa: PLR2004  (the program and its argument)
         sys.exit("usage: python3 -m hive_lab.windows.pictures FOLDER")
     images = Path(sys.argv[1])
     images.mkdir(parents=True, exist_ok=True)
@@ -126,7 +126,7 @@ def main() -> None:
         desk.start()
         studio.window.resize(*SIZE)
         studio.window.show()
-        studio.wait_until(lambda: len(desk.hive.robots) == 4)
+        studio.wait_until(lambda: len(desk.hive.robots) == 4)  # noqa: PLR2004  (the lab's fleet)
         stack.enter_context(_running(["hive", "run", SCENARIO], stdout=subprocess.DEVNULL))
         stack.enter_context(_running(["rosrun", "fleet_manager", "task_markers"]))
         studio.wait_until(lambda: _at_work(desk))
@@ -140,12 +140,12 @@ def main() -> None:
 def _at_work(desk: Desk) -> bool:
     """Return whether there is something to see: tasks in several states, robots under way."""
     states = [row.record.state for row in desk.hive.tasks.values()]
-    return states.count(TaskState.DONE) > 1 and states.count(TaskState.STARTED) > 2
+    return states.count(TaskState.DONE) > 1 and states.count(TaskState.STARTED) > 2  # noqa: PLR2004
 
 
 def _picture_windows(studio: Studio, desk: Desk) -> None:
     window = studio.window
-    assert window.entry
+    assert window.entry  # noqa: S101  (it was made with one)
     entry = window.entry
     entry.id_edit.setText("visit-1")  # none that the scenario has
     entry.goal_editors["A"].x_edit.setText("3.5")

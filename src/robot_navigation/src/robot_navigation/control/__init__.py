@@ -1,1 +1,1 @@
-"""Drives a robot along a path: the follower, the obstacle check, and the navigator that runs both."""
+"""Drives a robot along a path: follower, obstacle check, and the navigator that runs both."""

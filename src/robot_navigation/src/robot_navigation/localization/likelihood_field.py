@@ -121,7 +121,7 @@ class LikelihoodField:
         self.free = cells == 0
         self.resolution = resolution
         self.origin = origin
-        occupied = cells > 50
+        occupied = cells > 50  # noqa: PLR2004  (more likely occupied than not)
         farthest = settings.laser_likelihood_max_dist
         distance = np.full(cells.shape, farthest)
         if occupied.any():

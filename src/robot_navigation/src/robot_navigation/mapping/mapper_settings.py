@@ -47,9 +47,9 @@ class MapperSettings:
     ymin: float = -5.0
     xmax: float = 5.0
     ymax: float = 5.0
-    maxUrange: float = 80.0
-    linearUpdate: float = 0.1
-    angularUpdate: float = 0.1
+    maxUrange: float = 80.0  # noqa: N815  (gmapping's name)
+    linearUpdate: float = 0.1  # noqa: N815  (gmapping's name)
+    angularUpdate: float = 0.1  # noqa: N815  (gmapping's name)
     map_update_interval: float = 2.0
     tf_delay: float = 0.1
     initial_pose_x: float = 0.0

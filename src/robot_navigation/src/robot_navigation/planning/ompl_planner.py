@@ -205,15 +205,15 @@ class _Problem:
         points = [(state[0], state[1]) for state in path.getStates()]
         return [start, *points[1:-1], goal]
 
-    def _path(self, points: list[Point]) -> Any:
+    def _path(self, points: list[Point]) -> Any:  # noqa: ANN401  (OMPL ships no types)
         return geometric.PathGeometric(self._information, [self._state(point) for point in points])
 
-    def _state(self, point: Point) -> Any:
+    def _state(self, point: Point) -> Any:  # noqa: ANN401  (OMPL ships no types)
         state = self._space.allocState()
         state[0], state[1] = point
         return state
 
-    def _search(self, start: Point, goal: Point) -> Any:
+    def _search(self, start: Point, goal: Point) -> Any:  # noqa: ANN401  (OMPL ships no types)
         """Search with RRTConnect."""
         problem = base.ProblemDefinition(self._information)
         problem.setStartAndGoalStates(self._state(start), self._state(goal))
@@ -236,11 +236,11 @@ class _Problem:
 class _Motions(base.MotionValidator):  # type: ignore[misc]  # OMPL ships no types
     """Checks straight motions in strides as long as the clearance allows."""
 
-    def __init__(self, information: Any, field: ClearanceField, need: float) -> None:
+    def __init__(self, information: Any, field: ClearanceField, need: float) -> None:  # noqa: ANN401  (OMPL ships no types)
         super().__init__(information)
         self._field = field
         self._need = need
 
-    def checkMotion(self, a: Any, b: Any) -> bool:
+    def checkMotion(self, a: Any, b: Any) -> bool:  # noqa: ANN401, N802  (OMPL's name and types)
         """Return whether the robot can go straight from a to b."""
         return self._field.line_is_clear((a[0], a[1]), (b[0], b[1]), self._need)

@@ -156,7 +156,7 @@ class MapperNode:
 
     def _draw(self, odometry: Pose, scan: LaserScan) -> None:
         mapper, self._stamp = self._mapper, scan.header.stamp
-        assert mapper is not None
+        assert mapper is not None  # noqa: S101  (_begin was there)
         mapper.see(odometry, np.asarray(scan.ranges, dtype=np.float64))
         ahead = rospy.Duration.from_sec(self._settings.tf_delay)
         self._broadcaster.sendTransform(

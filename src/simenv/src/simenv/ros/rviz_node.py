@@ -37,7 +37,7 @@ def main() -> int:
         return 1
     rospy.signal_shutdown("RViz takes over")
     command = ["rviz", "-d", str(path), *sys.argv[1:]]
-    return os.execvp(command[0], command)
+    return os.execvp(command[0], command)  # noqa: S606  (no shell is wanted)
 
 
 def _write_config() -> Path:

@@ -36,6 +36,6 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         save_map(draw_map(load_world(given.world), given.resolution), given.map)
     except HiveError as error:
-        print(f"draw_map: {error}", file=sys.stderr)
+        print(f"draw_map: {error}", file=sys.stderr)  # noqa: T201  (a command's one output)
         return 1
     return 0

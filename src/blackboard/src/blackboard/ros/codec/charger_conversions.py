@@ -68,6 +68,6 @@ def read_charging_plan(hive: str) -> ChargingPlan:
     return ChargingPlan(places, params.read(ChargingSettings, f"{hive}charging"))
 
 
-def _pose(numbers: Any) -> Pose:
+def _pose(numbers: Any) -> Pose:  # noqa: ANN401  (what a parameter holds)
     x, y, yaw = map(float, numbers)
     return Pose(x, y, yaw)

@@ -47,7 +47,7 @@ def _header(frame: str = "") -> Header:
     return Header(stamp=rospy.Time.now(), frame_id=frame)
 
 
-def yaw_of(quaternion: Any) -> float:
+def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (a message type)
     """Return the heading [rad] that a geometry_msgs/Quaternion stands for in the plane."""
     q = quaternion
     return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
@@ -298,7 +298,7 @@ WIRES: Mapping[str, Wire] = MappingProxyType(
 """How the messages of every topic of the hive are made and read."""
 
 
-def grid_from_msg(msg: Any) -> Grid:
+def grid_from_msg(msg: Any) -> Grid:  # noqa: ANN401  (OccupancyGrid, possibly with a numpy array)
     """Read a nav_msgs/OccupancyGrid; its origin's heading has to be 0, as map_server writes it."""
     shape = (msg.info.height, msg.info.width)
     occupied = np.asarray(msg.data, dtype=np.int8).reshape(shape)

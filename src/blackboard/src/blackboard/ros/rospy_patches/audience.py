@@ -90,5 +90,5 @@ class _Several:
         for each in self._connections:
             try:
                 each.write_data(data)
-            except Exception:
+            except Exception:  # noqa: BLE001  (whatever it is: rospy takes the connection out then)
                 each.close()

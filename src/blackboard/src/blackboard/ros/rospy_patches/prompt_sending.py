@@ -33,7 +33,7 @@ class PromptConnection:
         queue_size: Messages that wait for a slow subscriber; more are dropped, the oldest first.
     """
 
-    def __init__(self, connection: Any, queue_size: int) -> None:
+    def __init__(self, connection: Any, queue_size: int) -> None:  # noqa: ANN401  (rospy's transport)
         self._connection = connection
         self._queue_size = queue_size
         self._queue: list[bytes] = []
@@ -42,7 +42,7 @@ class PromptConnection:
         self._error: Exception | None = None
         self._lock = threading.Lock()
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401  (whatever rospy asks the transport for)
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self._connection, name)
@@ -84,7 +84,7 @@ class PromptConnection:
             for data in waiting:
                 try:
                     self._connection.write_data(data)
-                except Exception as error:
+                except Exception as error:  # noqa: BLE001  (told to the next who publishes, as in rospy)
                     with self._lock:
                         self._error = error
 

@@ -79,7 +79,7 @@ class Reader:
         except TransportTerminated:
             connection.close()
             return False
-        except Exception:
+        except Exception:  # noqa: BLE001  (whatever it is: rospy connects anew then)
             self.drop(connection)
             if not connection.done:
                 begin = connection.begin_anew
@@ -104,7 +104,7 @@ class SharedConnection(TCPROSTransport):  # type: ignore[misc]  # rospy is not t
     socket: Any
     """Whatever rospy has made; None while it is not connected."""
 
-    def __init__(self, reader: Reader, *arguments: Any) -> None:
+    def __init__(self, reader: Reader, *arguments: Any) -> None:  # noqa: ANN401  (rospy's)
         super().__init__(*arguments)
         self._reader = reader
         self.number = -1
@@ -125,7 +125,7 @@ class SharedConnection(TCPROSTransport):  # type: ignore[misc]  # rospy is not t
         messages: list[Any] = []
         self.protocol.read_messages(self.read_buff, messages, self.socket)
         for message in messages:
-            message._connection_header = self.header
+            message._connection_header = self.header  # noqa: SLF001  (rospy has no other way)
         if messages and self.is_latched:
             self.latch = messages[-1]
         self.stat_num_msg += len(messages)

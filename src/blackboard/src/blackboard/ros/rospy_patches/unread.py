@@ -27,11 +27,11 @@ def unread(kind: type) -> type:
         def __init__(self) -> None:
             """Leave all fields out, which the constructor of the message class would fill."""
 
-        def deserialize(self, data: bytes) -> Any:
+        def deserialize(self, data: bytes) -> Any:  # noqa: ANN401  (itself, as genpy's does)
             self._data = data
             return self
 
-        def read(self) -> Any:
+        def read(self) -> Any:  # noqa: ANN401  (a message of the class)
             return kind().deserialize(self._data)
 
     return Unread
