@@ -16,7 +16,7 @@ from python_qt_binding.QtCore import QEvent, QEventLoop, QSettings, Qt
 from python_qt_binding.QtTest import QTest
 from python_qt_binding.QtWidgets import QApplication
 
-from blackboard.consensus.node import Heartbeat
+from blackboard.consensus.messages import Heartbeat
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.desk.facts import Told
 from fleet_manager.gui.desk import Desk

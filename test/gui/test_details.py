@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from blackboard.auction.decision import Decision
-from blackboard.consensus.node import TaskList
-from blackboard.costing.cost import Bid
+from blackboard.consensus.task_list import TaskList
+from blackboard.domain.bid import Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.desk.facts import AskWhy, Noted

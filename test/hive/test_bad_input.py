@@ -6,11 +6,12 @@ import random
 
 import pytest
 
-from blackboard.board.intake import MAX_NAME, why_refused
-from blackboard.consensus.election import Ballot, BallotKind
-from blackboard.consensus.log import AppendEntries, AppendReply, Entry, Position
-from blackboard.consensus.node import Heartbeat, TaskList
-from blackboard.costing.cost import Bid, Bids
+from blackboard.board.intake import why_refused
+from blackboard.consensus.log import Entry, Position
+from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, BallotKind, Heartbeat
+from blackboard.consensus.task_list import TaskList
+from blackboard.costing.bid_basis import Bids
+from blackboard.domain.bid import Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
 from blackboard.domain.talker import (
@@ -29,6 +30,7 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.domain.validation import MAX_NAME
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive
 

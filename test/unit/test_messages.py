@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from blackboard.costing.cost import MAX_COST
+from blackboard.domain.bid import MAX_COST
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.task import TaskState, TaskType
 

@@ -6,9 +6,9 @@ import pytest
 import rospy
 from geometry_msgs.msg import Pose2D
 
-from blackboard.consensus.log import AppendReply
-from blackboard.costing.bid_basis import BidBasis
-from blackboard.costing.cost import Bid, Bids, CostTerms
+from blackboard.consensus.messages import AppendReply
+from blackboard.costing.bid_basis import BidBasis, Bids
+from blackboard.domain.bid import Bid, CostTerms
 from blackboard.domain.record import Broadcast, Order
 from blackboard.domain.talker import BB_ACK, TASK_ASSIGN, TASK_BROADCAST, TASK_COST
 from blackboard.domain.task import Task, TaskType

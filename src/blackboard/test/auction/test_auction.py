@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from blackboard.auction.auction import Auction
-from blackboard.costing.cost import MAX_COST, Bid, Bids
+from blackboard.costing.bid_basis import Bids
+from blackboard.domain.bid import MAX_COST, Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskType
 from blackboard.errors import BidRefusedError

@@ -8,12 +8,13 @@ import pytest
 
 from blackboard.auction.central import Central
 from blackboard.costing.aging import Aging
-from blackboard.costing.bid_basis import BidBasis
-from blackboard.costing.cost import COST_MODELS, Bid, Bids, Exclusion
+from blackboard.costing.bid_basis import BidBasis, Bids
+from blackboard.costing.cost import COST_MODELS
 from blackboard.costing.pace import Pace
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery
+from blackboard.domain.bid import Bid, Exclusion
 from blackboard.domain.record import Broadcast, Order, TaskRecord
 from blackboard.domain.settings import RobotSettings
 from blackboard.domain.task import Task, TaskType, split_task

@@ -4,7 +4,8 @@
 from dataclasses import replace
 
 from blackboard.auction.reallocation import Reallocation, exchanges
-from blackboard.costing.cost import MAX_COST, MEASURES, Bid, CostTerms
+from blackboard.costing.cost import MEASURES
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType

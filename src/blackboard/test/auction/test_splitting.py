@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from blackboard.auction.splitting import progress, shares, split, unfinished_parts, with_wholes
-from blackboard.costing.cost import MAX_COST, Bid
+from blackboard.domain.bid import MAX_COST, Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import SplitRefusedError

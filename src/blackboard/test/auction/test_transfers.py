@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from blackboard.auction.transfers import Move, Transfers
-from blackboard.costing.cost import Bid
+from blackboard.domain.bid import Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose

@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 
-from blackboard.costing.cost import MAX_COST
+from blackboard.domain.bid import MAX_COST
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.talker import (
     TASK_ASSIGN,

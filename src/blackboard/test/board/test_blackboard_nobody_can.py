@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from blackboard.costing.cost import MAX_COST
+from blackboard.domain.bid import MAX_COST
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.talker import (
     TASK_BROADCAST,

@@ -3,7 +3,7 @@
 
 import pytest
 
-from blackboard.costing.cost import MAX_COST
+from blackboard.domain.bid import MAX_COST
 from blackboard.domain.talker import (
     SYNC,
     TASK_ASSIGN,

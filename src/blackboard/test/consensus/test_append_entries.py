@@ -6,8 +6,9 @@ from types import MappingProxyType
 import pytest
 
 from blackboard.consensus import append_entries
-from blackboard.consensus.log import AppendEntries, AppendReply, Log, Position, Snapshot
+from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.member import Member, Peer, Role
+from blackboard.consensus.messages import AppendEntries, AppendReply
 from blackboard.consensus.step import Tick, Write, concerned, step
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.settings import RaftSettings

@@ -7,9 +7,8 @@ import pytest
 
 from blackboard.consensus.bootstrap import founder
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import AppendReply
 from blackboard.consensus.member import Role
+from blackboard.consensus.messages import AppendReply, Heartbeat
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord, TaskUpdate

@@ -8,8 +8,9 @@ import pytest
 
 from blackboard.consensus import election, leader
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.log import AppendReply, Log, Position, Snapshot
+from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.member import Member, Peer, Role
+from blackboard.consensus.messages import AppendReply
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Tick, Write, concerned, step
 from blackboard.domain.record import TaskRecord

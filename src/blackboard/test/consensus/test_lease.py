@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from blackboard.board.deadlines import Deadlines
 from blackboard.board.recovery import after_loss, put_back
-from blackboard.consensus.lease import MAX_DRIFT, Lease, Leases
-from blackboard.consensus.node import Heartbeat
+from blackboard.consensus.lease import Lease, Leases
+from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.record import TaskRecord, TaskUpdate
-from blackboard.domain.settings import BlackboardSettings
+from blackboard.domain.settings import MAX_DRIFT, BlackboardSettings
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import SettingsError
 from hive_common.pose import Pose

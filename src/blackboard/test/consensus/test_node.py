@@ -5,9 +5,10 @@ from dataclasses import replace
 from random import Random
 
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import AppendEntries, Entry, Position, Snapshot
-from blackboard.consensus.node import RaftNode, TaskList
+from blackboard.consensus.log import Entry, Position, Snapshot
+from blackboard.consensus.messages import AppendEntries, Heartbeat
+from blackboard.consensus.node import RaftNode
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ENTRIES, SYNC

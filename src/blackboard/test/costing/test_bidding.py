@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from blackboard.costing.bidding import Bidder
-from blackboard.costing.cost import COST_MODELS, MAX_COST
+from blackboard.costing.cost import COST_MODELS
 from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
 from blackboard.costing.schedule import Schedule
 from blackboard.domain.battery import Battery
+from blackboard.domain.bid import MAX_COST
 from blackboard.domain.record import Order
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.costing.cost import COST_MODELS, MAX_COST, Bid, CostTerms, friction_force
+from blackboard.costing.cost import COST_MODELS, friction_force
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 
 TERMS = CostTerms(
     energy_charge=0.5, charge_left=10.0, place=2, way=20.0, eta=600.0, added_charge=0.3

@@ -6,11 +6,12 @@ from dataclasses import replace
 import pytest
 
 from blackboard.costing.bidding import Bidder
-from blackboard.costing.cost import COST_MODELS, MAX_COST, Bid
+from blackboard.costing.cost import COST_MODELS
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.costing.preemption import best_bid, may_put_off
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery
+from blackboard.domain.bid import MAX_COST, Bid
 from blackboard.domain.record import Order, TaskRecord
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose

@@ -4,7 +4,7 @@
 from random import Random
 
 from blackboard.consensus.hive_filter import NoFilter
-from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.talker import BACKUP
 from blackboard.robot.lease_keeper import LeaseKeeper
 from hive_lab.virtual.hive import Network, NetworkTalker

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.node import TaskList
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import ANY_ASSIGNMENT, Order, TaskRecord, TaskUpdate
 from blackboard.domain.talker import TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A robot and the task list of the member beside it."""
 
-from blackboard.consensus.node import TaskList
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose

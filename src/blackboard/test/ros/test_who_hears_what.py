@@ -8,12 +8,13 @@ import pytest
 
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import HardState, MemoryJournal
-from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import AppendEntries, AppendReply, Log, Position, Snapshot
+from blackboard.consensus.log import Log, Position, Snapshot
+from blackboard.consensus.messages import AppendEntries, AppendReply, Heartbeat
 from blackboard.consensus.node import RaftNode
-from blackboard.costing.cost import Bid, Bids
+from blackboard.costing.bid_basis import Bids
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery
+from blackboard.domain.bid import Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import Broadcast, Order
 from blackboard.domain.settings import (

@@ -7,7 +7,8 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import TaskState
 

@@ -8,7 +8,7 @@ import pytest
 
 from blackboard.auction.decision import Decision
 from blackboard.auction.decision_log import ENDING, SqliteBook
-from blackboard.costing.cost import MAX_COST, Bid, CostTerms
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from fleet_manager.cli.main import run
 from fleet_manager.cli.outside import Outside
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import pytest
 
-from blackboard.consensus.node import Heartbeat
+from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.client.client import ANSWER_WITHIN, HiveClient

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from blackboard.consensus.node import Heartbeat, TaskList
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import TaskState

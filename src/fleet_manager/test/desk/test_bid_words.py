@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the details of a task say about its bids."""
 
-from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
+from blackboard.costing.bid_basis import Bids
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskType
 from fleet_manager.desk.bid_book import BidBook

@@ -6,8 +6,10 @@ from dataclasses import replace
 import pytest
 
 from blackboard.auction.decision import Decision
-from blackboard.consensus.node import Heartbeat, TaskList
-from blackboard.costing.cost import MAX_COST, Bid, Bids
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
+from blackboard.costing.bid_basis import Bids
+from blackboard.domain.bid import MAX_COST, Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType

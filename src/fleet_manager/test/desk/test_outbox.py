@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.consensus.node import TaskList
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.desk.facts import CancelTask, Moment, PostTask, Told

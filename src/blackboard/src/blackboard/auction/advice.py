@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.costing.cost import Exclusion
+from blackboard.domain.bid import Exclusion
 from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.costing.cost import Bid
+    from blackboard.domain.bid import Bid
     from blackboard.domain.task import Task
 
 

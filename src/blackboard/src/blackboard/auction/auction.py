@@ -15,14 +15,15 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from blackboard.costing.cost import MAX_COST
 from blackboard.costing.preemption import best_bid
+from blackboard.domain.bid import MAX_COST
 from blackboard.errors import BidRefusedError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from blackboard.costing.cost import Bid, Bids
+    from blackboard.costing.bid_basis import Bids
+    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
 
 

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from blackboard.auction.reallocation import Bundle, Reallocation
     from blackboard.auction.transfers import Exchange, Move, Transfers
     from blackboard.consensus.node import RaftNode
-    from blackboard.costing.cost import Bid, Bids
+    from blackboard.costing.bid_basis import Bids
+    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.talker import Talker, Timer
 

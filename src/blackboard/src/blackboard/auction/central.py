@@ -6,18 +6,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.board.intake import flaw_of
-from blackboard.costing.bid_basis import bids_from
+from blackboard.costing.bidding import bids_from
 from blackboard.costing.cost import COST_MODELS
 from blackboard.domain.task import split_task
+from blackboard.domain.validation import flaw_of
 from blackboard.errors import BidRefusedError, CharacteristicsError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.costing.bid_basis import BidBasis
-    from blackboard.costing.cost import Bids
-    from blackboard.costing.path_lengths import PathLengths
+    from blackboard.costing.bid_basis import BidBasis, Bids
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import Broadcast, TaskRecord
     from blackboard.domain.task import Task
 

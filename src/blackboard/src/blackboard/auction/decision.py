@@ -6,7 +6,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from blackboard.costing.cost import COST_MODELS, MAX_COST, Bid, CostTerms
+from blackboard.costing.cost import COST_MODELS
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

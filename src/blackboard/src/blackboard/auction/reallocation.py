@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from blackboard.auction.transfers import Exchange
-    from blackboard.costing.cost import Bid, CostTerms
+    from blackboard.domain.bid import Bid, CostTerms
     from blackboard.domain.characteristics import RobotStatus
 
 

@@ -18,7 +18,7 @@ from blackboard.errors import SplitRefusedError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from blackboard.costing.cost import Bid
+    from blackboard.domain.bid import Bid
 
 MAX_PARTS = 100
 """More than that is rather a slip of the pen than a load for robots."""

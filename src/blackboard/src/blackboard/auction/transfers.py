@@ -17,7 +17,7 @@ from blackboard.domain.task import TaskState
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.costing.cost import Bid
+    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from blackboard.auction.decision_log import DecisionBook
     from blackboard.board.orders import Orders
     from blackboard.consensus.node import RaftNode
-    from blackboard.costing.cost import Bid
+    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.talker import Talker
 

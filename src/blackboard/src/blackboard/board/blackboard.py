@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
     from blackboard.auction.decision_log import DecisionBook
     from blackboard.consensus.node import RaftNode
-    from blackboard.costing.cost import Bids
-    from blackboard.costing.path_lengths import PathLengths
+    from blackboard.costing.bid_basis import Bids
     from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.settings import BlackboardSettings
     from blackboard.domain.talker import Talker, Timer
     from blackboard.domain.task import Task

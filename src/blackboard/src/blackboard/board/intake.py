@@ -8,10 +8,7 @@ the reason, see `task.analyze_task`. So are bids, which the auction answers.
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping
-from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -26,30 +23,22 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import MAX_ID_LENGTH, TaskType, analyze_task, split_task
+from blackboard.domain.validation import MAX_NAME, flaw_of
 from blackboard.errors import TaskRefusedError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Mapping
 
-    from blackboard.consensus.log import AppendEntries
-    from blackboard.consensus.node import TaskList
+    from blackboard.consensus.messages import AppendEntries
+    from blackboard.consensus.task_list import TaskList
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import Broadcast, Order, TaskUpdate
     from blackboard.domain.task import Task
-
-MAX_NAME = 256
-"""Characters of a name or an id."""
-
-MAX_TEXT = 10_000
-"""Characters of a reason: it may say something of each of a hundred robots."""
 
 _ROBOT = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_NAME - 1}}}", re.ASCII)
 """ROS's own rule for a name that is a namespace."""
 
 _TYPES = frozenset(kind.value for kind in TaskType)
-
-MAX_ITEMS = 10_000
-"""Names in one message; a hive has no more robots, nor a robot more tasks."""
 
 
 def why_refused(topic: str, message: object) -> str:
@@ -137,32 +126,3 @@ def _task_flaw(task: Task, step: int) -> str:
         return str(error)
     steps = len(split_task(task))
     return "" if step <= steps else f"step {step} of {task.id} is beyond its {steps} steps"
-
-
-def flaw_of(value: object, name: str) -> str:
-    """Return what is wrong with a value and all that is in it; empty where nothing is."""
-    if isinstance(value, str) and not isinstance(value, Enum):
-        longest = MAX_TEXT if name.endswith((".reason", ".refusal")) else MAX_NAME
-        flawed = len(value) > longest
-        return f"{name} has {len(value)} characters; allowed: at most {longest}" * flawed
-    if isinstance(value, float):
-        return f"{name} is {value}; allowed: finite numbers" * (not math.isfinite(value))
-    inner: Iterable[tuple[object, str]] = ()
-    if isinstance(value, Mapping):
-        inner = ((tuple(value), name), (tuple(value.values()), name))
-    elif isinstance(value, tuple):
-        if len(value) > MAX_ITEMS:
-            return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
-        if all(type(each) is str and len(each) <= MAX_NAME for each in value):
-            return ""  # The names of all tasks on a robot's list: nothing is looked at more often.
-        if all(type(each) is float and math.isfinite(each) for each in value):
-            return ""  # When each robot of a fleet was heard: every member reads it all the time.
-        keys = getattr(value, "_fields", None)  # a Pose has names
-        if keys is None:
-            inner = ((each, name) for each in value)
-        else:
-            inner = ((getattr(value, key), f"{name}.{key}") for key in keys)
-    else:
-        names = getattr(value, "__dataclass_fields__", ())  # `fields` takes ten times as long
-        inner = ((getattr(value, each), f"{name}.{each}") for each in names)
-    return next(filter(None, (flaw_of(*each) for each in inner)), "")

@@ -11,10 +11,6 @@ from blackboard.domain.task import TaskEvent, TaskState, TaskType, step_to_resum
 if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord, TaskUpdate
 
-ON_ROBOT_LOST = ("reassign", "wait", "operator")
-"""What is done with the task of a robot that is lost: given to another, kept until the robot comes
-back, or given up for a person to look."""
-
 
 def put_back(
     record: TaskRecord, update: TaskUpdate, most_tries: int, *, tried: bool = True

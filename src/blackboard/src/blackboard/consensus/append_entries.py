@@ -13,8 +13,9 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.log import AppendEntries
+from blackboard.consensus.log import Log
 from blackboard.consensus.member import name_of
+from blackboard.consensus.messages import AppendEntries
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -99,3 +100,34 @@ def send_what_is_missing(member: Member, now: float, *, aside: bool) -> Step:
 
 def _has_lost(peer: Peer, heartbeat: float) -> bool:
     return peer.echo > peer.sent_at + _LATER * heartbeat
+
+
+def extend(log: Log, message: AppendEntries) -> Log | None:
+    """Write down what the active blackboard sent.
+
+    Changes that an earlier active blackboard never got committed give way to those of this one.
+
+    Args:
+        log: What this member holds.
+        message: From the active blackboard of the highest epoch this member has seen.
+
+    Returns:
+        The longer log, or None where something between the two is missing.
+    """
+    before = message.before
+    known = before.version <= log.committed or log.at(before.version) == before
+    if not known and message.snapshot is None:
+        return None
+    if not known and message.snapshot is not None:
+        return Log.of(message.snapshot, message.entries)
+    new = [
+        entry
+        for entry in message.entries
+        if entry.version > log.committed and log.at(entry.version) != entry.position
+    ]
+    if not new:
+        return log
+    kept = log.entries[: new[0].version - log.base.position.version - 1]
+    if len(kept) < len(log.entries):
+        return Log.of(log.base, (*kept, *new), log.committed)
+    return replace(log, entries=(*kept, *new), latest=log.latest.after(new))

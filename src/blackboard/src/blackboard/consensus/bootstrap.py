@@ -11,8 +11,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.journal import HardState
-from blackboard.consensus.log import AppendReply, Log, Position, Snapshot
+from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.member import Member, name_of
+from blackboard.consensus.messages import AppendReply
 from blackboard.domain.talker import BB_ACK, NEW_TASK, SYNC, TASK_STATE
 from blackboard.domain.task import TaskState
 

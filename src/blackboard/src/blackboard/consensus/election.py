@@ -8,11 +8,11 @@ stands first, the others by their place in the list.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from enum import IntEnum
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.member import Role, adopt, is_majority, name_of
+from blackboard.consensus.messages import Ballot, BallotKind
 
 if TYPE_CHECKING:
     from blackboard.consensus.log import Position
@@ -20,44 +20,6 @@ if TYPE_CHECKING:
 
 Step = tuple["Member", list[object]]
 """What becomes of a member, and what it says."""
-
-
-class BallotKind(IntEnum):
-    """What a ballot is."""
-
-    PRE_VOTE = 0
-    """Would you vote for me?"""
-    PRE_VOTE_REPLY = 1
-    """I would, or would not."""
-    VOTE = 2
-    """Vote for me."""
-    VOTE_REPLY = 3
-    """You have, or have not, my vote."""
-
-
-@dataclass(frozen=True, slots=True)
-class Ballot:
-    """A question for votes, or the answer to one (message BbVote).
-
-    Attributes:
-        kind: Which of these it is.
-        epoch: The one in which the candidate wants to be active.
-        candidate: Id of the candidate.
-        member: Id of who sends this.
-        position: How far the sender's list goes.
-        granted: In an answer, whether it is a yes.
-        seen: The highest epoch that the sender has seen.
-        hive: Id of the hive.
-    """
-
-    kind: BallotKind
-    epoch: int
-    candidate: str
-    member: str
-    position: Position
-    granted: bool = False
-    seen: int = 0
-    hive: str = ""
 
 
 def stands_at(member: Member) -> float:

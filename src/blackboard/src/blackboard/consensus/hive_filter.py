@@ -11,10 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.consensus.bootstrap import Handover, newcomer
-from blackboard.consensus.election import Ballot
-from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import AppendEntries, AppendReply
 from blackboard.consensus.member import Role, name_of
+from blackboard.consensus.messages import AppendEntries, AppendReply, Heartbeat, Message
 from blackboard.domain.talker import BB_ACK, SYNC
 
 if TYPE_CHECKING:
@@ -26,9 +24,6 @@ if TYPE_CHECKING:
     from blackboard.consensus.member import Member
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.talker import Talker
-
-Said = Heartbeat | AppendEntries | AppendReply | Ballot
-"""What members say to each other."""
 
 
 class HiveFilter(Protocol):
@@ -104,7 +99,7 @@ class MemberFilter:
         self._told: set[str] = set()
         self.founding: Founding | None = None
 
-    def lets_in(self, message: Said, own: Member) -> bool:
+    def lets_in(self, message: Message, own: Member) -> bool:
         """Return whether a message concerns this member; note what is another hive's.
 
         A newcomer joins the hive of the first active one that it hears.

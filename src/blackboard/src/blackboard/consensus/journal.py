@@ -14,8 +14,8 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
+from blackboard.consensus.json_records import entry_from, record_from, report_from, to_json
 from blackboard.consensus.log import Log, Position, Snapshot
-from blackboard.domain.json_records import entry_from, record_from, report_from, to_json
 from blackboard.errors import JournalError
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ majority has followed it of late: by then the others may elect another.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -22,13 +21,12 @@ from blackboard.consensus.member import (
     majority_of,
     name_of,
 )
+from blackboard.consensus.messages import Heartbeat
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from blackboard.consensus.election import Step
-    from blackboard.consensus.log import AppendReply
     from blackboard.consensus.member import Member
+    from blackboard.consensus.messages import AppendReply
     from blackboard.domain.record import TaskRecord
 
 BEATS_ASIDE = 5
@@ -37,38 +35,6 @@ large fleet these are nearly all, and to hear one costs a robot more than anythi
 
 MIN_MEMBERS = 3
 """With fewer, no majority is left when one is gone, so failover is off."""
-
-
-@dataclass(frozen=True, slots=True)
-class Heartbeat:
-    """Who carries the blackboard (message BbBackup).
-
-    Attributes:
-        epoch: Grows with every new active blackboard.
-        active: Name of the member that carries it.
-        backup: Name of the member that stands first when the active one dies; empty when failover
-            is off.
-        members: Names of all whose votes count, the active one included.
-        progress: Grows with every turn of the active blackboard's own queue.
-        version: Of the task list, as far as it is committed.
-        sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
-        heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
-        robot_lease: How long a robot may work from that time on [s], by its own clock.
-        hive: Id of the hive.
-        to: Names of the members that it is meant for, which is not told them; None means all.
-    """
-
-    epoch: int
-    leader: str
-    backup: str = ""
-    members: tuple[str, ...] = ()
-    progress: int = 0
-    version: int = 0
-    sent: float = 0.0
-    heard: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    robot_lease: float = 0.0
-    hive: str = ""
-    to: tuple[str, ...] | None = field(default=None, compare=False)
 
 
 def become_leader(member: Member, now: float) -> Step:

@@ -5,7 +5,7 @@ A robot says with every status when it sent it, by its own clock. The active bla
 time with its heartbeats, and from that time on the robot may work for `robot_lease`. A robot that
 hears no echo stops before anyone may think that it has: the blackboard takes it for lost only
 `reassign` after the last status that it echoed. Both count on their own clocks only, so the clocks
-need not agree, and only have to run equally fast within `MAX_DRIFT`.
+need not agree, and only have to run equally fast within `settings.MAX_DRIFT`.
 """
 
 from __future__ import annotations
@@ -14,20 +14,12 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from blackboard.consensus.node import Heartbeat
-
-MAX_DRIFT = 0.01
-"""How much faster or slower than true time any clock of the hive may run."""
+    from blackboard.consensus.messages import Heartbeat
 
 
 MAX_EPOCH = 100_000
 """An epoch further ahead than this is no epoch of this hive but a fault of who sent it; who
 believed it once would believe no real one ever again."""
-
-
-def longest_lease(robot_lease: float) -> float:
-    """Return how long a lease [s] by the slowest clock may last by the fastest one [s]."""
-    return robot_lease * (1 + 2 * MAX_DRIFT)
 
 
 class Lease:

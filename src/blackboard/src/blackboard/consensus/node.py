@@ -22,13 +22,11 @@ from blackboard.consensus.bootstrap import (
     new_id,
     newcomer,
 )
-from blackboard.consensus.election import Ballot
 from blackboard.consensus.hive_filter import MemberFilter
-from blackboard.consensus.leader import Heartbeat
-from blackboard.consensus.log import AppendEntries, AppendReply
 from blackboard.consensus.member import Role, has_lease, name_of
+from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat
 from blackboard.consensus.step import Died, LeaseCheck, Tick, Write
-from blackboard.consensus.task_list import Sync, TaskList
+from blackboard.consensus.task_list import Sync
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
 from blackboard.errors import JournalError
 
@@ -36,15 +34,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from random import Random
 
-    from blackboard.consensus.hive_filter import Said
     from blackboard.consensus.journal import HardState, Journal
     from blackboard.consensus.member import Member
+    from blackboard.consensus.messages import Message
     from blackboard.consensus.step import Event
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.settings import RaftSettings
     from blackboard.domain.talker import Talker
 
-__all__ = ["RaftNode", "Carrier", "Heartbeat", "TaskList"]
 
 _TOPICS = {Heartbeat: BACKUP, AppendEntries: BB_ENTRIES, AppendReply: BB_ACK, Ballot: BB_VOTE}
 
@@ -220,7 +217,7 @@ class RaftNode:
         self._heard[robot_id] = sent
         self._robot_lease = robot_lease
 
-    def _hear(self, message: Said) -> None:
+    def _hear(self, message: Message) -> None:
         """Take in what a member says, if it is one of this hive."""
         if self._border.lets_in(message, self._member):
             self._step(message)

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from blackboard.consensus import election, leader
-from blackboard.consensus.election import Ballot, BallotKind
-from blackboard.consensus.leader import Heartbeat
+from blackboard.consensus.append_entries import extend
 from blackboard.consensus.lease import MAX_EPOCH
-from blackboard.consensus.log import AppendEntries, AppendReply, extend
 from blackboard.consensus.member import Role, adopt, follow, has_lease, name_of
+from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, BallotKind, Heartbeat
 
 if TYPE_CHECKING:
     from blackboard.consensus.election import Step

@@ -10,23 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from blackboard.costing.aging import Aging
-from blackboard.costing.bidding import Bidder
-from blackboard.costing.cost import COST_MODELS
-from blackboard.costing.effort import charge_to_reach
-from blackboard.costing.pace import Pace
-from blackboard.costing.schedule import Entry, Schedule
-from blackboard.domain.battery import Battery
-from blackboard.domain.record import Order
-
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from blackboard.costing.cost import Bids
-    from blackboard.costing.path_lengths import PathLengths
+    from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotCharacteristics
-    from blackboard.domain.record import Broadcast
-    from blackboard.domain.task import Task
     from hive_common.pose import Pose
 
 
@@ -59,40 +45,22 @@ class BidBasis:
     pace: tuple[float, ...] = ()
 
 
-def bids_from(
-    basis: BidBasis,
-    robot_id: str,
-    tasks: Iterable[Task],
-    broadcast: Broadcast,
-    path_lengths: PathLengths,
-    now: float,
-) -> Bids:
-    """Return what a robot would bid.
+@dataclass(frozen=True, slots=True)
+class Bids:
+    """One robot's bids on all tasks of one broadcast (message TaskCostArray).
 
-    Args:
-        basis: What it is and has.
-        robot_id: Its name.
-        tasks: Those of its list, in the same order.
-        broadcast: What is offered.
-        ways: Knows how far it is for a robot of its radius.
-        now: The time on the clock of `Task.posted` [s].
-
-    Raises:
-        CharacteristicsError: Its charge or its pace is outside its range.
-        KeyError: There is no such cost model.
+    Attributes:
+        robot_id: Who bids.
+        epoch: Of the broadcast that is answered.
+        auction: Of the broadcast that is answered.
+        bids: One for each task.
+        round: Of the broadcast that is answered.
+        basis: What the bids are to be worked out from, where the blackboard does so; else None.
     """
-    battery = Battery(basis.body.battery, basis.charge)
-    aging = Aging(lambda: now, basis.aging)
-    pace = Pace(basis.body.max_speed, basis.pace)
-    schedule = Schedule(basis.body, path_lengths, basis.cost_model, aging, pace)
-    schedule.restore(
-        Entry(Order(task, robot_id), step)
-        for task, (_, step) in zip(tasks, basis.tasks, strict=True)
-    )
 
-    def reserve(end: Pose) -> float:
-        return charge_to_reach(basis.chargers, end, basis.body, path_lengths, battery)
-
-    model = COST_MODELS[basis.cost_model]
-    bidder = Bidder(robot_id, basis.body, battery, schedule, model, reserve)
-    return bidder.answer(broadcast, basis.pose, basis.refusal, at_work=basis.at_work)
+    robot_id: str
+    epoch: int
+    auction: int
+    bids: tuple[Bid, ...]
+    round: int = 1
+    basis: BidBasis | None = None

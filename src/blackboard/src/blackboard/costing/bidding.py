@@ -6,18 +6,25 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms, Exclusion
+from blackboard.costing.aging import Aging
+from blackboard.costing.bid_basis import BidBasis, Bids
+from blackboard.costing.cost import COST_MODELS
+from blackboard.costing.effort import charge_to_reach
+from blackboard.costing.pace import Pace
 from blackboard.costing.preemption import interruption, may_put_off
-from blackboard.domain.task import TaskType
+from blackboard.costing.schedule import Entry, Schedule
+from blackboard.domain.battery import Battery
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.domain.record import Order
+from blackboard.domain.task import Task, TaskType
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from blackboard.costing.cost import CostModel
     from blackboard.costing.insertion import Route
-    from blackboard.costing.schedule import Entry, Schedule
-    from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import Broadcast
     from blackboard.domain.task import Task
     from hive_common.pose import Pose
@@ -159,3 +166,42 @@ class Bidder:
         terms = interruption(task, step, under_way, here, self._schedule.predict, self._battery)
         share = (terms.charge_left - terms.energy_charge) / self._battery.capacity
         return min(self._model.cost(terms), MAX_COST) if share >= CHARGE_TOLERANCE else MAX_COST
+
+
+def bids_from(
+    basis: BidBasis,
+    robot_id: str,
+    tasks: Iterable[Task],
+    broadcast: Broadcast,
+    path_lengths: PathLengths,
+    now: float,
+) -> Bids:
+    """Return what a robot would bid.
+
+    Args:
+        basis: What it is and has.
+        robot_id: Its name.
+        tasks: Those of its list, in the same order.
+        broadcast: What is offered.
+        ways: Knows how far it is for a robot of its radius.
+        now: The time on the clock of `Task.posted` [s].
+
+    Raises:
+        CharacteristicsError: Its charge or its pace is outside its range.
+        KeyError: There is no such cost model.
+    """
+    battery = Battery(basis.body.battery, basis.charge)
+    aging = Aging(lambda: now, basis.aging)
+    pace = Pace(basis.body.max_speed, basis.pace)
+    schedule = Schedule(basis.body, path_lengths, basis.cost_model, aging, pace)
+    schedule.restore(
+        Entry(Order(task, robot_id), step)
+        for task, (_, step) in zip(tasks, basis.tasks, strict=True)
+    )
+
+    def reserve(end: Pose) -> float:
+        return charge_to_reach(basis.chargers, end, basis.body, path_lengths, battery)
+
+    model = COST_MODELS[basis.cost_model]
+    bidder = Bidder(robot_id, basis.body, battery, schedule, model, reserve)
+    return bidder.answer(broadcast, basis.pose, basis.refusal, at_work=basis.at_work)

@@ -15,9 +15,9 @@ from hive_common.pose import Pose
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.path_lengths import PathLengths
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from blackboard.costing.aging import Aging
     from blackboard.costing.pace import Pace
-    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.task import Task
     from hive_common.pose import Pose
 

@@ -19,7 +19,7 @@ from blackboard.errors import CharacteristicsError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.costing.path_lengths import PathLengths
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.task import TaskStep
     from hive_common.pose import Pose
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage, sparse
@@ -31,16 +31,6 @@ _STANDS_KEPT = 4000
 
 # A pose this close to the free floor [m] counts as on it: no robot knows exactly where it is.
 _STEP_ASIDE = 0.15
-
-
-class PathLengths(Protocol):
-    """Knows the length of the way between two poses, and where nobody can stand."""
-
-    def length(self, start: Pose, goal: Pose) -> float:
-        """Return the length of the way [m]; infinite where there is none."""
-
-    def refusal(self, pose: Pose) -> str:
-        """Say why nobody can stand at a pose, to follow its name; empty where one can."""
 
 
 class EuclideanLengths:

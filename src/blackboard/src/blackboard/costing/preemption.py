@@ -9,16 +9,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.costing.cost import MAX_COST, CostTerms
+from blackboard.domain.bid import MAX_COST, CostTerms
 from blackboard.domain.task import MAX_PRIORITY, TaskType, load_during, step_to_resume
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.costing.cost import Bid
     from blackboard.costing.effort import Effort
     from blackboard.costing.schedule import Entry
     from blackboard.domain.battery import Battery
+    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.task import Task
     from hive_common.pose import Pose

@@ -28,8 +28,8 @@ from blackboard.domain.task import (
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
 
-    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import Order, TaskRecord
     from blackboard.domain.task import Task
     from hive_common.pose import Pose

@@ -5,10 +5,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from blackboard.board.recovery import ON_ROBOT_LOST
-from blackboard.consensus.lease import longest_lease
-from blackboard.costing.cost import COST_MODELS, MEASURES
 from blackboard.errors import SettingsError
+
+COST_MODEL_NAMES = ("report", "energy", "time", "makespan", "latency")
+"""The cost models that fleet files may name; `costing.cost.COST_MODELS` holds them."""
+
+MEASURE_NAMES = ("way", "makespan", "waiting")
+"""What reallocation may make smaller; `costing.cost.MEASURES` computes them."""
+
+ON_ROBOT_LOST = ("reassign", "wait", "operator")
+"""What becomes of a task whose robot is lost: another robot, the same one, or a person decides."""
 
 MAX_DRIFT = 0.01
 """How far the speed of a member's clock may be from the truth, as a share."""
@@ -27,6 +33,11 @@ DISTANCES = ("path", "euclidean")
 """How the length of a way is measured: on the map, or as the crow flies."""
 
 
+def longest_lease(robot_lease: float) -> float:
+    """Return how long a lease [s] by the slowest clock may last by the fastest one [s]."""
+    return robot_lease * (1 + 2 * MAX_DRIFT)
+
+
 @dataclass(frozen=True)
 class Settings:
     """Checks what all settings have in common: numbers are above 0, names are known ones.
@@ -37,9 +48,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         names = {
-            "cost_model": tuple(COST_MODELS),
+            "cost_model": COST_MODEL_NAMES,
             "decision": DECISIONS,
-            "improve_by": tuple(MEASURES),
+            "improve_by": MEASURE_NAMES,
             "distance": DISTANCES,
             "on_robot_lost": ON_ROBOT_LOST,
         }
@@ -112,7 +123,7 @@ class BlackboardSettings(Settings):
         lease_margin: Time that a robot takes to come to a stop, and a little more [s].
         reassign: A robot that is silent for longer is lost [s]. It has to have stopped by then, so
             this is more than its lease and the margin; clocks may differ by 2 %.
-        on_robot_lost: A name of `release.ON_ROBOT_LOST`.
+        on_robot_lost: A name of `ON_ROBOT_LOST`.
         overdue_factor: A robot that takes so many times as long as it has promised ...
         overdue_grace: ... and this much longer [s] has to hand the task back.
         order_timeout: An order that a robot's status does not show by then is given again [s].

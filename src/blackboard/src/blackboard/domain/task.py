@@ -24,7 +24,7 @@ from blackboard.errors import TaskRefusedError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.costing.path_lengths import PathLengths
+    from blackboard.domain.path_lengths import PathLengths
     from hive_common.pose import Pose
 
 MAX_PRIORITY = 10

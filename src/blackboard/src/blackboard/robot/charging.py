@@ -19,9 +19,9 @@ from blackboard.robot.controller import CommandState
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.talker import Talker
     from blackboard.robot.controller import CommandResult, Controller
     from blackboard.robot.service import Service

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.consensus.hive_filter import HiveFilter
-    from blackboard.consensus.node import Heartbeat
+    from blackboard.consensus.messages import Heartbeat
     from blackboard.domain.record import Order
     from blackboard.domain.talker import Talker, Timer
     from blackboard.robot.worker import Worker

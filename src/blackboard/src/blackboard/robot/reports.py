@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import Journal
-    from blackboard.consensus.node import TaskList
+    from blackboard.consensus.task_list import TaskList
     from blackboard.domain.record import Order, TaskRecord, TaskUpdate
     from blackboard.domain.talker import Talker
 

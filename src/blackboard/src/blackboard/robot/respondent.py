@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blackboard.costing.bid_basis import BidBasis
+from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.costing.bidding import Bidder
-from blackboard.costing.cost import COST_MODELS, Bids
+from blackboard.costing.cost import COST_MODELS
 
 if TYPE_CHECKING:
     from blackboard.costing.schedule import Schedule

@@ -38,9 +38,9 @@ from blackboard.robot.worker import Worker
 if TYPE_CHECKING:
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import Journal
-    from blackboard.consensus.node import TaskList
-    from blackboard.costing.path_lengths import PathLengths
+    from blackboard.consensus.task_list import TaskList
     from blackboard.domain.battery import Battery
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import Broadcast, Order
     from blackboard.domain.settings import RobotSettings
     from blackboard.domain.talker import Talker

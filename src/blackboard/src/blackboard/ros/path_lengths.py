@@ -13,7 +13,8 @@ from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
 from blackboard.ros.codec.conversions import grid_from_msg
 
 if TYPE_CHECKING:
-    from blackboard.costing.path_lengths import Grid, PathLengths
+    from blackboard.costing.path_lengths import Grid
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.settings import PathSettings
     from blackboard.ros.talker import RosTalker
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from threading import Lock
 
-from blackboard.costing.cost import Bids
+from blackboard.costing.bid_basis import Bids
 from blackboard.domain.characteristics import RobotState, RobotStatus
 
 SILENCE = 5.0

@@ -21,4 +21,4 @@ def bench(words: tuple[str, ...]) -> None:
     program = shutil.which("rosrun")
     if program is None:
         raise InputError("rosrun is not found; run this in ./hive shell")
-    os.execv(program, [program, "hive_lab", "bench", *words])
+    os.execv(program, [program, "hive_lab", "bench", *words])  # noqa: S606  (rosrun of the sourced ROS)

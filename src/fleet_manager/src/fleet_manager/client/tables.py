@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from blackboard.auction.decision import Decision
-    from blackboard.costing.cost import Bid
+    from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
     from fleet_manager.client.hive_view import HiveView

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import hypot
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.node import TaskList
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState

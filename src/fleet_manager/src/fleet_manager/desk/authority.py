@@ -7,7 +7,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from blackboard.consensus.node import Heartbeat
+    from blackboard.consensus.messages import Heartbeat
     from fleet_manager.desk.facts import Moment
 
 SILENCE = 2.0  # [s, wall], the least that the hive itself takes for silence

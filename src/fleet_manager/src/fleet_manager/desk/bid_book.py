@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from blackboard.auction.decision import Decision
-    from blackboard.costing.cost import Bid, Bids
+    from blackboard.costing.bid_basis import Bids
+    from blackboard.domain.bid import Bid
 
 
 class BidBook:

@@ -13,7 +13,7 @@ from fleet_manager.desk.words import text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.costing.cost import Bid
+    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
 
 HEADS = (

@@ -17,8 +17,8 @@ from fleet_manager.desk.words import text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from blackboard.consensus.node import Heartbeat
-    from blackboard.costing.cost import Bid
+    from blackboard.consensus.messages import Heartbeat
+    from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.task import Task

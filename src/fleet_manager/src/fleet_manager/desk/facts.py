@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.consensus.node import Heartbeat, TaskList
-from blackboard.costing.cost import Bids
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
+from blackboard.costing.bid_basis import Bids
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import Task

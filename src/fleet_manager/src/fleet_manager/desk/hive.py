@@ -12,8 +12,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.node import Heartbeat, TaskList
-from blackboard.costing.cost import Bids
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
+from blackboard.costing.bid_basis import Bids
 from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import TaskState
@@ -26,7 +27,7 @@ from fleet_manager.desk.rows import Changes, RobotRow, TaskRow, due
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.costing.cost import Bid
+    from blackboard.domain.bid import Bid
     from blackboard.domain.task import Task
     from fleet_manager.desk.events import Event
     from fleet_manager.desk.facts import Fact, Moment, Report

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.node import TaskList
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
 from fleet_manager.desk.facts import CancelTask, PostTask, Told

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from python_qt_binding.QtCore import QObject, QTimer, Signal
 
-from blackboard.consensus.node import Heartbeat
+from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.task import TaskState
 from fleet_manager.desk.authority import Standing
 from fleet_manager.desk.events import Log

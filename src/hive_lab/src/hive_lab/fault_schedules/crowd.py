@@ -28,7 +28,7 @@ from hive_lab.fault_schedules.properties import Properties
 from hive_lab.fault_schedules.schedule import BLACKBOARD, OPERATOR, SETTLE, Crash
 
 if TYPE_CHECKING:
-    from blackboard.consensus.leader import Heartbeat
+    from blackboard.consensus.messages import Heartbeat
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.talker import Talker
     from hive_lab.fault_schedules.host import Host

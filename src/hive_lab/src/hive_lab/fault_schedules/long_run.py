@@ -8,8 +8,8 @@ from random import Random
 
 from blackboard.consensus.bootstrap import founder
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.leader import Heartbeat
 from blackboard.consensus.member import Role, has_lease
+from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.node import RaftNode
 from blackboard.domain.settings import RaftSettings
 from hive_lab.fault_schedules.host import Host, HostTalker

@@ -31,9 +31,10 @@ from robot_description.models import model_path
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.costing.cost import Bid, Bids
-    from blackboard.costing.path_lengths import PathLengths
+    from blackboard.costing.bid_basis import Bids
+    from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotCharacteristics, RobotStatus
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.task import StepKind, Task
     from blackboard.robot.controller import Command

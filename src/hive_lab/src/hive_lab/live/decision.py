@@ -30,7 +30,7 @@ from hive_lab.virtual.network import NetworkTalker
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from blackboard.costing.path_lengths import PathLengths
+    from blackboard.domain.path_lengths import PathLengths
     from hive_lab.virtual.network import Call, Listening, Network
 
 DECISIONS = ("distributed", "centralized")

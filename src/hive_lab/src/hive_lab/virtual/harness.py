@@ -11,10 +11,11 @@ import numpy as np
 from blackboard.auction.decision_log import MemoryBook
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.node import TaskList
-from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms
+from blackboard.consensus.task_list import TaskList
+from blackboard.costing.bid_basis import Bids
 from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
 from blackboard.domain.battery import Battery
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
 from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings

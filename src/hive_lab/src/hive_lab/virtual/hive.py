@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.bootstrap import founder
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.consensus.node import Heartbeat, RaftNode, TaskList
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.node import RaftNode
+from blackboard.consensus.task_list import TaskList
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery, BatteryModel
 from blackboard.domain.characteristics import RobotCharacteristics
@@ -45,8 +47,8 @@ from hive_lab.virtual.network import LATENCY, Call, Network, NetworkTalker
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.costing.path_lengths import PathLengths
     from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import Order, TaskUpdate
     from blackboard.domain.talker import Talker
     from blackboard.domain.task import Task, TaskStep

@@ -13,7 +13,7 @@ from blackboard.domain.talker import SYNC, TASK_STATE
 from blackboard.domain.task import StepKind, TaskState
 
 if TYPE_CHECKING:
-    from blackboard.consensus.node import TaskList
+    from blackboard.consensus.task_list import TaskList
     from blackboard.domain.record import TaskRecord, TaskUpdate
     from blackboard.robot.robot import Robot
     from hive_lab.virtual.hive import Hive

@@ -16,10 +16,11 @@ import rospy
 from std_msgs.msg import Header, String
 
 import blackboard.msg as bb_msgs
-from blackboard.consensus.node import TaskList
-from blackboard.costing.cost import MAX_COST, Bid, Bids, CostTerms
+from blackboard.consensus.task_list import TaskList
+from blackboard.costing.bid_basis import Bids
 from blackboard.costing.path_lengths import Grid
 from blackboard.domain import talker as topics
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import Broadcast, Order, TaskUpdate
 from blackboard.domain.task import TaskState

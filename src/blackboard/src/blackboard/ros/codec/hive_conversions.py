@@ -10,9 +10,8 @@ import rospy
 from std_msgs.msg import Header
 
 import blackboard.msg as bb_msgs
-from blackboard.consensus.election import Ballot, BallotKind
-from blackboard.consensus.log import AppendEntries, AppendReply, Entry, Position, Snapshot
-from blackboard.consensus.node import Heartbeat
+from blackboard.consensus.log import Entry, Position, Snapshot
+from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, BallotKind, Heartbeat
 from blackboard.domain import talker as topics
 from blackboard.ros.codec.records import record_from_msg, record_to_msg
 from blackboard.ros.codec.wire import Wire

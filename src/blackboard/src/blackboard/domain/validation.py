@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What no value that comes from outside may hold: numbers that are none, endless names and lists."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+MAX_NAME = 256
+"""Characters of a name or an id."""
+
+MAX_TEXT = 10_000
+"""Characters of a reason: it may say something of each of a hundred robots."""
+
+MAX_ITEMS = 10_000
+"""Names in one message; a hive has no more robots, nor a robot more tasks."""
+
+
+def flaw_of(value: object, name: str) -> str:
+    """Return what is wrong with a value and all that is in it; empty where nothing is."""
+    if isinstance(value, str) and not isinstance(value, Enum):
+        longest = MAX_TEXT if name.endswith((".reason", ".refusal")) else MAX_NAME
+        flawed = len(value) > longest
+        return f"{name} has {len(value)} characters; allowed: at most {longest}" * flawed
+    if isinstance(value, float):
+        return f"{name} is {value}; allowed: finite numbers" * (not math.isfinite(value))
+    inner: Iterable[tuple[object, str]] = ()
+    if isinstance(value, Mapping):
+        inner = ((tuple(value), name), (tuple(value.values()), name))
+    elif isinstance(value, tuple):
+        if len(value) > MAX_ITEMS:
+            return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
+        if all(type(each) is str and len(each) <= MAX_NAME for each in value):
+            return ""  # The names of all tasks on a robot's list: nothing is looked at more often.
+        if all(type(each) is float and math.isfinite(each) for each in value):
+            return ""  # When each robot of a fleet was heard: every member reads it all the time.
+        keys = getattr(value, "_fields", None)  # a Pose has names
+        if keys is None:
+            inner = ((each, name) for each in value)
+        else:
+            inner = ((getattr(value, key), f"{name}.{key}") for key in keys)
+    else:
+        names = getattr(value, "__dataclass_fields__", ())  # `fields` takes ten times as long
+        inner = ((getattr(value, each), f"{name}.{each}") for each in names)
+    return next(filter(None, (flaw_of(*each) for each in inner)), "")
