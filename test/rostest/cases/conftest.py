@@ -9,9 +9,10 @@ import sys
 from itertools import product
 
 import pytest
+import rosgraph
 import rospy
 from hive_operator import ROBOTS, Operator
-from launching import is_heard, publishers_of, wait_until_empty
+from launching import Launches, is_heard, publishers_of, wait_until_empty
 
 
 def pytest_configure(config):
@@ -60,6 +61,17 @@ def operator():
     wait_until_empty(lambda: [link for link in links if not is_heard(*link)])
     operator.hear_again(*ROBOTS)
     return operator
+
+
+@pytest.fixture
+def launches(tmp_path, monkeypatch):
+    """What a case launches: with a disk of its own, and windows on a screen that nobody sees."""
+    monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    rosgraph.Master("/operator").setParam("/journal", str(tmp_path))
+    launches = Launches()
+    yield launches
+    launches.stop()
 
 
 @pytest.fixture(autouse=True)
