@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the active blackboard sends to whom: each change once to each member, unless it is lost.
+"""AppendEntries on both sides: each entry goes to each member once, unless it was lost.
 
-A busy member answers late. To send it again what it has not answered makes it busier still, and
-where all are busy the hive comes to a stand (docs/decisions/083-sent-once.md). So a member is sent
-a change again only when it has answered something later without it.
+A busy member answers late. Sending it the same entries again makes it busier, and if all are busy
+the hive stalls (docs/decisions/083). So the leader sends an entry again only to a member that has
+answered a later message without having the entry.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from blackboard.consensus.messages import AppendEntries
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from blackboard.consensus.election import Step
     from blackboard.consensus.log import Entry, Position, Snapshot
-    from blackboard.consensus.member import Member, Peer
+    from blackboard.consensus.member import Member, Step
+    from blackboard.consensus.messages import Message
 
 MAX_ENTRIES = 200
-"""Changes in one message; the rest follows later."""
+"""Entries in one message; the rest follows later."""
 
-_LATER = 0.5
-"""An answer to what was sent so many heartbeats later, without the change, shows that it is lost:
-messages of different topics may overtake each other by less."""
+_OVERTAKING = 0.5
+"""Messages of different topics overtake each other by less than this many heartbeats. So an entry
+is lost if the answer to something sent that much later shows that the member does not have it."""
 
 
 def send(
@@ -40,15 +40,15 @@ def send(
     now: float,
     snapshot: Snapshot | None = None,
 ) -> tuple[Member, AppendEntries]:
-    """Send changes, and note that they are sent.
+    """Send entries, and note that they are sent.
 
     Args:
-        member: Who sends, the active one.
-        to: Ids of those who get them.
-        before: What the changes follow.
-        entries: The changes; of too many the first.
+        member: The leader.
+        to: Ids of the receivers.
+        before: Position of the entry before the first.
+        entries: The first `MAX_ENTRIES` of them are sent.
         now: The time [s].
-        whole: The list at `before`, for those who do not have that.
+        snapshot: The state at `before`, for receivers that do not have it.
     """
     message = AppendEntries(
         member.epoch,
@@ -64,62 +64,55 @@ def send(
     peers = dict(member.peers)
     for each in to:
         if (peer := peers.get(each)) is not None:
-            answers_first = snapshot is not None or before.version <= peer.version
-            sent_at = now if answers_first else peer.sent_at
-            peers[each] = replace(peer, sent=message.reaches, sent_at=sent_at)
-    return member.but(peers=MappingProxyType(peers)), message
+            first = snapshot is not None or before.version <= peer.version
+            sent_at = now if first else peer.sent_at
+            peers[each] = replace(peer, sent=message.last_version, sent_at=sent_at)
+    return member.evolve(peers=MappingProxyType(peers)), message
 
 
-def send_what_is_missing(member: Member, now: float, *, aside: bool) -> Step:
-    """Send what is on its way or committed to all who have not been sent it, or have lost it.
+def send_missing(member: Member, now: float, *, learners: bool) -> Step:
+    """Send what is in flight or committed to everyone who was not sent it, or who lost it.
 
     Args:
-        member: Who sends, the active one.
+        member: The leader.
         now: The time [s].
-        aside: Whether those are sent it as well who do not stand by.
+        learners: Whether learners get it too, or voters only.
     """
     log = member.log
     recently = now - member.settings.self_demotion
+    overtaking = _OVERTAKING * member.settings.heartbeat
     lacking = defaultdict(list)
     for each, peer in member.peers.items():
-        has_lost = _has_lost(peer, member.settings.heartbeat)
-        known = peer.version if has_lost else max(peer.version, peer.sent)
-        is_due = (aside or peer.voter) and peer.heard >= recently
-        if is_due and known < max(member.in_flight, log.committed):
-            lacking[log.at(known)].append(each)
-    said: list[object] = []
+        is_lost = peer.echo > peer.sent_at + overtaking
+        held = peer.version if is_lost else max(peer.version, peer.sent)
+        is_due = (learners or peer.voter) and peer.heard >= recently
+        if is_due and held < max(member.in_flight, log.committed):
+            lacking[log.at(held)].append(each)
+    messages: list[Message] = []
     for before, to in lacking.items():
         if before is None:
             member, message = send(member, to, log.base.position, log.entries, now, log.base)
         else:
-            entries = log.since(before.version) or ()
-            member, message = send(member, to, before, entries, now)
-        said.append(message)
-    return member, said
-
-
-def _has_lost(peer: Peer, heartbeat: float) -> bool:
-    return peer.echo > peer.sent_at + _LATER * heartbeat
+            member, message = send(member, to, before, log.since(before.version) or (), now)
+        messages.append(message)
+    return member, messages
 
 
 def extend(log: Log, message: AppendEntries) -> Log | None:
-    """Write down what the active blackboard sent.
+    """Append the leader's entries to a follower's log.
 
-    Changes that an earlier active blackboard never got committed give way to those of this one.
+    They replace entries that an earlier leader never got committed.
 
     Args:
-        log: What this member holds.
-        message: From the active blackboard of the highest epoch this member has seen.
+        log: Of the follower.
+        message: From the leader of the highest epoch that the follower has seen.
 
     Returns:
-        The longer log, or None where something between the two is missing.
+        The new log, or None if entries between the two are missing.
     """
     before = message.before
-    known = before.version <= log.committed or log.at(before.version) == before
-    if not known and message.snapshot is None:
-        return None
-    if not known and message.snapshot is not None:
-        return Log.of(message.snapshot, message.entries)
+    if before.version > log.committed and log.at(before.version) != before:
+        return Log.of(message.snapshot, message.entries) if message.snapshot is not None else None
     new = [
         entry
         for entry in message.entries

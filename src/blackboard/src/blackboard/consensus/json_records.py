@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Records, changes of the list and reports as JSON, as they stand in journals."""
+"""Records, log entries and reports as JSON, the format of the journals."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
 def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
     """Return the fields of a value by name, for `json.dumps`.
 
-    `asdict` would copy all in them, and `fields` takes ten times as long. Goals keep their names,
-    where JSON would make a list of a Pose.
+    `asdict` would copy nested values, and `fields` takes ten times as long. A Pose among the goals
+    becomes an object; `json` would make it a list.
     """
     values = {name: getattr(value, name) for name in value.__dataclass_fields__}
     if "goals" in values:
@@ -30,27 +30,27 @@ def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
 
 
 def entry_from(text: str) -> Entry:
-    """Return a change of the list.
+    """Return a log entry.
 
     Raises:
-        ValueError: It is no JSON, or a state in it is none.
+        ValueError: It is not JSON, or contains an unknown state.
         KeyError: A field is missing.
         TypeError: A field is unknown.
     """
     values = json.loads(text)
     records = tuple(map(_record, values["records"]))
     members = None if values["members"] is None else tuple(values["members"])
-    forgotten = tuple(values.get("forgotten", ()))  # not in journals of older programs
+    forgotten = tuple(values.get("forgotten", ()))  # Journals of older versions lack it.
     return Entry(values["epoch"], values["version"], records, members, forgotten)
 
 
 def record_from(text: str) -> TaskRecord:
-    """Return a record; raises what `entry_from` does."""
+    """Return a record; raises the same errors as `entry_from`."""
     return _record(json.loads(text))
 
 
 def report_from(text: str) -> TaskUpdate:
-    """Return a robot's report; raises what `entry_from` does."""
+    """Return a robot's report; raises the same errors as `entry_from`."""
     values = json.loads(text)
     return TaskUpdate(state=TaskState(values.pop("state")), **values)
 
