@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 
 from blackboard.board.watch import Watch
-from blackboard.consensus import append_entries, leader, step
+from blackboard.consensus import leader, step
 from blackboard.consensus.lease import Lease, Leases
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Propose
@@ -144,6 +144,6 @@ def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
 
 
 def test_what_an_earlier_epoch_left_is_not_committed_by_count(caught, monkeypatch):
-    monkeypatch.setattr(append_entries, "MAX_ENTRIES", 1)  # else the changes come in one message
+    monkeypatch.setattr(leader, "MAX_ENTRIES", 1)  # else the changes come in one message
 
     assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import pytest
 
-from blackboard.consensus import append_entries
+from blackboard.consensus import leader
 from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.member import Member, Peer, Role
 from blackboard.consensus.messages import AppendEntries, AppendReply
@@ -81,7 +81,7 @@ def test_once_all_is_committed_the_next_entry_goes_at_once_again(blackboard):
 
 
 def test_no_message_has_more_entries_than_allowed(blackboard, monkeypatch):
-    monkeypatch.setattr(append_entries, "MAX_ENTRIES", 2)
+    monkeypatch.setattr(leader, "MAX_ENTRIES", 2)
     for number in range(4):
         blackboard.propose(f"T{number}")
 

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 def campaign_if_due(member: Member, now: float, chance: float) -> Step:
     """Have a member that does not lead request pre-votes once its election timeout is over.
 
-    Args:
-        member: Its state.
-        now: The time [s].
-        chance: From 0 to 1; keeps two members that campaign together from doing so again.
+    `chance`, from 0 to 1, keeps two members that campaign together from doing so again.
     """
     earliest = _earliest_campaign(member)
     # Rank the members only once the timeout is over: this runs at every heartbeat.

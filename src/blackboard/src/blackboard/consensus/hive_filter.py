@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
-    from blackboard.consensus.bootstrap import Bootstrap
     from blackboard.consensus.journal import HardState
     from blackboard.consensus.member import Member
     from blackboard.consensus.task_list import TaskList
@@ -84,12 +83,14 @@ class MemberFilter:
         talker: Warns and has the time.
         name: Of the member.
         timeout: A larger hive that was not heard for so long is gone [s].
+        bootstraps: Whether this member bootstraps a hive if it hears none.
 
     Attributes:
-        bootstrap: Set while this member may bootstrap a hive.
+        known_hive: Id of a hive heard while this member belonged to none and was to bootstrap one.
     """
 
-    def __init__(self, talker: Talker, name: str, timeout: float) -> None:
+    def __init__(self, talker: Talker, name: str, timeout: float, *, bootstraps: bool) -> None:
+        self.known_hive = ""
         self._talker = talker
         self._name = name
         self._timeout = timeout
@@ -97,7 +98,7 @@ class MemberFilter:
         self._own_size = 0
         self._handover: Handover | None = None
         self._warned: set[str] = set()
-        self.bootstrap: Bootstrap | None = None
+        self._bootstraps = bootstraps
 
     def accepts(self, message: Message, own: Member) -> bool:
         """Return whether this member handles a message; note what it tells of other hives.
@@ -107,8 +108,14 @@ class MemberFilter:
         if not own.hive:
             if isinstance(message, Heartbeat | AppendEntries):
                 return True
-            if message.hive and self.bootstrap is not None:
-                self.bootstrap.stop_for(message.hive)
+            if message.hive and self._bootstraps and not self.known_hive:
+                self.known_hive = message.hive
+                self._talker.warn(
+                    f"{self._name} has an empty disk and hears members of hive {message.hive}, "
+                    "which has no leader at present. It waits for that hive and does not "
+                    "bootstrap another. If that hive cannot recover, stop its members, move their "
+                    "journals away and start all of them again"
+                )
             return False
         if message.hive == own.hive:
             if isinstance(message, Heartbeat):

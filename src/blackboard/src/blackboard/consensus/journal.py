@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The disk of a member: its hard state, and a robot's unacknowledged reports.
+"""The disk of a member: its hard state, and a robot's unacknowledged reports, as JSON.
 
 A member writes here before it sends anything that others rely on. `SqliteJournal` survives a power
 cut; `MemoryJournal` serves simulations, and survives a crash of its member.
@@ -12,18 +12,17 @@ import json
 import sqlite3
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from blackboard.consensus.json_records import entry_from, record_from, report_from, to_json
-from blackboard.consensus.log import Log, Position, Snapshot
+from blackboard.consensus.log import Entry, Log, Position, Snapshot
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import Task, TaskState
 from blackboard.errors import JournalError
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
-
-    from blackboard.consensus.log import Entry
-    from blackboard.domain.record import TaskRecord, TaskUpdate
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +30,9 @@ class HardState:
     """What a member has to remember after a restart (Raft's persistent state).
 
     Attributes:
-        member: Its id: its name and the id of its disk.
+        member: Its id.
         epoch: The highest epoch it has seen.
         vote: Id of the candidate it voted for in this epoch; empty if it has not voted.
-        log: Its log.
         hive: Id of its hive; empty while it belongs to none.
     """
 
@@ -148,7 +146,10 @@ class SqliteJournal:
             with self._transaction():
                 self._write_self(hard_state)
                 if before is None or not _continues(before.log, hard_state.log):
-                    self._write_all(hard_state.log)
+                    self._database.execute("DELETE FROM records")
+                    self._database.execute("DELETE FROM entries")
+                    self._write_records(hard_state.log.base.records.values())
+                    self._write_entries(hard_state.log.entries)
                 elif before.log is not hard_state.log:
                     self._write_changes(before.log, hard_state.log)
         except (OSError, sqlite3.Error) as error:
@@ -158,11 +159,11 @@ class SqliteJournal:
     def load_reports(self) -> tuple[TaskUpdate, ...]:
         """Return the unacknowledged reports."""
         rows = self._database.execute("SELECT report FROM reports ORDER BY rowid")
-        return tuple(report_from(text) for (text,) in rows)
+        return tuple(_report(json.loads(text)) for (text,) in rows)
 
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
         """Replace the unacknowledged reports."""
-        rows = [(report.task_id, to_json(report)) for report in reports]
+        rows = [(report.task_id, _to_json(report)) for report in reports]
         try:
             with self._transaction():
                 self._database.execute("DELETE FROM reports")
@@ -234,12 +235,6 @@ class SqliteJournal:
         rows = [(key, json.dumps(value)) for key, value in values.items()]
         self._database.executemany("INSERT OR REPLACE INTO self VALUES (?, ?)", rows)
 
-    def _write_all(self, log: Log) -> None:
-        self._database.execute("DELETE FROM records")
-        self._database.execute("DELETE FROM entries")
-        self._write_records(log.base.records.values())
-        self._write_entries(log.entries)
-
     def _write_changes(self, before: Log, log: Log) -> None:
         base, old = log.base.position.version, before.base.position.version
         if base > old:
@@ -261,11 +256,11 @@ class SqliteJournal:
             "INSERT INTO records VALUES"
             " (:task, (SELECT coalesce(max(place), -1) + 1 FROM records), :record)"
             " ON CONFLICT (task) DO UPDATE SET record = :record",
-            [{"task": each.task.id, "record": to_json(each)} for each in records],
+            [{"task": each.task.id, "record": _to_json(each)} for each in records],
         )
 
     def _write_entries(self, entries: Iterable[Entry]) -> None:
-        rows = [(entry.version, to_json(entry)) for entry in entries]
+        rows = [(entry.version, _to_json(entry)) for entry in entries]
         self._database.executemany("INSERT INTO entries VALUES (?, ?)", rows)
 
     def _read(self) -> HardState | None:
@@ -274,9 +269,9 @@ class SqliteJournal:
         if not values:
             return None
         rows = self._database.execute("SELECT task, record FROM records ORDER BY place")
-        known = {task: record_from(text) for task, text in rows}
+        known = {task: _record(json.loads(text)) for task, text in rows}
         rows = self._database.execute("SELECT entry FROM entries ORDER BY version")
-        entries = tuple(entry_from(text) for (text,) in rows)
+        entries = tuple(_entry(json.loads(text)) for (text,) in rows)
         earlier = values.get("earlier", 0)  # Journals of older versions lack it.
         base = Snapshot(Position(*values["base"]), known, tuple(values["members"]), earlier)
         log = Log.of(base, entries, values["committed"])
@@ -294,3 +289,44 @@ def _check(is_new: bool, application: int, format_: int, found: str) -> None:
 def _continues(before: Log, log: Log) -> bool:
     """Return whether a log came from another by changes of its end and by folding."""
     return before.base is log.base or log.base.position == before.at(log.base.position.version)
+
+
+def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
+    """Return the fields of a value by name, for `json.dumps`.
+
+    `asdict` would copy nested values, and `fields` takes ten times as long. A Pose among the goals
+    becomes an object; `json` would make it a list.
+    """
+    values = {name: getattr(value, name) for name in value.__dataclass_fields__}
+    if "goals" in values:
+        values["goals"] = [goal._asdict() for goal in values["goals"]]
+    return values
+
+
+def _to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
+    return json.dumps(value, default=fields_of)
+
+
+# These raise ValueError for an unknown state, KeyError for a missing field and TypeError for an
+# unknown one.
+
+
+def _entry(values: dict[str, Any]) -> Entry:
+    records = tuple(map(_record, values["records"]))
+    members = None if values["members"] is None else tuple(values["members"])
+    forgotten = tuple(values.get("forgotten", ()))  # Journals of older versions lack it.
+    return Entry(values["epoch"], values["version"], records, members, forgotten)
+
+
+def _report(values: dict[str, Any]) -> TaskUpdate:
+    return TaskUpdate(state=TaskState(values.pop("state")), **values)
+
+
+def _record(values: dict[str, Any]) -> TaskRecord:
+    task = values.pop("task")
+    goals = tuple(Pose(**goal) for goal in task.pop("goals"))
+    state = TaskState(values.pop("state"))
+    others: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
+    }
+    return TaskRecord(Task(goals=goals, **task), state, **others)

@@ -3,14 +3,19 @@
 
 An entry is committed once a majority of the members has it on disk. A leader that no majority has
 answered recently steps down, because the others may elect another by then.
+
+Each entry goes to each member once, unless it was lost. A busy member answers late. Sending it the
+same entries again makes it busier, and if all are busy the hive stalls (docs/decisions/083). So
+the leader sends an entry again only to a member that answers a later message without having it.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.append_entries import send, send_missing
 from blackboard.consensus.log import Entry, Log, committed_version
 from blackboard.consensus.member import (
     UNKNOWN_PEER,
@@ -22,9 +27,12 @@ from blackboard.consensus.member import (
     majority_of,
     name_of,
 )
-from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.messages import AppendEntries, Heartbeat
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from blackboard.consensus.log import Position
     from blackboard.consensus.member import Member, Step
     from blackboard.consensus.messages import AppendReply, Message
     from blackboard.domain.record import TaskRecord
@@ -35,6 +43,13 @@ large fleet are learners, and receiving heartbeats is what costs an idle robot t
 
 MIN_MEMBERS = 3
 """With fewer members, the loss of one leaves no majority, so failover is off."""
+
+MAX_ENTRIES = 200
+"""Entries in one message; the rest follows later."""
+
+_OVERTAKING = 0.5
+"""Messages of different topics overtake each other by less than this many heartbeats. So an entry
+is lost if the answer to something sent that much later shows that the member does not have it."""
 
 
 def become_leader(member: Member, now: float) -> Step:
@@ -73,17 +88,16 @@ def propose(
     member = member.evolve(log=log.append(entry))
     if not is_alone:  # A shorter list of members may commit what is in flight.
         return _send_waiting(advance_commit(member), now)
-    member, message = send(member, member.members, log.position, (entry,), now)
+    member, message = _send(member, member.members, log.position, now)
     return advance_commit(member.evolve(in_flight=entry.version)), [message]
 
 
 def _send_waiting(member: Member, now: float) -> Step:
     """Send the entries that wait, unless one is still in flight."""
     log = member.log
-    before, waiting = log.at(log.committed), log.since(log.committed)
-    if member.in_flight > log.committed or before is None or not waiting:
+    if member.in_flight > log.committed or log.position.version == log.committed:
         return member, []
-    member, message = send(member, member.members, before, waiting, now)
+    member, message = _send(member, member.members, log.at(log.committed), now)
     return member.evolve(in_flight=message.last_version), [message]
 
 
@@ -128,8 +142,59 @@ def lead(member: Member, now: float) -> Step:
     if not has_lease(changed, now):
         return step_down(member, now), []
     member, heartbeat = _heartbeat(changed, now)
-    member, missing = send_missing(member, now, learners=heartbeat.to is None)
+    member, missing = _send_missing(member, now, learners=heartbeat.to is None)
     return member, [*messages, heartbeat, *missing]
+
+
+def _send(
+    member: Member, to: Collection[str], before: Position | None, now: float
+) -> tuple[Member, AppendEntries]:
+    """Send the entries after a position, and note that they are sent.
+
+    If there is no such position, the log does not reach that far back: send the snapshot too.
+    """
+    log = member.log
+    start = log.base.position if before is None else before
+    message = AppendEntries(
+        member.epoch,
+        member.id,
+        start,
+        (log.since(start.version) or ())[:MAX_ENTRIES],
+        log.committed,
+        now,
+        log.base if before is None else None,
+        member.hive,
+        tuple(map(name_of, to)),
+    )
+    peers = dict(member.peers)
+    for each in to:
+        if (peer := peers.get(each)) is not None:
+            first = before is None or before.version <= peer.version
+            sent_at = now if first else peer.sent_at
+            peers[each] = replace(peer, sent=message.last_version, sent_at=sent_at)
+    return member.evolve(peers=MappingProxyType(peers)), message
+
+
+def _send_missing(member: Member, now: float, *, learners: bool) -> Step:
+    """Send what is in flight or committed to voters that were not sent it, or that lost it.
+
+    With `learners`, send it to learners too.
+    """
+    log = member.log
+    recently = now - member.settings.self_demotion
+    overtaking = _OVERTAKING * member.settings.heartbeat
+    lacking = defaultdict(list)
+    for each, peer in member.peers.items():
+        is_lost = peer.echo > peer.sent_at + overtaking
+        held = peer.version if is_lost else max(peer.version, peer.sent)
+        is_due = (learners or peer.voter) and peer.heard >= recently
+        if is_due and held < max(member.in_flight, log.committed):
+            lacking[log.at(held)].append(each)
+    messages: list[Message] = []
+    for before, to in lacking.items():
+        member, message = _send(member, to, before, now)
+        messages.append(message)
+    return member, messages
 
 
 def step_down(member: Member, now: float) -> Member:

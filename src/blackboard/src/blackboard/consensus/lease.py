@@ -63,11 +63,9 @@ class Lease:
         return now - (self._end - self._length) < patience
 
     def covers(self, heard: float, now: float) -> bool:
-        """Return whether an order is recent: a lease renewed by the same echo would still hold.
+        """Return whether an order is recent: a lease renewed by its echo would still hold.
 
-        Args:
-            heard: The robot's own time [s] that the order echoes.
-            now: The robot's time [s].
+        `heard` is the robot's own time [s] that the order echoes.
         """
         return self._begun <= heard <= now < heard + self._length
 

@@ -34,9 +34,7 @@ class Entry:
     """One change of the task list or of the members.
 
     Attributes:
-        epoch: Of the leader that wrote it.
-        version: Its number.
-        records: The new and changed records.
+        records: The new and changed ones.
         members: The members from here on, in the order in which they joined; None if unchanged.
         forgotten: Ids of tasks that leave the list; all of them have ended.
     """
@@ -167,13 +165,7 @@ def committed_version(log: Log, epoch: int, held: Iterable[int], majority: int) 
 
     An entry of an earlier epoch counts only once an entry of the present epoch follows it,
     however many members hold it (section 5.4.2 of the Raft paper). Until then, another leader
-    could still overwrite it.
-
-    Args:
-        log: Of the leader.
-        epoch: Of the leader.
-        held: For every member, the leader included, the version it has on disk.
-        majority: How many members are needed.
+    could still overwrite it. `held` is the version that each member has on disk.
     """
     version = sorted(held, reverse=True)[majority - 1]
     position = log.at(version) if version > log.committed else None

@@ -36,10 +36,10 @@ class Peer:
     """What the leader knows of another member.
 
     Attributes:
-        version: Of the log, as far as the peer has it on disk (Raft's matchIndex).
-        echo: When the leader sent the last message that the peer has answered [s].
-        heard: When the leader last heard the peer [s].
-        voter: Whether the peer is willing to lead; a learner is not.
+        version: Up to which it has the log on disk (Raft's matchIndex).
+        echo: When the last message was sent that it has answered [s].
+        heard: When it was last heard [s].
+        voter: Whether it is willing to lead; a learner is not.
         sent: Version of the last entry sent to it (Raft's nextIndex - 1).
         sent_at: No later than when the first entry was sent that it has not acknowledged [s].
     """
@@ -62,10 +62,8 @@ class Member:
 
     Attributes:
         id: Its name and the id of its disk.
-        settings: The hive's timers.
-        log: Its log; on disk.
-        epoch: The highest epoch it has seen (Raft's term); on disk.
-        vote: Id of the candidate it voted for in this epoch; on disk.
+        epoch: The highest epoch it has seen (Raft's term).
+        vote: Id of the candidate it voted for in this epoch.
         leader: Name of the leader it last heard, or of the candidate it last voted for.
         backup: Name of the member that the leader has named as its successor.
         heard: When it last heard the leader [s].
@@ -77,10 +75,9 @@ class Member:
         votes: Ids of the members that granted it their vote or pre-vote.
         asked: When it requested votes [s].
         peers: The other members by id, while it leads.
-        in_flight: Version of the last entry it has sent to the voters, while it leads. They still
-            have to acknowledge it if it is beyond the committed version.
+        in_flight: Version of the last entry sent to the voters, while it leads.
         progress: Heartbeats sent so far.
-        hive: Id of its hive; empty while it belongs to none; on disk.
+        hive: Id of its hive; empty while it belongs to none.
         voter: Whether it is willing to lead; a learner only holds the log.
     """
 

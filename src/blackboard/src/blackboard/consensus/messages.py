@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The messages that the members of a hive send to each other.
 
-`to` of a message names the members that need it, None means all. It tells the talker whom to
-leave out, and is not transmitted.
+Each says the sender's epoch and the id of the hive. `to` names the members that need the message,
+None means all; it tells the talker whom to leave out, and is not transmitted.
 """
 
 from __future__ import annotations
@@ -24,11 +24,10 @@ believed it would ignore the real leader for ever."""
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """Announces the leader to everyone (message BbBackup).
+    """Announces the leader of an epoch to everyone (message BbBackup).
 
     Attributes:
-        epoch: Grows with every new leader.
-        leader: Name of the leader.
+        leader: Its name.
         backup: Name of the member that campaigns first when the leader dies; empty while failover
             is off.
         members: Names of all whose votes count, the leader included.
@@ -37,7 +36,6 @@ class Heartbeat:
         sent: When the leader sent it, by its own clock [s]; acknowledgements repeat it.
         heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
         robot_lease: How long a robot may work after that, by its own clock [s].
-        hive: Id of the hive.
     """
 
     epoch: int
@@ -58,14 +56,11 @@ class AppendEntries:
     """Entries that the leader sends to the others (message BbEntries).
 
     Attributes:
-        epoch: Of the leader.
-        leader: Id of the leader.
+        leader: Its id.
         before: Position of the log entry before the first of `entries`.
-        entries: Without a gap.
         committed: Version up to which the log is committed.
         sent: When the leader sent it, by its own clock [s]; acknowledgements repeat it.
         snapshot: The state at `before`, for members whose log does not reach that far.
-        hive: Id of the hive.
     """
 
     epoch: int
@@ -93,7 +88,7 @@ class AppendReply:
         epoch: The highest epoch it has seen.
         version: Up to which its log agrees with the log of this epoch's leader.
         echo: `sent` of the message it answers [s].
-        hive: Id of the hive; empty while the sender belongs to none.
+        hive: Empty while the sender belongs to none.
         voter: Whether the sender is willing to lead; a learner gets no vote.
     """
 
@@ -122,14 +117,12 @@ class Ballot:
     """A request for a vote or pre-vote, or the reply to one (message BbVote).
 
     Attributes:
-        kind: Which of these it is.
         epoch: In which the candidate wants to lead.
-        candidate: Id of the candidate.
+        candidate: Its id.
         member: Id of the sender.
         position: End of the sender's log.
         granted: Whether a reply grants the vote.
         seen: The highest epoch that the sender has seen.
-        hive: Id of the hive.
     """
 
     kind: BallotKind

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from blackboard.consensus import leader, step
 from blackboard.consensus.bootstrap import (
-    Bootstrap,
     hard_state_of,
     new_hive,
     new_id,
@@ -51,6 +50,10 @@ _TOPICS: dict[type[Message], Topic[Any]] = {
 }
 
 
+_MIN_SILENCE, _MAX_SILENCE = 5, 10
+"""Heartbeats without hearing anybody before a member bootstraps a hive."""
+
+
 class Carrier(Protocol):
     """The blackboard beside a `RaftNode`."""
 
@@ -66,7 +69,7 @@ class RaftNode:
 
     Args:
         talker: Connects it to the other members.
-        member: Name of this member.
+        member: Its name.
         settings: The hive's timers.
         journal: Its disk.
         random: Keeps members from acting at the same time.
@@ -90,7 +93,7 @@ class RaftNode:
         self._settings = settings
         self._journal = journal
         self._random = random
-        self._bootstrap = bootstrap
+        self._bootstraps = bootstrap
         self._carrier: Carrier | None = None
         self._serving = False
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()
@@ -98,7 +101,7 @@ class RaftNode:
         self._to_robot: Coalescer | None = None
         self._granted: dict[str, float] = {}
         self._robot_lease = 0.0
-        self._filter = MemberFilter(talker, member, settings.election)
+        self._filter = MemberFilter(talker, member, settings.election, bootstraps=bootstrap)
         known = journal.load() or new_member(member, random)
         self._member = restore(known, settings, talker.now(), voter=voter)
 
@@ -111,17 +114,9 @@ class RaftNode:
         from_voters = (BB_VOTE, BB_ACK) if self._member.voter else ()
         for topic in (BACKUP, BB_ENTRIES, *from_voters):
             self._talker.subscribe(topic, self._hear)
-        heartbeat = self._settings.heartbeat
-        self._talker.every(heartbeat, self._tick)
-        if self._bootstrap and not self._member.hive:
-            self._filter.bootstrap = Bootstrap(
-                self._talker,
-                self._member.id,
-                heartbeat,
-                self._random,
-                lambda: bool(self._member.hive),
-                self._begin_hive,
-            )
+        self._talker.every(self._settings.heartbeat, self._tick)
+        if self._bootstraps and not self._member.hive:
+            self._await_hive(self._random.randint(_MIN_SILENCE, _MAX_SILENCE))
         self._tick()
 
     @property
@@ -213,12 +208,9 @@ class RaftNode:
             self._step(Propose((), task_ids))
 
     def grant(self, robot_id: str, sent: float, robot_lease: float) -> None:
-        """Renew a robot's lease with every heartbeat.
+        """Renew a robot's lease with every heartbeat: for `robot_lease` [s] after `sent` [s].
 
-        Args:
-            robot_id: Whose lease.
-            sent: When the robot sent the status that renews it, by its own clock [s].
-            robot_lease: How long it may work after that [s].
+        `sent` is when the robot sent its last status, by its own clock.
         """
         self._granted[robot_id] = sent
         self._robot_lease = robot_lease
@@ -242,9 +234,20 @@ class RaftNode:
             self._step_down()
         return pauses
 
-    def _begin_hive(self) -> None:
-        self._restart(new_hive(self._member.id, new_id(self._random)))
-        self._tick()
+    def _await_hive(self, beats: int) -> None:
+        """Bootstrap a hive after some heartbeats, unless somebody is heard.
+
+        Meanwhile, announce this member by an AppendReply to nobody. The members of a hive answer
+        that, even while they have no leader.
+        """
+        if self._member.hive:
+            return
+        if beats <= 0 and not self._filter.known_hive:
+            self._restart(new_hive(self._member.id, new_id(self._random)))
+            self._tick()
+            return
+        self._talker.publish(BB_ACK, AppendReply(self._member.id, 0, 0, 0.0))
+        self._talker.after(self._settings.heartbeat, partial(self._await_hive, beats - 1))
 
     def _restart(self, hard_state: HardState) -> None:
         self._journal.save(hard_state)

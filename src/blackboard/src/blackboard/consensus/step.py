@@ -7,11 +7,11 @@ network or disk, so a simulation can try every order of events.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from blackboard.consensus import election, leader
-from blackboard.consensus.append_entries import extend
+from blackboard.consensus.log import Log
 from blackboard.consensus.member import Role, become_follower, enter_epoch, has_lease, name_of
 from blackboard.consensus.messages import (
     MAX_EPOCH_JUMP,
@@ -55,13 +55,7 @@ Event = Tick | Died | Propose | Heartbeat | AppendEntries | AppendReply | Ballot
 
 
 def step(member: Member, event: Event, now: float) -> Step:
-    """Move a member on.
-
-    Args:
-        member: Its state.
-        event: What happened.
-        now: The time by the member's own clock [s].
-    """
+    """Return what a member becomes with an event, and what it sends; `now` is its clock [s]."""
     if isinstance(event, Tick):
         if member.role is Role.LEADER:
             return leader.lead(member, now)
@@ -125,3 +119,25 @@ def _follow(member: Member, epoch: int, leader: str, hive: str, now: float) -> M
     elif member.role is not Role.FOLLOWER:
         member = become_follower(member)
     return member.evolve(leader=leader, heard=now, died=None, hive=member.hive or hive)
+
+
+def extend(log: Log, message: AppendEntries) -> Log | None:
+    """Append the leader's entries to a follower's log.
+
+    They replace entries that an earlier leader never got committed. Returns None if entries
+    between the log and the message are missing.
+    """
+    before = message.before
+    if before.version > log.committed and log.at(before.version) != before:
+        return Log.of(message.snapshot, message.entries) if message.snapshot is not None else None
+    new = [
+        entry
+        for entry in message.entries
+        if entry.version > log.committed and log.at(entry.version) != entry.position
+    ]
+    if not new:
+        return log
+    kept = log.entries[: new[0].version - log.base.position.version - 1]
+    if len(kept) < len(log.entries):
+        return Log.of(log.base, (*kept, *new), log.committed)
+    return replace(log, entries=(*kept, *new), latest=log.latest.after(new))

@@ -22,7 +22,10 @@ T = TypeVar("T")
 
 
 class Topic(str, Generic[T]):
-    """The name of a topic, and for type checkers the type of its messages."""
+    """The name of a topic, and for type checkers the type of its messages.
+
+    The type is Any if it is defined in a package above `domain`.
+    """
 
     __slots__ = ()
 
