@@ -141,19 +141,16 @@ class SqliteJournal:
 
     def save(self, hard_state: HardState) -> None:
         """Write what has changed since the last time, in one transaction."""
-        before = self._saved
-        try:
-            with self._transaction():
-                self._write_self(hard_state)
-                if before is None or not _continues(before.log, hard_state.log):
-                    self._database.execute("DELETE FROM records")
-                    self._database.execute("DELETE FROM entries")
-                    self._write_records(hard_state.log.base.records.values())
-                    self._write_entries(hard_state.log.entries)
-                elif before.log is not hard_state.log:
-                    self._write_changes(before.log, hard_state.log)
-        except (OSError, sqlite3.Error) as error:
-            raise self._failed(error) from None
+        before, log = self._saved, hard_state.log
+        with self._transaction():
+            self._write_self(hard_state)
+            if before is None or not _continues(before.log, log):
+                self._database.execute("DELETE FROM records")
+                self._database.execute("DELETE FROM entries")
+                self._write_records(log.base.records.values())
+                self._write_entries(log.entries)
+            elif before.log is not log:
+                self._write_changes(before.log, log)
         self._saved = hard_state
 
     def load_reports(self) -> tuple[TaskUpdate, ...]:
@@ -164,12 +161,9 @@ class SqliteJournal:
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
         """Replace the unacknowledged reports."""
         rows = [(report.task_id, _to_json(report)) for report in reports]
-        try:
-            with self._transaction():
-                self._database.execute("DELETE FROM reports")
-                self._database.executemany("INSERT INTO reports VALUES (?, ?)", rows)
-        except (OSError, sqlite3.Error) as error:
-            raise self._failed(error) from None
+        with self._transaction():
+            self._database.execute("DELETE FROM reports")
+            self._database.executemany("INSERT INTO reports VALUES (?, ?)", rows)
 
     def close(self) -> None:
         """Close the file."""
@@ -205,13 +199,15 @@ class SqliteJournal:
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:
-        self._database.execute("BEGIN IMMEDIATE")
         try:
+            self._database.execute("BEGIN IMMEDIATE")
             yield
             self._database.execute("COMMIT")
-        except BaseException:
+        except BaseException as error:
             with contextlib.suppress(sqlite3.Error):
                 self._database.execute("ROLLBACK")
+            if isinstance(error, (OSError, sqlite3.Error)):
+                raise self._failed(error) from None
             raise
 
     def _failed(self, error: Exception) -> JournalError:

@@ -122,7 +122,7 @@ class TaskRecord:
         )
 
     def after(self, event: TaskEvent, **changes: object) -> TaskRecord | None:
-        """Return the record after an event that changes some fields, or None if it has no effect."""
+        """Return the record after an event and its changes, or None if it has no effect."""
         state = TRANSITIONS[self.state][event]
         return None if state is None else replace(self, state=state, **changes)  # type: ignore[arg-type]  # fields by name
 
