@@ -8,7 +8,7 @@ import pytest
 from blackboard.consensus import leader
 from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.member import Member, Peer, Role
-from blackboard.consensus.messages import AppendEntries, AppendReply
+from blackboard.consensus.messages import AppendEntries, AppendReply, Heartbeat
 from blackboard.consensus.step import Propose, Tick, step
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.settings import RaftSettings
@@ -188,3 +188,20 @@ def test_one_of_two_that_goes_on_alone_commits_what_was_in_flight_to_the_other(b
 
     assert blackboard.member.members == (VOTERS[0],)
     assert blackboard.member.log.committed == blackboard.member.log.position.version
+
+
+@pytest.mark.parametrize(
+    ("message", "receiver"),
+    [
+        (Heartbeat(2, "blackboard"), "blackboard"),
+        (AppendEntries(2, "blackboard#1", Position(1, 1), (), 1, NOW), "blackboard"),
+        (Heartbeat(1, "robot2"), "robot2"),
+    ],
+)
+def test_a_reply_goes_to_the_leader_that_is_answered_and_to_nobody_else(message, receiver):
+    log = Log.of(Snapshot(Position(1, 1), members=VOTERS))
+    follower = Member("robot1#1", RaftSettings(), log, epoch=2)
+
+    _, (reply,) = step(follower, message, NOW)
+
+    assert reply.to == (receiver,)
