@@ -90,7 +90,7 @@ def test_the_highest_epoch_is_known_after_a_restart():
     assert after.node.obeys("hive1", 4)
 
 
-def test_an_ignored_epoch_is_reported_once():
+def test_a_refused_epoch_is_reported_once():
     member = Member()
     member.hear_beats("hive1", 4, seconds=1.0)
 

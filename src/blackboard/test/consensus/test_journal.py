@@ -126,7 +126,7 @@ def test_a_damaged_file_is_renamed_unchanged(path):
 
 
 @pytest.mark.parametrize("length", [1000, 4000, 8000])
-def test_a_torn_file_is_renamed_byte_for_byte(path, length):
+def test_a_file_that_is_torn_is_set_aside_byte_for_byte(path, length):
     journal = SqliteJournal(path)
     journal.save_reports([DONE])
     journal.close()

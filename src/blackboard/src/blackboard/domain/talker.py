@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
 
 
-T = TypeVar("T")
+_Message = TypeVar("_Message")
 
 
-class Topic(str, Generic[T]):
+class Topic(str, Generic[_Message]):
     """The name of a topic, and for type checkers the type of its messages.
 
     The type is Any if it is defined in a package above `domain`.
@@ -67,7 +67,9 @@ class Talker(Protocol):
     def now(self) -> float:
         """Return the time that all timers use [s]; its zero means nothing."""
 
-    def publish(self, topic: Topic[T], message: T, to: Collection[str] | None = None) -> None:
+    def publish(
+        self, topic: Topic[_Message], message: _Message, to: Collection[str] | None = None
+    ) -> None:
         """Send a message to everyone who listens to a topic.
 
         Args:
@@ -80,8 +82,8 @@ class Talker(Protocol):
 
     def subscribe(
         self,
-        topic: Topic[T],
-        handler: Callable[[T], None],
+        topic: Topic[_Message],
+        handler: Callable[[_Message], None],
         when: Callable[[], bool] | None = None,
     ) -> Subscription:
         """Listen to a topic; messages of this member itself arrive too.
