@@ -13,7 +13,7 @@ from contextlib import closing, suppress
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.auction.decision import from_plain
-from blackboard.consensus.json_records import fields_of
+from blackboard.consensus.journal import fields_of
 from blackboard.errors import JournalError
 
 if TYPE_CHECKING:

@@ -133,7 +133,7 @@ def join(
         settings,
         journal,
         random.SystemRandom(),
-        founds=founds,
+        bootstrap=founds,
         voter=stands_by,
     )
     if stands_by:

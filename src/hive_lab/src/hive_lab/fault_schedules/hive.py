@@ -159,14 +159,13 @@ class SimulatedMember:
         host = self.host
         host.boot()
         talker = HostTalker(host, self.name)
-        founds = self.name == BLACKBOARD
         self.backup = RaftNode(
             talker,
             self.name,
             self.settings,
             self.disk,
             self.random,
-            founds=founds,
+            bootstrap=self.name == BLACKBOARD,
             voter=self.voter,
         )
         if self.voter:

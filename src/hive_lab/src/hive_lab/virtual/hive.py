@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from blackboard.board.blackboard import Blackboard
-from blackboard.consensus.bootstrap import founder
+from blackboard.consensus.bootstrap import new_hive
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.node import RaftNode
@@ -78,7 +78,7 @@ SMALL_ROBOT = RobotCharacteristics(
 
 def lone_backup(talker: Talker) -> RaftNode:
     """Return the backup of a blackboard that is the only member of its hive."""
-    disk = MemoryJournal(founder("blackboard#1", "hive1"))
+    disk = MemoryJournal(new_hive("blackboard#1", "hive1"))
     return RaftNode(talker, "blackboard", RaftSettings(), disk, random.Random(0))
 
 
