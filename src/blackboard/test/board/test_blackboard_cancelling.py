@@ -3,6 +3,7 @@
 
 import pytest
 
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     TASK_STATE,
 )
@@ -39,7 +40,7 @@ def test_an_open_task_can_be_cancelled_and_its_robot_is_told(state):
     record = harness.record(ROUND)
     assert (record.state, record.reason) == (CANCELLED, "cancelled by an operator")
     assert harness.states(ROUND)[-1][0] is CANCELLED
-    assert harness.orders(take_back=True) == ([] if state is WAITING else [("T3", "robot1")])
+    assert harness.orders(OrderKind.TAKE_BACK) == ([] if state is WAITING else [("T3", "robot1")])
 
 
 @pytest.mark.parametrize("state", [DONE, CANCELLED, FAILED])

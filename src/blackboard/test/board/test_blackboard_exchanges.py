@@ -3,6 +3,7 @@
 
 import pytest
 
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import TASK_BROADCAST
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -38,7 +39,7 @@ def given(harness):
 
 def test_what_is_to_change_hands_is_asked_for(harness):
     assert harness.orders() == [("T1", "robot1"), ("T2", "robot2")]
-    assert harness.orders(take_back=True) == [("T1", "robot1"), ("T2", "robot2")]
+    assert harness.orders(OrderKind.HAND_BACK_UNBEGUN) == [("T1", "robot1"), ("T2", "robot2")]
 
 
 def test_a_swap_is_given_out_when_both_are_there_and_without_an_auction(harness):

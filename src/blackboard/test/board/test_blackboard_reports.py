@@ -4,6 +4,7 @@
 import pytest
 
 from blackboard.domain.bid import MAX_COST
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     SYNC,
     TASK_ASSIGN,
@@ -128,7 +129,7 @@ def test_done_is_believed_from_a_robot_that_has_lost_the_task_and_the_other_is_s
     harness.report("robot1", GO, DONE, assignment=1)
 
     assert (harness.record(GO).state, harness.record(GO).robot) == (DONE, "robot1")
-    assert harness.orders(take_back=True) == [("T1", "robot2")]
+    assert harness.orders(OrderKind.TAKE_BACK) == [("T1", "robot2")]
 
 
 def test_a_task_that_is_handed_back_is_auctioned_again_at_once():

@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     TASK_ASSIGN,
 )
@@ -43,7 +44,7 @@ def test_a_robot_that_reports_on_a_forgotten_task_is_told_to_report_no_more():
     harness.report("robot1", GO, DONE)
 
     order = harness.said(TASK_ASSIGN)[-1]
-    assert (order.robot_id, order.forgotten, order.take_back) == ("robot1", True, True)
+    assert (order.robot_id, order.kind) == ("robot1", OrderKind.FORGOTTEN)
     assert (order.task.id, order.assignment) == ("T1", 1)
     assert harness.record(GO) is None
 
@@ -52,7 +53,7 @@ def test_a_robot_that_has_a_forgotten_task_on_its_list_is_told_to_drop_it():
     harness = forgotten()
     harness.status("robot1", tasks=["T1"])
 
-    assert harness.said(TASK_ASSIGN)[-1].forgotten
+    assert harness.said(TASK_ASSIGN)[-1].kind is OrderKind.FORGOTTEN
 
 
 def test_an_id_that_is_forgotten_may_be_used_again_for_another_task():
@@ -71,7 +72,7 @@ def test_a_late_report_on_a_forgotten_task_says_nothing_of_another_one_of_its_id
     harness.report("robot1", GO, DONE, assignment=1)
 
     assert harness.record(GO).state is ASSIGNED
-    assert harness.said(TASK_ASSIGN)[-1].forgotten
+    assert harness.said(TASK_ASSIGN)[-1].kind is OrderKind.FORGOTTEN
 
     harness.report("robot1", GO, DONE, assignment=2)
     assert harness.record(GO).state is DONE

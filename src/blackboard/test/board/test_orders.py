@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from blackboard.board.orders import Orders
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import Order, TaskRecord
+from blackboard.domain.record import Order, OrderKind, TaskRecord
 from blackboard.domain.talker import TASK_ASSIGN
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -107,7 +107,7 @@ def test_a_task_is_taken_back_from_the_robot_that_has_it():
     desk.orders.take_back(HELD)
 
     assert desk.said() == [
-        Order(TASK, "robot1", take_back=True, step=1, epoch=1, assignment=3, hive="hive1")
+        Order(TASK, "robot1", OrderKind.TAKE_BACK, step=1, epoch=1, assignment=3, hive="hive1")
     ]
 
 

@@ -12,6 +12,7 @@ import re
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     BB_ENTRIES,
     NEW_TASK,
@@ -63,7 +64,7 @@ def _broadcast_flaw(broadcast: Broadcast) -> str:
 
 
 def _order_flaw(order: Order) -> str:
-    if not order.take_back:
+    if order.kind is OrderKind.ASSIGN:
         return _task_flaw(order.task, order.step) or flaw_of(order.heard, "Order.heard")
     return _kind_flaw(order.task) or flaw_of(order, "Order")
 

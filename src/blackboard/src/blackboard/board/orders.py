@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.domain.record import ANY_ASSIGNMENT, Order
+from blackboard.domain.record import ANY_ASSIGNMENT, Order, OrderKind
 from blackboard.domain.talker import TASK_ASSIGN
 from blackboard.domain.task import Task
 
@@ -51,18 +50,17 @@ class Orders:
         self._tell(self._order(record))
 
     def take_back(self, record: TaskRecord) -> None:
-        """Have the robot that holds a task, if one does, drop it."""
+        """Have the robot that holds a task, if any, drop it."""
         if record.robot:
-            self._tell(replace(self._order(record), take_back=True))
+            self._tell(self._order(record, OrderKind.TAKE_BACK))
 
     def recall(self, record: TaskRecord) -> None:
         """Have the robot that holds a task drop it and report how far it has come."""
-        self._tell(replace(self._order(record), take_back=True, hand_back=True))
+        self._tell(self._order(record, OrderKind.HAND_BACK))
 
     def recall_unbegun(self, record: TaskRecord) -> None:
-        """Have the robot that holds a task hand it back if it has not begun with it."""
-        recall = replace(self._order(record), take_back=True, hand_back=True, if_unbegun=True)
-        self._tell(recall)
+        """Have the robot that holds a task hand it back unless it has begun."""
+        self._tell(self._order(record, OrderKind.HAND_BACK_UNBEGUN))
 
     def forget(self, task_id: str) -> None:
         """Note that no robot has to have a task any more."""
@@ -120,21 +118,21 @@ class Orders:
             robot_id: Who has it, or reports on it.
             assignment: Only under numbers up to this one.
         """
-        order = self._away(Task(task_id, 0, ()), robot_id, assignment)
-        self._tell(replace(order, forgotten=True))
+        order = self._away(Task(task_id, 0, ()), robot_id, assignment, OrderKind.FORGOTTEN)
+        self._tell(order)
 
     def _send_away(self, task_id: str, robot_id: str) -> None:
         record = self._backup.get(task_id)
         if record is None:
             self.disown(task_id, robot_id)
         else:
-            self._tell(self._away(record.task, robot_id, record.assignment))
+            self._tell(self._away(record.task, robot_id, record.assignment, OrderKind.TAKE_BACK))
 
-    def _away(self, task: Task, robot_id: str, assignment: int) -> Order:
+    def _away(self, task: Task, robot_id: str, assignment: int, kind: OrderKind) -> Order:
         return Order(
             task,
             robot_id,
-            take_back=True,
+            kind,
             epoch=self._backup.epoch,
             assignment=assignment,
             heard=self._heard.get(robot_id, 0.0),
@@ -144,10 +142,11 @@ class Orders:
     def _tell(self, order: Order) -> None:
         self._talker.publish(TASK_ASSIGN, order, (order.robot_id,))
 
-    def _order(self, record: TaskRecord) -> Order:
+    def _order(self, record: TaskRecord, kind: OrderKind = OrderKind.ASSIGN) -> Order:
         return Order(
             record.task,
             record.robot,
+            kind,
             step=record.step,
             epoch=self._backup.epoch,
             assignment=record.assignment,

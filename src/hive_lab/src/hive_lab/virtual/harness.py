@@ -17,7 +17,7 @@ from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLeng
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
 from blackboard.domain.talker import (
     NEW_TASK,
@@ -147,10 +147,14 @@ class BlackboardHarness(_Harness):
         said = self.said(TASK_STATE)
         return [(update.state, update.robot_id) for update in said if update.task_id == task.id]
 
-    def orders(self, *, take_back: bool = False) -> list[tuple[str, str]]:
-        """Return (task, robot) of the orders."""
+    def orders(self, *kinds: OrderKind) -> list[tuple[str, str]]:
+        """Return (task, robot) of the orders of some kinds; of assignments without any."""
         said = self.said(TASK_ASSIGN)
-        return [(each.task.id, each.robot_id) for each in said if each.take_back == take_back]
+        return [
+            (each.task.id, each.robot_id)
+            for each in said
+            if each.kind in (kinds or [OrderKind.ASSIGN])
+        ]
 
     def record(self, task: Task) -> TaskRecord | None:
         """Return a task as the task list has it."""
