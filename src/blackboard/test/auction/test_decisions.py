@@ -5,8 +5,13 @@ import json
 
 import pytest
 
-from blackboard.auction.advice import what_would_help
-from blackboard.auction.decision import Decision, from_plain, replayed, to_plain
+from blackboard.auction.decision import (
+    Decision,
+    from_plain,
+    replayed,
+    to_plain,
+    what_would_help,
+)
 from blackboard.auction.decision_log import ENDING, SqliteBook, read_decisions
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
 from blackboard.domain.task import Task, TaskType

@@ -43,16 +43,32 @@ def names(bundles):
     return [" ".join(record.task.id for record in bundle) for bundle in bundles]
 
 
-def reallocation(*records, threshold=0.1):
-    """Return what chooses among some records; lists are in the order of the names of tasks."""
-    shown = {record.robot: [] for record in records}
-    for record in sorted(records, key=lambda each: each.task.id):
-        shown[record.robot].append(record.task.id)
-    status = {
-        robot: RobotStatus(robot, RobotState.BUSY, Pose(0.0, 0.0), 1.0, tasks=tuple(tasks))
-        for robot, tasks in shown.items()
-    }
-    return Reallocation(lambda: records, status.get, "waiting", threshold)
+class Fleet:
+    """A reallocation that steps, among records held in the order of their tasks' names."""
+
+    def __init__(self, *records):
+        shown = {record.robot: [] for record in records}
+        for record in sorted(records, key=lambda each: each.task.id):
+            shown[record.robot].append(record.task.id)
+        self.statuses = {
+            robot: RobotStatus(robot, RobotState.BUSY, Pose(0.0, 0.0), 1.0, tasks=tuple(tasks))
+            for robot, tasks in shown.items()
+        }
+        self.records = records
+        self.reallocation = Reallocation("waiting", 0.1)
+
+    def offers(self, robots=BOTH, most=100):
+        self.reallocation, bundles = self.reallocation.next_step(
+            self.records, robots, self.statuses.get, most
+        )
+        return names(bundles)
+
+    def resume(self):
+        self.reallocation = self.reallocation.resume()
+
+    def decide(self, *offers):
+        self.reallocation, found = self.reallocation.decide(offers)
+        return found
 
 
 def test_a_task_moves_to_the_robot_with_which_all_wait_less():
@@ -155,19 +171,19 @@ def test_nothing_offered_nothing_moved():
     assert moved([]) == []
 
 
-def steps(chooser, count, robots=BOTH, most=100):
+def steps(fleet, count):
     """Return what is offered in so many steps, whether they gain or not."""
     offered = []
     for _ in range(count):
-        offered.append(names(chooser.offers(robots, most)))
-        chooser.note_change()
+        offered.append(fleet.offers())
+        fleet.resume()
     return offered
 
 
 def test_robots_offer_a_piece_each_and_in_every_third_pass_one_of_them_only_takes():
-    chooser = reallocation(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
+    fleet = Fleet(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
-    assert steps(chooser, 6) == [
+    assert steps(fleet, 6) == [
         ["T3"],  # the first pass begins with its second step
         ["T1 T2", "T3"],
         ["T2", "T3"],
@@ -179,9 +195,9 @@ def test_robots_offer_a_piece_each_and_in_every_third_pass_one_of_them_only_take
 
 def test_ends_of_lists_are_offered_in_the_order_in_which_the_robot_has_them():
     records = [held(name, "robot1") for name in ("T3", "T1", "T2")]
-    chooser = reallocation(*records, held("T4", "robot2"))
+    fleet = Fleet(*records, held("T4", "robot2"))
 
-    offered = {name for step in steps(chooser, 18) for name in step}
+    offered = {name for step in steps(fleet, 18) for name in step}
 
     assert offered == {"T1", "T2", "T3", "T1 T2 T3", "T2 T3", "T4"}
 
@@ -189,20 +205,18 @@ def test_ends_of_lists_are_offered_in_the_order_in_which_the_robot_has_them():
 def test_what_is_offered_as_one_is_of_one_priority():
     urgent = held("T1", "robot1")
     urgent = replace(urgent, task=replace(urgent.task, priority=5))
-    chooser = reallocation(
-        urgent, held("T2", "robot1"), held("T3", "robot1"), held("T4", "robot2")
-    )
+    fleet = Fleet(urgent, held("T2", "robot1"), held("T3", "robot1"), held("T4", "robot2"))
 
-    offered = {name for step in steps(chooser, 18) for name in step}
+    offered = {name for step in steps(fleet, 18) for name in step}
 
     assert "T2 T3" in offered
     assert not any(name.startswith("T1 ") for name in offered)
 
 
 def test_it_rests_when_all_was_offered_in_some_passes_without_a_gain():
-    chooser = reallocation(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
+    fleet = Fleet(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
-    offered = [names(chooser.offers(BOTH, 100)) for _ in range(8)]
+    offered = [fleet.offers() for _ in range(8)]
 
     assert [] not in offered[:6]
     assert offered[6:] == [[], []]
@@ -210,9 +224,9 @@ def test_it_rests_when_all_was_offered_in_some_passes_without_a_gain():
 
 def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
     robots = [f"robot{number}" for number in range(6)]
-    chooser = reallocation(*(held(f"T{number}", robot) for number, robot in enumerate(robots)))
+    fleet = Fleet(*(held(f"T{number}", robot) for number, robot in enumerate(robots)))
 
-    offered = [names(chooser.offers(frozenset(robots), 2)) for _ in range(10)]
+    offered = [fleet.offers(frozenset(robots), 2) for _ in range(10)]
 
     assert {name for step in offered for name in step} == {f"T{number}" for number in range(6)}
     assert all(len(step) <= 2 for step in offered)
@@ -220,44 +234,44 @@ def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
 
 
 def test_after_a_change_it_is_offered_again():
-    chooser = reallocation(held("T1", "robot1"))
+    fleet = Fleet(held("T1", "robot1"))
     for _ in range(3):
-        chooser.offers(BOTH, 100)
-    rests = chooser.offers(BOTH, 100) == []
-    chooser.note_change()
+        fleet.offers()
+    rests = fleet.offers() == []
+    fleet.resume()
 
     assert rests
-    assert names(chooser.offers(BOTH, 100)) == ["T1"]
+    assert fleet.offers() == ["T1"]
 
 
 def test_what_has_begun_is_not_offered_nor_what_a_robot_out_of_service_has():
-    chooser = reallocation(
+    fleet = Fleet(
         held("T1", "robot1", TaskState.STARTED), held("T2", "robot3"), held("T3", "robot2")
     )
 
-    assert names(chooser.offers(BOTH, 100)) == ["T3"]
+    assert fleet.offers() == ["T3"]
 
 
 def test_a_lone_robot_offers_nothing():
-    chooser = reallocation(held("T1", "robot1"))
+    fleet = Fleet(held("T1", "robot1"))
 
-    assert chooser.offers(frozenset({"robot1"}), 100) == []
+    assert fleet.offers(frozenset({"robot1"})) == []
 
 
 def test_in_each_pass_a_task_meets_another_one_of_the_next_robot():
-    chooser = reallocation(
+    fleet = Fleet(
         held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"), held("T4", "robot2")
     )
 
-    met = {tuple(step) for step in steps(chooser, 40)}
+    met = {tuple(step) for step in steps(fleet, 40)}
 
     assert {("T1", "T3"), ("T1", "T4"), ("T2", "T3"), ("T2", "T4")} <= met
 
 
 def test_after_a_gain_it_goes_on():
-    chooser = reallocation(record := held("T1", "robot1"))
-    chooser.offers(BOTH, 100)
+    fleet = Fleet(record := held("T1", "robot1"))
+    fleet.offers()
 
-    chooser.decide([offer(record, robot1=10.0, robot2=5.0)])
+    assert fleet.decide(offer(record, robot1=10.0, robot2=5.0))
 
-    assert names(chooser.offers(BOTH, 100)) == ["T1"]
+    assert fleet.offers() == ["T1"]

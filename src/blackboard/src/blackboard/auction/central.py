@@ -26,18 +26,18 @@ class Central:
 
     Args:
         get: Gives the record of a task by its id; None where it is unknown.
-        ways_for: Gives what knows how far it is for a robot of a radius [m].
+        path_lengths_for: Gives the path lengths for a robot of a radius [m].
         now: Gives the time on the clock of `Task.posted` [s].
     """
 
     def __init__(
         self,
         get: Callable[[str], TaskRecord | None],
-        ways_for: Callable[[float], PathLengths],
+        path_lengths_for: Callable[[float], PathLengths],
         now: Callable[[], float],
     ) -> None:
         self._get = get
-        self._path_lengths_for = ways_for
+        self._path_lengths_for = path_lengths_for
         self._now = now
 
     def question(self, broadcast: Broadcast) -> Broadcast:

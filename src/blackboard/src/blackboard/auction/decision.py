@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an auction has decided about one task, with all that was bid: the answer to "why?"."""
+"""What an auction decides about one task, with all bids: the answer to "why?"."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from blackboard.costing.cost import COST_MODELS
-from blackboard.domain.bid import MAX_COST, Bid, CostTerms
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from blackboard.domain.task import Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,3 +84,34 @@ def from_plain(values: dict[str, Any]) -> Decision:
 def _terms(values: dict[str, Any] | None) -> CostTerms | None:
     """Return terms; older records do not have what the charge of the whole list grows by."""
     return CostTerms(**{"added_charge": values["energy_charge"], **values}) if values else None
+
+
+def what_would_help(task: Task, bids: Iterable[Bid]) -> str:
+    """Return in words what would let some robot take a task; empty if the bids do not tell.
+
+    Robots that only lack charge or are only out of service are named first: they are there.
+
+    Args:
+        task: A task that nobody can take.
+        bids: The robots' answers, each with why it is excluded.
+    """
+    robots: dict[str, list[str]] = {}
+    for bid in bids:
+        robots.setdefault(bid.exclusion, []).append(bid.robot_id)
+    kind = TaskType(task.type)
+    with_arm = " with its arm" if kind.picks else ""
+    told = {
+        Exclusion.CHARGE: f"to charge {_listed(robots.get(Exclusion.CHARGE, ()))}",
+        Exclusion.SERVICE: f"to put {_listed(robots.get(Exclusion.SERVICE, ()))} back in service",
+        Exclusion.WAY: "to clear the way, or another goal",
+        Exclusion.PAYLOAD: f"a robot that carries {task.payload:g} kg{with_arm}",
+        Exclusion.TYPE: f"a robot that does {kind.name}",
+    }
+    helps = [words for exclusion, words in told.items() if exclusion in robots]
+    if Exclusion.PAYLOAD in robots and Exclusion.TYPE in robots:
+        helps.remove(told[Exclusion.TYPE])
+    return ", or ".join(helps)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which robots there are, as far as their last words tell."""
+"""Which robots there are, by their last status."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from blackboard.domain.characteristics import RobotState
 if TYPE_CHECKING:
     from blackboard.domain.characteristics import RobotStatus
 
-# A robot that has charged by this much may now take what it refused before.
-_CHARGE_THAT_MATTERS = 0.05
+_CHARGE_STEP = 0.05
+"""A robot that has charged by this much may now take what it refused before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Presence:
         """Note a status; return whether the robot may now bid better than before."""
         before = self._seen.get(status.robot_id)
         known_charge = status.charge if before is None else before.charge
-        charged = status.charge - known_charge >= _CHARGE_THAT_MATTERS
+        charged = status.charge - known_charge >= _CHARGE_STEP
         charge = status.charge if charged else min(status.charge, known_charge)
         self._note(_Seen(status, now, charge))
         if before is None:
@@ -48,7 +48,7 @@ class Presence:
         return returned or relieved or charged
 
     def knows(self, robot_id: str) -> bool:
-        """Return whether a robot has ever been heard."""
+        """Return whether a robot was ever heard."""
         return robot_id in self._seen
 
     def in_service(self) -> frozenset[str]:
@@ -56,12 +56,12 @@ class Presence:
         return self._in_service
 
     def last(self, robot_id: str) -> RobotStatus | None:
-        """Return the last status of a robot, or None where it was never heard."""
+        """Return the last status of a robot; None if it was never heard."""
         seen = self._seen.get(robot_id)
         return None if seen is None else seen.status
 
     def fall_silent(self, now: float) -> tuple[RobotStatus, ...]:
-        """Mark robots as offline that have been silent for too long; return those just marked."""
+        """Mark robots as offline that are silent for too long; return those just marked."""
         fallen = tuple(
             replace(
                 seen.status,

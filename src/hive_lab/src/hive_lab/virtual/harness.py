@@ -93,9 +93,8 @@ class BlackboardHarness(_Harness):
         backup = lone_backup(self.talker)
         path_lengths = GridPathLengths(Grid(blocked, 0.1))
         self.book = MemoryBook()
-        Blackboard(
-            self.talker, backup, path_lengths, BlackboardSettings(**settings), self.book
-        ).start()
+        patience = BlackboardSettings(**settings)
+        Blackboard(self.talker, backup, path_lengths, patience, book=self.book).start()
         backup.start()
 
     def join(self, *robots: str) -> None:
