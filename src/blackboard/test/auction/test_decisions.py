@@ -2,6 +2,7 @@
 """Why a task went to whom: noted, kept, read again and worked out anew."""
 
 import json
+from dataclasses import asdict
 
 import pytest
 
@@ -9,7 +10,6 @@ from blackboard.auction.decision import (
     Decision,
     from_plain,
     replayed,
-    to_plain,
     what_would_help,
 )
 from blackboard.auction.decision_log import ENDING, SqliteBook, read_decisions
@@ -37,7 +37,7 @@ def decision(task="T1", auction=1, **fields):
 def test_a_decision_survives_being_written_as_json():
     made = decision()
 
-    assert from_plain(json.loads(json.dumps(to_plain(made)))) == made
+    assert from_plain(json.loads(json.dumps(asdict(made)))) == made
 
 
 def test_the_decisions_on_a_task_are_read_from_all_files_of_a_folder_oldest_first(tmp_path):

@@ -7,35 +7,29 @@ import pytest
 
 from blackboard.auction.candidate_selection import CandidateSelection
 from blackboard.auction.reallocation import Reallocation
-from blackboard.auction.state import (
+from blackboard.auction.step import (
     AuctionState,
     AwardsCommitted,
     BidsHeard,
-    CallForBids,
     CarryOut,
-    FleetChanged,
     ReallocationDue,
     Recall,
     Refuse,
     RobotImproved,
     ScheduleChanged,
-    StartTimer,
-    SteppedDown,
-    StopTimer,
-    TaskCame,
-    TimerDue,
-    TimerKind,
+    SetTimer,
+    Signal,
     View,
     Withdrawn,
+    step,
 )
-from blackboard.auction.step import step
 from blackboard.costing.bid_basis import Bids
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
-from blackboard.domain.record import TaskRecord
+from blackboard.domain.record import Broadcast, TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 
-ROUND, TRANSFERS = TimerKind.ROUND, TimerKind.TRANSFERS
+ROUND, TRANSFERS = Signal.ROUND_TIMEOUT, Signal.TRANSFER_TIMEOUT
 
 
 class Desk:
@@ -70,7 +64,7 @@ class Desk:
         """Put tasks on the list, and return the effects of auctioning them."""
         for name in tasks:
             self.put(name)
-        return self.say(TaskCame())
+        return self.say(Signal.TASK_CAME)
 
     def transfer(self):
         """Have T1 of robot1 offered again, and robot2 bid less."""
@@ -100,16 +94,16 @@ def test_a_task_that_comes_opens_a_round_and_starts_its_timer():
 
     timer, call = desk.auction("T1")
 
-    assert timer == StartTimer(ROUND, 2.0)
-    assert call == CallForBids(desk.state.call)
-    assert [task.id for task, _ in call.call.tasks] == ["T1"]
-    assert call.call.asked is None
+    assert timer == SetTimer(ROUND, 2.0)
+    assert call == desk.state.call
+    assert [task.id for task, _ in call.tasks] == ["T1"]
+    assert call.asked is None
 
 
 def test_nothing_is_asked_while_nothing_waits_or_an_auction_is_under_way():
     desk = Desk("robot1")
 
-    assert desk.say(TaskCame()) == []
+    assert desk.say(Signal.TASK_CAME) == []
     desk.auction("T1")
     assert desk.auction("T2") == []
 
@@ -121,7 +115,7 @@ def test_the_last_bid_closes_the_round_and_its_result_is_carried_out_last():
     assert desk.bid("robot1", T1=5.0) == []
     effects = desk.bid("robot2", T1=4.0)
 
-    assert effects[0] == StopTimer(ROUND)
+    assert effects[0] == SetTimer(ROUND)
     assert winners(effects) == {"T1": "robot2"}
 
 
@@ -130,8 +124,8 @@ def test_the_timer_closes_a_round_once():
     desk.auction("T1")
     desk.bid("robot1", T1=5.0)
 
-    assert winners(desk.say(TimerDue(ROUND))) == {"T1": "robot1"}
-    assert desk.say(TimerDue(ROUND)) == []
+    assert winners(desk.say(ROUND)) == {"T1": "robot1"}
+    assert desk.say(ROUND) == []
     assert desk.state.slow == {"robot2"}
 
 
@@ -141,10 +135,10 @@ def test_nothing_new_is_asked_before_the_awards_are_committed():
     awards = result(desk.bid("robot1", T1=1.0, T2=2.0)).awards
     desk.put("T1", TaskState.ASSIGNED, "robot1")
 
-    assert desk.say(TaskCame()) == []
+    assert desk.say(Signal.TASK_CAME) == []
     _, call = desk.say(AwardsCommitted(awards))
-    assert call.call.round == 2
-    assert call.call.asked == {"robot1": "T1"}
+    assert call.round == 2
+    assert call.asked == {"robot1": "T1"}
 
 
 def test_an_auction_ends_when_nothing_waits_any_more():
@@ -181,18 +175,18 @@ def test_what_nobody_can_take_is_parked_until_the_fleet_changes():
     assert [name for name, _ in result(effects).impossible] == ["T1"]
     desk.say(AwardsCommitted(()))
 
-    assert desk.say(TaskCame()) == []
-    assert kinds(desk.say(FleetChanged())) == [StartTimer, CallForBids]
+    assert desk.say(Signal.TASK_CAME) == []
+    assert kinds(desk.say(Signal.FLEET_CHANGED)) == [SetTimer, Broadcast]
 
 
 def test_what_becomes_possible_while_an_auction_is_under_way_is_not_parked():
     desk = Desk("robot1")
     desk.auction("T1")
-    desk.say(FleetChanged())
+    desk.say(Signal.FLEET_CHANGED)
     desk.bid("robot1", T1=MAX_COST)
 
     assert desk.state.parked == frozenset()
-    assert kinds(desk.say(AwardsCommitted(()))) == [StartTimer, CallForBids]
+    assert kinds(desk.say(AwardsCommitted(()))) == [SetTimer, Broadcast]
     assert desk.state.call.auction == 2
 
 
@@ -205,7 +199,7 @@ def test_a_robot_that_improves_is_asked_again_in_the_next_round():
 
     _, call = desk.say(AwardsCommitted(()))
 
-    assert call.call.asked == {"robot1": ""}
+    assert call.asked == {"robot1": ""}
 
 
 def test_a_robot_whose_schedule_changes_is_asked_again_and_its_bid_does_not_win():
@@ -243,7 +237,7 @@ def test_what_the_robots_asked_first_cannot_take_is_offered_to_all():
     _, second = desk.say(AwardsCommitted(()))
 
     assert decided.impossible == ()
-    assert [*first.call.asked, *second.call.asked] == ["robot1", "robot2"]
+    assert [*first.asked, *second.asked] == ["robot1", "robot2"]
 
 
 def test_a_reallocation_recalls_what_gains_and_waits_for_it():
@@ -252,8 +246,8 @@ def test_a_reallocation_recalls_what_gains_and_waits_for_it():
     effects = desk.transfer()
 
     assert effects == [
-        StopTimer(ROUND),
-        StartTimer(TRANSFERS, 3.0),
+        SetTimer(ROUND),
+        SetTimer(TRANSFERS, 3.0),
         Recall(desk.records["T1"]),
     ]
     assert desk.state.transfers.task_ids == {"T1"}
@@ -276,7 +270,7 @@ def test_a_task_that_changed_while_it_was_offered_stays_where_it_is():
     desk.bid("robot1", T1=10.0)
     desk.put("T1", TaskState.STARTED, "robot1")
 
-    assert desk.bid("robot2", T1=1.0) == [StopTimer(ROUND)]
+    assert desk.bid("robot2", T1=1.0) == [SetTimer(ROUND)]
 
 
 def test_a_task_that_comes_drops_a_reallocation_and_late_bids_on_it_are_no_error():
@@ -288,7 +282,7 @@ def test_a_task_that_comes_drops_a_reallocation_and_late_bids_on_it_are_no_error
 
     effects = desk.auction("T2")
 
-    assert kinds(effects) == [StopTimer, StartTimer, CallForBids]
+    assert kinds(effects) == [SetTimer, SetTimer, Broadcast]
     late = Bids("robot1", dropped.epoch, dropped.auction, (), dropped.round)
     assert desk.say(BidsHeard(late)) == []
 
@@ -299,7 +293,7 @@ def test_what_is_handed_back_for_a_transfer_goes_to_the_robot_that_was_to_get_it
     decided_in = (1, desk.state.call.auction, 1)
     desk.put("T1")
 
-    decided = result(desk.say(TaskCame()))
+    decided = result(desk.say(Signal.TASK_CAME))
 
     assert [(bid.task_id, bid.robot_id) for bid in decided.awards] == [("T1", "robot2")]
     assert decided.reason == "exchanged: T1 from robot1 to robot2"
@@ -309,10 +303,10 @@ def test_what_is_handed_back_for_a_transfer_goes_to_the_robot_that_was_to_get_it
 def test_what_is_not_handed_back_in_time_is_auctioned():
     desk = Desk("robot1", "robot2")
     desk.transfer()
-    desk.say(TimerDue(TRANSFERS))
+    desk.say(TRANSFERS)
     desk.put("T1")
 
-    assert kinds(desk.say(TaskCame())) == [StartTimer, CallForBids]
+    assert kinds(desk.say(Signal.TASK_CAME)) == [SetTimer, Broadcast]
 
 
 @pytest.mark.parametrize("between_rounds", [False, True])
@@ -321,7 +315,7 @@ def test_a_leader_that_steps_down_drops_everything(between_rounds):
     desk.auction("T1")
     awards = result(desk.bid("robot1", T1=1.0)).awards if between_rounds else ()
 
-    assert desk.say(SteppedDown()) == [StopTimer(ROUND), StopTimer(TRANSFERS)]
+    assert desk.say(Signal.STEPPED_DOWN) == [SetTimer(ROUND), SetTimer(TRANSFERS)]
     assert desk.state.auction is None
     assert desk.say(AwardsCommitted(awards)) == []
 

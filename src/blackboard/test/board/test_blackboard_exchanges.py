@@ -52,7 +52,7 @@ def test_a_swap_is_given_out_when_both_are_there_and_without_an_auction(harness)
     assert harness.offered == ["T1", "T2"]
     assert harness.record(ONE).assignment == harness.record(TWO).assignment == 2
     assert harness.record(ONE).tried == ()
-    assert [(each.task_id, each.winner, each.reason) for each in harness.book.decisions[2:]] == [
+    assert [(each.task_id, each.winner, each.reason) for each in harness.decisions[2:]] == [
         ("T1", "robot2", "exchanged: T1 from robot1 to robot2, T2 from robot2 to robot1"),
         ("T2", "robot1", "exchanged: T1 from robot1 to robot2, T2 from robot2 to robot1"),
     ]

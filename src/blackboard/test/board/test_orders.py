@@ -104,7 +104,7 @@ def test_what_no_robot_has_to_have_any_more_is_not_ordered_again():
 
 def test_a_task_is_taken_back_from_the_robot_that_has_it():
     desk = Desk()
-    desk.orders.take_back(HELD)
+    desk.orders.send(HELD, OrderKind.TAKE_BACK)
 
     assert desk.said() == [
         Order(TASK, "robot1", OrderKind.TAKE_BACK, step=1, epoch=1, assignment=3, hive="hive1")
@@ -113,7 +113,7 @@ def test_a_task_is_taken_back_from_the_robot_that_has_it():
 
 def test_a_task_that_nobody_has_is_not_taken_back():
     desk = Desk()
-    desk.orders.take_back(replace(HELD, robot=""))
+    desk.orders.send(replace(HELD, robot=""), OrderKind.TAKE_BACK)
 
     assert not desk.said()
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.board.presence import Presence
+from blackboard.board.watch import Presence
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from hive_common.pose import Pose
 

@@ -3,7 +3,7 @@
 
 import pytest
 
-from blackboard.board.retention import MAX_AT_ONCE, SHORTEST, Retention
+from blackboard.board.retention import MAX_AT_ONCE, MIN_KEPT, Retention
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -80,8 +80,8 @@ def test_of_too_many_the_oldest_go_first_though_not_at_once():
     desk.due(0.0)
     desk.write(record("T2"), record("T3"), record("T4"))
 
-    assert [desk.due(now) for now in (1.0, SHORTEST - 0.1)] == [(), ()]
-    assert desk.due(SHORTEST + 1.0) == ("T1", "T2")
+    assert [desk.due(now) for now in (1.0, MIN_KEPT - 0.1)] == [(), ()]
+    assert desk.due(MIN_KEPT + 1.0) == ("T1", "T2")
 
 
 def test_a_task_that_was_split_is_forgotten_with_its_parts_when_all_have_ended():

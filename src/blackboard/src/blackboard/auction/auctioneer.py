@@ -7,22 +7,20 @@ from typing import TYPE_CHECKING
 
 from blackboard.auction.candidate_selection import CandidateSelection
 from blackboard.auction.reallocation import Reallocation
-from blackboard.auction.state import (
+from blackboard.auction.step import (
     AuctionState,
     AwardsCommitted,
     BidsHeard,
-    CallForBids,
     CarryOut,
     Recall,
     ScheduleChanged,
-    StartTimer,
-    SteppedDown,
-    StopTimer,
-    TimerDue,
+    SetTimer,
+    Signal,
     View,
     Withdrawn,
+    step,
 )
-from blackboard.auction.step import step
+from blackboard.domain.record import Broadcast
 from blackboard.domain.talker import TASK_BROADCAST, TASK_COST
 from blackboard.errors import BidRefusedError
 
@@ -31,16 +29,13 @@ if TYPE_CHECKING:
 
     from blackboard.auction.auction import Result
     from blackboard.auction.central import Central
-    from blackboard.auction.state import Effect, Event, TimerKind
+    from blackboard.auction.step import Effect, Event
     from blackboard.consensus.node import RaftNode
     from blackboard.costing.bid_basis import Bids
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.settings import BlackboardSettings
     from blackboard.domain.talker import Talker, Timer
-
-_NOTES = SteppedDown | ScheduleChanged | Withdrawn
-"""Events that are only noted: no leadership is needed for them."""
 
 
 class Auctioneer:
@@ -77,7 +72,7 @@ class Auctioneer:
         self._recall = recall
         self._carry_out = carry_out
         self._central = central
-        self._timers: dict[TimerKind, Timer] = {}
+        self._timers: dict[Signal, Timer] = {}
         self._state = AuctionState(
             settings.bid_timeout,
             settings.order_timeout,
@@ -101,7 +96,8 @@ class Auctioneer:
 
     def handle(self, event: Event) -> None:
         """Move on by an event."""
-        if not isinstance(event, _NOTES) and not self._node.may_act():
+        is_noted_only = isinstance(event, ScheduleChanged | Withdrawn)
+        if not (is_noted_only or event is Signal.STEPPED_DOWN or self._node.may_act()):
             return
         node = self._node
         view = View(node.hive, node.epoch, node.records, self._in_service(), self._last)
@@ -110,26 +106,21 @@ class Auctioneer:
             self._do(effect)
 
     def _do(self, effect: Effect) -> None:
-        if isinstance(effect, CallForBids):
-            call = effect.call
-            asks = call if self._central is None else self._central.question(call)
-            self._talker.publish(TASK_BROADCAST, asks, call.asked)
+        if isinstance(effect, Broadcast):
+            asks = effect if self._central is None else self._central.question(effect)
+            self._talker.publish(TASK_BROADCAST, asks, effect.asked)
         elif isinstance(effect, CarryOut):
-            awards = effect.result.awards
-            self._carry_out(effect.result, lambda: self.handle(AwardsCommitted(awards)))
+            committed = AwardsCommitted(effect.result.awards)
+            self._carry_out(effect.result, lambda: self.handle(committed))
         elif isinstance(effect, Recall):
             self._recall(effect.record)
-        elif isinstance(effect, StartTimer):
-            self._stop_timer(effect.timer)
-            due = TimerDue(effect.timer)
-            self._timers[effect.timer] = self._talker.after(
-                effect.seconds, lambda: self.handle(due)
-            )
-        elif isinstance(effect, StopTimer):
-            self._stop_timer(effect.timer)
+        elif isinstance(effect, SetTimer):
+            self._set_timer(effect.signal, effect.seconds)
         else:
             self._talker.refuse(TASK_COST, effect.reason)
 
-    def _stop_timer(self, kind: TimerKind) -> None:
-        if (timer := self._timers.pop(kind, None)) is not None:
+    def _set_timer(self, signal: Signal, seconds: float | None) -> None:
+        if (timer := self._timers.pop(signal, None)) is not None:
             timer.cancel()
+        if seconds is not None:
+            self._timers[signal] = self._talker.after(seconds, lambda: self.handle(signal))

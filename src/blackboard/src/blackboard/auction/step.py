@@ -8,72 +8,228 @@ last effect of a step, because the commit it asks for may bring the next event a
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
 from typing import TYPE_CHECKING
 
 from blackboard.auction.auction import Auction, Result
-from blackboard.auction.state import (
-    AwardsCommitted,
-    BidsHeard,
-    CallForBids,
-    CarryOut,
-    FleetChanged,
-    ReallocationDue,
-    Recall,
-    Refuse,
-    RobotImproved,
-    ScheduleChanged,
-    StartTimer,
-    StopTimer,
-    TaskCame,
-    TimerDue,
-    TimerKind,
-    Withdrawn,
-)
+from blackboard.auction.transfers import Transfers
 from blackboard.domain.record import Broadcast
 from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from blackboard.auction.auction import Bundle
-    from blackboard.auction.state import AuctionState, Effect, Event, Step, View
+    from blackboard.auction.candidate_selection import CandidateSelection
+    from blackboard.auction.reallocation import Reallocation
     from blackboard.auction.transfers import Move
+    from blackboard.costing.bid_basis import Bids
     from blackboard.domain.bid import Bid
+    from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
 
 
-def step(state: AuctionState, event: Event, view: View) -> Step:
-    """Move the auctioneer on.
+@dataclass(frozen=True, slots=True)
+class View:
+    """The hive at the moment of an event.
 
-    Args:
-        state: Its state.
-        event: What happened.
-        view: The hive now.
-
-    Returns:
-        Its state afterwards, and what it asks for, in order.
+    Attributes:
+        hive: Its id.
+        epoch: Of this blackboard.
+        records: The task list, by task id.
+        in_service: The robots that take tasks.
+        last: Gives the last status of a robot; None if it was never heard.
     """
-    if isinstance(event, TaskCame):
-        after = _open(state, view)
+
+    hive: str
+    epoch: int
+    records: Mapping[str, TaskRecord]
+    in_service: frozenset[str]
+    last: Callable[[str], RobotStatus | None]
+
+
+@dataclass(frozen=True, slots=True)
+class AuctionState:
+    """The state of the auctioneer; `step` moves it on.
+
+    Attributes:
+        bid_timeout: Longest time that a round stays open [s].
+        transfer_timeout: Tasks that are not handed back within this time are auctioned [s].
+        selection: Limits what one call for bids offers, and to whom.
+        reallocation: Chooses what is offered while nothing waits.
+        transfers: Tasks that change hands because of that.
+        auction: The one under way; between its rounds, the awards of the last are being committed.
+        auctions: How many there have been.
+        call: The last call for bids.
+        dropped: Epoch and number of the auction that was dropped last; late bids on it are no
+            error.
+        slow: Robots that did not answer in time and have not answered since.
+        parked: Tasks that nobody can take; they are offered again when something changes.
+        hard: Tasks that the robots asked first cannot take; they are offered to all robots next.
+        is_stale: Whether the auction under way may find impossible what no longer is.
+    """
+
+    bid_timeout: float
+    transfer_timeout: float
+    selection: CandidateSelection
+    reallocation: Reallocation
+    transfers: Transfers = field(default_factory=Transfers)
+    auction: Auction | None = None
+    auctions: int = 0
+    call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))
+    dropped: tuple[int, int] = (0, 0)
+    slow: frozenset[str] = frozenset()
+    parked: frozenset[str] = frozenset()
+    hard: frozenset[str] = frozenset()
+    is_stale: bool = False
+
+    def expects(self, bids: Bids) -> bool:
+        """Return whether an auction is under way and the bids do not answer a dropped one."""
+        return self.auction is not None and (bids.epoch, bids.auction) != self.dropped
+
+
+class Signal(Enum):
+    """An event that says no more than its name."""
+
+    TASK_CAME = auto()
+    """A task may wait: it was posted or handed back."""
+    FLEET_CHANGED = auto()
+    """Some robot may now take what nobody could."""
+    ROUND_TIMEOUT = auto()
+    """The wait for bids is over."""
+    TRANSFER_TIMEOUT = auto()
+    """The wait for tasks that are to be handed back is over."""
+    STEPPED_DOWN = auto()
+    """This blackboard no longer leads."""
+
+
+@dataclass(frozen=True, slots=True)
+class BidsHeard:
+    """A robot answers a call; `flaw` says why no bids could be worked out from its answer."""
+
+    bids: Bids
+    flaw: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class AwardsCommitted:
+    """The awards of a round are on the task list for good, and the winners have their orders."""
+
+    awards: tuple[Bid, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RobotImproved:
+    """A robot may bid better now than it has bid."""
+
+    robot_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class ScheduleChanged:
+    """A robot's schedule is not the one it bid for."""
+
+    robot_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Withdrawn:
+    """Tasks do not wait any more."""
+
+    task_ids: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class ReallocationDue:
+    """It is time to improve the allocation of the tasks that robots hold."""
+
+    held: tuple[TaskRecord, ...]
+
+
+Event = (
+    Signal
+    | BidsHeard
+    | AwardsCommitted
+    | RobotImproved
+    | ScheduleChanged
+    | Withdrawn
+    | ReallocationDue
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CarryOut:
+    """Commit a result, order its winners, and report `AwardsCommitted` then."""
+
+    result: Result
+
+
+@dataclass(frozen=True, slots=True)
+class Recall:
+    """Ask a robot to hand a task back if it has not begun."""
+
+    record: TaskRecord
+
+
+@dataclass(frozen=True, slots=True)
+class SetTimer:
+    """Send a signal after a time [s] from now, and no earlier; never if None."""
+
+    signal: Signal
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Refuse:
+    """Tell the person who runs this member why bids are refused."""
+
+    reason: str
+
+
+Effect = Broadcast | CarryOut | Recall | SetTimer | Refuse
+"""What a step asks for; a `Broadcast` is sent to the robots it asks."""
+
+Step = tuple[AuctionState, list[Effect]]
+
+
+def step(state: AuctionState, event: Event, view: View) -> Step:
+    """Return the auctioneer's state after an event, and what it asks for, in order."""
+    if isinstance(event, Signal):
+        after = _follow(state, event, view)
     elif isinstance(event, BidsHeard):
         after = _hear(state, event, view)
-    elif isinstance(event, TimerDue):
-        after = _run_out(state, event.timer, view)
     elif isinstance(event, AwardsCommitted):
         after = _next_round(state, event.awards, view)
-    elif isinstance(event, FleetChanged | RobotImproved):
-        after = _open(_reconsider(state, event), view)
-    elif isinstance(event, ReallocationDue):
-        after = _reallocate(state, event, view)
+    elif isinstance(event, RobotImproved):
+        auction = state.auction and state.auction.outdate(event.robot_id)
+        after = _open(_unparked(replace(state, auction=auction)), view)
     elif isinstance(event, ScheduleChanged):
         auction = state.auction and state.auction.forget(event.robot_id)
         after = replace(state, auction=auction, reallocation=state.reallocation.resume()), []
     elif isinstance(event, Withdrawn):
         after = _withdraw(state, event.task_ids), []
     else:
-        after = _stop(state)
+        after = _reallocate(state, event, view)
     return after
+
+
+def _follow(state: AuctionState, signal: Signal, view: View) -> Step:
+    if signal is Signal.ROUND_TIMEOUT:
+        return _close_round(state, view)
+    if signal is Signal.STEPPED_DOWN:
+        transfers = state.transfers.give_up()
+        stops: list[Effect] = [SetTimer(Signal.ROUND_TIMEOUT), SetTimer(Signal.TRANSFER_TIMEOUT)]
+        return replace(state, auction=None, transfers=transfers), stops
+    if signal is Signal.TRANSFER_TIMEOUT:
+        state = replace(state, transfers=state.transfers.give_up())
+    elif signal is Signal.FLEET_CHANGED:
+        state = replace(_unparked(state), is_stale=True)
+    return _open(state, view)
+
+
+def _unparked(state: AuctionState) -> AuctionState:
+    return replace(state, parked=frozenset(), reallocation=state.reallocation.resume())
 
 
 def _open(state: AuctionState, view: View) -> Step:
@@ -81,7 +237,8 @@ def _open(state: AuctionState, view: View) -> Step:
     effects: list[Effect] = []
     auction = state.auction
     if auction is not None and auction.reallocates and _waiting(state, view):
-        state, effects = _drop(replace(state, dropped=(auction.epoch, auction.number)))
+        state = replace(state, auction=None, dropped=(auction.epoch, auction.number))
+        effects = [SetTimer(Signal.ROUND_TIMEOUT)]
     if state.auction is not None:
         return state, effects
     transfers, moves = state.transfers.ready(view.in_service, view.records.get)
@@ -115,19 +272,10 @@ def _begin(state: AuctionState, view: View, *, reallocates: bool = False) -> Auc
     return replace(state, auctions=number, auction=Auction(view.epoch, number, reallocates))
 
 
-def _drop(state: AuctionState) -> Step:
-    return replace(state, auction=None), [StopTimer(TimerKind.ROUND)]
-
-
 def _next_round(state: AuctionState, awards: tuple[Bid, ...], view: View) -> Step:
     """Ask the robots whose bids do not hold, or end the auction if nothing is left.
 
     Tasks that the robots asked first cannot take are offered to all.
-
-    Args:
-        state: With the auction between two rounds.
-        awards: Of the last round.
-        view: The hive now.
     """
     auction, robots = state.auction, view.in_service
     if auction is None:
@@ -170,8 +318,8 @@ def _ask(
         asked=asked,
         sizes=() if set(sizes) == {1} else sizes,
     )
-    timer = StartTimer(TimerKind.ROUND, state.bid_timeout)
-    return replace(state, call=call), [timer, CallForBids(call)]
+    timer = SetTimer(Signal.ROUND_TIMEOUT, state.bid_timeout)
+    return replace(state, call=call), [timer, call]
 
 
 def _hear(state: AuctionState, event: BidsHeard, view: View) -> Step:
@@ -189,18 +337,12 @@ def _hear(state: AuctionState, event: BidsHeard, view: View) -> Step:
     return (state, []) if auction.missing else _close_round(state, view)
 
 
-def _run_out(state: AuctionState, timer: TimerKind, view: View) -> Step:
-    if timer is TimerKind.ROUND:
-        return _close_round(state, view)
-    return _open(replace(state, transfers=state.transfers.give_up()), view)
-
-
 def _close_round(state: AuctionState, view: View) -> Step:
     if state.auction is None or not state.auction.is_open:
         return state, []
     auction = state.auction.close(view.in_service)
     state = replace(state, auction=auction, slow=state.slow | auction.missing)
-    stop = StopTimer(TimerKind.ROUND)
+    stop = SetTimer(Signal.ROUND_TIMEOUT)
     if auction.reallocates:
         state, effects = _begin_transfers(state, auction, view)
         state, more = _open(replace(state, auction=None), view)
@@ -259,7 +401,7 @@ def _begin_transfers(state: AuctionState, auction: Auction, view: View) -> Step:
         return state, []
     decided_in = (auction.epoch, auction.number, auction.round)
     transfers = state.transfers.begin(exchanges, view.records.get, decided_in)
-    timer = StartTimer(TimerKind.TRANSFERS, state.transfer_timeout)
+    timer = SetTimer(Signal.TRANSFER_TIMEOUT, state.transfer_timeout)
     return replace(state, transfers=transfers), [timer, *map(Recall, transfers.records)]
 
 
@@ -273,24 +415,7 @@ def _award_moves(state: AuctionState, moves: Sequence[Move], view: View) -> Step
     return _settle(state, Result(awards, (), bids, auction=decided_in, reason=reason))
 
 
-def _reconsider(state: AuctionState, event: FleetChanged | RobotImproved) -> AuctionState:
-    """Offer what nobody could take again.
-
-    What the auction under way finds impossible may be out of date as well.
-    """
-    state = replace(state, parked=frozenset(), reallocation=state.reallocation.resume())
-    if isinstance(event, FleetChanged):
-        return replace(state, is_stale=True)
-    return replace(state, auction=state.auction and state.auction.outdate(event.robot_id))
-
-
 def _withdraw(state: AuctionState, task_ids: frozenset[str]) -> AuctionState:
     auction = state.auction and state.auction.withdraw(task_ids)
     hard, parked = state.hard - task_ids, state.parked - task_ids
     return replace(state, auction=auction, hard=hard, parked=parked)
-
-
-def _stop(state: AuctionState) -> Step:
-    """Drop everything under way; the next leader begins anew."""
-    state, effects = _drop(replace(state, transfers=state.transfers.give_up()))
-    return state, [*effects, StopTimer(TimerKind.TRANSFERS)]

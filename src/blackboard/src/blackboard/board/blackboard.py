@@ -15,32 +15,29 @@ from typing import TYPE_CHECKING
 
 from blackboard.auction.auctioneer import Auctioneer
 from blackboard.auction.central import Central
-from blackboard.auction.decision_log import NoBook
 from blackboard.auction.splitting import unfinished_parts, with_wholes
-from blackboard.auction.state import (
-    FleetChanged,
+from blackboard.auction.step import (
     ReallocationDue,
     RobotImproved,
     ScheduleChanged,
-    SteppedDown,
-    TaskCame,
+    Signal,
     Withdrawn,
 )
-from blackboard.board.awarding import Awarding
+from blackboard.board.awarding import assigned, decisions, unassigned
 from blackboard.board.orders import Orders
-from blackboard.board.presence import Presence
 from blackboard.board.recovery import put_back
 from blackboard.board.retention import Retention
-from blackboard.board.watch import Watch
-from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.board.watch import Presence, Watch
+from blackboard.domain.record import OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
 from blackboard.domain.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
-from blackboard.errors import TaskRefusedError
+from blackboard.errors import JournalError, TaskRefusedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.auction.decision_log import DecisionBook
+    from blackboard.auction.auction import Result
+    from blackboard.auction.decision import Decision
     from blackboard.consensus.node import RaftNode
     from blackboard.costing.bid_basis import Bids
     from blackboard.domain.characteristics import RobotStatus
@@ -69,7 +66,7 @@ class Blackboard:
         node: Keeps the task list.
         path_lengths: Knows where a robot can stand.
         settings: How patient it is.
-        book: Where it notes why each task went to whom; nowhere if None.
+        note: Keeps the decisions, which tell why each task went to whom.
         path_lengths_for: Gives the path lengths for a robot of a radius [m], for central
             decisions; `path_lengths` for all if None.
     """
@@ -81,7 +78,7 @@ class Blackboard:
         path_lengths: PathLengths,
         settings: BlackboardSettings,
         *,
-        book: DecisionBook | None = None,
+        note: Callable[[Iterable[Decision]], None] = lambda _decisions: None,
         path_lengths_for: Callable[[float], PathLengths] | None = None,
     ) -> None:
         self._talker = talker
@@ -91,17 +88,16 @@ class Blackboard:
         self._presence = Presence(settings.reassign)
         self._orders = Orders(talker, node, settings.order_timeout)
         self._watch = Watch(talker, node, self._orders, self._presence, settings)
-        in_service = self._presence.in_service
-        awarding = Awarding(node, self._orders, in_service, self._commit, talker, book or NoBook())
+        self._note = note
         central = Central(node.get, path_lengths_for or (lambda _radius: path_lengths), talker.now)
         self._auctioneer = Auctioneer(
             talker,
             node,
             settings,
-            in_service=in_service,
+            in_service=self._presence.in_service,
             last=self._presence.last,
-            recall=self._orders.recall_unbegun,
-            carry_out=awarding.carry_out,
+            recall=lambda record: self._orders.send(record, OrderKind.HAND_BACK_UNBEGUN),
+            carry_out=self._carry_out,
             central=central if settings.decision == "centralized" else None,
         )
         self._retention = Retention(settings.keep_ended, settings.most_ended)
@@ -137,10 +133,10 @@ class Blackboard:
         for timer in self._timers:
             timer.cancel()
         self._timers = []
-        self._auctioneer.handle(SteppedDown())
+        self._auctioneer.handle(Signal.STEPPED_DOWN)
 
     def _retry(self) -> None:
-        self._auctioneer.handle(FleetChanged())
+        self._auctioneer.handle(Signal.FLEET_CHANGED)
 
     def _reallocate(self) -> None:
         self._auctioneer.handle(ReallocationDue(tuple(self._orders.held())))
@@ -154,6 +150,31 @@ class Blackboard:
             self._commit(*released)
             self._retry()
         self._node.forget(self._retention.due(self._node.member.log, self._talker.now()))
+
+    def _carry_out(self, result: Result, then: Callable[[], None]) -> None:
+        """Assign tasks to their winners and split tasks that are too heavy, as one change.
+
+        Args:
+            result: Of a round.
+            then: Called when the winners have their orders.
+        """
+        won = list(assigned(result, self._node))
+        others = unassigned(result, self._node, self._presence.in_service())
+
+        def order() -> None:
+            for record in won:
+                self._orders.give(record)
+            then()
+
+        if won or others:
+            self._commit(*won, *others, then=order)
+        else:
+            then()
+        # While the other members write the change to disk.
+        try:
+            self._note(decisions(result, others, self._talker.now()))
+        except JournalError as error:
+            self._talker.warn(f"the reasons for these assignments are lost: {error}")
 
     def _take_in(self, task: Task) -> None:
         known = self._node.get(task.id)
@@ -170,7 +191,7 @@ class Blackboard:
             self._reject(task, str(error))
             return
         self._commit(TaskRecord.new(task, self._node.earlier, unused_goals(task)))
-        self._auctioneer.handle(TaskCame())
+        self._auctioneer.handle(Signal.TASK_CAME)
 
     def _reject(self, task: Task, reason: str) -> None:
         """Tell why a task does not enter the list; only what could be its id is repeated.
@@ -199,7 +220,7 @@ class Blackboard:
 
         def stop() -> None:
             for record in records:
-                self._orders.take_back(record)
+                self._orders.send(record, OrderKind.TAKE_BACK)
 
         self._commit(*(record for record in ended if record is not None), then=stop)
 
@@ -262,7 +283,7 @@ class Blackboard:
             )
             changed = replace(changed or record, reason=reason)
         if changed is not None:
-            self._commit(changed, then=lambda: self._orders.take_back(record))
+            self._commit(changed, then=lambda: self._orders.send(record, OrderKind.TAKE_BACK))
         if not record.state.is_terminal:
             parts = unfinished_parts(record, self._node.records)
             self._end(*parts, reason=f"{task_id} was done as a whole")
@@ -275,7 +296,7 @@ class Blackboard:
         released = put_back(record, update, self._settings.most_hand_backs, tried=tried)
         if released is not None:
             self._commit(released)
-            self._auctioneer.handle(TaskCame())
+            self._auctioneer.handle(Signal.TASK_CAME)
 
     def _commit(
         self, *records: TaskRecord, then: Callable[[], None] | None = None, tell: bool = True

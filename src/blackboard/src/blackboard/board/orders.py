@@ -47,20 +47,12 @@ class Orders:
     def give(self, record: TaskRecord) -> None:
         """Order the robot of a record to take its task into its schedule."""
         self._note(record)
-        self._order(record, OrderKind.ASSIGN)
+        self.send(record, OrderKind.ASSIGN)
 
-    def take_back(self, record: TaskRecord) -> None:
-        """Have the robot that holds a task, if any, drop it."""
+    def send(self, record: TaskRecord, kind: OrderKind) -> None:
+        """Order the robot of a record, if it has one, to do something with its task."""
         if record.robot:
-            self._order(record, OrderKind.TAKE_BACK)
-
-    def recall(self, record: TaskRecord) -> None:
-        """Have the robot that holds a task drop it and report how far it has come."""
-        self._order(record, OrderKind.HAND_BACK)
-
-    def recall_unbegun(self, record: TaskRecord) -> None:
-        """Have the robot that holds a task hand it back unless it has begun."""
-        self._order(record, OrderKind.HAND_BACK_UNBEGUN)
+            self._tell(record.task, record.robot, kind, record.assignment, record.step)
 
     def disown(self, task_id: str, robot_id: str, assignment: int = ANY_ASSIGNMENT) -> None:
         """Have a robot drop a task that the hive has forgotten, and stop reporting on it.
@@ -123,9 +115,6 @@ class Orders:
     def _is_own(self, task_id: str, robot_id: str) -> bool:
         record = self._node.get(task_id)
         return record is not None and record.is_held and record.robot == robot_id
-
-    def _order(self, record: TaskRecord, kind: OrderKind) -> None:
-        self._tell(record.task, record.robot, kind, record.assignment, record.step)
 
     def _tell(
         self, task: Task, robot_id: str, kind: OrderKind, assignment: int, step: int = 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Watches over the robots that hold tasks: who may go on, who is lost, who is overdue.
+"""Watches over the robots: who is there, who may go on, who is lost, who is overdue.
 
 A status renews its robot's lease, unless the robot has a task in its schedule that is not its own
 or has not handed back what it was told to. So whatever the blackboard no longer wants done stops
@@ -8,23 +8,94 @@ in the end, even on a robot that cannot hear it.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from blackboard.board.deadlines import Deadlines
 from blackboard.board.recovery import after_loss
 from blackboard.consensus.lease import Leases
 from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import ROBOT_STATUS
 
 if TYPE_CHECKING:
     from blackboard.board.orders import Orders
-    from blackboard.board.presence import Presence
     from blackboard.consensus.node import RaftNode
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.settings import BlackboardSettings
     from blackboard.domain.talker import Talker
+
+
+_CHARGE_STEP = 0.05
+"""A robot that has charged by this much may now take what it refused before."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    status: RobotStatus
+    heard: float
+    charge: float
+
+
+class Presence:
+    """Keeps the last status of every robot.
+
+    Args:
+        timeout: A robot that is silent for longer counts as offline [s].
+    """
+
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self._seen: dict[str, _Seen] = {}
+        self._in_service: frozenset[str] = frozenset()
+
+    def hear(self, status: RobotStatus, now: float) -> bool:
+        """Note a status; return whether the robot may now bid better than before."""
+        before = self._seen.get(status.robot_id)
+        known_charge = status.charge if before is None else before.charge
+        charged = status.charge - known_charge >= _CHARGE_STEP
+        charge = status.charge if charged else min(status.charge, known_charge)
+        self._note(_Seen(status, now, charge))
+        if before is None:
+            return status.state.in_service
+        returned = status.state.in_service and not before.status.state.in_service
+        relieved = not set(before.status.tasks) <= set(status.tasks)
+        return returned or relieved or charged
+
+    def knows(self, robot_id: str) -> bool:
+        """Return whether a robot was ever heard."""
+        return robot_id in self._seen
+
+    def in_service(self) -> frozenset[str]:
+        """Return the names of the robots that take tasks."""
+        return self._in_service
+
+    def last(self, robot_id: str) -> RobotStatus | None:
+        """Return the last status of a robot; None if it was never heard."""
+        seen = self._seen.get(robot_id)
+        return None if seen is None else seen.status
+
+    def fall_silent(self, now: float) -> tuple[RobotStatus, ...]:
+        """Mark robots as offline that are silent for too long; return those just marked."""
+        fallen = tuple(
+            replace(
+                seen.status,
+                state=RobotState.OFFLINE,
+                reason=f"not heard of for {now - seen.heard:.0f} s",
+            )
+            for seen in self._seen.values()
+            if now - seen.heard > self._timeout and seen.status.state is not RobotState.OFFLINE
+        )
+        for status in fallen:
+            self._note(replace(self._seen[status.robot_id], status=status))
+        return fallen
+
+    def _note(self, seen: _Seen) -> None:
+        name = seen.status.robot_id
+        self._seen[name] = seen
+        if seen.status.state.in_service != (name in self._in_service):
+            self._in_service ^= {name}
 
 
 class Watch:
@@ -96,7 +167,7 @@ class Watch:
         for record, allowed in self._deadlines.overdue(held, now):
             reason = f"{record.robot} had {allowed:.0f} s to get on with it and did not"
             self._late[record.task.id, record.assignment] = reason
-            self._orders.recall(record)
+            self._orders.send(record, OrderKind.HAND_BACK)
 
     def _has_to_hand_back(self, robot_id: str) -> bool:
         late = (self._node.get(task_id) for task_id, _ in self._late)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blackboard.auction.decision_log import MemoryBook
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.task_list import TaskList
@@ -45,6 +44,7 @@ from hive_lab.virtual.hive import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from blackboard.auction.decision import Decision
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.domain.task import Task, TaskState
 
@@ -82,7 +82,7 @@ class BlackboardHarness(_Harness):
         settings: How patient it is, where it is not as usual.
 
     Attributes:
-        book: Where it notes why.
+        decisions: What the auctions decided, oldest first.
     """
 
     def __init__(self, **settings: Any) -> None:  # noqa: ANN401  (of BlackboardSettings)
@@ -92,9 +92,9 @@ class BlackboardHarness(_Harness):
         blocked[:, 20] = True
         backup = lone_backup(self.talker)
         path_lengths = GridPathLengths(Grid(blocked, 0.1))
-        self.book = MemoryBook()
+        self.decisions: list[Decision] = []
         patience = BlackboardSettings(**settings)
-        Blackboard(self.talker, backup, path_lengths, patience, book=self.book).start()
+        Blackboard(self.talker, backup, path_lengths, patience, note=self.decisions.extend).start()
         backup.start()
 
     def join(self, *robots: str) -> None:
