@@ -42,9 +42,7 @@ class Auctioneer:
     """Auctions what waits, and improves the allocation while nothing waits.
 
     Args:
-        talker: How it hears and speaks.
-        node: Says whether it leads, and has the task list.
-        settings: Of the blackboard.
+        node: Says whether this blackboard leads, and has the task list.
         in_service: Says which robots take tasks.
         last: Gives the last status of a robot; None if it was never heard.
         recall: Asks a robot to hand a task back if it has not begun.

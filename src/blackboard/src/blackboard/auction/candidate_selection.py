@@ -71,13 +71,7 @@ class CandidateSelection:
         robots: frozenset[str],
         last: Callable[[str], RobotStatus | None],
     ) -> frozenset[str]:
-        """Return which robots are asked; all of a small fleet.
-
-        Args:
-            offers: What is offered, at least one task.
-            robots: Those in service.
-            last: Gives the last status of a robot.
-        """
+        """Return which of the robots in service are asked for bids on at least one offer."""
         if len(robots) <= self.max_asked:
             return robots
         names = sorted(robots)

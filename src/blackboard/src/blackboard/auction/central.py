@@ -25,7 +25,6 @@ class Central:
     """Asks robots for the basis of their bids, and works the bids out.
 
     Args:
-        get: Gives the record of a task by its id; None if it is unknown.
         path_lengths_for: Gives the path lengths for a robot of a radius [m].
         now: Gives the time on the clock of `Task.posted` [s].
     """

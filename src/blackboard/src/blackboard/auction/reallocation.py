@@ -100,11 +100,7 @@ class Reallocation:
     def decide(
         self, offers: Iterable[tuple[Bundle, Sequence[Bid]]]
     ) -> tuple[Reallocation, list[Exchange]]:
-        """Return what follows, and what changes hands.
-
-        Args:
-            offers: Each bundle with the bids on it, that of the robot that has it included.
-        """
+        """Return what follows, and what changes hands; see `exchanges`."""
         found = exchanges(offers, MEASURES[self.measure], self.threshold)
         return (self.resume() if found else self), found
 

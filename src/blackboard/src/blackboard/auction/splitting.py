@@ -127,10 +127,6 @@ def with_wholes(
     """Return changed records, followed by those of the tasks that they are parts of.
 
     They change together, so that no copy of the list has one without the other.
-
-    Args:
-        changed: Records as they will be.
-        known: All records of the list as it is, by id.
     """
     result = {record.task.id: record for record in changed}
 

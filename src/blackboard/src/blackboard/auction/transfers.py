@@ -74,13 +74,7 @@ class Transfers:
         get: Callable[[str], TaskRecord | None],
         decided_in: tuple[int, int, int] = (0, 0, 0),
     ) -> Transfers:
-        """Return the transfers with new exchanges; `records` of it are to be recalled.
-
-        Args:
-            exchanges: They take the place of those under way.
-            get: Gives the record of a task by its id.
-            decided_in: Epoch, auction and round that decided on them.
-        """
+        """Return transfers with new exchanges in place of the old; `records` is to be recalled."""
         recalled = {
             task_id: assignment
             for task_id, assignment in self.recalled.items()
@@ -108,12 +102,7 @@ class Transfers:
     def ready(
         self, in_service: frozenset[str], get: Callable[[str], TaskRecord | None]
     ) -> tuple[Transfers, list[Move]]:
-        """Return the transfers that are still under way, and the moves to be awarded now.
-
-        Args:
-            in_service: Robots that take tasks.
-            get: Gives the record of a task by its id.
-        """
+        """Return the transfers that are still under way, and the moves to be awarded now."""
         pending: list[Exchange] = []
         moves: list[Move] = []
         for exchange in self.exchanges:

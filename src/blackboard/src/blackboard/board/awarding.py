@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from blackboard.auction.auction import Result
     from blackboard.consensus.node import RaftNode
-    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
 
 
@@ -46,32 +45,27 @@ def unassigned(result: Result, node: RaftNode, in_service: frozenset[str]) -> li
     def is_taken(task_id: str) -> bool:
         return node.get(task_id) is not None or any(each.task.id == task_id for each in changed)
 
-    for task_id, reason in result.impossible:
+    for task_id, obstacles in result.impossible:
         record = node.get(task_id)
-        if record is not None and record.state is TaskState.WAITING:
-            bids = result.bids.get(task_id, ())
-            try:
-                divided = split(record, bids, in_service, is_taken, node.earlier)
-            except SplitRefusedError as error:
-                divided, reason = (), f"{reason}; {error}"
-            changed += divided or _told(record, bids, reason)
+        if record is None or record.state is not TaskState.WAITING:
+            continue
+        bids = result.bids.get(task_id, ())
+        reason = obstacles
+        try:
+            if divided := split(record, bids, in_service, is_taken, node.earlier):
+                changed += divided
+                continue
+        except SplitRefusedError as error:
+            reason += f"; {error}"
+        if helps := what_would_help(record.task, bids):
+            reason += f"; what would help: {helps}"
+        if record.reason != reason:
+            changed.append(replace(record, reason=reason))
     return changed
 
 
-def _told(record: TaskRecord, bids: Iterable[Bid], reason: str) -> Iterable[TaskRecord]:
-    if helps := what_would_help(record.task, bids):
-        reason = f"{reason}; what would help: {helps}"
-    return () if record.reason == reason else (replace(record, reason=reason),)
-
-
 def decisions(result: Result, others: Iterable[TaskRecord], now: float) -> Iterator[Decision]:
-    """Return the decisions to be noted; a reason that stays the same is noted already.
-
-    Args:
-        result: Of a round.
-        others: The records that change because no robot can take a task.
-        now: The time [s].
-    """
+    """Return the decisions of a round to be noted, with those of `unassigned`."""
     given = [(bid.task_id, bid.robot_id, result.reason) for bid in result.awards]
     refused = [(each.task.id, "", each.reason) for each in others if not each.parts]
     for task_id, winner, reason in given + refused:

@@ -62,10 +62,8 @@ class Blackboard:
     """Decides which robot does which task.
 
     Args:
-        talker: How it hears and speaks.
         node: Keeps the task list.
-        path_lengths: Knows where a robot can stand.
-        settings: How patient it is.
+        path_lengths: Tells where a robot can stand.
         note: Keeps the decisions, which tell why each task went to whom.
         path_lengths_for: Gives the path lengths for a robot of a radius [m], for central
             decisions; `path_lengths` for all if None.
@@ -152,12 +150,7 @@ class Blackboard:
         self._node.forget(self._retention.due(self._node.member.log, self._talker.now()))
 
     def _carry_out(self, result: Result, then: Callable[[], None]) -> None:
-        """Assign tasks to their winners and split tasks that are too heavy, as one change.
-
-        Args:
-            result: Of a round.
-            then: Called when the winners have their orders.
-        """
+        """Assign tasks to their winners and split tasks that are too heavy, as one change."""
         won = list(assigned(result, self._node))
         others = unassigned(result, self._node, self._presence.in_service())
 

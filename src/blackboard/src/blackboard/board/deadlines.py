@@ -44,12 +44,7 @@ class Deadlines:
         self._deadlines: dict[str, _Deadline] = {}
 
     def overdue(self, held: Iterable[TaskRecord], now: float) -> list[tuple[TaskRecord, float]]:
-        """Return the overdue records, each with the time that its robot had [s].
-
-        Args:
-            held: Records of all tasks that robots have; other tasks are forgotten.
-            now: The time [s].
-        """
+        """Return the overdue records of all that are held now [s], with the time allowed [s]."""
         records = tuple(held)
         at_work = {
             record.robot: (record.task.id, record.step)

@@ -23,9 +23,7 @@ class Orders:
     """Gives robots their tasks and takes them back.
 
     Args:
-        talker: How it speaks.
-        node: Has the task list.
-        timeout: An order that a robot's status does not show by then is repeated [s].
+        timeout: An order that a robot's status does not show within this time is repeated [s].
     """
 
     def __init__(self, talker: Talker, node: RaftNode, timeout: float) -> None:

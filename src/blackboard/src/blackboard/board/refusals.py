@@ -26,7 +26,7 @@ class Refusals:
     """Counts refusals by topic and reason.
 
     Args:
-        say: Tells the person who runs this member.
+        say: Warns the person who runs this member.
     """
 
     def __init__(self, say: Callable[[str], None]) -> None:

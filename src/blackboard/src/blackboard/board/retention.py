@@ -44,12 +44,7 @@ class Retention:
         self._endings.clear()
 
     def due(self, log: Log, now: float) -> tuple[str, ...]:
-        """Return the ids of tasks to be forgotten now; their ends are committed.
-
-        Args:
-            log: Of the task list.
-            now: The time [s].
-        """
+        """Return the ids of tasks to be forgotten now [s]; their ends are committed."""
         families = ended_families(log.latest.records)
         known, new = self._endings, (now, log.position.version)
         self._endings = {whole: known.get(whole, new) for whole in families}

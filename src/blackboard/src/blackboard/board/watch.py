@@ -99,15 +99,7 @@ class Presence:
 
 
 class Watch:
-    """Grants leases and finds the tasks that have to be taken from their robots.
-
-    Args:
-        talker: How it speaks and knows the time.
-        node: Echoes statuses to robots.
-        orders: Knows what each robot holds.
-        presence: Keeps the robots' statuses.
-        settings: Of the blackboard.
-    """
+    """Grants leases and finds the tasks that have to be taken from their robots."""
 
     def __init__(
         self,
@@ -165,7 +157,7 @@ class Watch:
         """Recall what is overdue, again at every look until it is handed back."""
         self._late.clear()
         for record, allowed in self._deadlines.overdue(held, now):
-            reason = f"{record.robot} had {allowed:.0f} s to get on with it and did not"
+            reason = f"{record.robot} made no progress within {allowed:.0f} s"
             self._late[record.task.id, record.assignment] = reason
             self._orders.send(record, OrderKind.HAND_BACK)
 
