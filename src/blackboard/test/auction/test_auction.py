@@ -68,14 +68,14 @@ def test_the_cheapest_robot_gets_the_task():
     assert winners(round_) == {"T1": "robot2"}
 
 
-def test_an_auction_waits_for_those_who_have_not_answered():
+def test_an_auction_waits_for_robots_that_have_not_answered():
     round_ = auction(record("T1"))
     round_ = bid_in(round_, answer("robot1", T1=20.0))
 
     assert round_.missing == {"robot2"}
 
 
-def test_a_robot_that_nobody_waited_for_may_bid_as_well():
+def test_a_robot_that_was_not_asked_may_bid_as_well():
     round_ = auction(record("T1"), expected=["robot1"])
     round_ = bid_in(round_, answer("robot9", T1=1.0))
 
@@ -83,7 +83,7 @@ def test_a_robot_that_nobody_waited_for_may_bid_as_well():
     assert round_.missing == {"robot1"}
 
 
-def test_each_robot_gets_one_task_and_the_most_urgent_is_given_first():
+def test_each_robot_gets_one_task_and_the_most_urgent_is_awarded_first():
     round_ = auction(record("low", 1), record("high", 9))
     round_ = bid_in(round_, answer("robot1", low=1.0, high=5.0))
 
@@ -91,14 +91,14 @@ def test_each_robot_gets_one_task_and_the_most_urgent_is_given_first():
     assert not round_.result().impossible
 
 
-def test_among_equal_priorities_the_best_pair_is_given_first():
+def test_among_equal_priorities_the_best_pair_is_awarded_first():
     round_ = auction(record("first", 5), record("second", 5))
     round_ = bid_in(round_, answer("robot1", first=9.0, second=1.0))
 
     assert winners(round_) == {"second": "robot1"}
 
 
-def test_what_only_one_robot_can_do_is_given_before_what_several_can():
+def test_a_task_that_one_robot_can_do_is_awarded_before_one_that_several_can():
     round_ = auction(record("light"), record("heavy"))
     round_ = bid_in(
         round_, answer("robot1", light=1.0, heavy=5.0), answer("robot2", light=2.0, heavy=MAX_COST)
@@ -107,7 +107,7 @@ def test_what_only_one_robot_can_do_is_given_before_what_several_can():
     assert winners(round_) == {"heavy": "robot1"}
 
 
-def test_among_equal_bids_the_first_posted_is_given_first():
+def test_among_equal_bids_the_first_posted_is_awarded_first():
     round_ = auction(record("first", 5), record("second", 5))
     round_ = bid_in(round_, answer("robot1", first=1.0, second=1.0))
 
@@ -122,7 +122,7 @@ def test_a_task_waits_for_the_next_bid_of_the_robot_that_is_best_for_it():
     assert not round_.result().impossible
 
 
-def test_only_who_has_won_bids_again_and_the_bids_of_the_others_still_hold():
+def test_only_the_winner_bids_again_and_the_bids_of_the_others_still_hold():
     tasks = [record("T1"), record("T2")]
     round_ = auction(*tasks)
     round_ = bid_in(round_, answer("robot1", T1=1.0, T2=2.0), answer("robot2", T1=8.0, T2=9.0))
@@ -137,7 +137,7 @@ def test_only_who_has_won_bids_again_and_the_bids_of_the_others_still_hold():
     assert winners(round_) == {"T2": "robot2"}
 
 
-def test_bids_for_the_list_that_a_robot_had_before_it_won_are_refused():
+def test_bids_for_the_schedule_before_a_win_are_refused():
     tasks = [record("T1"), record("T2")]
     round_ = auction(*tasks, expected=["robot1"])
     round_ = bid_in(round_, answer("robot1", T1=1.0, T2=2.0))
@@ -150,7 +150,7 @@ def test_bids_for_the_list_that_a_robot_had_before_it_won_are_refused():
     assert round_.missing == {"robot1"}
 
 
-def test_a_task_that_is_new_is_bid_on_by_all():
+def test_all_robots_bid_when_a_task_is_new():
     round_ = auction(record("T1"))
     round_ = bid_in(round_, answer("robot1", T1=1.0), answer("robot2", T1=2.0))
     round_ = forget_winners(round_)
@@ -161,7 +161,7 @@ def test_a_task_that_is_new_is_bid_on_by_all():
     assert round_.missing == {"robot1", "robot2"}
 
 
-def test_a_robot_whose_list_has_changed_bids_again():
+def test_a_robot_whose_schedule_has_changed_bids_again():
     tasks = [record("T1"), record("T2")]
     round_ = auction(*tasks, expected=["robot1", "robot2", "robot3"])
     for robot, cost in (("robot1", 1.0), ("robot2", 2.0), ("robot3", 3.0)):
@@ -174,7 +174,7 @@ def test_a_robot_whose_list_has_changed_bids_again():
     assert round_.missing == {"robot1", "robot2"}
 
 
-def test_the_bids_of_a_robot_that_is_no_longer_in_service_count_no_more():
+def test_bids_of_a_robot_that_left_service_do_not_win():
     round_ = auction(record("T1"))
     round_ = bid_in(round_, answer("robot1", T1=1.0), answer("robot2", T1=2.0))
     round_ = round_.close(frozenset({"robot2"}))
@@ -182,7 +182,7 @@ def test_the_bids_of_a_robot_that_is_no_longer_in_service_count_no_more():
     assert winners(round_) == {"T1": "robot2"}
 
 
-def test_slow_robots_are_waited_for_only_where_nobody_else_bids():
+def test_slow_robots_are_waited_for_only_if_nobody_else_bids():
     round_ = auction(record("T1"))
     round_ = round_.excuse(frozenset({"robot2"}))
     assert round_.missing == {"robot1"}
@@ -213,14 +213,14 @@ def test_a_robot_that_has_handed_the_task_back_gets_it_if_nobody_else_can():
     assert winners(round_) == {"T1": "robot1"}
 
 
-def test_equal_bids_are_decided_by_name_and_so_always_alike():
+def test_equal_bids_are_decided_by_name():
     round_ = auction(record("T1"))
     round_ = bid_in(round_, answer("robot2", T1=5.0), answer("robot1", T1=5.0))
 
     assert winners(round_) == {"T1": "robot1"}
 
 
-def test_a_task_nobody_can_take_says_why_for_every_robot():
+def test_a_task_that_nobody_can_take_has_a_reason_for_every_robot():
     round_ = auction(record("T1"), record("T2"), expected=("robot1", "robot2", "robot3"))
     round_ = bid_in(round_, answer("robot1", T1=MAX_COST, T2=MAX_COST), answer("robot2", T2=1.0))
 
@@ -262,7 +262,7 @@ def test_two_bids_on_one_task_are_refused():
     assert not winners(round_)
 
 
-def test_a_task_that_is_withdrawn_is_not_given_and_bids_on_it_do_no_harm():
+def test_a_withdrawn_task_is_not_awarded_and_bids_on_it_do_no_harm():
     round_ = auction(record("T1"), record("T2"))
     round_ = round_.withdraw(frozenset({"T1"}))
     round_ = bid_in(round_, answer("robot1", T1=1.0, T2=2.0))
@@ -282,7 +282,7 @@ def test_an_answer_to_another_auction_is_refused(epoch, number):
 
 
 @pytest.mark.parametrize("cost", [math.nan, -0.001, 1000.001, math.inf, -math.inf])
-def test_a_bid_that_is_no_cost_is_refused_and_the_whole_answer_with_it(cost):
+def test_a_bid_whose_cost_is_out_of_range_is_refused_with_the_whole_answer(cost):
     round_ = auction(record("T1"), record("T2"))
 
     round_, refusal = round_.hear(answer("robot1", T1=1.0, T2=cost))
@@ -292,7 +292,7 @@ def test_a_bid_that_is_no_cost_is_refused_and_the_whole_answer_with_it(cost):
 
 
 @pytest.mark.parametrize("eta", [math.nan, -1.0, math.inf])
-def test_a_bid_that_is_never_done_is_refused(eta):
+def test_a_bid_without_a_finite_duration_is_refused(eta):
     round_ = auction(record("T1"))
 
     round_, refusal = round_.hear(Bids("robot1", 1, 1, (Bid("robot1", "T1", 1.0, eta=eta),)))
@@ -301,7 +301,7 @@ def test_a_bid_that_is_never_done_is_refused(eta):
     assert not winners(round_)
 
 
-def test_a_bid_on_what_is_not_offered_is_refused():
+def test_a_bid_on_a_task_that_is_not_offered_is_refused():
     round_ = auction(record("T1"))
 
     round_, refusal = round_.hear(answer("robot1", T1=1.0, T9=1.0))
@@ -310,7 +310,7 @@ def test_a_bid_on_what_is_not_offered_is_refused():
     assert not winners(round_)
 
 
-def test_a_bid_on_a_part_of_what_is_offered_as_one_is_refused():
+def test_a_bid_on_a_part_of_a_bundle_is_refused():
     bundle = (record("T1"), record("T2"), record("T3"))
     robot = frozenset({"robot1"})
     round_ = Auction(epoch=1, number=1).next_round([bundle], robot, robot)
@@ -324,7 +324,7 @@ def test_a_bid_on_a_part_of_what_is_offered_as_one_is_refused():
     assert round_.offers() == [(bundle, [whole])]
 
 
-def test_bids_of_nobody_are_refused():
+def test_bids_without_a_robot_are_refused():
     round_ = auction(record("T1"))
 
     round_, refusal = round_.hear(answer("", T1=1.0))
@@ -350,7 +350,7 @@ COSTS = st.dictionaries(
 
 
 @given(COSTS, st.lists(st.integers(0, 10), min_size=4, max_size=4))
-def test_whatever_is_bid_each_task_is_given_once_or_left_for_a_good_reason(costs, priorities):
+def test_whatever_the_bids_each_task_is_awarded_once_or_left_for_a_good_reason(costs, priorities):
     names = [f"T{number}" for number in range(4)]
     round_ = auction(*map(record, names, priorities), expected=list(costs))
     for robot, bids in costs.items():
