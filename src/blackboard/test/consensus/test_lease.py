@@ -32,8 +32,8 @@ def started(task, step=0, **fields):
     return TaskRecord(task, STARTED, robot="robot1", step=step, assignment=1, **fields)
 
 
-def lost(record, policy="reassign", most_tries=5):
-    return after_loss(record, policy, "last seen at (1.00, 2.00)", most_tries)
+def lost(record, policy="reassign", max_tries=5):
+    return after_loss(record, policy, "last seen at (1.00, 2.00)", max_tries)
 
 
 def test_a_robot_without_an_echo_may_not_work():
@@ -215,7 +215,7 @@ def test_a_task_that_had_not_begun_has_not_failed():
 
 
 def test_a_task_with_which_robots_keep_getting_lost_fails():
-    after = lost(started(ROUND, tried=("robot2", "robot3")), most_tries=3)
+    after = lost(started(ROUND, tried=("robot2", "robot3")), max_tries=3)
 
     assert after.state is FAILED
     assert after.reason.startswith("given up after 3 tries, the last: robot1 is lost")
@@ -237,7 +237,7 @@ def test_with_operator_the_task_needs_a_person():
 
 def test_a_task_handed_back_for_a_more_urgent_one_has_not_failed():
     update = TaskUpdate("T2", WAITING, "robot1", step=1, reason="put off", put_off_for="T9")
-    after = put_back(started(ROUND, step=1), update, most_tries=1)
+    after = put_back(started(ROUND, step=1), update, max_tries=1)
 
     assert (after.state, after.robot, after.step, after.tried) == (WAITING, "", 1, ())
 
@@ -245,7 +245,7 @@ def test_a_task_handed_back_for_a_more_urgent_one_has_not_failed():
 def test_a_robot_cannot_have_done_more_steps_than_the_task_has():
     update = TaskUpdate("T2", WAITING, "robot1", step=200)
 
-    assert put_back(started(ROUND), update, most_tries=5).step == 2
+    assert put_back(started(ROUND), update, max_tries=5).step == 2
 
 
 def overdue(deadlines, *records, now):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
@@ -198,32 +199,46 @@ class Broadcast:
         return (self.asked or {}).get(robot_id, "")
 
 
+class OrderKind(Enum):
+    """What an order asks of a robot, with the value of TaskMsg's `order`."""
+
+    ASSIGN = 0
+    """Take the task into its list."""
+    TAKE_BACK = 1
+    """Drop the task."""
+    HAND_BACK = 2
+    """Drop the task and report how far it has come."""
+    HAND_BACK_UNBEGUN = 3
+    """The same, but a robot that has begun keeps the task."""
+    FORGOTTEN = 4
+    """Drop the task and stop reporting on it: the hive has forgotten it."""
+
+    @property
+    def asks_report(self) -> bool:
+        """Whether the robot reports how far it has come."""
+        return self in {OrderKind.HAND_BACK, OrderKind.HAND_BACK_UNBEGUN}
+
+
 @dataclass(frozen=True, slots=True)
 class Order:
     """An order to one robot about one task (TaskMsg on task_assign).
 
     Attributes:
-        robot_id: The receiver.
-        take_back: Whether to drop the task; otherwise to add it to the robot's list.
-        step: The first step still to do.
+        task: The task.
+        robot_id: Who is meant.
+        kind: What the robot does with the task.
+        step: The first step that is still to be done.
         epoch: Of the blackboard that decided.
         assignment: Number of this assignment of the task.
-        hand_back: Whether a robot that drops it has to report its progress.
-        heard: The last `RobotStatus.sent` that the blackboard has received from the robot [s].
+        heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
         hive: Id of the blackboard's hive.
-        if_unbegun: Whether a robot that has begun the task keeps it in spite of `take_back`.
-        forgotten: Whether a robot that drops it must stop reporting on it, because the hive has
-            forgotten the task.
     """
 
     task: Task
     robot_id: str
-    take_back: bool = False
+    kind: OrderKind = OrderKind.ASSIGN
     step: int = 0
     epoch: int = 0
     assignment: int = 0
-    hand_back: bool = False
     heard: float = 0.0
     hive: str = ""
-    if_unbegun: bool = False
-    forgotten: bool = False

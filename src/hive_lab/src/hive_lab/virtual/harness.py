@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blackboard.auction.decision_log import MemoryBook
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.task_list import TaskList
@@ -17,7 +16,7 @@ from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLeng
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
 from blackboard.domain.talker import (
     NEW_TASK,
@@ -45,6 +44,7 @@ from hive_lab.virtual.hive import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from blackboard.auction.decision import Decision
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.domain.task import Task, TaskState
 
@@ -82,7 +82,7 @@ class BlackboardHarness(_Harness):
         settings: How patient it is, where it is not as usual.
 
     Attributes:
-        book: Where it notes why.
+        decisions: What the auctions decided, oldest first.
     """
 
     def __init__(self, **settings: Any) -> None:  # noqa: ANN401  (of BlackboardSettings)
@@ -92,10 +92,9 @@ class BlackboardHarness(_Harness):
         blocked[:, 20] = True
         backup = lone_backup(self.talker)
         path_lengths = GridPathLengths(Grid(blocked, 0.1))
-        self.book = MemoryBook()
-        Blackboard(
-            self.talker, backup, path_lengths, BlackboardSettings(**settings), self.book
-        ).start()
+        self.decisions: list[Decision] = []
+        patience = BlackboardSettings(**settings)
+        Blackboard(self.talker, backup, path_lengths, patience, note=self.decisions.extend).start()
         backup.start()
 
     def join(self, *robots: str) -> None:
@@ -147,10 +146,14 @@ class BlackboardHarness(_Harness):
         said = self.said(TASK_STATE)
         return [(update.state, update.robot_id) for update in said if update.task_id == task.id]
 
-    def orders(self, *, take_back: bool = False) -> list[tuple[str, str]]:
-        """Return (task, robot) of the orders."""
+    def orders(self, *kinds: OrderKind) -> list[tuple[str, str]]:
+        """Return (task, robot) of the orders of some kinds; of assignments without any."""
         said = self.said(TASK_ASSIGN)
-        return [(each.task.id, each.robot_id) for each in said if each.take_back == take_back]
+        return [
+            (each.task.id, each.robot_id)
+            for each in said
+            if each.kind in (kinds or [OrderKind.ASSIGN])
+        ]
 
     def record(self, task: Task) -> TaskRecord | None:
         """Return a task as the task list has it."""

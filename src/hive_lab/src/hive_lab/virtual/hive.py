@@ -22,7 +22,7 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery, BatteryModel
 from blackboard.domain.characteristics import RobotCharacteristics
-from blackboard.domain.record import TaskRecord
+from blackboard.domain.record import OrderKind, TaskRecord
 from blackboard.domain.settings import (
     BlackboardSettings,
     ControllerSettings,
@@ -149,7 +149,7 @@ class Listener:
         self._network.send(BACKUP, beat)
 
     def _note(self, order: Order) -> None:
-        if not order.take_back:
+        if order.kind is OrderKind.ASSIGN:
             self._records[order.task.id] = TaskRecord(
                 order.task,
                 TaskState.ASSIGNED,
