@@ -113,18 +113,18 @@ def test_an_idle_robot_in_a_doorway_moves_aside():
 def test_who_has_picked_makes_room_for_who_waits_close_by_for_the_same_place(x):
     robots = {"a": ("mir100", (5.5, 4.02, -0.05)), "b": ("ld60", (5.2, 7.4, -1.2))}
     simulation, traffic = lab(robots)
-    traffic.navigators["a"].parked = True
+    traffic.navigators["a"].stationary = True
     traffic.send("b", (x, 4.0, 0.0))
     assert not traffic.run(6)
-    traffic.navigators["a"].parked = False
+    traffic.navigators["a"].stationary = False
 
     assert all_arrive(simulation, traffic, 30)
 
 
-def test_a_parked_robot_in_a_doorway_stays_and_the_other_takes_the_other_door():
+def test_a_stationary_robot_in_a_doorway_stays_and_the_other_takes_the_other_door():
     robots = {"a": ("mir100", (7.0, 3.2, 0.0)), "b": ("fetch", (10.0, 3.2, 1.57))}
     simulation, traffic = lab(robots)
-    traffic.navigators["b"].parked = True
+    traffic.navigators["b"].stationary = True
     traffic.send("a", (13.5, 3.2, 0.0))
 
     assert all_arrive(simulation, traffic, 60)
@@ -195,7 +195,9 @@ def test_a_thing_in_the_only_door_ends_the_goal_with_where_it_stands():
 
     assert traffic.run(90)
     assert not traffic.outcomes["a"].reached
-    assert "something that is not on the map is in the way at (17." in traffic.outcomes["a"].text
+    assert (
+        "an obstacle that is not on the map blocks the path at (17." in traffic.outcomes["a"].text
+    )
     assert simulation.collisions == 0
 
 

@@ -1,4 +1,4 @@
-"""How a robot finds its way: planning, control, traffic, localization and mapping.
+"""How a robot navigates: planning, control, traffic, localization and mapping.
 
-What a robot is belongs in `robot_description`; what it is asked to do in `blackboard`.
+What a robot is belongs in `robot_description`, what tasks it does in `blackboard`.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The follower: it stays on the way, within its limits, and ends where it should."""
+"""The follower stays on the path and within its limits, and stops at the end."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from hive_common.pose import STOP, Pose, Velocity
 from robot_description.models import load_model, model_names
 from robot_navigation.control.follower import Room
 from robot_navigation.control.pursuit_follower import PursuitFollower, speed_to_stop_within
-from robot_navigation.planning.path import Way, angle_between
+from robot_navigation.planning.path import Path, angle_between
 
 DT = 0.1
 COMMAND_TIMEOUT = 0.5
-CORNER = Way([(0.0, 0.0), (3.0, 0.0), (4.0, 0.6), (4.0, 3.0)])
+CORNER = Path([(0.0, 0.0), (3.0, 0.0), (4.0, 0.6), (4.0, 3.0)])
 
 
 def moved(pose: Pose, velocity: Velocity) -> Pose:
@@ -29,10 +29,10 @@ def moved(pose: Pose, velocity: Velocity) -> Pose:
     return Pose(x, y, yaw)
 
 
-def driven(model: str, way: Way, yaw: float, room: Room) -> list[tuple[Pose, Velocity]]:
-    """Drive along a way for up to 60 s; return poses and commands."""
+def driven(model: str, path: Path, yaw: float, room: Room) -> list[tuple[Pose, Velocity]]:
+    """Drive along a path for up to 60 s; return poses and commands."""
     follower = PursuitFollower(load_model(model).base)
-    follower.start(way, yaw)
+    follower.start(path, yaw)
     pose, track = Pose(0.0, 0.0, 0.0), [(Pose(0.0, 0.0, 0.0), STOP)]
     while not follower.arrived and len(track) < 600:
         velocity = follower.command(pose, room, DT)
@@ -42,7 +42,7 @@ def driven(model: str, way: Way, yaw: float, room: Room) -> list[tuple[Pose, Vel
 
 
 @pytest.mark.parametrize("model", model_names())
-def test_it_ends_at_the_goal_turned_as_wished_and_standing(model: str) -> None:
+def test_it_stops_at_the_goal_with_the_wanted_yaw(model: str) -> None:
     pose, velocity = driven(model, CORNER, -2.0, Room())[-1]
 
     assert math.dist(pose[:2], CORNER.end) < 0.1
@@ -51,7 +51,7 @@ def test_it_ends_at_the_goal_turned_as_wished_and_standing(model: str) -> None:
 
 
 @pytest.mark.parametrize("model", model_names())
-def test_it_stays_near_the_way(model: str) -> None:
+def test_it_stays_near_the_path(model: str) -> None:
     for pose, _ in driven(model, CORNER, 0.0, Room()):
         here = pose[:2]
 
@@ -70,18 +70,18 @@ def test_it_keeps_to_the_limits_of_its_base(model: str) -> None:
         assert abs(after.wz - before.wz) <= base.yaw_acceleration * DT + 1e-6
 
 
-def test_only_a_holonomic_base_is_told_to_go_sideways() -> None:
-    way = Way([(0.0, 0.0), (0.0, 2.0)])
+def test_only_a_holonomic_base_is_commanded_sideways() -> None:
+    path = Path([(0.0, 0.0), (0.0, 2.0)])
 
-    assert all(velocity.vy == 0 for _, velocity in driven("mir100", way, 0.0, Room()))
-    assert any(abs(velocity.vy) > 0.2 for _, velocity in driven("youbot", way, 0.0, Room()))
+    assert all(velocity.vy == 0 for _, velocity in driven("mir100", path, 0.0, Room()))
+    assert any(abs(velocity.vy) > 0.2 for _, velocity in driven("youbot", path, 0.0, Room()))
 
 
 @pytest.mark.parametrize("model", model_names())
 def test_it_stops_within_the_room_it_has(model: str) -> None:
-    way = Way([(0.0, 0.0), (9.0, 0.0)])
+    path = Path([(0.0, 0.0), (9.0, 0.0)])
     follower = PursuitFollower(load_model(model).base)
-    follower.start(way, 0.0)
+    follower.start(path, 0.0)
     pose = Pose(0.0, 0.0, 0.0)
     for _ in range(200):
         pose = moved(pose, follower.command(pose, Room(max(0.0, 3.0 - pose.x)), DT))
@@ -90,10 +90,10 @@ def test_it_stops_within_the_room_it_has(model: str) -> None:
 
 
 @pytest.mark.parametrize("model", model_names())
-def test_a_base_that_is_commanded_no_more_stops_within_the_room_it_had(model: str) -> None:
+def test_a_base_that_gets_no_more_commands_stops_within_the_room_it_had(model: str) -> None:
     base = load_model(model).base
     follower = PursuitFollower(base)
-    follower.start(Way([(0.0, 0.0), (9.0, 0.0)]), 0.0)
+    follower.start(Path([(0.0, 0.0), (9.0, 0.0)]), 0.0)
     pose, last, ends = Pose(0.0, 0.0, 0.0), STOP, []
     while pose.x < 2.5:
         last = follower.command(pose, Room(3.0 - pose.x), DT)
@@ -105,7 +105,7 @@ def test_a_base_that_is_commanded_no_more_stops_within_the_room_it_had(model: st
 
 def test_a_base_that_has_stopped_by_itself_starts_slowly() -> None:
     follower = PursuitFollower(load_model("mir100").base)
-    follower.start(Way([(0.0, 0.0), (9.0, 0.0)]), 0.0)
+    follower.start(Path([(0.0, 0.0), (9.0, 0.0)]), 0.0)
     begin = follower.command(Pose(0.0, 0.0, 0.0), Room(), DT)
     for _ in range(10):
         follower.command(Pose(0.0, 0.0, 0.0), Room(), DT)
@@ -116,7 +116,7 @@ def test_a_base_that_has_stopped_by_itself_starts_slowly() -> None:
 
 def test_it_does_not_turn_where_there_is_no_room_to_turn() -> None:
     follower = PursuitFollower(load_model("mir100").base)
-    follower.start(Way([(0.0, 0.0), (-2.0, 0.0)]), 0.0)
+    follower.start(Path([(0.0, 0.0), (-2.0, 0.0)]), 0.0)
 
     assert follower.command(Pose(0.0, 0.0, 0.0), Room(turn=False), DT) == STOP
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the laser sees: whose it is, and how far it lets a robot go."""
+"""Visible obstacles: which are known, and how far a robot may go."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from hive_common.pose import Pose
 from robot_description.models import load_model
 from robot_navigation.control.obstacle_check import (
     GAP,
-    Memory,
     ObstacleCheck,
-    Sight,
+    ObstacleMemory,
+    VisibleObstacles,
     discs_around,
     points_seen,
     sort_points,
 )
-from robot_navigation.planning.path import Way
+from robot_navigation.planning.path import Path
 
 MODEL = load_model("mir100")
 FRONT = 0.445
 NOTHING = np.empty((0, 2))
-WAY = Way([(0.0, 0.0), (9.0, 0.0)])
+PATH = Path([(0.0, 0.0), (9.0, 0.0)])
 HERE = Pose(0.0, 0.0, 0.0)
 
 
 def room(known: object = NOTHING, unknown: object = NOTHING) -> float:
-    sight = Sight(np.array(known, dtype=float), np.array(unknown, dtype=float))
-    return ObstacleCheck(MODEL.base, MODEL.laser).room_ahead(WAY, 0.0, HERE, sight)
+    obstacles = VisibleObstacles(np.array(known, dtype=float), np.array(unknown, dtype=float))
+    return ObstacleCheck(MODEL.base, MODEL.laser).room_ahead(PATH, 0.0, HERE, obstacles)
 
 
 def test_a_scan_becomes_points_on_the_map() -> None:
@@ -47,19 +47,19 @@ def test_what_is_too_close_or_out_of_range_is_no_point() -> None:
     assert len(points_seen(MODEL.laser, ranges, HERE)) == 0
 
 
-def test_points_are_known_at_mapped_walls_and_at_robots_that_speak() -> None:
+def test_points_on_mapped_walls_and_on_robots_that_announce_themselves_are_known() -> None:
     blocked = np.zeros((100, 100), dtype=bool)
     blocked[:, 60:64] = True
     field = ClearanceField.of(GridMap(blocked, 0.05, (0.0, 0.0)))
     points = np.array([[2.98, 2.5], [1.0, 1.0], [2.0, 2.5]])
 
-    sight = sort_points(points, field, [Disc(1.0, 1.4, 0.4)])
+    obstacles = sort_points(points, field, [Disc(1.0, 1.4, 0.4)])
 
-    assert sight.known.tolist() == [[2.98, 2.5], [1.0, 1.0]]
-    assert sight.unknown.tolist() == [[2.0, 2.5]]
+    assert obstacles.known.tolist() == [[2.98, 2.5], [1.0, 1.0]]
+    assert obstacles.unknown.tolist() == [[2.0, 2.5]]
 
 
-def test_without_anything_in_sight_the_end_of_sight_limits_it() -> None:
+def test_without_visible_obstacles_the_range_of_the_laser_limits_the_room() -> None:
     assert room() == pytest.approx((3.0 - MODEL.base.circumscribed_radius - GAP) / 2)
 
 
@@ -71,7 +71,7 @@ def test_all_the_distance_up_to_a_mapped_wall_may_be_used() -> None:
     assert room(known=[[1.5, 0.1]]) == pytest.approx(1.5 - FRONT - GAP / 3, abs=0.12)
 
 
-def test_what_is_beside_the_way_does_not_matter() -> None:
+def test_what_is_beside_the_path_does_not_matter() -> None:
     assert room(unknown=[[1.5, 0.5], [1.5, -0.5], [-0.6, 0.0]]) == room()
 
 
@@ -82,14 +82,14 @@ def test_what_touches_the_robot_already_does_not_keep_it_from_leaving() -> None:
 def test_it_may_not_turn_into_something_beside_it() -> None:
     obstacle_check = ObstacleCheck(MODEL.base, MODEL.laser)
 
-    assert not obstacle_check.may_turn(HERE, Sight(NOTHING, np.array([[0.0, 0.5]])))
-    assert obstacle_check.may_turn(HERE, Sight(NOTHING, np.array([[0.0, 0.7]])))
+    assert not obstacle_check.may_turn(HERE, VisibleObstacles(NOTHING, np.array([[0.0, 0.5]])))
+    assert obstacle_check.may_turn(HERE, VisibleObstacles(NOTHING, np.array([[0.0, 0.7]])))
 
 
-def test_only_points_on_the_way_block_it() -> None:
-    sight = Sight(NOTHING, np.array([[1.5, 0.0], [1.5, 2.0]]))
+def test_only_points_on_the_path_block_it() -> None:
+    obstacles = VisibleObstacles(NOTHING, np.array([[1.5, 0.0], [1.5, 2.0]]))
 
-    assert ObstacleCheck(MODEL.base, MODEL.laser).blocking(WAY, 0.0, sight).tolist() == [
+    assert ObstacleCheck(MODEL.base, MODEL.laser).blocking(PATH, 0.0, obstacles).tolist() == [
         [1.5, 0.0]
     ]
 
@@ -103,8 +103,8 @@ def test_discs_cover_all_points() -> None:
     )
 
 
-def test_what_was_seen_is_forgotten_after_a_time() -> None:
-    memory = Memory(lasts=20.0)
+def test_an_obstacle_is_forgotten_after_a_time() -> None:
+    memory = ObstacleMemory()
     memory.add(1.0, np.array([[1.0, 1.0]]))
 
     assert len(memory.discs(20.0)) == 1

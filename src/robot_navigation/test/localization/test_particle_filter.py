@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hive_common.errors import ParameterError
 from hive_common.pose import Pose, between, blend, compose, inverse
 from robot_description.models import Laser
-from robot_navigation.localization.amcl_settings import AmclSettings, SettingError
+from robot_navigation.localization.amcl_settings import AmclSettings
 from robot_navigation.localization.likelihood_field import BATCH, BeamChooser, LikelihoodField
 from robot_navigation.localization.localizer import Localizer
 from robot_navigation.localization.odometry_history import OdometryHistory
@@ -242,7 +243,7 @@ def test_kld_sampling_takes_more_particles_for_a_wider_cloud():
     ],
 )
 def test_a_setting_that_makes_no_filter_is_refused_by_name(name, value, allowed):
-    with pytest.raises(SettingError, match=allowed):
+    with pytest.raises(ParameterError, match=allowed):
         AmclSettings(**{name: value})
 
 

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Keys that drive a robot, and what is said when a node waits in vain."""
+"""Keys that drive a robot."""
 
 from __future__ import annotations
 
 import pytest
 
-from robot_navigation.mapping.overdue import Overdue
 from robot_navigation.mapping.teleop import HELD, Limits, Teleop
 
 AGV = Limits(speed=1.0, turn=2.0, holonomic=False)
@@ -71,16 +70,3 @@ def test_a_speed_changes_without_stopping_the_robot() -> None:
     teleop.press("q", 10.1)
 
     assert teleop.command(10.2) == pytest.approx((0.55, 0.0, 0.0))
-
-
-def test_what_is_overdue_is_told_once_until_it_comes_again() -> None:
-    overdue = Overdue(["scan", "odom"], patience=10.0, now=0.0)
-    overdue.came("odom", 5.0)
-
-    assert overdue.news(9.9) == []
-    assert overdue.news(10.0) == ["scan"]
-    assert overdue.news(11.0) == []
-    assert overdue.news(15.0) == ["odom"]
-    overdue.came("scan", 16.0)
-    assert overdue.news(25.0) == []
-    assert overdue.news(26.0) == ["scan"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The planner: short free ways, other ways where one is blocked, and why there is none."""
+"""The planner: short free paths, detours around obstacles, and why there is no path."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ def two_rooms() -> OmplPlanner:
     return OmplPlanner(GridMap(blocked, 0.05, (0.0, 0.0)), RADIUS)
 
 
-def test_a_free_way_is_straight() -> None:
+def test_a_free_path_is_straight() -> None:
     assert two_rooms().plan((1.0, 1.0), (4.0, 2.0)) == [(1.0, 1.0), (4.0, 2.0)]
 
 
-def test_a_way_leads_through_the_nearer_door_and_keeps_clear_of_the_walls() -> None:
+def test_a_path_leads_through_the_nearer_door_and_keeps_clear_of_the_walls() -> None:
     planner = two_rooms()
-    way = planner.plan((3.0, 2.5), (7.0, 2.5))
+    path = planner.plan((3.0, 2.5), (7.0, 2.5))
 
-    assert all(planner.field.line_is_clear(a, b, planner.need) for a, b in pairwise(way))
-    # The upper door post stands at y 2.1, so the way must come down to y 1.62 and up again.
-    assert way_length(way) < 1.05 * 2 * math.hypot(2.0, 0.88)
+    assert all(planner.field.line_is_clear(a, b, planner.need) for a, b in pairwise(path))
+    # The upper door post stands at y 2.1, so the path must come down to y 1.62 and up again.
+    assert way_length(path) < 1.05 * 2 * math.hypot(2.0, 0.88)
 
 
 def test_the_same_question_gets_the_same_answer() -> None:
@@ -56,50 +56,52 @@ def test_the_same_question_gets_the_same_answer() -> None:
     assert planner.plan((1.0, 3.5), (9.0, 3.5)) == first
 
 
-def test_a_blocked_door_makes_it_take_the_other_one() -> None:
-    way = two_rooms().plan((3.0, 1.5), (7.0, 1.5), [Disc(5.0, 1.5, 0.3)])
+def test_a_path_takes_the_other_door_if_one_is_blocked() -> None:
+    path = two_rooms().plan((3.0, 1.5), (7.0, 1.5), [Disc(5.0, 1.5, 0.3)])
 
-    assert max(y for _, y in way) > 4.0
+    assert max(y for _, y in path) > 4.0
 
 
-def test_something_in_an_open_room_is_gone_round() -> None:
+def test_a_path_leads_around_an_obstacle_in_an_open_room() -> None:
     planner = two_rooms()
     disc = Disc(2.5, 2.0, 0.3)
-    way = planner.plan((1.0, 2.0), (4.0, 2.0), [disc])
+    path = planner.plan((1.0, 2.0), (4.0, 2.0), [disc])
     field = planner.field.with_discs([disc])
 
-    assert all(field.line_is_clear(a, b, planner.need) for a, b in pairwise(way))
-    assert way_length(way) < 1.2 * 3.0
+    assert all(field.line_is_clear(a, b, planner.need) for a, b in pairwise(path))
+    assert way_length(path) < 1.2 * 3.0
 
 
-def test_a_goal_in_a_wall_is_refused_with_the_room_that_is_needed() -> None:
-    with pytest.raises(PlanError, match=r"goal \(5.00, 3.00\) is in a wall.*needs 0.45 m") as told:
+def test_a_goal_in_a_wall_is_rejected_with_the_clearance_needed() -> None:
+    reason = r"goal \(5.00, 3.00\) is in a wall.*needs 0.45 m"
+
+    with pytest.raises(PlanError, match=reason) as raised:
         two_rooms().plan((1.0, 1.0), (5.0, 3.0))
-    assert told.value.lasting
+    assert raised.value.lasting
 
 
 @pytest.mark.parametrize("goal", [(30.0, 1.0), (math.nan, 1.0), (1.0, -math.inf)])
-def test_a_goal_off_the_map_is_refused_with_where_the_map_ends(goal: tuple[float, float]) -> None:
+def test_a_goal_off_the_map_is_rejected_with_its_bounds(goal: tuple[float, float]) -> None:
     with pytest.raises(PlanError, match=r"not on the map.*\(10.00, 6.00\)"):
         two_rooms().plan((1.0, 1.0), goal)
 
 
-def test_a_place_without_a_way_to_it_is_told_for_good() -> None:
-    with pytest.raises(PlanError, match=r"no way from .* on this map") as told:
+def test_a_goal_that_the_map_cuts_off_is_a_lasting_error() -> None:
+    with pytest.raises(PlanError, match=r"no path .* on this map") as raised:
         two_rooms().plan((1.0, 1.0), (0.5, 5.5))
-    assert told.value.lasting
+    assert raised.value.lasting
 
 
-def test_a_way_that_only_things_block_is_told_as_passing() -> None:
+def test_a_goal_that_only_unmapped_obstacles_cut_off_is_a_passing_error() -> None:
     discs = [Disc(5.0, 1.5, 0.4), Disc(5.0, 5.0, 0.4)]
 
-    with pytest.raises(PlanError, match=r"past what stands in the way") as told:
+    with pytest.raises(PlanError, match=r"around the obstacles that are not on the map") as raised:
         two_rooms().plan((3.0, 3.0), (7.0, 3.0), discs)
-    assert not told.value.lasting
+    assert not raised.value.lasting
 
 
-def test_a_robot_that_stands_too_close_to_a_wall_gets_a_way_from_there() -> None:
-    way = two_rooms().plan((0.35, 3.0), (4.0, 3.0))
+def test_a_robot_that_stands_too_close_to_a_wall_gets_a_path_from_there() -> None:
+    path = two_rooms().plan((0.35, 3.0), (4.0, 3.0))
 
-    assert way[0] == (0.35, 3.0)
-    assert way[-1] == (4.0, 3.0)
+    assert path[0] == (0.35, 3.0)
+    assert path[-1] == (4.0, 3.0)

@@ -87,7 +87,7 @@ class _Body:
         """Begin a step."""
         self._done, self._drives = done, step.kind is StepKind.MOVE
         navigator = self._traffic.navigators[self._name]
-        navigator.parked = not self._drives
+        navigator.stationary = not self._drives
         if self._drives:
             self._traffic.send(self._name, (step.goal.x, step.goal.y, step.goal.yaw))
             return
@@ -115,7 +115,7 @@ class _Body:
             if result is None:
                 return
             works, text = result.outcome is Grip.SUCCESS, result.message
-            self._traffic.navigators[self._name].parked = False
+            self._traffic.navigators[self._name].stationary = False
         self._done = None
         done(CommandResult(CommandState.SUCCEEDED if works else CommandState.ABORTED, text))
 

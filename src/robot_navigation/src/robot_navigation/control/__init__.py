@@ -1,1 +1,4 @@
-"""Drives a robot along a path: follower, obstacle check, and the navigator that runs both."""
+"""Driving along a path to a goal: follower, obstacle check, goal tracker, and the navigator.
+
+Finding the path belongs in `planning`, the right of way in `traffic`.
+"""

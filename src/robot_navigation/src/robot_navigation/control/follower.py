@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a follower is to the rest of navigation: it turns a way into velocities.
+"""The port of the path follower, which turns a path into velocities.
 
-It decides nothing about what is in the way: the laser and the right of way tell it the room.
+A follower decides nothing about obstacles: the laser and the right of way give it its `Room`.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from hive_common.pose import Pose, Velocity
-    from robot_navigation.planning.path import Way
+    from robot_navigation.planning.path import Path
 
 
 @dataclass(frozen=True)
 class Room:
-    """What a robot may do in this moment.
+    """What a robot may do at this moment.
 
     Attributes:
-        ahead: How far along the way it may go before it must stand [m].
+        ahead: How far along the path it may go before it must stop [m].
         turn: Whether it may turn on the spot.
-        speed: Top speed from outside [m/s].
+        speed: Speed limit from outside [m/s].
     """
 
     ahead: float = math.inf
@@ -31,19 +31,27 @@ class Room:
 
 
 class Follower(Protocol):
-    """Turns a way into velocities for one base."""
+    """Turns a path into velocities for one base.
 
-    def start(self, way: Way, goal_yaw: float | None) -> None:
-        """Take up a new way, in whatever motion the base is.
+    Attributes:
+        progress: How far along the path the base is [m].
+        arrived: Whether the base stands at the end of the path with the wanted yaw.
+    """
+
+    progress: float
+    arrived: bool
+
+    def start(self, path: Path, goal_yaw: float | None) -> None:
+        """Take up a new path, however the base is moving.
 
         Args:
-            way: Frame map.
-            goal_yaw: How the base shall stand in the end, frame map [rad]; None for any.
+            path: Frame map.
+            goal_yaw: Yaw at the end of the path, frame map [rad]; None for any.
         """
         ...
 
     def command(self, pose: Pose, room: Room, dt: float) -> Velocity:
-        """Return what to do for the next `dt` [s].
+        """Return the velocity for the next `dt` [s].
 
         Args:
             pose: Where the base is, frame map.
@@ -53,19 +61,9 @@ class Follower(Protocol):
         ...
 
     def stopped(self) -> None:
-        """Learn that the base stands: it stops by itself where commands fail to come."""
+        """Learn that the base stands: a base stops by itself when it gets no commands."""
         ...
 
     def halt(self, dt: float) -> Velocity:
-        """Return what brings the base to a stand in the next `dt` [s] or as soon as it can."""
-        ...
-
-    @property
-    def progress(self) -> float:
-        """How far along the way the base is [m]."""
-        ...
-
-    @property
-    def arrived(self) -> bool:
-        """Whether the base stands at the end of the way, turned as wished."""
+        """Return the velocity for the next `dt` [s] that stops the base as soon as it can."""
         ...

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One goal being pursued: what has been tried for it, and when to give it up."""
+"""Progress towards one goal: failed attempts, whether the robot is stuck, and when to give up."""
 
 from __future__ import annotations
 
-import enum
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,106 +14,148 @@ from robot_navigation.planning.path import angle_between
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
+    from hive_common.geometry import Array
     from hive_common.pose import Pose
-    from robot_navigation.control.settings import Settings
     from robot_navigation.traffic.right_of_way import Meeting
 
-NEARER = 0.1
-"""A goal counts as nearer when this much less of the way is left [m]."""
+MIN_PROGRESS = 0.1
+"""The remaining path must shrink by this much to count as progress [m]."""
+
+STUCK_DISTANCE = 0.05
+"""A robot that moves less than this stands still [m]."""
+
+STUCK_ANGLE = 0.1
+"""A robot that turns less than this stands still [rad]."""
 
 
-class Errand(enum.Enum):
-    """Why a robot drives."""
+@dataclass(frozen=True)
+class NavigationSettings:
+    """How a robot deals with obstacles and other robots; config/move_base.yaml explains it.
 
-    NONE = 0
-    """It does not."""
-    GOAL = 1
-    """To its goal."""
-    ASIDE = 2
-    """To a passing place."""
+    Attributes:
+        patience: How long the robot waits before an obstacle until it plans around it [s].
+        attempts: Plans around unmapped obstacles that it tries for one goal.
+        give_up: How long it pursues a goal without progress [s].
+        announce: Length of the path ahead that it announces [m].
+        silence: Another robot that has been silent for this long is ignored [s].
+        settle: How long it waits with a new path until the others know it [s].
+        position_tolerance: How near the goal it must stop [m].
+        yaw_tolerance: How close to the goal's yaw it must stop [rad].
+    """
+
+    patience: float = 5.0
+    attempts: int = 5
+    give_up: float = 120.0
+    announce: float = 8.0
+    silence: float = 2.0
+    settle: float = 0.3
+    position_tolerance: float = 0.1
+    yaw_tolerance: float = 0.1
 
 
-class Outcome(NamedTuple):
-    """How a goal has ended: whether it was reached, and what to tell about it."""
+class GoalOutcome(NamedTuple):
+    """How a goal ended: whether the robot reached it, and a text for people."""
 
     reached: bool
     text: str
 
 
+class StuckDetector:
+    """Measures how long a robot has been standing still."""
+
+    def __init__(self) -> None:
+        self._since = -math.inf
+        self._mark: Pose | None = None
+
+    def update(self, now: float, pose: Pose) -> None:
+        """Take in the robot's pose, frame map, at a time [s]."""
+        mark = self._mark
+        if (
+            mark is None
+            or math.dist(mark[:2], pose[:2]) > STUCK_DISTANCE
+            or abs(angle_between(mark.yaw, pose.yaw)) > STUCK_ANGLE
+        ):
+            self._mark = pose
+            self._since = now
+
+    def duration(self, now: float) -> float:
+        """Return how long the robot has been standing still [s]."""
+        return now - self._since
+
+
 class GoalTracker:
-    """A goal and how its pursuit goes.
+    """One goal and the attempts to reach it.
 
     Attributes:
         goal: Frame map.
-        retry_at: Until then the robot does not plan again [s].
+        retry_at: The robot does not plan again before this time [s].
     """
 
-    def __init__(self, goal: Pose, now: float, settings: Settings) -> None:
+    def __init__(self, goal: Pose, now: float, settings: NavigationSettings) -> None:
         self.goal = goal
         self.retry_at = now
         self._settings = settings
-        self._attempts = 0
-        self._least = math.inf
-        self._nearer_at = now
+        self._failures = 0
+        self._least_left = math.inf
+        self._progress_at = now
 
-    def note(self, now: float, left: float) -> None:
-        """Take note of how much of the way is left [m]."""
-        if left < self._least - NEARER:
-            self._least = left
-            self._nearer_at = now
+    def update(self, now: float, left: float) -> None:
+        """Take in the length of the remaining path [m]."""
+        if left < self._least_left - MIN_PROGRESS:
+            self._least_left = left
+            self._progress_at = now
 
-    def hopeless(self, now: float) -> bool:
-        """Return whether the goal has come no nearer for too long."""
-        return now - self._nearer_at > self._settings.give_up
+    def is_hopeless(self, now: float) -> bool:
+        """Return whether the robot has made no progress for too long."""
+        return now - self._progress_at > self._settings.give_up
 
-    def failed(self, now: float, why: str) -> Outcome | None:
-        """Count an attempt that failed; return the outcome if it was the last one."""
-        self._attempts += 1
+    def attempt_failed(self, now: float, why: str) -> GoalOutcome | None:
+        """Count a failed attempt; return the outcome if it was the last one allowed."""
+        self._failures += 1
         self.retry_at = now + self._settings.patience
-        if self._attempts <= self._settings.attempts:
+        if self._failures <= self._settings.attempts:
             return None
         text = f"{why} (given up after {self._settings.attempts} attempts)"
-        return Outcome(reached=False, text=text)
+        return GoalOutcome(reached=False, text=text)
 
-    def blocked(self, now: float, pose: Pose, points: NDArray[np.float64]) -> Outcome | None:
-        """Count an attempt that something seen has stopped; the next one may come at once.
+    def blocked(self, now: float, pose: Pose, points: Array) -> GoalOutcome | None:
+        """Count an attempt that visible obstacles stopped; the next one may follow at once.
 
         Args:
             now: The time [s].
             pose: Where the robot is, frame map.
-            points: What blocks the way, (n, 2) array, frame map [m].
+            points: What blocks the path, (n, 2) array, frame map [m].
         """
         x, y = points[np.argmin(np.hypot(*(points - np.array(pose[:2])).T))]
-        outcome = self.failed(
+        outcome = self.attempt_failed(
             now,
-            f"something that is not on the map is in the way at ({x:.2f}, {y:.2f}); "
+            f"an obstacle that is not on the map blocks the path at ({x:.2f}, {y:.2f}); "
             "clear it away, or choose another goal",
         )
         self.retry_at = now
         return outcome
 
-    def arrived(self, now: float, pose: Pose) -> Outcome | None:
-        """Compare where the robot has come to a stand with the goal."""
+    def stopped_at(self, now: float, pose: Pose) -> GoalOutcome | None:
+        """Compare the pose in which the robot stopped with the goal."""
         away = math.dist(pose[:2], self.goal[:2])
         turned = abs(angle_between(pose.yaw, self.goal.yaw))
         settings = self._settings
         if away <= settings.position_tolerance and turned <= settings.yaw_tolerance:
-            return Outcome(reached=True, text=f"reached within {away:.2f} m and {turned:.2f} rad")
-        return self.failed(
+            text = f"reached within {away:.2f} m and {turned:.2f} rad"
+            return GoalOutcome(reached=True, text=text)
+        return self.attempt_failed(
             now,
-            f"the goal was missed by {away:.2f} m and {turned:.2f} rad; allowed are "
+            f"the robot missed the goal by {away:.2f} m and {turned:.2f} rad; allowed: "
             f"{settings.position_tolerance:g} m and {settings.yaw_tolerance:g} rad",
         )
 
-    def given_up(self, pose: Pose, met: Sequence[Meeting]) -> Outcome:
-        """Return the outcome of a goal that comes no nearer, saying what blocks where."""
-        text = f"no nearer to the goal for {self._settings.give_up:g} s; the robot stands at "
+    def given_up(self, pose: Pose, met: Sequence[Meeting]) -> GoalOutcome:
+        """Return the outcome of a hopeless goal; the text says what blocks the robot where."""
+        text = f"no progress towards the goal for {self._settings.give_up:g} s; the robot is at "
         text += f"({pose.x:.2f}, {pose.y:.2f})"
         nearest = min(met, key=lambda meeting: meeting.room, default=None)
         if nearest is not None and math.isfinite(nearest.room):
             other = nearest.other
             text += f" behind {other.name} at ({other.x:.2f}, {other.y:.2f})"
-            text += ", which stays there" if other.parked else ""
-        return Outcome(reached=False, text=text + "; clear the way and send the goal again")
+            text += ", which stays there" if other.stationary else ""
+        return GoalOutcome(reached=False, text=text + "; clear the path and send the goal again")

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a robot's `move_base` does, without ROS: takes goals, plans, drives, gives way, gives up.
+"""A robot's `move_base` without ROS: it takes goals, plans, drives, gives way, and gives up.
 
 One `tick` of the control loop takes what the robot senses and hears and returns what it does. The
-ROS node around it only translates; the tests run several of these in the simulator's core.
+ROS node only translates; tests run several navigators in the simulator's core.
 
 What happens when the robot cannot go on:
 
-- Another robot that talks is in the way: `right_of_way.py` says who waits and who moves. One that
-  stands still for `patience` is planned around. A goal that comes no nearer for `give_up` is
-  aborted.
-- Something else is in the way: the robot stops before it, waits for `patience`, plans again with
-  it in the map, and aborts after `attempts` such plans.
-- There can be no way (goal in a wall, outside the map): aborted at once.
+- Another robot that announces itself blocks the path: `right_of_way.py` decides who waits and who
+  moves. A robot that stands for `patience` is planned around. A goal without progress for
+  `give_up` is aborted.
+- Something else blocks the path: the robot stops, waits for `patience`, plans around it, and
+  aborts the goal after `attempts` such plans.
+- No path can exist (the goal is in a wall or off the map): the goal is aborted at once.
 """
 
 from __future__ import annotations
@@ -22,17 +22,20 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hive_common.grid_map import Disc
 from robot_navigation.control.follower import Follower, Room
-from robot_navigation.control.goal_tracker import Errand, GoalTracker, Outcome
+from robot_navigation.control.goal_tracker import (
+    GoalOutcome,
+    GoalTracker,
+    NavigationSettings,
+    StuckDetector,
+)
 from robot_navigation.control.obstacle_check import (
-    Memory,
     ObstacleCheck,
-    Sight,
+    ObstacleMemory,
+    VisibleObstacles,
     points_seen,
     sort_points,
 )
-from robot_navigation.control.settings import Settings
-from robot_navigation.control.stuck_detector import StuckDetector
-from robot_navigation.planning.path import Way
+from robot_navigation.planning.path import Path
 from robot_navigation.planning.planner import PlanError, plan_around
 from robot_navigation.traffic.giving_way import GivingWay
 from robot_navigation.traffic.passing_place import other_robots
@@ -47,48 +50,43 @@ from robot_navigation.traffic.right_of_way import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from hive_common.geometry import Array
     from hive_common.grid_map import ClearanceField
     from hive_common.pose import Pose, Velocity
     from robot_description.models import RobotModel
+    from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
 
-    Array = NDArray[np.float64]
-
-Point = tuple[float, float]
-
 SLACK = 0.02
-"""Room beside the robot at a passing place [m]."""
+"""Clearance beyond the robot's radius at a passing place [m]."""
 
 HEARD_LATE = 0.2
-"""How far a robot may have driven since it told where it is [m]."""
+"""How far a robot may have driven since it announced where it is [m]."""
 
 MAX_ROUND = 0.5
-"""After a round of the control loop that took longer the base has stopped by itself [s]."""
+"""After a longer round of the control loop the base has stopped by itself [s]."""
 
 
 class Tick(NamedTuple):
     """What a robot does in one round of the control loop.
 
     Attributes:
-        velocity: What the base shall do.
+        velocity: The command for the base.
         announcement: What to tell the other robots.
-        outcome: How the goal has ended, if it just has.
+        outcome: How the goal ended, if it just did.
     """
 
     velocity: Velocity
     announcement: Announcement
-    outcome: Outcome | None
+    outcome: GoalOutcome | None
 
 
 class Navigator:
-    """Brings one robot to its goals.
+    """Takes one robot to its goals.
 
     Attributes:
-        parked: Set to True while the robot must not move (it picks, charges, is defect).
-        way: What it is driving along at the moment, frame map; None if it is not.
+        stationary: Set to True while the robot must not move (it picks, charges, is defect).
+        path: The path that it drives along, frame map; None if there is none.
     """
 
     def __init__(
@@ -98,20 +96,11 @@ class Navigator:
         planner: Planner,
         follower: Follower,
         field: ClearanceField,
-        settings: Settings | None = None,
+        settings: NavigationSettings | None = None,
     ) -> None:
-        """Stand without a goal.
-
-        Args:
-            name: The robot.
-            model: What it is.
-            planner: Finds its ways.
-            follower: Drives along them.
-            field: The clearances of the map.
-            settings: How it behaves towards what is in its way.
-        """
-        self.parked = False
-        self.way: Way | None = None
+        """Stand without a goal; `field` holds the clearances of the planner's map."""
+        self.stationary = False
+        self.path: Path | None = None
         self._name = name
         self._base = model.base
         self._laser = model.laser
@@ -119,37 +108,32 @@ class Navigator:
         self._planner = planner
         self._follower = follower
         self._field = field
-        self._settings = settings or Settings()
+        self._settings = settings or NavigationSettings()
         self._obstacle_check = ObstacleCheck(model.base, model.laser)
-        self._manners = GivingWay(name, planner, field, self._radius + SLACK)
-        self._memory = Memory()
-        self._still = StuckDetector()
+        self._giving_way = GivingWay(name, planner, field, self._radius + SLACK)
+        self._memory = ObstacleMemory()
+        self._stuck = StuckDetector()
         self._last_time: float | None = None
         self._settled_at = 0.0
-        self._errand = Errand.NONE
-        self._goal_tracker: GoalTracker | None = None
+        self._moving_aside = False
+        self._tracker: GoalTracker | None = None
 
     @property
     def goal(self) -> Pose | None:
         """The goal being pursued, frame map; None if there is none."""
-        return None if self._goal_tracker is None else self._goal_tracker.goal
+        return None if self._tracker is None else self._tracker.goal
 
     def set_goal(self, goal: Pose, now: float) -> None:
-        """Take up a goal in place of any other; `tick` tells how it ends.
-
-        Args:
-            goal: Where to stand in the end, frame map.
-            now: The time [s].
-        """
-        self._goal_tracker = GoalTracker(goal, now, self._settings)
-        self._manners.take(now)
-        self._stand()
+        """Take up a goal, frame map, in place of any other; `tick` reports how it ends."""
+        self._tracker = GoalTracker(goal, now, self._settings)
+        self._giving_way.set_goal(now)
+        self.path = None
 
     def cancel(self) -> None:
         """Drop the goal; the robot stops as quickly as it can."""
-        self._goal_tracker = None
-        self._manners.take(None)
-        self._stand()
+        self._tracker = None
+        self._giving_way.set_goal(None)
+        self.path = None
 
     def tick(self, now: float, pose: Pose, ranges: Array, heard: Iterable[Announcement]) -> Tick:
         """Do one round of the control loop.
@@ -158,147 +142,144 @@ class Navigator:
             now: The time [s].
             pose: Where the robot is, frame map.
             ranges: The latest scan [m].
-            heard: The latest announcement of every robot; its own among them is ignored.
+            heard: The latest announcement of every robot; its own is ignored.
         """
         since = 0.0 if self._last_time is None else now - self._last_time
         dt = min(max(since, 0.0), MAX_ROUND)
         if since > MAX_ROUND:
             self._follower.stopped()
         self._last_time = now
-        self._still.update(now, pose)
-        others = self._talking(now, heard)
-        outcome = self._set_out(now, pose, others)
+        self._stuck.update(now, pose)
+        others = [
+            other
+            for other in heard
+            if other.name != self._name and now - other.time < self._settings.silence
+        ]
+        outcome = self._plan_to_goal(now, pose, others)
         me, met = self._meet(now, pose, others)
-        if not self.parked:
-            aside = self._manners.way_out(now, me, met, self._still.lasts(now))
+        if not self.stationary:
+            aside = self._giving_way.path_aside(now, me, met, self._stuck.duration(now))
             if aside is not None:
-                self._start(now, aside, None, Errand.ASIDE)
+                self._start(now, aside, goal=None)
                 me, met = self._meet(now, pose, others)
-        if self.way is None or self.parked:
+        if self.path is None or self.stationary:
             velocity, room = self._follower.halt(dt), 0.0
         else:
-            sight = self._look(pose, ranges, others)
-            chance = self._room(now, pose, self.way, sight, met)
-            velocity, room = self._follower.command(pose, chance, dt), chance.ahead
-            outcome = self._arrive(now, pose) or self._wait(now, pose, sight, met)
+            # The others may have moved since their announcements.
+            robots = [Disc(other.x, other.y, other.radius + HEARD_LATE) for other in others]
+            points = points_seen(self._laser, ranges, pose)
+            obstacles = sort_points(points, self._field, robots)
+            allowed = self._room(now, pose, self.path, obstacles, met)
+            velocity, room = self._follower.command(pose, allowed, dt), allowed.ahead
+            outcome = self._arrive(now, pose) or self._wait(now, pose, obstacles, met)
         if outcome is not None:
             self.cancel()
             me, met = self._meet(now, pose, others)
         return Tick(velocity, self._claimed(me, velocity, room), outcome)
 
-    def _talking(self, now: float, heard: Iterable[Announcement]) -> list[Announcement]:
-        """Return the others that have been heard lately."""
-        return [
-            other
-            for other in heard
-            if other.name != self._name and now - other.time < self._settings.silence
-        ]
-
-    def _look(self, pose: Pose, ranges: Array, others: Sequence[Announcement]) -> Sight:
-        """Return what the laser sees, sorted; robots may have moved since they told."""
-        robots = [Disc(other.x, other.y, other.radius + HEARD_LATE) for other in others]
-        return sort_points(points_seen(self._laser, ranges, pose), self._field, robots)
-
-    def _set_out(self, now: float, pose: Pose, others: Sequence[Announcement]) -> Outcome | None:
-        """Plan to the goal, if there is one and the robot is not on an errand."""
-        pursuit = self._goal_tracker
-        if pursuit is None or self._errand != Errand.NONE or now < pursuit.retry_at:
+    def _plan_to_goal(
+        self, now: float, pose: Pose, others: Sequence[Announcement]
+    ) -> GoalOutcome | None:
+        """Plan to the goal, if there is one and the robot has no path."""
+        tracker = self._tracker
+        if tracker is None or self.path is not None or now < tracker.retry_at:
             return None
-        parked = other_robots([other for other in others if other.parked])
+        stationary = other_robots([other for other in others if other.stationary])
         try:
             points = plan_around(
-                self._planner, pose[:2], pursuit.goal[:2], self._memory.discs(now), parked
+                self._planner, pose[:2], tracker.goal[:2], self._memory.discs(now), stationary
             )
         except PlanError as error:
             if error.lasting:
-                return Outcome(reached=False, text=str(error))
-            return pursuit.failed(now, str(error))
-        self._start(now, points, pursuit.goal.yaw, Errand.GOAL)
+                return GoalOutcome(reached=False, text=str(error))
+            return tracker.attempt_failed(now, str(error))
+        self._start(now, points, tracker.goal)
         return None
 
-    def _start(self, now: float, points: list[Point], yaw: float | None, errand: Errand) -> None:
-        self.way = Way(points)
-        self._errand = errand
+    def _start(self, now: float, points: list[Point], goal: Pose | None) -> None:
+        """Take a path to a goal; None for a passing place."""
+        self.path = Path(points)
+        self._moving_aside = goal is None
         self._settled_at = now + self._settings.settle
-        self._follower.start(self.way, yaw)
-
-    def _stand(self) -> None:
-        self.way = None
-        self._errand = Errand.NONE
+        self._follower.start(self.path, None if goal is None else goal.yaw)
 
     def _meet(
         self, now: float, pose: Pose, others: Sequence[Announcement]
     ) -> tuple[Announcement, list[Meeting]]:
-        """Return what the robot says of itself, without a claim, and how it meets the others."""
+        """Return the robot's announcement, without a claim, and how it meets the others."""
         ahead = [(pose.x, pose.y)]
-        if self.way is not None:
+        if self.path is not None:
             begin = self._follower.progress
-            ahead += self.way.piece(begin, begin + self._settings.announce)
+            ahead += self.path.section(begin, begin + self._settings.announce)
         me = Announcement(
             name=self._name,
             time=now,
             x=pose.x,
             y=pose.y,
             radius=self._radius,
-            right=self._manners.right,
-            way=tuple(ahead),
+            right=self._giving_way.right,
+            path=tuple(ahead),
             claim=0.0,
-            parked=self.parked,
+            stationary=self.stationary,
         )
         return me, meetings(me, others)
 
     def _claimed(self, me: Announcement, velocity: Velocity, room: float) -> Announcement:
-        """Return the announcement with the stretch ahead that the robot is about to use."""
-        if self.way is None:
+        """Return the announcement with the stretch of the path that the robot claims."""
+        if self.path is None:
             return me
         speed = math.hypot(velocity.vx, velocity.vy)
         claim = claimed_stretch(speed, self._base.acceleration, room)
-        return replace(me, claim=claim, right=self._manners.right)
+        return replace(me, claim=claim, right=self._giving_way.right)
 
     def _room(
-        self, now: float, pose: Pose, way: Way, sight: Sight, met: Sequence[Meeting]
+        self,
+        now: float,
+        pose: Pose,
+        path: Path,
+        obstacles: VisibleObstacles,
+        met: Sequence[Meeting],
     ) -> Room:
-        """Return what the laser and the right of way leave the robot."""
+        """Return what the laser and the right of way allow the robot."""
         if now < self._settled_at:
             return Room(0.0, turn=False)
-        seen = self._obstacle_check.room_ahead(way, self._follower.progress, pose, sight)
-        ahead = min([seen, *(meeting.room for meeting in met)])
-        return Room(max(0.0, ahead), turn=self._obstacle_check.may_turn(pose, sight))
+        free = self._obstacle_check.room_ahead(path, self._follower.progress, pose, obstacles)
+        ahead = min([free, *(meeting.room for meeting in met)])
+        return Room(max(0.0, ahead), turn=self._obstacle_check.may_turn(pose, obstacles))
 
-    def _arrive(self, now: float, pose: Pose) -> Outcome | None:
-        """Notice the end of an errand."""
+    def _arrive(self, now: float, pose: Pose) -> GoalOutcome | None:
+        """Finish a path at whose end the robot stands."""
         if not self._follower.arrived:
             return None
-        errand = self._errand
-        self._stand()
-        if errand == Errand.ASIDE or self._goal_tracker is None:
-            self._manners.give_back()
+        self.path = None
+        if self._moving_aside or self._tracker is None:
+            self._giving_way.restore()
             return None
-        return self._goal_tracker.arrived(now, pose)
+        return self._tracker.stopped_at(now, pose)
 
     def _wait(
-        self, now: float, pose: Pose, sight: Sight, met: Sequence[Meeting]
-    ) -> Outcome | None:
-        """Do something about standing for too long on the way to the goal."""
-        pursuit, way, patience = self._goal_tracker, self.way, self._settings.patience
-        if pursuit is None or way is None or self._errand != Errand.GOAL:
+        self, now: float, pose: Pose, obstacles: VisibleObstacles, met: Sequence[Meeting]
+    ) -> GoalOutcome | None:
+        """Plan again, or give up, after standing for too long on the path to the goal."""
+        tracker, path, patience = self._tracker, self.path, self._settings.patience
+        if tracker is None or path is None or self._moving_aside:
             return None
-        pursuit.note(now, way.length - self._follower.progress)
-        if pursuit.hopeless(now):
-            return pursuit.given_up(pose, met)
-        if self._still.lasts(now) < patience or now < pursuit.retry_at:
+        tracker.update(now, path.length - self._follower.progress)
+        if tracker.is_hopeless(now):
+            return tracker.given_up(pose, met)
+        if self._stuck.duration(now) < patience or now < tracker.retry_at:
             return None
-        blocking = self._obstacle_check.blocking(way, self._follower.progress, sight)
+        blocking = self._obstacle_check.blocking(path, self._follower.progress, obstacles)
         if len(blocking):
             self._memory.add(now, blocking)
-            self._stand()
-            return pursuit.blocked(now, pose, blocking)
-        pursuit.retry_at = now + patience
+            self.path = None
+            return tracker.blocked(now, pose, blocking)
+        tracker.retry_at = now + patience
         standing = [meeting.other for meeting in met if meeting.other.claim < CLAIM]
         discs = self._memory.discs(now) + other_robots(standing)
         try:
-            points = self._planner.plan(pose[:2], pursuit.goal[:2], discs)
+            points = self._planner.plan(pose[:2], tracker.goal[:2], discs)
         except PlanError:
-            return None  # The right of way will free the way, or the goal is given up.
-        self._start(now, points, pursuit.goal.yaw, Errand.GOAL)
+            return None  # The right of way will clear the path, or the goal is given up.
+        self._start(now, points, tracker.goal)
         return None

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the laser sees in the way: how far a robot may go, and what to plan around.
+"""Obstacles that the laser sees: how far a robot may go, and what to plan around.
 
-A robot must be able to stop before whatever it sees. What the map shows stands still, so all the
-distance up to it may be used for braking. Anything else may be a robot of another make that comes
-the other way and counts on the same: each of the two may use half of the distance. Where the
-laser sees no farther, the same is assumed of whatever comes from there.
+A robot must be able to stop before any visible obstacle. Obstacles of the map stand still, so the
+whole distance to them may be used for braking. Anything else may be a robot of another make that
+approaches and relies on the same distance: each of the two may use half of it. The limit of the
+laser's range is treated like such a robot.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hive_common.geometry import Footprint
 from hive_common.grid_map import Disc
 
 if TYPE_CHECKING:
@@ -22,43 +23,42 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from hive_common.geometry import Array
     from hive_common.grid_map import ClearanceField
     from hive_common.pose import Pose
     from robot_description.models import Base, Laser
-    from robot_navigation.planning.path import Way
-
-    Array = NDArray[np.float64]
+    from robot_navigation.planning.path import Path
 
 STEP = 0.1
-"""Distance between the places on the way at which the robot is checked [m]."""
+"""Distance between the places on the path where the robot is checked [m]."""
 
-BESIDE = 0.05
-"""Room on all sides of the footprint that must be free of what the map does not show [m]."""
+MARGIN = 0.05
+"""Room around the footprint that must be free of unmapped obstacles [m]."""
 
-MAPPED = 0.03
-"""So far inside the footprint may what the map shows appear to be [m]: the planner has left room
-for it, and the laser's noise must not stop the robot in a narrow door."""
+MAPPED_MARGIN = -0.03
+"""The same for obstacles of the map [m]. It is negative: the planner has left room for them, and
+the laser's noise must not stop the robot in a narrow door."""
 
 GAP = 0.15
-"""How far before an obstacle a robot stands [m]."""
+"""Distance at which a robot stops before an obstacle [m]."""
 
 ON_MAP = 0.15
-"""What is seen within this distance of an obstacle of the map is that obstacle [m]."""
+"""A point within this distance of an obstacle of the map belongs to it [m]."""
 
 CLUSTER = 0.25
-"""Side of the squares into which points are put together to plan around them [m]."""
+"""Side of the squares in which points are grouped to plan around them [m]."""
+
+REMEMBERED = 20.0
+"""How long an obstacle is remembered [s]."""
 
 
 def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
-    """Return what a scan has hit.
+    """Return the points that a scan has hit, (n, 2) array, frame map [m].
 
     Args:
         laser: The scanner.
         ranges: (beams,) array [m]; counter-clockwise from minus half the field of view.
         pose: Where the base was, frame map.
-
-    Returns:
-        (n, 2) array, frame map [m].
     """
     hit = np.isfinite(ranges) & (ranges >= laser.range_min) & (ranges < laser.range_max)
     spread = laser.field_of_view / max(1, len(ranges))
@@ -66,20 +66,17 @@ def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
     x, y, yaw = laser.pose
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     angles = angles + yaw + pose.yaw
-    return np.column_stack(
-        [
-            pose.x + cos * x - sin * y + ranges[hit] * np.cos(angles),
-            pose.y + sin * x + cos * y + ranges[hit] * np.sin(angles),
-        ]
-    )
+    xs = pose.x + cos * x - sin * y + ranges[hit] * np.cos(angles)
+    ys = pose.y + sin * x + cos * y + ranges[hit] * np.sin(angles)
+    return np.column_stack([xs, ys])
 
 
 @dataclass(frozen=True)
-class Sight:
-    """What the laser sees, sorted by whose it is; (n, 2) arrays, frame map [m].
+class VisibleObstacles:
+    """What the laser sees; (n, 2) arrays of points, frame map [m].
 
     Attributes:
-        known: Obstacles of the map, and robots that tell where they are.
+        known: On obstacles of the map and on robots that announce where they are.
         unknown: Everything else.
     """
 
@@ -87,114 +84,105 @@ class Sight:
     unknown: Array
 
 
-def sort_points(points: Array, field: ClearanceField, robots: Sequence[Disc]) -> Sight:
-    """Sort what the laser sees.
+def sort_points(points: Array, field: ClearanceField, robots: Sequence[Disc]) -> VisibleObstacles:
+    """Separate the known from the unknown.
 
     Args:
         points: (n, 2) array, frame map [m].
         field: The clearances of the map.
-        robots: The robots that tell where they are.
+        robots: Where the robots are that announce it.
     """
     known = field.at_points(points) < ON_MAP
     for robot in robots:
         known |= np.hypot(points[:, 0] - robot.x, points[:, 1] - robot.y) < robot.radius + 0.1
-    return Sight(points[known], points[~known])
+    return VisibleObstacles(points[known], points[~known])
 
 
 class ObstacleCheck:
-    """Looks along the way of one robot."""
+    """Checks the path of one robot against visible obstacles."""
 
     def __init__(self, base: Base, laser: Laser) -> None:
-        corners = np.array(base.footprint)
-        edges = np.roll(corners, -1, axis=0) - corners
-        # Outward normals of a counter-clockwise polygon, and how far out each edge lies.
-        self._normals = np.column_stack([edges[:, 1], -edges[:, 0]])
-        self._normals /= np.hypot(*edges.T)[:, None]
-        self._offsets = np.einsum("ij,ij->i", self._normals, corners)
+        self._footprint = Footprint(base.footprint)
         self._radius = base.circumscribed_radius
         self._holonomic = base.holonomic
-        self._sight = laser.range_max - math.hypot(*laser.pose[:2])
+        self._range = laser.range_max - math.hypot(*laser.pose[:2])
 
-    @property
-    def unseen(self) -> float:
-        """How far a robot may go towards what it cannot see yet [m]."""
-        return max(0.0, (self._sight - self._radius - GAP) / 2)
-
-    def room_ahead(self, way: Way, progress: float, pose: Pose, sight: Sight) -> float:
-        """Return how far along the way the robot may go [m].
+    def room_ahead(
+        self, path: Path, progress: float, pose: Pose, obstacles: VisibleObstacles
+    ) -> float:
+        """Return how far along the path the robot may go [m].
 
         Args:
-            way: Frame map.
+            path: Frame map.
             progress: How far along it the robot is [m].
             pose: Where the robot is, frame map.
-            sight: What it sees.
+            obstacles: What it sees.
         """
-        far = min(progress + self._sight, way.length)
+        far = min(progress + self._range, path.length)
         marks = np.append(np.arange(progress + STEP, far, STEP), far)
-        places, headings = way.at_all(marks), way.headings_at(marks)
+        places, headings = path.at_all(marks), path.headings_at(marks)
         hits = []
-        for points, beside in ((sight.known, -MAPPED), (sight.unknown, BESIDE)):
-            ahead = self._not_touched(pose, points, beside)
-            touched = self._inside(places, headings, ahead, beside).any(axis=1)
+        for points, margin in ((obstacles.known, MAPPED_MARGIN), (obstacles.unknown, MARGIN)):
+            ahead = self._not_touched(pose, points, margin)
+            touched = self._inside(places, headings, ahead, margin).any(axis=1)
             first = int(np.argmax(touched))
             hits.append(marks[first] - progress - STEP if touched.any() else math.inf)
-        hard, soft = hits
-        return max(0.0, float(min(hard - GAP / 3, (soft - GAP) / 2, self.unseen)))
+        known, unknown = hits
+        unseen = max(0.0, (self._range - self._radius - GAP) / 2)
+        return max(0.0, float(min(known - GAP / 3, (unknown - GAP) / 2, unseen)))
 
-    def may_turn(self, pose: Pose, sight: Sight) -> bool:
-        """Return whether the robot can turn on the spot without touching what is not mapped."""
-        away = np.hypot(sight.unknown[:, 0] - pose.x, sight.unknown[:, 1] - pose.y)
-        return not bool((away < self._radius + BESIDE / 2).any())
+    def may_turn(self, pose: Pose, obstacles: VisibleObstacles) -> bool:
+        """Return whether the robot can turn on the spot and touch no unknown obstacle."""
+        unknown = obstacles.unknown
+        away = np.hypot(unknown[:, 0] - pose.x, unknown[:, 1] - pose.y)
+        return not bool((away < self._radius + MARGIN / 2).any())
 
-    def blocking(self, way: Way, progress: float, sight: Sight) -> Array:
+    def blocking(self, path: Path, progress: float, obstacles: VisibleObstacles) -> Array:
         """Return the unknown points that the robot would touch, (n, 2) array, frame map [m]."""
-        marks = np.arange(progress, min(progress + self._sight, way.length) + STEP, STEP)
-        places, headings = way.at_all(marks), way.headings_at(marks)
-        inside = self._inside(places, headings, sight.unknown, BESIDE)
-        return np.asarray(sight.unknown[inside.any(axis=0)])
+        marks = np.arange(progress, min(progress + self._range, path.length) + STEP, STEP)
+        places, headings = path.at_all(marks), path.headings_at(marks)
+        inside = self._inside(places, headings, obstacles.unknown, MARGIN)
+        return np.asarray(obstacles.unknown[inside.any(axis=0)])
 
-    def _not_touched(self, pose: Pose, points: Array, beside: float) -> Array:
-        """Return the points that the robot does not touch where it is.
-
-        What is beside the robot already must not keep it from leaving.
-        """
-        near = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y) < self._radius + beside
+    def _not_touched(self, pose: Pose, points: Array, margin: float) -> Array:
+        """Return the points that the robot does not touch now: those must not keep it there."""
+        near = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y) < self._radius + margin
         touched = near.copy()
         here, yaw = np.array([pose[:2]]), np.array([pose.yaw])
-        touched[near] = self._inside_at(here, yaw, points[near], beside)[0]
+        touched[near] = self._inside_at(here, yaw, points[near], margin)[0]
         return points[~touched]
 
     def _inside(
-        self, places: Array, headings: Array, points: Array, beside: float
+        self, places: Array, headings: Array, points: Array, margin: float
     ) -> NDArray[np.bool_]:
-        """Return which points lie in the footprint at which places, (places, points) array."""
+        """Return which points the footprint covers at which places, (places, points) array."""
         inside = np.zeros((len(places), len(points)), dtype=bool)
-        reach = self._radius + beside
+        reach = self._radius + margin
         low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
         near = ((points > low) & (points < high)).all(axis=1)
         if near.any():
-            inside[:, near] = self._inside_at(places, headings, points[near], beside)
+            inside[:, near] = self._inside_at(places, headings, points[near], margin)
         return inside
 
     def _inside_at(
-        self, places: Array, headings: Array, points: Array, beside: float
+        self, places: Array, headings: Array, points: Array, margin: float
     ) -> NDArray[np.bool_]:
         rel = points[None, :, :] - places[:, None, :]
         if self._holonomic:
-            # It may turn as it likes on the way, so it needs the room for that.
-            round_: NDArray[np.bool_] = np.hypot(rel[..., 0], rel[..., 1]) < self._radius + beside
+            # It may have any heading on the path.
+            round_: NDArray[np.bool_] = np.hypot(rel[..., 0], rel[..., 1]) < self._radius + margin
             return round_
         cos, sin = np.cos(headings)[:, None], np.sin(headings)[:, None]
         x = cos * rel[..., 0] + sin * rel[..., 1]
         y = cos * rel[..., 1] - sin * rel[..., 0]
         inside = np.ones(x.shape, dtype=bool)
-        for (nx, ny), offset in zip(self._normals, self._offsets, strict=True):
-            inside &= nx * x + ny * y < offset + beside
+        for (nx, ny), limit in zip(self._footprint.normals, self._footprint.limits, strict=True):
+            inside &= nx * x + ny * y < limit + margin
         return inside
 
 
 def discs_around(points: Array) -> list[Disc]:
-    """Return discs that cover points, one for each square of `CLUSTER` that holds some."""
+    """Return discs that cover points, one for each square of side `CLUSTER` that holds some."""
     squares = np.floor(points / CLUSTER).astype(np.intp)
     discs = []
     for square in np.unique(squares, axis=0):
@@ -205,23 +193,17 @@ def discs_around(points: Array) -> list[Disc]:
     return discs
 
 
-class Memory:
-    """What was in the way a moment ago, so that the next plan does not run into it again."""
+class ObstacleMemory:
+    """The obstacles of the last `REMEMBERED` seconds, so that the next plan avoids them."""
 
-    def __init__(self, lasts: float = 20.0) -> None:
-        """Start with nothing.
-
-        Args:
-            lasts: How long things are remembered [s].
-        """
-        self._lasts = lasts
+    def __init__(self) -> None:
         self._discs: list[tuple[float, Disc]] = []
 
     def add(self, now: float, points: Array) -> None:
-        """Remember things seen, (n, 2) array of points, frame map [m]."""
+        """Remember points of obstacles, (n, 2) array, frame map [m]."""
         self._discs += [(now, disc) for disc in discs_around(points)]
 
     def discs(self, now: float) -> list[Disc]:
         """Return what is still remembered, as obstacles for a planner."""
-        self._discs = [(when, disc) for when, disc in self._discs if now - when < self._lasts]
+        self._discs = [(when, disc) for when, disc in self._discs if now - when < REMEMBERED]
         return [disc for _, disc in self._discs]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A `Follower` that steers for a point a little way ahead.
+"""A pure-pursuit `Follower`: it steers for a point a short distance ahead on the path.
 
-"Pure pursuit": R. C. Coulter, Implementation of the Pure Pursuit Path Tracking Algorithm, Carnegie
-Mellon University, 1992. It goes as fast as every limit allows: the base's, the bends ahead, and
-the room ahead that the laser and the right of way have left it.
+R. C. Coulter, Implementation of the Pure Pursuit Path Tracking Algorithm, Carnegie Mellon
+University, 1992. It drives as fast as all limits allow: the base's, those of the bends ahead, and
+the room that the laser and the right of way leave.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_common.pose import STOP, Pose, Velocity
-from robot_navigation.planning.path import Way, angle_between
+from robot_navigation.planning.path import Path, angle_between
 
 if TYPE_CHECKING:
     from robot_description.models import Base
@@ -27,15 +27,15 @@ class Tuning:
     """How a `PursuitFollower` drives.
 
     Attributes:
-        look_ahead: Distance to the point it steers for, standing [m].
-        look_ahead_time: How much farther it looks per speed [s].
+        look_ahead: Distance to the point it steers for at standstill [m].
+        look_ahead_time: By how much that distance grows with the speed [s].
         turn_on_spot: Heading error above which it stops and turns [rad].
         braking: Share of the base's deceleration that it plans with [-]; the rest is reserve.
-        delay: Time until a command takes effect, half a round of the control loop included [s].
-        reaction: The same at worst, when it must stop in time [s]: so long do bases drive on that
-            get no more commands, because whoever commands them does not get a processor.
-        position_tolerance: How near the goal counts as there [m].
-        yaw_tolerance: How near the goal's yaw counts as turned [rad].
+        delay: Time until a command takes effect, half a control period included [s].
+        reaction: The longest such time [s]. A base goes on for this long without commands, for
+            example while the navigator gets no processor, and must still stop in time.
+        position_tolerance: Distance from the goal that counts as reached [m].
+        yaw_tolerance: Yaw error at the goal that counts as turned [rad].
     """
 
     look_ahead: float = 0.20
@@ -48,34 +48,31 @@ class Tuning:
     yaw_tolerance: float = 0.05
 
 
-SLOWEST = 0.05
-"""Below this speed a base is taken as standing [m/s], [rad/s]."""
+STANDSTILL = 0.05
+"""Below this speed a base counts as standing [m/s], [rad/s]."""
 
 AT_END = 0.01
-"""Less than this is left of a way at its end [m]."""
+"""With less than this left of a path the base is at its end [m]."""
 
 SWING = 0.3
-"""Share of its acceleration that a holonomic base spends on turning while it drives [-]."""
+"""Share of its acceleration that a holonomic base may use to turn while it drives [-]."""
 
-SIDEWAYS = 0.3
-"""A base that can move sideways comes this much nearer to its goal than another [-]."""
+HOLONOMIC_TOLERANCE = 0.3
+"""Share of `position_tolerance` for a holonomic base, which can correct sideways [-]."""
 
 STRAIGHT = 0.1
 """Heading error at which a turn on the spot ends [rad]."""
 
 
 def speed_to_stop_within(distance: float, deceleration: float, reaction: float) -> float:
-    """Return the speed from which a base stops within a distance.
+    """Return the speed [m/s] from which a base stops within a distance [m].
 
-    From distance = v * reaction + v^2 / (2 * deceleration).
+    It solves distance = v * reaction + v^2 / (2 * deceleration).
 
     Args:
-        distance: [m]; nothing below 0 is 0.
+        distance: [m]; for a negative one the speed is 0.
         deceleration: [m/s^2], above 0.
-        reaction: Time until it starts to brake [s].
-
-    Returns:
-        [m/s]
+        reaction: Time until the base starts to brake [s].
     """
     if distance <= 0:
         return 0.0
@@ -86,41 +83,29 @@ def speed_to_stop_within(distance: float, deceleration: float, reaction: float) 
 
 
 class PursuitFollower:
-    """A `Follower` for differential and holonomic bases."""
+    """A `Follower` for differential and holonomic bases; see there for its attributes."""
 
     def __init__(self, base: Base, tuning: Tuning | None = None) -> None:
+        self.progress = 0.0
+        self.arrived = True
         self._base = base
         self._tuning = tuning or Tuning()
-        self._way = Way([(0.0, 0.0)])
+        self._path = Path([(0.0, 0.0)])
         self._goal_yaw: float | None = None
-        self._progress = 0.0
         self._turning = False
         self._at_end = True
-        self._arrived = True
         self._last = STOP
 
-    @property
-    def progress(self) -> float:
-        """See `Follower.progress`."""
-        return self._progress
-
-    @property
-    def arrived(self) -> bool:
-        """See `Follower.arrived`."""
-        return self._arrived
-
-    def start(self, way: Way, goal_yaw: float | None) -> None:
+    def start(self, path: Path, goal_yaw: float | None) -> None:
         """See `Follower.start`."""
-        self._way = way
+        self._path = path
         self._goal_yaw = goal_yaw
-        self._progress = 0.0
-        self._turning = False
-        self._at_end = False
-        self._arrived = False
+        self.progress = 0.0
+        self._turning = self._at_end = self.arrived = False
 
     def command(self, pose: Pose, room: Room, dt: float) -> Velocity:
         """See `Follower.command`."""
-        wanted = STOP if self._arrived else self._wanted(self._soon(pose), room)
+        wanted = STOP if self.arrived else self._wanted(self._soon(pose), room)
         self._last = self._reachable(wanted, dt)
         return self._last
 
@@ -134,7 +119,7 @@ class PursuitFollower:
         return self._last
 
     def _soon(self, pose: Pose) -> Pose:
-        """Return where the base will be when it begins to do what it is told now."""
+        """Return where the base will be when the next command takes effect."""
         delay, last = self._tuning.delay, self._last
         yaw = pose.yaw + last.wz * delay / 2
         x = pose.x + delay * (last.vx * math.cos(yaw) - last.vy * math.sin(yaw))
@@ -142,20 +127,20 @@ class PursuitFollower:
         return Pose(x, y, pose.yaw + last.wz * delay)
 
     def _wanted(self, pose: Pose, room: Room) -> Velocity:
-        """Return the velocity that would be best if the base had no inertia."""
-        way, tuning = self._way, self._tuning
+        """Return the best velocity for a base without inertia."""
+        path, tuning = self._path, self._tuning
         here = (pose.x, pose.y)
-        self._progress = way.nearest(here, self._progress - 0.2, self._progress + 1.0)
-        left = way.length - self._progress
-        away = math.dist(here, way.end)
-        near = tuning.position_tolerance * (SIDEWAYS if self._base.holonomic else 1.0)
+        self.progress = path.nearest(here, self.progress - 0.2, self.progress + 1.0)
+        left = path.length - self.progress
+        away = math.dist(here, path.end)
+        near = tuning.position_tolerance * (HOLONOMIC_TOLERANCE if self._base.holonomic else 1.0)
         if left < 0.5 * near and away < 2 * near:
             self._at_end = True
         if self._at_end:
             return self._turn_to_goal(pose, room)
         ahead = tuning.look_ahead + tuning.look_ahead_time * math.hypot(*self._last[:2])
-        # Near a goal that it has missed sideways, steer for the goal itself.
-        target = way.end if left < AT_END else way.at(self._progress + ahead)
+        # A base that has passed the end beside it steers for the end itself.
+        target = path.end if left < AT_END else path.at(self.progress + ahead)
         speed = self._speed(room, away if left < AT_END else left)
         bearing = math.atan2(target[1] - pose.y, target[0] - pose.x)
         if self._base.holonomic:
@@ -163,27 +148,27 @@ class PursuitFollower:
         return self._steer(pose, bearing, math.dist(here, target), speed, room)
 
     def _speed(self, room: Room, left: float) -> float:
-        """Return the fastest speed that the base, the bends and the room ahead allow [m/s]."""
+        """Return the highest speed that the base, the bends and the room ahead allow [m/s]."""
         base, tuning = self._base, self._tuning
         brake = tuning.braking * base.acceleration
         speed = min(
             base.max_speed,
             room.speed,
             speed_to_stop_within(room.ahead, brake, tuning.reaction),
-            max(SLOWEST, speed_to_stop_within(left, brake, 0.05)) if room.ahead > 0 else 0.0,
+            max(STANDSTILL, speed_to_stop_within(left, brake, 0.05)) if room.ahead > 0 else 0.0,
         )
-        marks, turns = self._way.bends()
-        coming = (marks >= self._progress - 0.1) & (marks <= self._progress + 5.0)
+        marks, turns = self._path.bends()
+        coming = (marks >= self.progress - 0.1) & (marks <= self.progress + 5.0)
         for mark, turn in zip(marks[coming].tolist(), turns[coming].tolist(), strict=True):
             slow = max(0.15, 1.0 - turn / 1.2) * min(base.max_speed, 0.8)
-            gap = max(0.0, mark - self._progress)
+            gap = max(0.0, mark - self.progress)
             speed = min(speed, math.sqrt(slow * slow + 2 * brake * gap))
         return speed
 
     def _steer(
         self, pose: Pose, bearing: float, distance: float, speed: float, room: Room
     ) -> Velocity:
-        """Return how a differential base drives towards a bearing [rad], frame map."""
+        """Return the velocity of a differential base towards a bearing [rad], frame map."""
         error = angle_between(pose.yaw, bearing)
         if abs(error) > self._tuning.turn_on_spot:
             self._turning = True
@@ -196,28 +181,28 @@ class PursuitFollower:
         if abs(curvature) * speed > 0.8 * base.max_yaw_rate:
             speed = 0.8 * base.max_yaw_rate / abs(curvature)
         speed *= max(0.1, 1.0 - abs(error) / (1.3 * self._tuning.turn_on_spot))
-        if speed < SLOWEST / 5:
+        if speed < STANDSTILL / 5:
             return STOP
         return Velocity(speed, 0.0, curvature * speed)
 
     def _slide(
         self, pose: Pose, bearing: float, speed: float, room: Room, left: float
     ) -> Velocity:
-        """Return how a holonomic base drives towards a bearing [rad], turning meanwhile."""
+        """Return the velocity of a holonomic base towards a bearing [rad]; it turns meanwhile."""
         direction = angle_between(pose.yaw, bearing)
         speed = min(speed, self._top_speed(direction))
         facing = bearing if self._goal_yaw is None or left > 1.0 else self._goal_yaw
         wz = self._turn(angle_between(pose.yaw, facing), room).wz
-        # In the base's own frame a velocity that keeps its direction on the map turns with -wz;
-        # that takes acceleration, of which some must be left for staying on the way.
-        most = SWING * self._base.acceleration / max(math.hypot(*self._last[:2]), SLOWEST)
-        wz = min(max(wz, -most), most)
+        # In the base's own frame a velocity that keeps its direction on the map turns with -wz.
+        # That takes acceleration, of which some must be left to stay on the path.
+        max_wz = SWING * self._base.acceleration / max(math.hypot(*self._last[:2]), STANDSTILL)
+        wz = min(max(wz, -max_wz), max_wz)
         return Velocity(speed * math.cos(direction), speed * math.sin(direction), wz)
 
     def _top_speed(self, direction: float) -> float:
         """Return a holonomic base's top speed in a direction in its own frame [m/s].
 
-        Between the axes and the diagonals the tip of the velocity moves on straight lines, as it
+        Between an axis and a diagonal the tip of the velocity moves on a straight line, as it
         does for mecanum and omni wheels.
         """
         fastest = self._base.max_speed
@@ -227,7 +212,7 @@ class PursuitFollower:
         return fastest / (large + small * (fastest - diagonal) / diagonal)
 
     def _turn(self, error: float, room: Room) -> Velocity:
-        """Return how to turn by an angle [rad] on the spot."""
+        """Return the velocity of a turn on the spot by an angle [rad]."""
         if not room.turn:
             return STOP
         base = self._base
@@ -239,19 +224,16 @@ class PursuitFollower:
         return Velocity(0.0, 0.0, math.copysign(rate, error))
 
     def _turn_to_goal(self, pose: Pose, room: Room) -> Velocity:
-        """Stand at the end of the way and take up the goal's yaw."""
-        standing = max(map(abs, self._last)) < SLOWEST
-        if self._goal_yaw is None:
-            self._arrived = standing
-            return STOP
-        error = angle_between(pose.yaw, self._goal_yaw)
-        if abs(error) < self._tuning.yaw_tolerance:
-            self._arrived = standing
-            return STOP
-        return self._turn(error, room)
+        """Return the velocity at the end of the path, where the base turns to the goal's yaw."""
+        if self._goal_yaw is not None:
+            error = angle_between(pose.yaw, self._goal_yaw)
+            if abs(error) >= self._tuning.yaw_tolerance:
+                return self._turn(error, room)
+        self.arrived = max(map(abs, self._last)) < STANDSTILL
+        return STOP
 
     def _reachable(self, wanted: Velocity, dt: float) -> Velocity:
-        """Return the velocity nearest to the wanted one that the base can have after `dt`."""
+        """Return the velocity nearest to `wanted` that the base can have after `dt` [s]."""
         base, last = self._base, self._last
         step = base.acceleration * dt
         change = np.array(wanted[:2]) - np.array(last[:2])

@@ -1,1 +1,4 @@
-"""Where a robot is: the particle filter and its models."""
+"""Where a robot is on its map: the particle filter and its models of odometry and laser.
+
+Making a map belongs in `mapping`.
+"""

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How likely a laser scan is at a place: the likelihood-field model.
+"""The likelihood-field model: how likely a laser scan is at a pose.
 
-A beam is likely to end near something that the map shows, however it got there (Thrun, Burgard
-and Fox, "Probabilistic Robotics", 2005, section 6.4). The distance to the nearest occupied cell is
-known for every cell beforehand, so a beam costs one look into a table.
+A beam is likely to end near an occupied cell, whatever is between (Thrun, Burgard and Fox,
+"Probabilistic Robotics", 2005, section 6.4). The distances to the nearest occupied cell are
+computed once for all cells, so each beam costs one table look-up.
 
 The book leaves out beams that hit nothing. With the fleet's laser, which reaches 3 m, they are
-most of a scan, and that nothing is near says a lot about where one is. So such a beam is looked at
-in several places along its way: it is unlikely if it passes through something on the map.
+most of a scan, and free space around the robot says a lot about where it is. So such a beam is
+checked at several places along its course: it is unlikely if it passes through an occupied cell.
 """
 
 from __future__ import annotations
@@ -21,33 +21,32 @@ from scipy import ndimage
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from hive_common.geometry import Array
     from robot_description.models import Laser
     from robot_navigation.localization.amcl_settings import AmclSettings
 
-    Array = NDArray[np.float64]
-
 ALONG = (0.2, 0.4, 0.6, 0.8, 0.97)
-"""Where along its range a beam that hits nothing is looked at."""
+"""Where a beam that hits nothing is checked, as shares of its range."""
 
 THROUGH = 0.05
-"""A beam that hits nothing has passed through what it comes nearer to than this [m]."""
+"""A beam that comes nearer than this to an occupied cell passes through it [m]."""
 
 TEMPER = 0.08
-"""What a beam counts for, from 0 to 1: neighbouring beams err together, which a product of their
-likelihoods takes for certainty (Thrun, Burgard and Fox, section 6.3.4). Chosen by trying;
-see decision 060."""
+"""Weight of a beam, 0..1: neighbouring beams err together, and the product of their likelihoods
+would be overconfident (Thrun, Burgard and Fox, section 6.3.4). Found by experiment, see
+docs/decisions/060."""
 
 BATCH = 4000
-"""So many poses are weighed at once, lest the tables of all their beams fill the memory."""
+"""Number of poses weighed at once; bounds the memory."""
 
 
 @dataclass(frozen=True)
 class Beams:
-    """The beams of a scan that count, seen from `base_footprint`.
+    """The beams of a scan that are used, in `base_footprint`.
 
     Attributes:
-        ends: (n, 2) where beams have hit something [m].
-        clear: (k, 2) places on the way of beams that have hit nothing [m].
+        ends: (n, 2) ends of the beams that hit something [m].
+        clear: (k, 2) points along the beams that hit nothing [m].
     """
 
     ends: Array
@@ -55,30 +54,25 @@ class Beams:
 
 
 class BeamChooser:
-    """Chooses evenly spread beams of a laser's scans.
+    """Chooses at most `max_beams` evenly spread beams of each scan."""
 
-    Args:
-        laser: The laser.
-        most: How many beams count.
-    """
-
-    def __init__(self, laser: Laser, most: int) -> None:
+    def __init__(self, laser: Laser, max_beams: int) -> None:
         self._laser = laser
-        self._most = most
+        self._max_beams = max_beams
         self._angles = np.zeros(0)
 
     def of(self, ranges: Array) -> Beams:
-        """Return the beams that count.
+        """Return the chosen beams.
 
         Args:
-            ranges: (beams,) [m], the first at half the field of view to the right; infinite where
-                nothing was in range, negative or NaN where nothing is known.
+            ranges: (beams,) [m], the first at half the field of view to the right; infinite if
+                nothing was in range, negative or NaN if unknown.
         """
         laser = self._laser
         if len(self._angles) != len(ranges):
             steps = np.arange(len(ranges)) / len(ranges) - 0.5
             self._angles = steps * laser.field_of_view + laser.pose[2]
-        chosen = np.linspace(0, len(ranges), min(self._most, len(ranges)), endpoint=False)
+        chosen = np.linspace(0, len(ranges), min(self._max_beams, len(ranges)), endpoint=False)
         picked = chosen.astype(np.intp)
         reach, angles = ranges[picked], self._angles[picked]
         hit = (reach >= laser.range_min) & (reach < laser.range_max)
@@ -95,13 +89,7 @@ class BeamChooser:
 
 
 class LikelihoodField:
-    """A map, prepared for weighing particles.
-
-    Attributes:
-        free: (rows, columns) whether a robot may be in a cell.
-        resolution: Side of a cell [m].
-        origin: x, y of the lower-left corner, frame map [m].
-    """
+    """A map with the tables that weigh particles."""
 
     def __init__(
         self,
@@ -110,23 +98,23 @@ class LikelihoodField:
         origin: tuple[float, float],
         settings: AmclSettings,
     ) -> None:
-        """Prepare a map.
+        """Compute the tables.
 
         Args:
             cells: (rows, columns) as in nav_msgs/OccupancyGrid: -1 unknown, else 0..100.
             resolution: Side of a cell [m].
             origin: x, y of the lower-left corner, frame map [m].
-            settings: `laser_*` count.
+            settings: The `laser_*` settings apply.
         """
-        self.free = cells == 0
-        self.resolution = resolution
-        self.origin = origin
+        self._free = cells == 0
+        self._resolution = resolution
+        self._origin = origin
         occupied = cells > 50  # noqa: PLR2004  (more likely occupied than not)
         farthest = settings.laser_likelihood_max_dist
         distance = np.full(cells.shape, farthest)
         if occupied.any():
             distance = ndimage.distance_transform_edt(~occupied) * resolution
-        # One ring of cells around the map stands for everything outside it.
+        # A ring of cells around the map represents everything outside it.
         distance = np.pad(np.minimum(distance, farthest), 1, constant_values=farthest)
         self._shape = distance.shape
         sigma = settings.laser_sigma_hit
@@ -137,14 +125,11 @@ class LikelihoodField:
         self._clear = clear.astype(np.float32).ravel()
 
     def log_likelihood(self, poses: Array, beams: Beams) -> Array:
-        """Return how likely a scan is at each of several poses.
+        """Return the log likelihoods (n,) of a scan, up to a common constant.
 
         Args:
             poses: (n, 3) of the base, frame map [m, m, rad].
             beams: The scan.
-
-        Returns:
-            (n,) logarithms of the likelihood, up to a constant that is the same for all.
         """
         found = np.zeros(len(poses))
         for first in range(0, len(poses), BATCH):
@@ -155,12 +140,12 @@ class LikelihoodField:
         return found
 
     def _cells(self, poses: Array, points: Array) -> NDArray[np.int32]:
-        """Return the places in the tables of points (b, 2) seen from poses (n, 3), as (n, b)."""
-        scale = np.float32(1.0 / self.resolution)
+        """Return the table indices (n, b) of points (b, 2) seen from poses (n, 3)."""
+        scale = np.float32(1.0 / self._resolution)
         seen = (points * scale).astype(np.float32)
         cos, sin = (f(poses[:, 2]).astype(np.float32)[:, None] for f in (np.cos, np.sin))
         left, low = (
-            ((poses[:, axis] - self.origin[axis]) * scale + 1)[:, None] for axis in (0, 1)
+            ((poses[:, axis] - self._origin[axis]) * scale + 1)[:, None] for axis in (0, 1)
         )
         rows, columns = self._shape
         column: NDArray[np.int32]
@@ -174,10 +159,10 @@ class LikelihoodField:
         return row
 
     def anywhere(self, count: int, random: np.random.Generator) -> Array:
-        """Return poses (count, 3) spread evenly over free cells and all headings, frame map."""
-        rows, columns = np.nonzero(self.free)
+        """Return poses (count, 3) drawn evenly from free cells and all headings, frame map."""
+        rows, columns = np.nonzero(self._free)
         chosen = random.integers(len(rows), size=count)
         places = np.stack([columns[chosen], rows[chosen]], axis=1) + random.random((count, 2))
         headings = random.uniform(-np.pi, np.pi, (count, 1))
-        spread: Array = np.hstack([places * self.resolution + self.origin, headings])
+        spread: Array = np.hstack([places * self._resolution + self._origin, headings])
         return spread

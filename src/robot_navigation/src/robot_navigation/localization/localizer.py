@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's localization: which scans count, and what map -> odom follows from them.
+"""A robot's localization: which scans are used, and the transform map -> odom.
 
-Between two scans the odometry is believed. So the transform map -> odom stays as it is until the
-next scan has been weighed, and the robot's pose is that transform and the latest odometry.
+Between two scans the odometry is trusted: map -> odom stays as it is until the next scan has been
+weighed, and the robot's pose is that transform and the latest odometry.
 """
 
 from __future__ import annotations
@@ -13,64 +13,56 @@ from typing import TYPE_CHECKING
 from hive_common.pose import between, compose, inverse
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from hive_common.geometry import Array
     from hive_common.pose import Pose
     from robot_navigation.localization.amcl_settings import AmclSettings
     from robot_navigation.localization.likelihood_field import BeamChooser
     from robot_navigation.localization.particle_filter import Estimate, ParticleFilter
 
-    Array = NDArray[np.float64]
-
 EARLY = 0.01
-"""By how much a scan may come before it is due [s]."""
+"""How much earlier than due a scan may come [s]."""
 
 
 class Localizer:
     """The localization of one robot.
 
-    Args:
-        particles: The filter, started.
-        chooser: Chooses the beams that count.
-        settings: What was chosen.
-
     Attributes:
-        estimate: Where the robot was at the last scan that counted; None before the first.
-        map_to_odom: Where the odometry's origin is, frame map; None before the first scan.
+        estimate: Where the robot was at the last scan that was used; None before the first.
+        map_to_odom: Origin of the odometry, frame map; None before the first scan.
     """
 
     def __init__(
         self, particles: ParticleFilter, chooser: BeamChooser, settings: AmclSettings
     ) -> None:
+        """Use a particle filter that has been started."""
         self.estimate: Estimate | None = None
         self.map_to_odom: Pose | None = None
         self._filter = particles
         self._chooser = chooser
         self._settings = settings
         self._odometry: Pose | None = None
-        self._looked_at = -math.inf
+        self._used_at = -math.inf
         self._due = True
         self._count = 0
 
     def restart_at(self, pose: Pose, covariance: Array) -> None:
-        """Begin anew around a pose, frame map; `covariance` (3, 3) [m^2, rad^2]."""
+        """Start again around a pose, frame map; `covariance` (3, 3) [m^2, rad^2]."""
         self._filter.start_at(pose, covariance)
         self._due = True
 
     def restart_anywhere(self) -> None:
-        """Begin anew with no idea where the robot is."""
+        """Start again without knowing where the robot is."""
         self._filter.start_anywhere()
         self._due = True
 
     def update_once(self) -> None:
-        """Have the next scan count even if the robot does not move."""
+        """Use the next scan even if the robot does not move."""
         self._due = True
 
     def pose(self, odometry: Pose) -> Pose:
-        """Return where the robot is, frame map, by its odometry, once a scan has counted."""
+        """Return where the robot is, frame map, by its odometry, once a scan has been used."""
         if self.map_to_odom is None:
-            raise ValueError("no scan has counted yet; show one with see()")
+            raise ValueError("no scan has been used yet; pass one to see()")
         return compose(self.map_to_odom, odometry)
 
     def see(self, time: float, odometry: Pose, ranges: Array) -> bool:
@@ -78,20 +70,20 @@ class Localizer:
 
         Args:
             time: When it was taken [s].
-            odometry: Where the odometry had the base then, frame odom.
+            odometry: Odometry of the base at that time, frame odom.
             ranges: (beams,) [m].
 
         Returns:
-            Whether it counted; then `estimate` and `map_to_odom` are new.
+            Whether the scan was used; then `estimate` and `map_to_odom` are new.
         """
         if self._odometry is None:
             self._odometry = odometry
-        if time < self._looked_at:  # a simulation began anew
-            self._looked_at = -math.inf
+        if time < self._used_at:  # A simulation has restarted.
+            self._used_at = -math.inf
         move = between(self._odometry, odometry)
         if not self._due and not self._worth(time, move):
             return False
-        self._odometry, self._looked_at, self._due = odometry, time, False
+        self._odometry, self._used_at, self._due = odometry, time, False
         self._filter.move(move)
         self._filter.weigh(self._chooser.of(ranges))
         self.estimate = self._filter.estimate()
@@ -103,7 +95,7 @@ class Localizer:
 
     def _worth(self, time: float, move: Pose) -> bool:
         """Return whether a scan after a move is worth weighing."""
-        if time - self._looked_at < 1.0 / self._settings.update_rate - EARLY:
+        if time - self._used_at < 1.0 / self._settings.update_rate - EARLY:
             return False
         far = math.hypot(move.x, move.y) >= self._settings.update_min_d
         return far or abs(move.yaw) >= self._settings.update_min_a

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the odometry had a robot a moment ago: a scan and the odometry rarely come together."""
+"""Odometry of the last seconds: looks up the pose at the time of a scan."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
 
 KEPT = 100
-"""How many readings are kept: 5 s at 20 Hz."""
+"""Number of readings kept: 5 s at 20 Hz."""
 
 
 class OdometryHistory:
@@ -22,17 +22,13 @@ class OdometryHistory:
         self._readings: deque[tuple[float, Pose]] = deque(maxlen=KEPT)
 
     def add(self, time: float, pose: Pose) -> None:
-        """Take in a reading; one from before the last means that time began anew [s]."""
+        """Add a reading; if it is older than the last one, time has restarted [s]."""
         if self._readings and time < self._readings[-1][0]:
             self._readings.clear()
         self._readings.append((time, pose))
 
     def at(self, time: float) -> Pose | None:
-        """Return where the base was, frame odom, or None where that is not known (yet).
-
-        Args:
-            time: [s]
-        """
+        """Return where the base was at a time [s], frame odom, or None if that is not known."""
         after = None
         for then, pose in reversed(self._readings):
             if then == time:

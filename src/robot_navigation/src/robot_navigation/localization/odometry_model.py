@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where particles may be after a move that the odometry tells: amcl's `diff` and `omni` models.
+"""Moves particles as the odometry says, with noise: amcl's `diff` and `omni` models.
 
-The odometry motion model of Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4:
-a move is a turn, a straight way and a turn, each uncertain by how far the robot went and turned.
-The holonomic one is that of ROS's amcl: a way with an error along and one across it.
+`diff` is the odometry motion model of Thrun, Burgard and Fox, "Probabilistic Robotics", 2005,
+section 5.4: a move is a turn, a straight drive and a turn, each with an error that grows with the
+distance and the angle. `omni` is that of ROS's amcl: a drive with errors along and across it.
 """
 
 from __future__ import annotations
@@ -14,65 +14,73 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hive_common.geometry import Array
     from hive_common.pose import Pose
     from robot_navigation.localization.amcl_settings import AmclSettings
 
-    Array = NDArray[np.float64]
-
 ON_THE_SPOT = 0.01
-"""A way shorter than this has no direction [m]; the same as in ROS's amcl."""
+"""A shorter drive has no direction [m]; the same as in ROS's amcl."""
 
 
 def spread(poses: Array, move: Pose, settings: AmclSettings, random: np.random.Generator) -> Array:
-    """Return where particles may be after a move.
+    """Return particles after a move.
 
     Args:
         poses: (n, 3) before, frame map [m, m, rad].
-        move: From the odometry's pose before to the one after, seen from the one before.
-        settings: `odom_*` count.
-        random: Where the noise comes from.
+        move: The move by odometry, seen from where the robot was before.
+        settings: The `odom_*` settings apply.
+        random: Source of the noise.
 
     Returns:
         (n, 3) poses after.
     """
-    model = _across if settings.odom_model_type == "omni" else _turn_go_turn
+    model = _omni if settings.odom_model_type == "omni" else _diff
     moved = model(poses, move, settings, random.normal(size=(3, len(poses))))
-    moved[:, 2] = np.remainder(moved[:, 2] + np.pi, 2 * np.pi) - np.pi
+    wrap_yaws(moved)
     return moved
 
 
-def _turn_go_turn(poses: Array, move: Pose, settings: AmclSettings, noise: Array) -> Array:
-    way = math.hypot(move.x, move.y)
-    first = math.atan2(move.y, move.x) if way >= ON_THE_SPOT else 0.0
+def wrap_yaws(poses: Array) -> None:
+    """Bring the yaws of poses (n, 3) into [-pi, pi), in place."""
+    poses[:, 2] = np.remainder(poses[:, 2] + np.pi, 2 * np.pi) - np.pi
+
+
+def _diff(poses: Array, move: Pose, settings: AmclSettings, noise: Array) -> Array:
+    distance = math.hypot(move.x, move.y)
+    first = math.atan2(move.y, move.x) if distance >= ON_THE_SPOT else 0.0
     second = math.remainder(move.yaw - first, math.tau)
-    # Backwards is a straight way too, not half a turn before and another behind.
+    # Driving backwards is straight too, not half a turn before and another one after.
     turns = [min(abs(turn), math.pi - abs(turn)) for turn in (first, second)]
+    by_turning, by_distance = settings.odom_alpha1, settings.odom_alpha2 * distance**2
     deviations = (
-        math.sqrt(settings.odom_alpha1 * turns[0] ** 2 + settings.odom_alpha2 * way**2),
+        math.sqrt(by_turning * turns[0] ** 2 + by_distance),
         math.sqrt(
-            settings.odom_alpha3 * way**2 + settings.odom_alpha4 * (turns[0] ** 2 + turns[1] ** 2)
+            settings.odom_alpha3 * distance**2
+            + settings.odom_alpha4 * (turns[0] ** 2 + turns[1] ** 2)
         ),
-        math.sqrt(settings.odom_alpha1 * turns[1] ** 2 + settings.odom_alpha2 * way**2),
+        math.sqrt(by_turning * turns[1] ** 2 + by_distance),
     )
     turn = first + deviations[0] * noise[0]
-    gone = way + deviations[1] * noise[1]
+    driven = distance + deviations[1] * noise[1]
     heading = poses[:, 2] + turn
     after = heading + second + deviations[2] * noise[2]
-    x, y = gone * np.cos(heading), gone * np.sin(heading)
+    x, y = driven * np.cos(heading), driven * np.sin(heading)
     return np.stack([poses[:, 0] + x, poses[:, 1] + y, after], axis=1)
 
 
-def _across(poses: Array, move: Pose, settings: AmclSettings, noise: Array) -> Array:
-    way, turn = math.hypot(move.x, move.y), abs(move.yaw)
-    direction = math.atan2(move.y, move.x) if way >= ON_THE_SPOT else 0.0
-    along = way + noise[0] * math.sqrt(
-        settings.odom_alpha3 * way**2 + settings.odom_alpha4 * turn**2
+def _omni(poses: Array, move: Pose, settings: AmclSettings, noise: Array) -> Array:
+    distance, turn = math.hypot(move.x, move.y), abs(move.yaw)
+    direction = math.atan2(move.y, move.x) if distance >= ON_THE_SPOT else 0.0
+    along = distance + noise[0] * math.sqrt(
+        settings.odom_alpha3 * distance**2 + settings.odom_alpha4 * turn**2
     )
-    across = noise[1] * math.sqrt(settings.odom_alpha4 * turn**2 + settings.odom_alpha5 * way**2)
+    across = noise[1] * math.sqrt(
+        settings.odom_alpha4 * turn**2 + settings.odom_alpha5 * distance**2
+    )
     after = poses[:, 2] + move.yaw
-    after += noise[2] * math.sqrt(settings.odom_alpha1 * turn**2 + settings.odom_alpha2 * way**2)
+    after += noise[2] * math.sqrt(
+        settings.odom_alpha1 * turn**2 + settings.odom_alpha2 * distance**2
+    )
     heading = poses[:, 2] + direction
     cos, sin = np.cos(heading), np.sin(heading)
     x = poses[:, 0] + cos * along - sin * across

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a robot is, as a cloud of particles: adaptive Monte Carlo localization.
+"""Adaptive Monte Carlo localization: a cloud of particles estimates where a robot is.
 
-As many particles as the uncertainty needs: KLD sampling (Fox, "Adapting the sample size in
-particle filters through KLD-sampling", 2003) draws until the cloud is, with a given probability,
-within a given distance of the true distribution. That takes thousands where nothing is known, and
-some hundred where the robot knows where it is.
+KLD sampling (Fox, "Adapting the sample size in particle filters through KLD-sampling", 2003)
+draws particles until the cloud is, with a given probability, within a given distance of the true
+distribution: thousands for a robot that is lost, a few hundred for one that knows where it is.
 """
 
 from __future__ import annotations
@@ -16,24 +15,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_common.pose import Pose
-from robot_navigation.localization.odometry_model import spread
+from robot_navigation.localization.odometry_model import spread, wrap_yaws
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from hive_common.geometry import Array
     from robot_navigation.localization.amcl_settings import AmclSettings
     from robot_navigation.localization.likelihood_field import Beams, LikelihoodField
-
-    Array = NDArray[np.float64]
 
 BIN = np.array([0.5, 0.5, math.radians(10.0)])
 """Size of the bins in which particles are counted [m, m, rad]; those of ROS's amcl."""
 
 NEAR, NEAR_YAW = 0.8, math.radians(40.0)
-"""What is so near to the heaviest place belongs to it [m], [rad]."""
+"""Particles this near to the heaviest place belong to it [m], [rad]."""
 
 START_ANYWHERE = 3
-"""A robot that knows nothing begins with so many times the usual most particles."""
+"""A robot that is lost starts with this many times `max_particles`."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ class Estimate:
     Attributes:
         pose: Frame map.
         covariance: (3, 3) of x, y, yaw [m^2, m rad, rad^2].
-        share: Of all weight, how much is there, 0..1; near 1 where the filter has converged.
+        share: Share of the weight that is there, 0..1; near 1 once the filter has converged.
     """
 
     pose: Pose
@@ -52,16 +50,11 @@ class Estimate:
 
 
 class ParticleFilter:
-    """The cloud of one robot.
-
-    Args:
-        field: The map.
-        settings: What was chosen.
-        random: Where all noise comes from; the same generator gives the same run.
+    """The cloud of one robot; the same random generator gives the same run.
 
     Attributes:
         particles: (n, 3) poses, frame map [m, m, rad].
-        weights: (n,), their sum is 1.
+        weights: (n,); their sum is 1.
     """
 
     def __init__(
@@ -75,27 +68,24 @@ class ParticleFilter:
         self.weights: Array = np.zeros(0)
 
     def start_at(self, pose: Pose, covariance: Array) -> None:
-        """Begin around a pose, frame map; `covariance` (3, 3) of x, y, yaw [m^2, rad^2]."""
+        """Start around a pose, frame map; `covariance` (3, 3) of x, y, yaw [m^2, rad^2]."""
         count = self._settings.max_particles
         drawn = self._random.multivariate_normal(pose, covariance, size=count, method="eigh")
         self._take(drawn)
 
     def start_anywhere(self) -> None:
-        """Begin with no idea where the robot is, but for that it is where the map is free.
-
-        The first scans thin the cloud out to what the settings allow.
-        """
+        """Start anywhere in the free space; the first scans thin the cloud to `max_particles`."""
         count = START_ANYWHERE * self._settings.max_particles
         self._take(self._field.anywhere(count, self._random))
 
     def _take(self, particles: Array) -> None:
-        particles[:, 2] = np.remainder(particles[:, 2] + np.pi, 2 * np.pi) - np.pi
+        wrap_yaws(particles)
         self.particles = particles
         self.weights = np.full(len(particles), 1.0 / len(particles))
         self._slow = self._fast = 0.0
 
     def move(self, move: Pose) -> None:
-        """Follow a move that the odometry tells, seen from where the robot was."""
+        """Move the cloud by odometry; `move` is seen from where the robot was."""
         self.particles = spread(self.particles, move, self._settings, self._random)
 
     def weigh(self, beams: Beams) -> None:
@@ -108,7 +98,7 @@ class ParticleFilter:
         self.weights = weights / total
 
     def _average(self, likelihood: float) -> None:
-        """Keep a long and a short average of the scans' likelihood."""
+        """Update the long and the short average of the scans' likelihood."""
         slow, fast = self._settings.recovery_alpha_slow, self._settings.recovery_alpha_fast
         if self._slow == 0.0:
             self._slow = self._fast = likelihood
@@ -117,34 +107,34 @@ class ParticleFilter:
 
     @property
     def depleted(self) -> bool:
-        """Whether so much weight lies on so few particles that they should be drawn anew.
+        """Whether few particles carry most of the weight, so that resampling is due.
 
-        Drawing loses particles by chance. While it is not needed, places that are only a little
-        less likely than others stay in the cloud (Doucet's effective sample size, below half).
+        Resampling loses particles by chance. Until it is due, places that are only a little less
+        likely stay in the cloud (Doucet's effective sample size, below half).
         """
         return bool(1.0 / np.square(self.weights).sum() < len(self.weights) / 2)
 
     def resample(self) -> None:
-        """Draw the particles anew, as many as the uncertainty needs.
+        """Draw new particles, as many as the uncertainty needs.
 
-        Where the latest scans are much less likely than those before, some are put down anywhere,
-        so that a robot that was carried away may find itself ("augmented" localization).
+        If the latest scans are much less likely than those before, some of them are drawn
+        anywhere, so that a robot that was carried away can find itself ("augmented" localization).
         """
-        most = self._settings.max_particles
+        limit = self._settings.max_particles
         bounds = np.cumsum(self.weights)
-        drawn = np.searchsorted(bounds, self._random.random(most) * bounds[-1])
+        drawn = np.searchsorted(bounds, self._random.random(limit) * bounds[-1])
         found = self.particles[np.minimum(drawn, len(self.particles) - 1)]
         lost = max(0.0, 1.0 - self._fast / self._slow) if self._slow else 0.0
         if lost:
-            stray = np.flatnonzero(self._random.random(most) < lost)
+            stray = np.flatnonzero(self._random.random(limit) < lost)
             found[stray] = self._field.anywhere(len(stray), self._random)
             self._slow = self._fast = 0.0
-        count = self._enough(found)
+        count = self._sufficient(found)
         self.particles = found[:count]
         self.weights = np.full(count, 1.0 / count)
 
-    def _enough(self, particles: Array) -> int:
-        """Return how many of these particles, in their order, are enough (Fox, 2003)."""
+    def _sufficient(self, particles: Array) -> int:
+        """Return how many of these particles, in this order, suffice (Fox, 2003)."""
         _, first = np.unique(_keys(particles), return_index=True)
         new = np.zeros(len(particles))
         new[first] = 1.0
@@ -158,7 +148,7 @@ class ParticleFilter:
         return int(enough.argmax()) + 1 if enough.any() else len(particles)
 
     def estimate(self) -> Estimate:
-        """Return the mean of what lies near the heaviest place."""
+        """Return the mean of the particles near the heaviest place."""
         keys = _keys(self.particles)
         places, which = np.unique(keys, return_inverse=True)
         heaviest = np.bincount(which, self.weights, len(places)).argmax()
@@ -166,7 +156,7 @@ class ParticleFilter:
         for _ in range(3):
             pose = _mean(self.particles[near], self.weights[near])
             away = self.particles - pose
-            away[:, 2] = np.remainder(away[:, 2] + np.pi, 2 * np.pi) - np.pi
+            wrap_yaws(away)
             near = (np.hypot(away[:, 0], away[:, 1]) < NEAR) & (np.abs(away[:, 2]) < NEAR_YAW)
         weights = self.weights[near]
         covariance: Array = (away[near].T * weights) @ away[near] / weights.sum()
@@ -174,7 +164,7 @@ class ParticleFilter:
 
 
 def _keys(particles: Array) -> NDArray[np.int64]:
-    """Return (n,) numbers, one for each bin that particles (n, 3) lie in."""
+    """Return the bins of particles (n, 3) as (n,) numbers."""
     bins = np.floor(particles / BIN).astype(np.int64)
     keys: NDArray[np.int64] = (bins[:, 0] << 40) + (bins[:, 1] << 20) + bins[:, 2]
     return keys

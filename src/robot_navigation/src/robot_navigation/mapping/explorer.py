@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Drives a robot to where the map ends, until it ends nowhere.
+"""Drives a robot to the frontiers of its map until there are none left.
 
 It follows Yamauchi, "A frontier-based approach for autonomous exploration", CIRA 1997.
 """
@@ -22,129 +22,115 @@ if TYPE_CHECKING:
     from hive_common.map_file import GridMap
     from hive_common.pose import Pose
 
-SPARE = 0.08
-"""The way keeps so far from things, besides the robot's own radius [m]."""
+MARGIN = 0.08
+"""Clearance beyond the robot's radius that a path must keep [m]."""
 
 NEAR = 1.2
-"""A frontier is looked at from so near [m]."""
+"""Distance from which the robot observes a frontier [m]."""
 
-SMALLEST = 6
+MIN_FRONTIER = 6
 """Frontiers of fewer cells are cracks between beams."""
 
 SPEED = 0.5
 """[m/s]"""
 
 COMFORT = 0.3
-"""Up to so much more room than it needs, the robot takes a longer way for it [m] ..."""
+"""The robot takes a longer path to gain up to this much more clearance than it needs [m] ..."""
 
 DETOUR = 3.0
-"""... at most so many times longer than where there is no more room."""
+"""... of at most this many times the length."""
 
 AHEAD = 0.35
-"""The robot steers for the point of its way so far ahead [m]."""
+"""The robot steers for the point of its path this far ahead [m]."""
 
 SHARP = 0.6
-"""A robot that is turned away further than this turns on the spot first [rad]."""
+"""With a larger heading error the robot turns on the spot first [rad]."""
 
 TURN = 1.5
-"""Turning speed for each radian that the robot is turned away [rad/s]."""
+"""Yaw rate per heading error [rad/s per rad]."""
 
 ARRIVED = 0.25
-"""[m]"""
+"""Distance from the end of the path that counts as arrived [m]."""
 
 STUCK = 0.03
-"""A robot that has neither moved so far [m] nor turned so far [rad] between two plans is stuck."""
+"""A robot that moves and turns less than this between two plans is stuck [m], [rad]."""
 
 BACK = -0.15
-"""It drives back then, until the next plan [m/s]."""
+"""Speed of a stuck robot until the next plan [m/s]: it backs off."""
 
 
 class Explorer:
-    """Decides where a robot that makes a map drives.
+    """Chooses where a mapping robot drives.
 
     Attributes:
-        finished: Whether everything that can be reached has been seen.
+        finished: Whether the map shows everything that the robot can reach.
     """
 
     def __init__(self, radius: float, max_speed: float) -> None:
-        """Explore with a robot that fits into a circle.
-
-        Args:
-            radius: Of that circle [m].
-            max_speed: Of the robot [m/s].
-        """
+        """Explore with a robot of a radius [m] and a top speed [m/s]."""
         self._radius = radius
         self._speed = min(SPEED, max_speed)
-        self._way: Array = np.zeros((0, 2))
+        self._path: Array = np.zeros((0, 2))
         self._given_up: list[tuple[float, float]] = []
         self._last: Pose | None = None
         self._stuck = False
         self.finished = False
 
     def plan(self, chart: GridMap, here: Pose) -> None:
-        """Choose the nearest frontier on the map as it is now, and the way to it.
-
-        Args:
-            chart: The map so far.
-            here: Where the robot is, frame map.
-        """
+        """Choose the nearest frontier on the map so far, and the path to it; `here`: frame map."""
         self._stuck = self._is_stuck(here)
         self._last = here
-        if len(self._way) and math.dist(self._way[-1], here[:2]) < ARRIVED:
-            # What is still a frontier after the robot has been there cannot be seen from there.
+        if len(self._path) and math.dist(self._path[-1], here[:2]) < ARRIVED:
+            # A frontier that remains cannot be observed from here.
             self._given_up.append((here.x, here.y))
         goals = self._frontiers(chart)
         room = ndimage.distance_transform_edt(chart.cells == FREE) * chart.resolution
         start = _cell(chart, here[:2])
-        open_to = room >= self._radius + SPARE
-        # Whoever stands too close to something has to get away from there all the same.
-        open_to |= _disc(chart, here[:2], self._radius + SPARE) & (chart.cells == FREE)
+        open_to = room >= self._radius + MARGIN
+        # A robot that stands too close to an obstacle must get away nevertheless.
+        open_to |= _disc(chart, here[:2], self._radius + MARGIN) & (chart.cells == FREE)
         open_to[start] = True
-        spare = np.clip((room - self._radius - SPARE) / COMFORT, 0.0, 1.0)
-        length, before = _ways(open_to, start, 1.0 + (DETOUR - 1.0) * (1.0 - spare))
+        spare = np.clip((room - self._radius - MARGIN) / COMFORT, 0.0, 1.0)
+        length, before = _paths(open_to, start, 1.0 + (DETOUR - 1.0) * (1.0 - spare))
         close = ndimage.distance_transform_edt(~goals) * chart.resolution <= NEAR
         length[~(close & open_to)] = np.inf
         self.finished = not np.isfinite(length).any() if goals.any() else True
-        self._way = np.zeros((0, 2)) if self.finished else _back(chart, length, before)
+        self._path = np.zeros((0, 2)) if self.finished else _shortest(chart, length, before)
 
     def steer(self, here: Pose) -> tuple[float, float]:
-        """Return how to drive now: forward [m/s] and counter-clockwise [rad/s].
-
-        Args:
-            here: Where the robot is, frame map.
-        """
-        if not len(self._way):
+        """Return the speed [m/s] and the yaw rate [rad/s] for a robot at a pose, frame map."""
+        if not len(self._path):
             return 0.0, 0.0
         if self._stuck:
             return BACK, 0.0
-        away = np.hypot(*(self._way - here[:2]).T)
+        away = np.hypot(*(self._path - here[:2]).T)
         nearest = int(np.argmin(away))
         ahead = nearest + int(np.argmax(away[nearest:] >= AHEAD))
-        aim = self._way[ahead if away[ahead] >= AHEAD else -1]
-        left = math.dist(self._way[-1], here[:2])
+        aim = self._path[ahead if away[ahead] >= AHEAD else -1]
+        left = math.dist(self._path[-1], here[:2])
         if left < ARRIVED:
             return 0.0, 0.0
         turned = math.remainder(math.atan2(aim[1] - here.y, aim[0] - here.x) - here.yaw, math.tau)
         if abs(turned) > SHARP:
             return 0.0, math.copysign(1.0, turned)
-        # Slower in bends and towards the end, where there may be no room for a way to stop.
+        # Slower in bends and near the end, where there may be little room to stop.
         return min(self._speed, left) * (1.0 - abs(turned) / SHARP), TURN * turned
 
     def _is_stuck(self, here: Pose) -> bool:
-        """Return whether the robot was to move since the last plan and did not."""
+        """Return whether the robot had a path since the last plan but did not move."""
         last = self._last
-        if last is None or self._stuck or not len(self._way):
+        if last is None or self._stuck or not len(self._path):
             return False
         turned = abs(math.remainder(here.yaw - last.yaw, math.tau))
         return math.dist(here[:2], last[:2]) < STUCK and turned < STUCK
 
     def _frontiers(self, chart: GridMap) -> NDArray[np.bool_]:
-        """Return the free cells beside unknown ones, small groups and given-up ones left out."""
+        """Return the free cells beside unknown ones, without small groups and given-up ones."""
         unknown = ndimage.binary_dilation(chart.cells == UNKNOWN)
         frontier = (chart.cells == FREE) & unknown
         groups, _ = ndimage.label(frontier, np.ones((3, 3)))
         sizes = np.bincount(groups.ravel())
-        frontier &= sizes[groups] >= SMALLEST
+        frontier &= sizes[groups] >= MIN_FRONTIER
         for place in self._given_up:
             frontier &= ~_disc(chart, place, NEAR + 2 * ARRIVED)
         found: NDArray[np.bool_] = frontier
@@ -165,15 +151,15 @@ def _disc(chart: GridMap, middle: tuple[float, float], radius: float) -> NDArray
     return inside
 
 
-def _ways(
+def _paths(
     open_to: NDArray[np.bool_], start: tuple[int, int], weight: Array
 ) -> tuple[Array, NDArray[np.int32]]:
-    """Return, for every cell, how long the way there is [cells] and the cell before it.
+    """Return the length of the path to every cell [cells], and the cell before it on that path.
 
     Args:
-        open_to: Cells that the robot's middle may be in.
-        start: Row and column of where it is.
-        weight: By what the way through a cell is longer than it is.
+        open_to: The cells that the robot's centre may enter.
+        start: Row and column of the robot.
+        weight: Factor on the length of the path through each cell.
     """
     rows, columns = open_to.shape
     number = np.arange(open_to.size).reshape(open_to.shape)
@@ -192,13 +178,13 @@ def _ways(
     return length.reshape(open_to.shape), before.reshape(open_to.shape)
 
 
-def _back(chart: GridMap, length: Array, before: NDArray[np.int32]) -> Array:
-    """Return the way (n, 2) to the cell with the least length, frame map [m]."""
+def _shortest(chart: GridMap, length: Array, before: NDArray[np.int32]) -> Array:
+    """Return the path (n, 2) to the cell with the least length, frame map [m]."""
     columns = length.shape[1]
     cell = int(np.argmin(length))
-    way = []
+    path = []
     while cell >= 0:
-        way.append((cell % columns, cell // columns))
+        path.append((cell % columns, cell // columns))
         cell = int(before.flat[cell])
-    points: Array = (np.array(way[::-1]) + 0.5) * chart.resolution
+    points: Array = (np.array(path[::-1]) + 0.5) * chart.resolution
     return points + chart.origin[:2]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An occupancy grid that grows out of scans.
+"""An occupancy grid that is built from scans and grows.
 
 It follows Moravec and Elfes, "High resolution maps from wide angle sonar", ICRA 1985; the log odds
 are those of Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 9.2.
@@ -21,35 +21,35 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
 
 MISS = -0.4
-"""What a beam that passes says of a cell, as log odds."""
+"""Log odds that a passing beam adds to a cell."""
 
 HIT = 0.85
-"""What a beam that ends says of a cell, as log odds."""
+"""Log odds that an ending beam adds to a cell."""
 
-MOST = 6.0
-"""No cell is surer than that, so that a door which opens is believed in time."""
+MAX_ODDS = 6.0
+"""Bound of a cell's log odds, so that the map learns in time that a door has opened."""
 
 SURE = 0.3
-"""From here on a cell counts as occupied, and below the negative as free."""
+"""A cell with higher log odds is occupied; one below the negative is free."""
 
 STRIDE = 5.0
-"""By so much the plane grows at least, to a side on which something was seen beyond it [m]."""
+"""By how much the grid grows at least towards what lies beyond it [m]."""
 
 
 class OccupancyGrid:
-    """What is known of a plane by now.
+    """The log odds of all cells.
 
     Attributes:
         odds: (rows, columns) log odds of being occupied; 0 is unknown; row 0 is the lowest.
         resolution: Side of a cell [m].
         origin: x, y of the lower left corner, frame map [m].
-        full: Whether something was seen so far away that the plane did not grow to it.
+        full: Whether a scan reached so far that the grid did not grow to it.
     """
 
     def __init__(
         self, size: tuple[float, float], origin: tuple[float, float], resolution: float
     ) -> None:
-        """Know nothing yet of a plane of `size` [m] from `origin` on, frame map [m]."""
+        """Start unknown; `size` is width and depth [m], `origin` in frame map [m]."""
         columns, rows = (round(side / resolution) for side in size)
         self.odds: Array = np.zeros((rows, columns))
         self.resolution = resolution
@@ -60,10 +60,9 @@ class OccupancyGrid:
         """Take in a scan.
 
         Args:
-            origin: Where the laser is, frame map.
-            angles: (n,) directions of the beams from its heading [rad].
-            ranges: (n,) [m]; infinite where nothing was in range, negative or NaN where nothing
-                is known.
+            origin: Pose of the laser, frame map.
+            angles: (n,) directions of the beams relative to the laser [rad].
+            ranges: (n,) [m]; infinite if nothing was in range, negative or NaN if unknown.
             range_max: How far the laser sees [m].
         """
         known = ranges > 0
@@ -72,28 +71,28 @@ class OccupancyGrid:
         self._make_room(origin, angles, np.minimum(ranges, range_max))
         passed = np.zeros(self.odds.size, dtype=bool)
         passed[self._passed(origin, angles, np.minimum(ranges, range_max))] = True
-        # A surface is where the beam ends; the cell behind it is what is solid.
+        # The beam ends at the surface; the cell behind it is the solid one.
         ends = ranges[hits] + self.resolution / 2
         ended = np.zeros(self.odds.size, dtype=bool)
         ended[self._at(origin, angles[hits], ends)] = True
         odds = self.odds.ravel()
         odds[passed & ~ended] += MISS
         odds[ended] += HIT
-        np.clip(odds, -MOST, MOST, out=odds)
+        np.clip(odds, -MAX_ODDS, MAX_ODDS, out=odds)
 
     def clear(self) -> None:
-        """Know nothing again; the plane stays as large as it is."""
+        """Forget everything, but keep the size."""
         self.odds[:] = 0.0
 
     def as_map(self) -> GridMap:
-        """Return the map: free, occupied or unknown."""
+        """Return the map with free, occupied and unknown cells."""
         cells = np.full(self.odds.shape, UNKNOWN, dtype=np.int8)
         cells[self.odds < -SURE] = FREE
         cells[self.odds > SURE] = OCCUPIED
         return GridMap(cells, self.resolution, Pose(*self.origin, 0.0))
 
     def _make_room(self, origin: Pose, angles: Array, ranges: Array) -> None:
-        """Grow where a scan reaches beyond the plane."""
+        """Grow to where a scan reaches beyond the grid."""
         reach = ranges + self.resolution
         missing = []
         for here, turn, corner, cells in (
@@ -114,7 +113,7 @@ class OccupancyGrid:
             self.origin = (x - left * self.resolution, y - below * self.resolution)
 
     def _passed(self, origin: Pose, angles: Array, ranges: Array) -> NDArray[np.intp]:
-        """Return the cells that beams go through before they end."""
+        """Return the cells that beams pass before they end."""
         step = self.resolution / 2
         along = np.arange(0.0, ranges.max(initial=0.0), step)
         reach = np.broadcast_to(along, (len(angles), len(along)))
@@ -123,7 +122,7 @@ class OccupancyGrid:
         return self._at(origin, spread[before], reach[before])
 
     def _at(self, origin: Pose, angles: Array, reach: Array) -> NDArray[np.intp]:
-        """Return the cells at some distances in some directions; those outside are left out."""
+        """Return the cells at distances in directions, without those off the grid."""
         rows, columns = self.odds.shape
         x = (origin.x + reach * np.cos(angles) - self.origin[0]) / self.resolution
         y = (origin.y + reach * np.sin(angles) - self.origin[1]) / self.resolution

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Finds where on the map a scan was taken, near where the odometry says.
+"""Point-to-plane scan matching: finds where on the map a scan was taken, near the odometry's pose.
 
-Each beam's end is drawn to the surface nearest to it, across that surface only (Chen and Medioni,
-"Object modelling by registration of multiple range images", 1992). How far, and how far the
-odometry is believed instead, follows from how sure each of them is: along a bare wall the scan
-says nothing, so there the odometry decides.
+Each beam's end is pulled to the nearest surface, across that surface only (Chen and Medioni,
+"Object modelling by registration of multiple range images", 1992). The scan and the odometry are
+weighted by their uncertainties: along a bare wall the scan says nothing, so the odometry decides.
 """
 
 from __future__ import annotations
@@ -20,61 +19,60 @@ if TYPE_CHECKING:
     from robot_navigation.mapping.surfaces import Surfaces
 
 NEAREST = (0.3, 0.3, 0.2, 0.1)
-"""A beam that ends farther from anything known is about something new [m], in the first rounds and
-in all that follow: at first the odometry may be off by a slip of the wheels."""
+"""A beam that ends farther from all surfaces is ignored [m], in the first rounds and all others: at
+first the odometry may be off because wheels slipped."""
 
 NOISE = 0.02
-"""How far an end is from its surface, as a standard deviation [m]."""
+"""Standard deviation of an end from its surface [m]."""
 
 OUTLIER = 0.05
-"""Ends that are farther off than this count less and less [m]."""
+"""The weight of ends farther off than this decreases [m]."""
 
 ALIKE = 0.3
-"""Neighbouring beams err together, so each counts for so much of itself."""
+"""Weight of a beam: neighbouring beams err together."""
 
 ODOMETRY = (0.02, 0.02)
-"""How far the odometry is off between two scans, as standard deviations [m] and [rad]."""
+"""Standard deviations of the odometry between two scans [m], [rad]."""
 
-ROUNDS = 12
-"""So often the ends are drawn, at most."""
+MAX_ROUNDS = 12
+"""Number of rounds in which the ends are matched."""
 
 STILL = 1e-5
-"""Less than this is no move [m, rad]."""
+"""A smaller move ends the rounds [m, rad]."""
 
-FEWEST = 30
-"""With fewer beams that end near something known, the odometry alone is believed."""
+MIN_BEAMS = 30
+"""With fewer beams that end near a surface, only the odometry is used."""
 
 
 class ScanMatcher:
-    """Fits scans to what is known of the surfaces."""
+    """Matches scans to surfaces, which may grow."""
 
     def __init__(self, surfaces: Surfaces) -> None:
-        """Fit to these, which may grow."""
         self._surfaces = surfaces
 
     def fit(self, guess: Pose, points: Array, reach: float) -> Pose:
         """Return where the laser was.
 
         Args:
-            guess: Where the odometry says that it was, frame map.
-            points: (n, 2) where beams ended, seen from the laser [m].
-            reach: How far from it [m].
+            guess: Where it was by odometry, frame map.
+            points: (n, 2) ends of the beams, relative to the laser [m].
+            reach: How far the laser sees [m].
         """
         known = self._surfaces.around(guess.x, guess.y, reach + NEAREST[0])
         if known is None:
             return guess
         best = np.array(guess)
         trust = np.diag([ODOMETRY[0] ** -2, ODOMETRY[0] ** -2, ODOMETRY[1] ** -2])
-        for turn in range(ROUNDS):
+        for turn in range(MAX_ROUNDS):
             reach = NEAREST[min(turn, len(NEAREST) - 1)]
             cos, sin = np.cos(best[2]), np.sin(best[2])
             arms = points @ np.array([[cos, sin], [-sin, cos]])
             ends = arms + best[:2]
             away, nearest = known.tree.query(ends, distance_upper_bound=reach)
             near = np.isfinite(away)
-            # What is seen from behind is the other side of a thin wall.
+            # A surface seen from behind is the other side of a thin wall.
             near[near] = (known.normals[nearest[near]] * arms[near]).sum(axis=1) < 0
-            if near.sum() < FEWEST:
+            if near.sum() < MIN_BEAMS:
                 return guess
             arms, ends, nearest = arms[near], ends[near], nearest[near]
             normals = known.normals[nearest]

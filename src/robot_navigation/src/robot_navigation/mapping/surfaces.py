@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where beams have ended, to a fraction of a cell.
+"""Surfaces at sub-cell precision: the mean of the beams' ends in each cell.
 
-An occupancy grid says of a wall which cells it lies in. Where in a cell it is, the mean of the
-beams' ends says, and that is what a scan can be fitted to closely; gmapping does the same
-(Grisetti, Stachniss and Burgard, IEEE Transactions on Robotics 23(1), 2007).
+An occupancy grid tells in which cells a wall lies. The mean of the beams' ends tells where in a
+cell, which is what a scan can be matched to closely; gmapping does the same (Grisetti, Stachniss
+and Burgard, IEEE Transactions on Robotics 23(1), 2007).
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
 
 NEIGHBOURS = 6
-"""A surface's direction is that of so many points, itself included."""
+"""Number of points that determine a surface's direction, including the point itself."""
 
 
 class Surface(NamedTuple):
-    """What lies around a place.
+    """The surfaces around a place.
 
     Attributes:
-        tree: Of the points, to look up which is the nearest.
+        tree: Finds the nearest point.
         points: (k, 2) frame map [m].
-        normals: (k, 2) unit vectors across the surface, to the side from which it was seen.
-        flatness: (k,) from 0, where points lie anyhow, to 1, where they lie on a line.
+        normals: (k, 2) unit vectors towards the side from which the surface was seen.
+        flatness: (k,) from 0 for scattered points to 1 for points on a line.
     """
 
     tree: spatial.cKDTree
@@ -37,27 +37,22 @@ class Surface(NamedTuple):
 
 
 class Surfaces:
-    """The mean of all ends of beams in each square."""
+    """The mean of the beams' ends in each square."""
 
     def __init__(self, side: float) -> None:
-        """Know nothing yet; squares have a `side` [m]."""
+        """Start empty; squares have a `side` [m]."""
         self._side = side
         self.clear()
 
     def clear(self) -> None:
-        """Know nothing again."""
+        """Forget everything."""
         self._row: dict[tuple[int, int], int] = {}
         self._count: Array = np.zeros(0)
         self._sums: Array = np.zeros((0, 2))
         self._views: Array = np.zeros((0, 2))
 
     def add(self, ends: Array, laser: tuple[float, float]) -> None:
-        """Take in ends of beams.
-
-        Args:
-            ends: (n, 2) frame map [m].
-            laser: Where they come from, x and y, frame map [m].
-        """
+        """Add the ends of beams (n, 2) that a laser at (x, y) measured, frame map [m]."""
         squares, places = np.unique(
             np.floor(ends / self._side).astype(np.int64), axis=0, return_inverse=True
         )
@@ -73,9 +68,9 @@ class Surfaces:
         np.add.at(self._views, where, np.array(laser) - ends)
 
     def around(self, x: float, y: float, reach: float) -> Surface | None:
-        """Return what lies in the square of half the side `reach` around a place [m], or anywhere.
+        """Return the surfaces within `reach` [m] of a place along x and y.
 
-        None where there is too little for a direction.
+        None if there are too few points to determine a direction.
         """
         if not len(self._count):
             return None

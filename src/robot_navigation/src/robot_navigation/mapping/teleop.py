@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Drives a robot by keys, laid out as in ROS's `teleop_twist_keyboard`, which Debian has not."""
+"""Drives a robot by keys, laid out as in ROS's `teleop_twist_keyboard`, which Debian lacks."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ DIRECTIONS = {
     "m": (-1, 0, -1), ",": (-1, 0, 0), ".": (-1, 0, 1),
     "J": (0, 1, 0), "L": (0, -1, 0),
 }  # fmt: skip
-"""Forward, to the left and counter-clockwise, as shares of the speeds."""
+"""For each key: forward, left and counter-clockwise, as shares of the speeds."""
 
 FASTER = {"q": (1.1, 1.1), "z": (0.9, 0.9), "w": (1.1, 1.0), "x": (0.9, 1.0), "e": (1.0, 1.1),
           "c": (1.0, 0.9)}  # fmt: skip
-"""By what the speed and the turning speed are multiplied."""
+"""For each key: factors on the speed and on the turning speed."""
 
 HELD = 0.6
-"""A key that is held comes again within this time [s]: most keyboards wait 0.25 to 0.5 s."""
+"""A held key repeats within this time [s]: most keyboards wait 0.25 to 0.5 s."""
 
 SPEED = 0.5
 """At the start [m/s]."""
@@ -27,14 +27,14 @@ SPEED = 0.5
 TURN = 1.0
 """At the start [rad/s]."""
 
-HELP = """Hold a key to drive; let it go to stop.
+HELP = """Hold a key to drive; release it to stop.
 
-   u    i    o      forward, in a curve or straight
+   u    i    o      forward: curve left, straight, curve right
    j    k    l      turn left, stop, turn right
-   m    ,    .      back, in a curve or straight
-   J         L      sideways, for robots that can
+   m    ,    .      backward: curve left, straight, curve right
+   J         L      left, right (holonomic robots only)
 
-q/z  both speeds by 10 %     w/x  speed     e/c  turning speed     Ctrl-C  quit
+q/z  all speeds +/- 10 %     w/x  speed     e/c  turning speed     Ctrl-C  quit
 """
 
 
@@ -45,7 +45,7 @@ class Limits:
     Attributes:
         speed: [m/s]
         turn: [rad/s]
-        holonomic: Whether it can go sideways.
+        holonomic: Whether it can move sideways.
     """
 
     speed: float
@@ -54,11 +54,11 @@ class Limits:
 
 
 class Teleop:
-    """Turns keys into speeds.
+    """Turns keys into commands.
 
     Attributes:
-        speed: How fast it drives [m/s].
-        turn: How fast it turns [rad/s].
+        speed: Driving speed [m/s].
+        turn: Turning speed [rad/s].
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -70,31 +70,19 @@ class Teleop:
         self._pressed = -math.inf
 
     def press(self, key: str, now: float) -> bool:
-        """Take in a key.
-
-        Args:
-            key: One character.
-            now: On a clock that never jumps [s].
-
-        Returns:
-            Whether the speeds have changed.
-        """
+        """Take in a key (one character) at a time [s]; return whether the speeds have changed."""
         if key in FASTER:
             speed, turn = FASTER[key]
             self.speed = min(self.speed * speed, self._limits.speed)
             self.turn = min(self.turn * turn, self._limits.turn)
             return True
-        # Any other key stops, as a person who hits one in a hurry expects.
+        # Any other key stops the robot: someone may hit one in a hurry.
         self._direction = DIRECTIONS.get(key, (0, 0, 0))
         self._pressed = now
         return False
 
     def command(self, now: float) -> tuple[float, float, float]:
-        """Return how to drive now: forward, to the left [m/s], counter-clockwise [rad/s].
-
-        Args:
-            now: On the clock of `press` [s].
-        """
+        """Return the command at a time [s]: forward, left [m/s], counter-clockwise [rad/s]."""
         if now - self._pressed > HELD:
             return 0.0, 0.0, 0.0
         ahead, left, turn = self._direction

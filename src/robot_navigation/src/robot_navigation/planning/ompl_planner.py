@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Planning with OMPL, guided by a roadmap. The only module that knows OMPL.
 
-The roadmap (`roadmap.py`) says which way round; OMPL's `PathSimplifier` shortens that way, and its
-motion checks have the last word on whether it is free. Where the landmarks hold no way although
-there is one (gaps between things that only the laser has seen), OMPL's RRTConnect searches by
-itself. Left alone, RRTConnect is as quick but often takes the wrong aisle of a warehouse: the
-figures are in docs/decisions/010-planner.md.
+The roadmap (`roadmap.py`) proposes a path; OMPL's `PathSimplifier` shortens it, and OMPL's motion
+checks decide whether it is free. If the roadmap misses a path that exists (a gap between obstacles
+that only the laser has seen), OMPL's RRTConnect searches without a guide. RRTConnect alone is as
+quick but often takes the wrong aisle of a warehouse: see docs/decisions/010-planner.md.
 """
 
 from __future__ import annotations
@@ -26,21 +25,20 @@ if TYPE_CHECKING:
     from typing import Any
 
     from hive_common.grid_map import Disc, GridMap
-
-Point = tuple[float, float]
+    from robot_navigation.planning.path import Point
 
 MARGINS = (0.08, 0.02)
-"""Room beside the robot when it turns on the spot [m]: first what is comfortable, and where there
-is no such way what just does; with more the MiR100 could not pass a door of 1.2 m."""
+"""Clearances beyond the robot's radius [m], tried in this order: a comfortable one, then the least
+that works. With a larger one the MiR100 cannot pass a door of 1.2 m."""
 
-STANDING = 0.05
-"""Room beside the robot at a goal [m]: it does not stop to the centimetre, and then turns."""
+GOAL_MARGIN = 0.05
+"""Clearance beyond the robot's radius at a goal [m]: it stops a few centimetres off, and turns."""
 
-BESIDE = 0.6
-"""How far a robot that stands too close to something may go to the next free place [m]."""
+MAX_ESCAPE = 0.6
+"""How far a robot that stands too close to an obstacle may drive to a free place [m]."""
 
 SEARCH_STEPS = 20_000
-"""After this many steps RRTConnect gives up; about 2 s."""
+"""RRTConnect gives up after this many steps, about 2 s."""
 
 SHORTEN_STEPS = 30
 """Attempts of OMPL's simplifier to cut a corner."""
@@ -52,7 +50,7 @@ class OmplPlanner:
     Attributes:
         grid: The map.
         need: Least clearance that the robot needs to drive and turn [m].
-        goal_need: Least clearance that it needs at a goal [m].
+        goal_need: Least clearance that the robot needs at a goal [m].
         field: The clearances of the map.
     """
 
@@ -62,11 +60,11 @@ class OmplPlanner:
         Args:
             grid: The map.
             radius: Radius of the circle that holds the footprint [m].
-            seed: The same seed, map, start and goal give the same plan.
+            seed: The same seed, map, start and goal give the same path.
         """
         self.grid = grid
         self.need = radius + MARGINS[-1]
-        self.goal_need = radius + STANDING
+        self.goal_need = radius + GOAL_MARGIN
         self.field = ClearanceField.of(grid)
         self._roadmaps = [Roadmap(self.field, radius + margin) for margin in MARGINS]
         self._seed = seed
@@ -77,11 +75,11 @@ class OmplPlanner:
         field = self.field.with_discs(discs) if discs else self.field
         if field.at(*goal) < self.need:
             raise PlanError(
-                f"goal ({goal[0]:.2f}, {goal[1]:.2f}): something that is not on the map stands "
+                f"goal ({goal[0]:.2f}, {goal[1]:.2f}): an obstacle that is not on the map is "
                 f"within {self.need:.2f} m of it; wait until it is gone, or choose another goal",
                 lasting=False,
             )
-        begin = self._free_place_beside(start, field)
+        begin = self._escape(start, field)
         need, guide = self._guide(begin, goal, field, discs)
         if guide is None:
             self._check_connected(begin, goal, field)
@@ -91,23 +89,20 @@ class OmplPlanner:
     def _guide(
         self, start: Point, goal: Point, field: ClearanceField, discs: Sequence[Disc]
     ) -> tuple[float, list[Point] | None]:
-        """Return a way of the roadmap with as much room as there is, and that room [m]."""
+        """Return the roadmap's widest path, or None, and the clearance that it keeps [m]."""
         for roadmap in self._roadmaps:
-            if discs:
-                guide = roadmap.way_around(start, goal, field, discs)
-            else:
-                guide = roadmap.way(start, goal, field)
+            guide = roadmap.path(start, goal, field, discs)
             if guide is not None:
                 return roadmap.need, guide
         return self.need, None
 
     def _check_goal(self, goal: Point) -> None:
-        """Refuse a goal at which the robot can never stand."""
+        """Reject a goal at which the robot can never stand."""
         x, y = goal
         if not (math.isfinite(x) and math.isfinite(y) and self.grid.contains(x, y)):
             x_min, y_min, x_max, y_max = self.grid.bounds
             raise PlanError(
-                f"goal ({x:.2f}, {y:.2f}) is not on the map, which reaches from "
+                f"goal ({x:.2f}, {y:.2f}) is not on the map, which extends from "
                 f"({x_min:.2f}, {y_min:.2f}) to ({x_max:.2f}, {y_max:.2f}); choose a goal on it",
                 lasting=True,
             )
@@ -115,16 +110,16 @@ class OmplPlanner:
         if room < self.goal_need:
             what = "is in a wall or an obstacle" if room == 0 else "is too close to an obstacle"
             raise PlanError(
-                f"goal ({x:.2f}, {y:.2f}) {what}: the clearance is {room:.2f} m, this robot needs "
-                f"{self.goal_need:.2f} m; choose a goal farther from the obstacles of the map",
+                f"goal ({x:.2f}, {y:.2f}) {what}: its clearance is {room:.2f} m, this robot needs "
+                f"{self.goal_need:.2f} m; choose a goal farther from the obstacles on the map",
                 lasting=True,
             )
 
-    def _free_place_beside(self, start: Point, field: ClearanceField) -> Point:
-        """Return the start, or the nearest place from which the robot can plan."""
+    def _escape(self, start: Point, field: ClearanceField) -> Point:
+        """Return the start, or the nearest place with enough clearance to plan from."""
         if field.at(*start) >= self.need:
             return start
-        for distance in np.arange(1, math.ceil(BESIDE / 0.05) + 1) * 0.05:
+        for distance in np.arange(1, math.ceil(MAX_ESCAPE / 0.05) + 1) * 0.05:
             for angle in np.arange(0.0, 2 * math.pi, math.pi / 12):
                 place = (
                     float(start[0] + distance * math.cos(angle)),
@@ -134,28 +129,28 @@ class OmplPlanner:
                     return place
         lasting = self.field.at(*start) < self.need
         raise PlanError(
-            f"the robot stands at ({start[0]:.2f}, {start[1]:.2f}) and has no free place within "
-            f"{BESIDE:.1f} m (clearance {field.at(*start):.2f} m, needed {self.need:.2f} m); "
+            f"the robot is at ({start[0]:.2f}, {start[1]:.2f}) with no free place within "
+            f"{MAX_ESCAPE:.1f} m (clearance {field.at(*start):.2f} m, needed {self.need:.2f} m); "
             "clear the space around it, or correct its pose on the map",
             lasting=lasting,
         )
 
     def _check_connected(self, start: Point, goal: Point, field: ClearanceField) -> None:
-        """Raise if start and goal lie in parts of the map with no way between them."""
+        """Raise if no path can connect start and goal."""
         if _connected(field, self.need, start, goal):
             return
         lasting = not _connected(self.field, self.need, start, goal)
-        why = "on this map" if lasting else "past what stands in the way"
-        remedy = "choose another goal" if lasting else "clear the way, or choose another goal"
+        where = "on this map" if lasting else "around the obstacles that are not on the map"
+        remedy = "choose another goal" if lasting else "clear the path, or choose another goal"
         raise PlanError(
-            f"no way from ({start[0]:.2f}, {start[1]:.2f}) to ({goal[0]:.2f}, {goal[1]:.2f}) "
-            f"{why} that is {2 * self.need:.2f} m wide; {remedy}",
+            f"no path {2 * self.need:.2f} m wide from ({start[0]:.2f}, {start[1]:.2f}) to "
+            f"({goal[0]:.2f}, {goal[1]:.2f}) {where}; {remedy}",
             lasting=lasting,
         )
 
 
 def _connected(field: ClearanceField, need: float, start: Point, goal: Point) -> bool:
-    """Return whether a robot could get from start to goal at all."""
+    """Return whether start and goal lie in one part of the free space."""
     parts, _ = ndimage.label(field.clearance >= need)
     grid = field.grid
     cells = np.floor((np.array([start, goal]) - np.array(grid.origin)) / grid.resolution)
@@ -164,11 +159,11 @@ def _connected(field: ClearanceField, need: float, start: Point, goal: Point) ->
 
 
 class _Problem:
-    """One planning problem in OMPL's terms; OMPL's objects live as long as this one."""
+    """One planning problem in OMPL's terms; it keeps OMPL's objects alive."""
 
     def __init__(self, field: ClearanceField, need: float, seed: int) -> None:
         util.setLogLevel(util.LogLevel.LOG_NONE)
-        # OMPL calls it an error to seed once generators exist, but new ones do follow the seed.
+        # OMPL reports an error if generators exist already, but new ones do follow the seed.
         util.RNG.setSeed(seed)
         x_min, y_min, x_max, y_max = field.grid.bounds
         bounds = base.RealVectorBounds(2)
@@ -178,7 +173,7 @@ class _Problem:
         self._space = base.RealVectorStateSpace(2)
         self._space.setBounds(bounds)
         self._information = base.SpaceInformation(self._space)
-        # OMPL accepts no numpy bool here; comparing two floats of Python gives a Python one.
+        # OMPL rejects numpy's bool; comparing two Python floats gives Python's.
         self._information.setStateValidityChecker(
             lambda state: field.at(state[0], state[1]) >= need
         )
@@ -186,15 +181,10 @@ class _Problem:
         self._information.setup()
 
     def solve(self, start: Point, goal: Point, guide: list[Point] | None) -> list[Point]:
-        """Return a short free way.
-
-        Args:
-            start: Frame map [m].
-            goal: Frame map [m].
-            guide: A way to improve; None to search for one.
+        """Return a short free path; `guide` is a path to improve, None to search for one.
 
         Raises:
-            PlanError: None was found.
+            PlanError: The search found none.
         """
         path = None if guide is None else self._path(guide)
         if path is None or not path.check():
@@ -214,27 +204,27 @@ class _Problem:
         return state
 
     def _search(self, start: Point, goal: Point) -> Any:  # noqa: ANN401  (OMPL ships no types)
-        """Search with RRTConnect."""
+        """Search without a guide."""
         problem = base.ProblemDefinition(self._information)
         problem.setStartAndGoalStates(self._state(start), self._state(goal))
         planner = geometric.RRTConnect(self._information)
         planner.setProblemDefinition(problem)
         planner.setup()
-        # Counting steps instead of seconds keeps plans the same on a slow machine.
+        # Steps, not seconds: a slow machine must find the same path.
         steps = iter(range(SEARCH_STEPS))
         planner.solve(base.PlannerTerminationCondition(lambda: next(steps, None) is None))
         if not problem.hasExactSolution():
             raise PlanError(
-                f"no way found from ({start[0]:.2f}, {start[1]:.2f}) to "
+                f"found no path from ({start[0]:.2f}, {start[1]:.2f}) to "
                 f"({goal[0]:.2f}, {goal[1]:.2f}) in {SEARCH_STEPS} steps; "
-                "widen the narrowest gap on the way, or choose another goal",
+                "widen the narrowest gap on the path, or choose another goal",
                 lasting=False,
             )
         return problem.getSolutionPath()
 
 
 class _Motions(base.MotionValidator):  # type: ignore[misc]  # OMPL ships no types
-    """Checks straight motions in strides as long as the clearance allows."""
+    """Checks a straight motion in strides as long as the clearance allows."""
 
     def __init__(self, information: Any, field: ClearanceField, need: float) -> None:  # noqa: ANN401  (OMPL ships no types)
         super().__init__(information)

@@ -1,37 +1,36 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A way: straight lines through points, addressed by the distance from its beginning."""
+"""A path: a polyline whose points are addressed by their distance from its start."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
+    from hive_common.geometry import Array
 
-    Array = NDArray[np.float64]
-
-Point = tuple[float, float]
+Point: TypeAlias = tuple[float, float]
+"""x and y, frame map [m]."""
 
 SAME = 1e-6
 """Points nearer to each other than this are one [m]."""
 
 
 def angle_between(a: float, b: float) -> float:
-    """Return how far to turn from a to b, in (-pi, pi] [rad]."""
+    """Return the turn from heading a to heading b, in (-pi, pi] [rad]."""
     return math.pi - (math.pi - (b - a)) % (2 * math.pi)
 
 
-class Way:
+class Path:
     """A polyline.
 
     Attributes:
         points: (n, 2) array, frame map [m]; at least one point, none twice in a row.
-        marks: (n,) array, distance of each point from the beginning [m].
+        marks: (n,) array, distance of each point from the start [m].
     """
 
     def __init__(self, points: Sequence[Point]) -> None:
@@ -50,11 +49,11 @@ class Way:
 
     @property
     def end(self) -> Point:
-        """The last point, frame map [m]."""
+        """The last point."""
         return float(self.points[-1, 0]), float(self.points[-1, 1])
 
     def at(self, distance: float) -> Point:
-        """Return the point at a distance from the beginning [m]; straight on behind the end."""
+        """Return the point at a distance from the start [m]; the last leg goes on past the end."""
         beyond = distance - self.length
         if beyond > 0 and len(self._headings):
             x, y = self.end
@@ -64,29 +63,19 @@ class Way:
         return float(x), float(y)
 
     def at_all(self, distances: Array) -> Array:
-        """Return the points at (n,) distances [m] as an (n, 2) array, cut off at the ends."""
-        return np.column_stack(
-            [
-                np.interp(distances, self.marks, self.points[:, 0]),
-                np.interp(distances, self.marks, self.points[:, 1]),
-            ]
-        )
+        """Return the points at (n,) distances [m] as an (n, 2) array, clipped to the path."""
+        columns = [np.interp(distances, self.marks, self.points[:, axis]) for axis in (0, 1)]
+        return np.column_stack(columns)
 
     def headings_at(self, distances: Array) -> Array:
-        """Return the directions of the way at (n,) distances [rad]."""
+        """Return the headings of the path at (n,) distances [rad]."""
         if not len(self._headings):
             return np.zeros(len(distances))
         index = np.searchsorted(self.marks, distances, side="right") - 1
         return self._headings[np.clip(index, 0, len(self._headings) - 1)]
 
     def nearest(self, point: Point, low: float, high: float) -> float:
-        """Return the distance along the way of its point nearest to `point` [m].
-
-        Args:
-            point: Frame map [m].
-            low: Look no earlier than here [m].
-            high: Look no later than here [m].
-        """
+        """Return where between `low` and `high` along the path it comes nearest to a point [m]."""
         if not len(self._headings):
             return 0.0
         steps = np.diff(self.points, axis=0)
@@ -97,23 +86,19 @@ class Way:
         return float(marks[np.argmin(away)])
 
     def bends(self) -> tuple[Array, Array]:
-        """Return the distances of the inner corners [m], and by how much each turns [rad]."""
+        """Return where the inner corners are [m], and by how much each turns [rad]."""
         turns = np.diff(self._headings)
         return self.marks[1:-1], np.abs((turns + math.pi) % (2 * math.pi) - math.pi)
 
-    def piece(self, low: float, high: float) -> list[Point]:
-        """Return the points of the part between two distances [m], ends included."""
+    def section(self, low: float, high: float) -> list[Point]:
+        """Return the points from one distance to another [m], both included."""
         inner = self.points[(self.marks > low + SAME) & (self.marks < high - SAME)]
         ends = self.at_all(np.array([low, high]))
         return [(float(x), float(y)) for x, y in np.vstack([ends[:1], inner, ends[1:]])]
 
 
 def sampled(points: Sequence[Point], step: float) -> tuple[Array, Array]:
-    """Return points at most `step` [m] apart along a polyline, and their distances from its start.
-
-    Returns:
-        (n, 2) array of points [m], (n,) array of distances [m].
-    """
-    way = Way(points)
-    distances = np.linspace(0.0, way.length, 1 + math.ceil(way.length / step))
-    return way.at_all(distances), distances
+    """Return points (n, 2) at most `step` apart on a polyline, and their distances (n,) [m]."""
+    path = Path(points)
+    distances = np.linspace(0.0, path.length, 1 + math.ceil(path.length / step))
+    return path.at_all(distances), distances

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a planner is to the rest of navigation: the port behind which OMPL stands."""
+"""The port through which navigation plans; the OMPL adapter is behind it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.grid_map import Disc
-
-Point = tuple[float, float]
+    from robot_navigation.planning.path import Point
 
 
 class PlanError(HiveError):
-    """There is no plan; the text says why, with the values, and what to do.
+    """There is no path; the text says why, with the values, and what to do.
 
     Attributes:
-        lasting: True if no change but one of the map or the goal helps; False if something that
-            is not on the map is in the way and may go away.
+        lasting: True if only another map or goal helps; False if an obstacle that is not on the
+            map blocks the path and may go away.
     """
 
     def __init__(self, text: str, *, lasting: bool) -> None:
@@ -29,14 +28,14 @@ class PlanError(HiveError):
 
 
 class Planner(Protocol):
-    """Finds ways for one robot on one map.
+    """Finds paths for one robot on one map.
 
-    A way is a list of points that the robot can drive along in straight lines, turning on the
-    spot wherever it likes: the planner keeps room for that, whatever the shape of the footprint.
+    The robot drives straight from corner to corner of a path and may turn on the spot anywhere on
+    it: the planner leaves room for that, whatever the shape of the footprint.
     """
 
     def plan(self, start: Point, goal: Point, discs: Sequence[Disc] = ()) -> list[Point]:
-        """Return the corners of a short way from start to goal, both included.
+        """Return the corners of a short path from start to goal, both included.
 
         Args:
             start: Frame map [m].
@@ -44,34 +43,23 @@ class Planner(Protocol):
             discs: Obstacles that are not on the map.
 
         Raises:
-            PlanError: There is no way.
+            PlanError: There is no path.
         """
         ...
 
 
 def plan_around(
-    planner: Planner,
-    start: Point,
-    goal: Point,
-    firm: Sequence[Disc],
-    rather: Sequence[Disc],
+    planner: Planner, start: Point, goal: Point, hard: Sequence[Disc], soft: Sequence[Disc]
 ) -> list[Point]:
-    """Plan around obstacles, and around others where that is possible.
-
-    Args:
-        planner: The robot's planner.
-        start: Frame map [m].
-        goal: Frame map [m].
-        firm: Obstacles that the way must keep clear of.
-        rather: Obstacles that it need not keep clear of where there is no other way.
+    """Plan around hard obstacles, and around soft ones too if that is possible.
 
     Raises:
-        PlanError: There is no way even without `rather`.
+        PlanError: There is no path around the hard obstacles.
     """
-    if rather:
+    if soft:
         try:
-            return planner.plan(start, goal, [*firm, *rather])
+            return planner.plan(start, goal, [*hard, *soft])
         except PlanError as error:
             if error.lasting:
                 raise
-    return planner.plan(start, goal, firm)
+    return planner.plan(start, goal, hard)

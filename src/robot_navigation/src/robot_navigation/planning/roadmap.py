@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which way round: a small graph of the places where shortest ways bend.
+"""A small graph of the places where shortest paths bend; it tells the planner which way round.
 
-A shortest way among obstacles is straight except where it bends around a convex corner. The
+A shortest path among obstacles is straight except where it bends around a convex corner. The
 corners are read off the distance transform: the cells nearest to a corner form a whole wedge,
 those nearest to a stretch of wall a strip one cell wide. A few landmarks on an arc around each
-corner, joined wherever a robot can go straight from one to the other, hold a nearly shortest way
-between any two places. They are found once per map and robot size. `ompl_planner` turns the way
-into a plan; what was tried besides is in docs/decisions/010-planner.md.
+corner, joined wherever a robot can go straight from one to the other, hold a nearly shortest path
+between any two places. They are computed once per map and robot size. `ompl_planner` turns the
+roadmap's path into a plan; docs/decisions/010-planner.md tells what else was tried.
 """
 
 from __future__ import annotations
@@ -14,57 +14,58 @@ from __future__ import annotations
 import heapq
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from scipy import ndimage
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from hive_common.geometry import Array, Indices
     from hive_common.grid_map import ClearanceField, Disc
+    from robot_navigation.planning.path import Point
 
-    Array = NDArray[np.float64]
-
-Point = tuple[float, float]
+Neighbours: TypeAlias = "list[list[tuple[int, float]]]"
+"""For each landmark, those it is joined to and their distances [m]."""
 
 ARC = math.radians(30)
-"""Angle between neighbouring landmarks around one corner [rad]; longer ways by 1 % at most."""
+"""Angle between neighbouring landmarks around a corner [rad]; makes paths at most 1 % longer."""
 
 GRAZE = math.sin(math.radians(30))
-"""A shortest way only touches the circle around a corner: sine of how far it may differ."""
+"""Sine of the angle by which a path may differ from a tangent of the circle around a corner."""
 
-SMALLEST_CORNER = math.radians(20)
-"""Corners that turn by less are walls that the grid has drawn as steps [rad]."""
+MIN_CORNER = math.radians(20)
+"""Corners that turn by less are walls that the grid draws as steps [rad]."""
 
 PAIRS_AT_ONCE = 100_000
-"""Lines looked at in one go; bounds the memory needed for a large map."""
+"""Lines checked at once; bounds the memory for a large map."""
 
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Places where a shortest way may bend.
+    """Places where a shortest path may bend.
 
     Attributes:
         at: (n, 2) array, frame map [m].
-        outward: (n, 2) array, direction from the corner it bends around, length 1.
+        outward: (n, 2) array of unit vectors, away from the corner that the path bends around.
     """
 
     at: Array
     outward: Array
 
     def __add__(self, other: Landmarks) -> Landmarks:
-        """Return these and the others behind them."""
+        """Return these, then the others."""
         return Landmarks(np.vstack([self.at, other.at]), np.vstack([self.outward, other.outward]))
 
-    def touched_by(self, which: NDArray[np.intp], lines: Array) -> NDArray[np.bool_]:
-        """Return whether lines touch the circles of their landmarks instead of cutting them.
+    def touched_by(self, which: Indices, lines: Array) -> NDArray[np.bool_]:
+        """Return whether lines touch the circles around the corners instead of cutting them.
 
         Args:
             which: (n,) array of landmarks.
-            lines: (n, 2) array of vectors that end or start there [m].
+            lines: (n, 2) array of vectors that start or end there [m].
         """
         along = np.abs(np.einsum("ij,ij->i", lines, self.outward[which]))
         touching: NDArray[np.bool_] = along <= GRAZE * np.hypot(lines[:, 0], lines[:, 1])
@@ -72,53 +73,55 @@ class Landmarks:
 
 
 class Roadmap:
-    """Landmarks of one map for robots of one size, and the straight ways between them.
+    """The landmarks of one map for one size of robot, and the straight lines between them.
 
     Attributes:
         need: Clearance that the robot needs [m].
-        landmarks: The places.
     """
 
     def __init__(self, field: ClearanceField, need: float) -> None:
         self.need = need
-        self.landmarks = _corner_landmarks(field, need)
-        pairs = np.triu_indices(len(self.landmarks.at), k=1)
-        self._pairs = _clear_pairs(field, self.landmarks, need, pairs)
-        self._neighbours = _joined(self.landmarks, self._pairs)
+        self._landmarks = _corner_landmarks(field, need)
+        pairs = np.triu_indices(len(self._landmarks.at), k=1)
+        self._pairs = _clear_pairs(field, self._landmarks, need, pairs)
+        self._neighbours = _joined(self._landmarks, self._pairs)
 
-    def way(self, start: Point, goal: Point, field: ClearanceField) -> list[Point] | None:
-        """Return a short way through the landmarks.
-
-        Args:
-            start: Frame map [m].
-            goal: Frame map [m].
-            field: The field of the roadmap's own map.
-
-        Returns:
-            The corners of the way from start to goal, or None if the landmarks hold none.
-        """
-        return _search(start, goal, field, self.need, self.landmarks, self._neighbours)
-
-    def way_around(
-        self, start: Point, goal: Point, field: ClearanceField, discs: Iterable[Disc]
+    def path(
+        self, start: Point, goal: Point, field: ClearanceField, discs: Sequence[Disc] = ()
     ) -> list[Point] | None:
-        """Return a short way that also keeps clear of discs.
+        """Return a short path through the landmarks, or None if they hold none.
 
         Args:
             start: Frame map [m].
             goal: Frame map [m].
-            field: The field with the discs in it.
-            discs: The obstacles that are not on the map.
+            field: The clearances of the roadmap's map, `discs` included.
+            discs: Obstacles that are not on the map.
         """
-        discs = list(discs)
-        known = len(self.landmarks.at)
-        landmarks = self.landmarks + _disc_landmarks(field, discs, self.need)
+        if field.line_is_clear(start, goal, self.need):
+            return [start, goal]
+        landmarks, neighbours = self._landmarks, self._neighbours
+        if discs:
+            landmarks, neighbours = self._with_discs(field, discs)
+        from_start = _visible(start, field, self.need, landmarks)
+        to_goal = _visible(goal, field, self.need, landmarks)
+        ahead = np.hypot(*(landmarks.at - np.array(goal)).T).tolist()
+        chain = _a_star(from_start, to_goal, ahead, neighbours)
+        if chain is None:
+            return None
+        return [start, *((float(x), float(y)) for x, y in landmarks.at[chain]), goal]
+
+    def _with_discs(
+        self, field: ClearanceField, discs: Sequence[Disc]
+    ) -> tuple[Landmarks, Neighbours]:
+        """Return the graph with landmarks around discs, and without the lines that they block."""
+        known = len(self._landmarks.at)
+        landmarks = self._landmarks + _disc_landmarks(field, discs, self.need)
         fresh = len(landmarks.at) - known
         old, new = np.divmod(np.arange(len(landmarks.at) * fresh), max(1, fresh))
         new += known
         pairs = (old[old < new], new[old < new])
         added = _joined(landmarks, _clear_pairs(field, landmarks, self.need, pairs))
-        # Most neighbours stay as they are; only what changes is copied.
+        # Most neighbours stay as they are; only those that change are copied.
         neighbours = [*self._neighbours, *([] for _ in range(fresh))]
         for a, b in self._blocked(field, discs):
             neighbours[a] = [(node, length) for node, length in neighbours[a] if node != b]
@@ -126,11 +129,11 @@ class Roadmap:
         for node, more in enumerate(added):
             if more:
                 neighbours[node] = neighbours[node] + more
-        return _search(start, goal, field, self.need, landmarks, neighbours)
+        return landmarks, neighbours
 
-    def _blocked(self, field: ClearanceField, discs: Iterable[Disc]) -> list[tuple[int, int]]:
-        """Return the pairs of landmarks between which discs stand."""
-        begin, end = (self.landmarks.at[part] for part in self._pairs)
+    def _blocked(self, field: ClearanceField, discs: Sequence[Disc]) -> list[tuple[int, int]]:
+        """Return the pairs of landmarks that discs separate."""
+        begin, end = (self._landmarks.at[part] for part in self._pairs)
         near = np.zeros(len(begin), dtype=bool)
         for disc in discs:
             reach = disc.radius + self.need + 2 * field.grid.resolution
@@ -140,51 +143,31 @@ class Roadmap:
         return list(zip(first, second, strict=True))
 
 
-def _search(
-    start: Point,
-    goal: Point,
-    field: ClearanceField,
-    need: float,
-    landmarks: Landmarks,
-    neighbours: list[list[tuple[int, float]]],
-) -> list[Point] | None:
-    """Search the graph; start and goal are joined to every landmark they see."""
-    if field.line_is_clear(start, goal, need):
-        return [start, goal]
-    from_start = _seen(start, field, need, landmarks)
-    to_goal = _seen(goal, field, need, landmarks)
-    ahead = np.hypot(*(landmarks.at - np.array(goal)).T).tolist()
-    chain = _a_star(from_start, to_goal, ahead, neighbours)
-    if chain is None:
-        return None
-    return [start, *((float(x), float(y)) for x, y in landmarks.at[chain]), goal]
-
-
-def _seen(
+def _visible(
     point: Point, field: ClearanceField, need: float, landmarks: Landmarks
 ) -> dict[int, float]:
-    """Return the landmarks that a robot can reach straight from a point, with distances [m]."""
+    """Return the landmarks that a robot can drive straight to, with their distances [m]."""
     lines = landmarks.at - np.array(point)
     touched = np.flatnonzero(landmarks.touched_by(np.arange(len(lines)), lines))
     starts = np.repeat([point], len(touched), axis=0)
-    seen = touched[field.lines_are_clear(starts, landmarks.at[touched], need)]
-    lengths = np.hypot(*lines[seen].T)
-    return dict(zip(seen.tolist(), lengths.tolist(), strict=True))
+    visible = touched[field.lines_are_clear(starts, landmarks.at[touched], need)]
+    lengths = np.hypot(*lines[visible].T)
+    return dict(zip(visible.tolist(), lengths.tolist(), strict=True))
 
 
 def _a_star(
     starts: dict[int, float],
     goals: dict[int, float],
     ahead: list[float],
-    neighbours: list[list[tuple[int, float]]],
+    neighbours: Neighbours,
 ) -> list[int] | None:
-    """Return the landmarks of the shortest way, or None.
+    """Return the landmarks of the shortest path, or None.
 
     Args:
-        starts: Landmarks that the start sees, with their distance from it [m].
-        goals: Landmarks that the goal sees, with their distance to it [m].
-        ahead: Distance of every landmark to the goal as the crow flies [m].
-        neighbours: For every landmark, whom it sees and how far away they are [m].
+        starts: Landmarks visible from the start, with their distances from it [m].
+        goals: Landmarks visible from the goal, with their distances to it [m].
+        ahead: Straight-line distance of every landmark to the goal [m].
+        neighbours: The graph.
     """
     best = dict(starts)
     came: dict[int, int] = {}
@@ -221,11 +204,9 @@ def _away_from_lines(point: Array, begin: Array, end: Array) -> Array:
     return np.asarray(np.hypot(*(point - nearest).T))
 
 
-def _joined(
-    landmarks: Landmarks, pairs: tuple[NDArray[np.intp], NDArray[np.intp]]
-) -> list[list[tuple[int, float]]]:
-    """Return for every landmark whom it is joined to, with the distances [m]."""
-    neighbours: list[list[tuple[int, float]]] = [[] for _ in range(len(landmarks.at))]
+def _joined(landmarks: Landmarks, pairs: tuple[Indices, Indices]) -> Neighbours:
+    """Return the graph in which these pairs are joined."""
+    neighbours: Neighbours = [[] for _ in range(len(landmarks.at))]
     lengths = np.hypot(*(landmarks.at[pairs[0]] - landmarks.at[pairs[1]]).T)
     for a, b, length in zip(*(array.tolist() for array in (*pairs, lengths)), strict=True):
         neighbours[a].append((b, length))
@@ -234,12 +215,9 @@ def _joined(
 
 
 def _clear_pairs(
-    field: ClearanceField,
-    landmarks: Landmarks,
-    need: float,
-    pairs: tuple[NDArray[np.intp], NDArray[np.intp]],
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return those pairs of landmarks between which a shortest way may run straight."""
+    field: ClearanceField, landmarks: Landmarks, need: float, pairs: tuple[Indices, Indices]
+) -> tuple[Indices, Indices]:
+    """Return the pairs of landmarks between which a shortest path may run straight."""
     kept = []
     for low in range(0, len(pairs[0]), PAIRS_AT_ONCE):
         first, second = (part[low : low + PAIRS_AT_ONCE] for part in pairs)
@@ -254,7 +232,7 @@ def _clear_pairs(
 
 
 def _corner_landmarks(field: ClearanceField, need: float) -> Landmarks:
-    """Return places around the convex corners of the map, at the distance the robot needs."""
+    """Return landmarks around the convex corners of the map, at the clearance a robot needs."""
     grid = field.grid
     step = grid.resolution
     # The chord between two landmarks must still keep `need` from the corner.
@@ -268,12 +246,12 @@ def _corner_landmarks(field: ClearanceField, need: float) -> Landmarks:
     owner = at_row.astype(np.int64) * grid.blocked.shape[1] + at_column
     _, index, sizes = np.unique(owner, return_inverse=True, return_counts=True)
     cells_per_radian = radius / step * 1.5
-    corner = sizes >= SMALLEST_CORNER * cells_per_radian
+    corner = sizes >= MIN_CORNER * cells_per_radian
     chosen = corner[index]
     angle = np.arctan2(rows - at_row, columns - at_column)[chosen]
     sector = np.floor(angle / ARC).astype(np.int64)
     off_middle = np.abs(angle / ARC - sector - 0.5)
-    # Of the cells of one corner in one sector, keep the one nearest to the sector's middle.
+    # In each sector around a corner, keep the cell nearest to the sector's middle.
     key = index[chosen] * 64 + sector + 32
     order = np.lexsort((off_middle, key))
     _, first = np.unique(key[order], return_index=True)
@@ -284,8 +262,8 @@ def _corner_landmarks(field: ClearanceField, need: float) -> Landmarks:
     return Landmarks(np.asarray(grid.origin) + (cells + 0.5) * step, outward)
 
 
-def _disc_landmarks(field: ClearanceField, discs: Iterable[Disc], need: float) -> Landmarks:
-    """Return free places around discs, one in every `ARC`."""
+def _disc_landmarks(field: ClearanceField, discs: Sequence[Disc], need: float) -> Landmarks:
+    """Return the free landmarks around discs, one every `ARC`."""
     angles = np.arange(0.0, 2 * math.pi, ARC)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     slack = 1.5 * field.grid.resolution

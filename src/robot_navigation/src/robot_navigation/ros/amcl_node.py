@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's localization by laser and map, with the topics and services of ROS's `amcl`."""
+"""A robot's localization on a map by its laser, with the topics and services of ROS's `amcl`."""
 
 from __future__ import annotations
 
@@ -30,8 +30,12 @@ from robot_navigation.localization.likelihood_field import BeamChooser, Likeliho
 from robot_navigation.localization.localizer import Localizer
 from robot_navigation.localization.odometry_history import OdometryHistory
 from robot_navigation.localization.particle_filter import ParticleFilter
-from robot_navigation.ros.map_topic import wait_for_map
-from robot_navigation.ros.params import hive_and_robot, read_amcl_settings, read_model
+from robot_navigation.ros.params import (
+    hive_and_robot,
+    read_amcl_settings,
+    read_model,
+    wait_for_map,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,7 +48,7 @@ if TYPE_CHECKING:
 MAP_FRAME = "map"
 
 _MAX_SHOWN = 500
-"""So many particles are shown at most: RViz gains nothing from more."""
+"""Maximum number of particles published for RViz."""
 
 
 class Amcl:
@@ -53,7 +57,7 @@ class Amcl:
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `odom` (nav_msgs/Odometry), `initialpose`
         (geometry_msgs/PoseWithCovarianceStamped, frame map).
     ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped, latched, with every scan
-        that counted), `particlecloud` (geometry_msgs/PoseArray), tf from map to the robot's odom
+        that is used), `particlecloud` (geometry_msgs/PoseArray), tf from map to the robot's odom
         with every scan.
     ROS Services: `global_localization`, `request_nomotion_update` (std_srvs/Empty).
     ROS Parameters: see config/amcl.yaml.
@@ -62,7 +66,7 @@ class Amcl:
     def __init__(
         self, name: str, model: RobotModel, settings: AmclSettings, chart: OccupancyGrid
     ) -> None:
-        """Start at the initial pose of the settings, on a map whose origin is not turned."""
+        """Start at the initial pose of the settings, on a map whose origin is not rotated."""
         self._odom_frame = f"{name}/odom"
         self._tolerance = rospy.Duration.from_sec(settings.transform_tolerance)
         corner = chart.info.origin.position
@@ -90,27 +94,28 @@ class Amcl:
             "scan": (numpy_msg(LaserScan), self._see),
             "initialpose": (PoseWithCovarianceStamped, self._restart_at),
         }
-        for topic, (kind, take_in) in topics.items():
-            rospy.Subscriber(topic, kind, self._later(take_in), queue_size=5)
-        rospy.Service("global_localization", Empty, self._restart_anywhere)
-        rospy.Service("request_nomotion_update", Empty, self._update_once)
+        for topic, (kind, handle) in topics.items():
+            rospy.Subscriber(topic, kind, self._later(handle), queue_size=5)
+        self._serve("global_localization", self._localizer.restart_anywhere)
+        self._serve("request_nomotion_update", self._localizer.update_once)
 
     def run(self) -> None:
         """Localize until the node is shut down."""
         while not rospy.is_shutdown():
             self._inbox.wait(timeout=0.5)
 
-    def _later(self, take_in: Callable[..., None]) -> Callable[..., None]:
-        """Return a callback that has the main thread take in a message."""
-        return lambda msg: self._inbox.put(lambda: take_in(msg))
+    def _later(self, handle: Callable[..., None]) -> Callable[..., None]:
+        """Return a callback that has the main thread handle a message."""
+        return lambda msg: self._inbox.put(lambda: handle(msg))
 
-    def _restart_anywhere(self, _request: EmptyRequest) -> EmptyResponse:
-        self._inbox.put(self._localizer.restart_anywhere)
-        return EmptyResponse()
+    def _serve(self, name: str, action: Callable[[], None]) -> None:
+        """Open a service that has the main thread do something."""
 
-    def _update_once(self, _request: EmptyRequest) -> EmptyResponse:
-        self._inbox.put(self._localizer.update_once)
-        return EmptyResponse()
+        def called(_request: EmptyRequest) -> EmptyResponse:
+            self._inbox.put(action)
+            return EmptyResponse()
+
+        rospy.Service(name, Empty, called)
 
     def _restart_at(self, msg: PoseWithCovarianceStamped) -> None:
         frame = msg.header.frame_id.lstrip("/")
@@ -134,14 +139,14 @@ class Amcl:
         self._weigh(msg)
 
     def _weigh(self, scan: LaserScan) -> None:
-        """Take in a scan, unless the odometry of its moment is still to come."""
+        """Use a scan, once the odometry of its time has come."""
         odometry = self._history.at(scan.header.stamp.to_sec())
         if odometry is None:
             return
         self._scan = None
         ranges = np.asarray(scan.ranges, dtype=np.float64)
         if self._localizer.see(scan.header.stamp.to_sec(), odometry, ranges):
-            self._say(scan.header.stamp)
+            self._publish(scan.header.stamp)
         frame = self._localizer.map_to_odom
         if frame is not None:
             stamp = scan.header.stamp + self._tolerance
@@ -149,7 +154,7 @@ class Amcl:
                 transform_to_msg(frame, MAP_FRAME, self._odom_frame, stamp)
             )
 
-    def _say(self, stamp: rospy.Time) -> None:
+    def _publish(self, stamp: rospy.Time) -> None:
         estimate = self._localizer.estimate
         if estimate is None:
             return
@@ -158,10 +163,8 @@ class Amcl:
         pose.pose.pose = planar_pose(estimate.pose)
         pose.pose.covariance = covariance_to_msg(estimate.covariance)
         self._poses.publish(pose)
-        if self._cloud.get_num_connections():
-            self._show(stamp)
-
-    def _show(self, stamp: rospy.Time) -> None:
+        if not self._cloud.get_num_connections():
+            return
         cloud = PoseArray()
         cloud.header.stamp, cloud.header.frame_id = stamp, MAP_FRAME
         every = max(1, len(self._filter.particles) // _MAX_SHOWN)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What robots announce to each other on `traffic`, as ROS messages."""
+"""Converts what robots announce on `traffic`; only the message calls the path `way`."""
 
 from __future__ import annotations
 
@@ -13,43 +13,43 @@ from std_msgs.msg import Header
 from robot_navigation.traffic.right_of_way import Announcement, Right
 
 
-def traffic_to_msg(said: Announcement, frame: str) -> Traffic:
-    """Make a Traffic message of what a robot announces."""
+def traffic_to_msg(announcement: Announcement, frame: str) -> Traffic:
+    """Return an announcement as a message."""
+    right = announcement.right
     return Traffic(
-        header=Header(stamp=rospy.Time.from_sec(said.time), frame_id=frame),
-        name=said.name,
-        way=[Point32(x, y, 0.0) for x, y in said.way],
-        radius=said.radius,
-        claim=said.claim,
-        parked=said.parked,
-        since=said.right.since,
-        owner=said.right.owner,
-        rank=said.right.step,
+        header=Header(stamp=rospy.Time.from_sec(announcement.time), frame_id=frame),
+        name=announcement.name,
+        way=[Point32(x, y, 0.0) for x, y in announcement.path],
+        radius=announcement.radius,
+        claim=announcement.claim,
+        parked=announcement.stationary,
+        since=right.since,
+        owner=right.owner,
+        rank=right.step,
     )
 
 
 def traffic_from_msg(msg: Traffic) -> Announcement:
-    """Read a Traffic message.
+    """Return the announcement in a message.
 
     Raises:
-        ValueError: It is not made of usable numbers.
+        ValueError: Its numbers cannot be used.
     """
-    numbers = [
-        msg.radius,
-        msg.claim,
-        *(value for point in msg.way for value in (point.x, point.y)),
-    ]
-    if not (msg.way and msg.radius > 0 and msg.claim >= 0 and all(map(math.isfinite, numbers))):
-        raise ValueError(f"traffic of {msg.name[:40]!r} has no way, or numbers that are none")
-    way = tuple((point.x, point.y) for point in msg.way)
+    path = tuple((point.x, point.y) for point in msg.way)
+    numbers = [msg.radius, msg.claim, *(value for point in path for value in point)]
+    if not (path and msg.radius > 0 and msg.claim >= 0 and all(map(math.isfinite, numbers))):
+        raise ValueError(
+            f"traffic of {msg.name[:40]!r} is ignored: it needs a way of finite numbers, "
+            "a radius above 0 and a claim of at least 0"
+        )
     return Announcement(
         name=msg.name,
         time=msg.header.stamp.to_sec(),
-        x=way[0][0],
-        y=way[0][1],
+        x=path[0][0],
+        y=path[0][1],
         radius=msg.radius,
         right=Right(msg.since, msg.owner, msg.rank, msg.name),
-        way=way,
+        path=path,
         claim=msg.claim,
-        parked=msg.parked,
+        stationary=msg.parked,
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Localization that is told where the robot is: for simulation, in the place of `amcl`."""
+"""Localization from the simulator's ground truth, in place of `amcl`."""
 
 from __future__ import annotations
 
@@ -35,9 +35,7 @@ def main() -> None:
 
 
 class FakeLocalization:
-    """Compares the simulator's ground truth with the odometry.
-
-    What `initialpose` says is not listened to: the truth needs no first guess.
+    """Compares the simulator's ground truth with the odometry; `initialpose` is not needed.
 
     Args:
         name: Of the robot, the prefix of its frames.
@@ -59,7 +57,7 @@ class FakeLocalization:
         self._pairs.registerCallback(self._compare)
 
     def _compare(self, truth: Odometry, odometry: Odometry) -> None:
-        # In seconds: a rospy.Time below zero, as in the first second of a simulation, is an error.
+        # In seconds: rospy.Time cannot be negative, as it would be in a simulation's first second.
         stamp, now = truth.header.stamp, truth.header.stamp.to_sec()
         here = pose_from_msg(truth.pose.pose)
         if not self._transform_due - 1.0 <= now < self._transform_due:

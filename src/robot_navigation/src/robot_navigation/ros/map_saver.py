@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `rosrun simenv map_saver`: writes the map that is published, as ROS's own does.
+"""The command `rosrun robot_navigation map_saver`: saves a published map, as ROS's own does.
 
 ROS Subscribers:
     map (nav_msgs/OccupancyGrid)
@@ -20,39 +20,33 @@ from hive_common.ros.conversions import map_from_msg
 
 
 def main() -> int:
-    """Write the map; return the exit code."""
+    """Save the map; return the exit code."""
     given = _parser().parse_args(rospy.myargv()[1:])
     rospy.init_node("map_saver", anonymous=True)
     try:
-        told = _save(given)
+        summary = _save(given)
     except rospy.ROSInterruptException:
         return 1
     except HiveError as error:
         rospy.logfatal(str(error))
         return 1
-    rospy.loginfo(told)
+    rospy.loginfo(summary)
     return 0
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="map_saver",
-        description="Write the map that is on the topic map, as NAME.yaml and NAME.pgm.",
-        epilog="example: rosrun simenv map_saver -f maps/my_hall map:=/map",
+        description="Save the map on the topic map as NAME.yaml and NAME.pgm.",
+        epilog="example: rosrun robot_navigation map_saver -f maps/my_hall map:=/map",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
-    parser.add_argument(
-        "-f", dest="name", type=Path, default=Path("map"), help="path without suffix (%(default)s)"
-    )
-    parser.add_argument(
-        "--free", type=_share, default=25, help="cells up to this are free, 0..100 (%(default)s)"
-    )
-    parser.add_argument(
-        "--occ", type=_share, default=65, help="cells from this on are occupied (%(default)s)"
-    )
-    parser.add_argument("--format", choices=FORMATS, default="pgm", help="of the image")
-    parser.add_argument(
-        "--timeout", type=float, default=30.0, help="how long to wait for a map [s] (%(default)s)"
-    )
+    add = parser.add_argument
+    add("-f", dest="name", type=Path, default=Path("map"), help="file name without suffix")
+    add("--free", type=_share, default=25, help="cells up to this value are free, 0..100")
+    add("--occ", type=_share, default=65, help="cells from this value on are occupied, 0..100")
+    add("--format", choices=FORMATS, default="pgm", help="image format")
+    add("--timeout", type=float, default=30.0, help="time to wait for a map [s]")
     return parser
 
 
@@ -64,13 +58,13 @@ def _share(word: str) -> int:
 
 
 def _save(given: argparse.Namespace) -> str:
-    """Write the files; return what to say.
+    """Write the files; return a summary.
 
     Raises:
         MapError: There is no map, or it cannot be written.
     """
     if given.free >= given.occ:
-        raise MapError(f"--free {given.free} is not below --occ {given.occ}; usual are 25 and 65")
+        raise MapError(f"--free {given.free} is not below --occ {given.occ}; try 25 and 65")
     try:
         message = rospy.wait_for_message("map", numpy_msg(OccupancyGrid), timeout=given.timeout)
     except rospy.ROSInterruptException:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The map server, with the topics and the service of ROS's own map_server.
+"""The map server, with the topics and the service of ROS's own.
 
 ROS Publishers:
     map (nav_msgs/OccupancyGrid), map_metadata (nav_msgs/MapMetaData): latched.
 ROS Services:
     static_map (nav_msgs/GetMap)
 ROS Parameters:
-    ~map (lab): name of a map of this package, or the path of a YAML file.
+    ~map (lab): name of a map of this workspace, or the path of a YAML file.
     ~frame_id (map): the map's frame.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes a map while a robot drives, with the topics and the service of ROS's `gmapping`."""
+"""Maps while a robot drives, with the topics and the service of ROS's `gmapping`."""
 
 from __future__ import annotations
 
@@ -25,44 +25,37 @@ from hive_common.ros.links import mend_links
 from robot_navigation.localization.odometry_history import OdometryHistory
 from robot_navigation.mapping import occupancy
 from robot_navigation.mapping.mapper import Beams, Mapper
-from robot_navigation.mapping.overdue import Overdue
-from robot_navigation.ros.params import hive_and_robot, mapper_settings, read_model
+from robot_navigation.ros.params import hive_and_robot, read_mapper_settings, read_model
+from robot_navigation.ros.topic_monitor import TopicMonitor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from robot_navigation.mapping.mapper_settings import MapperSettings
 
 MAP_FRAME = "map"
 
-PATIENCE = 10.0
-"""After this time without scans or odometry it is said that there are none [s, wall clock]."""
-
-LONGEST = 600.0
+REFINE_TIMEOUT = 600.0
 """How long a request to refine the map may take [s, wall clock]."""
-
-ADVICE = {"odom": "start the robot's base", "scan": "start the robot's laser"}
 
 
 class MapperNode:
-    """Makes the map of where one robot drives.
+    """Maps the surroundings of one robot.
 
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `odom` (nav_msgs/Odometry), of the robot.
     ROS Publishers: `map` (nav_msgs/OccupancyGrid), `map_metadata` (nav_msgs/MapMetaData), of the
         hive, latched; tf from map to the robot's odom, with every scan.
-    ROS Services: `dynamic_map` (nav_msgs/GetMap), of the hive: the map as it is now; `refine_map`
-        (std_srvs/Trigger), of the hive: fit all scans to each other and draw the map anew.
+    ROS Services: `dynamic_map` (nav_msgs/GetMap), of the hive: the current map; `refine_map`
+        (std_srvs/Trigger), of the hive: match all scans to each other and redraw the map.
     ROS Parameters: see config/mapper.yaml.
     """
 
     def __init__(self, hive: str, name: str, mount: Pose, settings: MapperSettings) -> None:
-        """Know nothing of the hall yet.
+        """Start with an empty map.
 
         Args:
             hive: Namespace of the hive, ending in a slash.
             name: Of the robot.
-            mount: Where its laser is, from its base.
-            settings: What the user has chosen.
+            mount: Pose of its laser in its base frame.
+            settings: The node's parameters.
         """
         self._hive = hive
         self._odom_frame = f"{name}/odom"
@@ -75,9 +68,9 @@ class MapperNode:
         self._beams = 0
         self._history = OdometryHistory()
         self._scan: LaserScan | None = None
-        self._stamp, self._shown = rospy.Time(), -math.inf
+        self._stamp, self._published_at = rospy.Time(), -math.inf
         self._inbox = Inbox()
-        self._overdue = Overdue(ADVICE, PATIENCE, time.monotonic())
+        self._monitor = TopicMonitor(self._inbox)
 
     def start(self) -> None:
         """Open topics and services."""
@@ -88,31 +81,16 @@ class MapperNode:
         )
         rospy.Service(f"{self._hive}dynamic_map", GetMap, self._map_called)
         rospy.Service(f"{self._hive}refine_map", Trigger, self._refine_called)
-        topics: dict[str, tuple[type, Callable[..., None]]] = {
-            "odom": (Odometry, self._drive),
-            "scan": (numpy_msg(LaserScan), self._look),
-        }
-        for topic, (kind, take_in) in topics.items():
-            rospy.Subscriber(topic, kind, self._later(topic, take_in), queue_size=20)
+        monitor, scan = self._monitor, numpy_msg(LaserScan)
+        monitor.subscribe("odom", Odometry, self._drive, 20, "start the robot's base")
+        monitor.subscribe("scan", scan, self._look, 20, "start the robot's laser")
 
     def run(self) -> None:
         """Map until the node is shut down."""
         while not rospy.is_shutdown():
             self._inbox.wait(timeout=0.5)
             self._see()
-            for topic in self._overdue.news(time.monotonic()):
-                rospy.logwarn(
-                    f"nothing on {rospy.resolve_name(topic)} for {PATIENCE:g} s: {ADVICE[topic]}"
-                )
-
-    def _later(self, topic: str, take_in: Callable[..., None]) -> Callable[..., None]:
-        """Return a callback that has the main thread take in a message."""
-
-        def now(msg: object) -> None:
-            self._overdue.came(topic, time.monotonic())
-            take_in(msg)
-
-        return lambda msg: self._inbox.put(lambda: now(msg))
+            self._monitor.warn()
 
     def _drive(self, msg: Odometry) -> None:
         try:
@@ -121,11 +99,11 @@ class MapperNode:
             rospy.logwarn_throttle_identical(10, f"odometry is ignored: {error}")
 
     def _look(self, msg: LaserScan) -> None:
-        # Only the latest waits: a mapper that falls behind leaves scans out rather than lag.
+        # Only the latest waits: a mapper that falls behind skips scans rather than lag.
         self._scan = msg
 
     def _see(self) -> None:
-        """Take in the latest scan, unless the odometry of its moment is still to come."""
+        """Use the latest scan, once the odometry of its time has come."""
         scan = self._scan
         odometry = self._history.at(scan.header.stamp.to_sec()) if scan is not None else None
         if scan is None or odometry is None:
@@ -141,7 +119,7 @@ class MapperNode:
         self._draw(odometry, scan)
 
     def _begin(self, scan: LaserScan) -> None:
-        """Take the laser to be as it says in its first scan."""
+        """Read the geometry of the laser from its first scan."""
         self._beams = len(scan.ranges)
         angles = scan.angle_min + np.arange(self._beams) * scan.angle_increment
         settings = self._settings
@@ -152,24 +130,24 @@ class MapperNode:
             settings.linearUpdate,
             settings.angularUpdate,
         )
-        rospy.loginfo(f"mapping from {settings.initial_pose} on, with {self._beams} beams")
+        rospy.loginfo(f"mapping starts at {settings.initial_pose} with {self._beams} beams")
 
     def _draw(self, odometry: Pose, scan: LaserScan) -> None:
         mapper, self._stamp = self._mapper, scan.header.stamp
-        assert mapper is not None  # noqa: S101  (_begin was there)
+        assert mapper is not None  # noqa: S101  (_begin made it)
         mapper.see(odometry, np.asarray(scan.ranges, dtype=np.float64))
         ahead = rospy.Duration.from_sec(self._settings.tf_delay)
         self._broadcaster.sendTransform(
             transform_to_msg(mapper.correction, MAP_FRAME, self._odom_frame, self._stamp + ahead)
         )
         now = self._stamp.to_sec()
-        if not self._shown <= now < self._shown + self._settings.map_update_interval:
-            self._shown = now
-            self._show()
+        if not self._published_at <= now < self._published_at + self._settings.map_update_interval:
+            self._published_at = now
+            self._publish()
         if self._grid.full:
-            rospy.logwarn_once("the map has grown as large as it can; take a larger ~delta")
+            rospy.logwarn_once("the map has reached its maximum size; set a larger ~delta")
 
-    def _show(self) -> None:
+    def _publish(self) -> None:
         message = self._message()
         self._map.publish(message)
         self._metadata.publish(message.info)
@@ -182,18 +160,18 @@ class MapperNode:
 
     def _refine_called(self, _request: TriggerRequest) -> TriggerResponse:
         return self._inbox.ask(
-            self._refine, TriggerResponse(False, "the map is not refined yet; wait"), LONGEST
+            self._refine, TriggerResponse(False, "refining goes on; wait"), REFINE_TIMEOUT
         )
 
     def _refine(self) -> TriggerResponse:
         mapper, begun = self._mapper, time.monotonic()
         if mapper is None:
-            return TriggerResponse(False, "there is no scan yet; start the robot's laser")
+            return TriggerResponse(False, "no scan yet; start the robot's laser")
         mapper.refine()
-        self._show()
-        said = f"{mapper.scans} scans fitted to each other in {time.monotonic() - begun:.0f} s"
-        rospy.loginfo(said)
-        return TriggerResponse(True, said)
+        self._publish()
+        summary = f"matched {mapper.scans} scans to each other in {time.monotonic() - begun:.0f} s"
+        rospy.loginfo(summary)
+        return TriggerResponse(True, summary)
 
 
 def main() -> int:
@@ -202,7 +180,7 @@ def main() -> int:
     mend_links()
     try:
         hive, name = hive_and_robot()
-        node = MapperNode(hive, name, Pose(*read_model().laser.pose), mapper_settings())
+        node = MapperNode(hive, name, Pose(*read_model().laser.pose), read_mapper_settings())
     except HiveError as error:
         rospy.logfatal(str(error))
         return 1

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What stands in for the navigation stack's `move_base`: a Navigator behind the same topics."""
+"""A robot's `move_base`: a Navigator with the topics, action and service of ROS's own."""
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 import actionlib
@@ -16,61 +17,65 @@ from move_base_msgs.msg import (
     MoveBaseGoal,
     MoveBaseResult,
 )
-from nav_msgs.msg import Path
+from nav_msgs.msg import Path as PathMsg
 from nav_msgs.srv import GetPlan, GetPlanResponse
 from robot_description.msg import Traffic
 
+from hive_common.errors import HiveError
 from hive_common.pose import STOP, compose
 from hive_common.ros.conversions import (
+    grid_from_msg,
     path_to_msg,
     pose_from_msg,
     pose_to_msg,
     twist_from,
 )
 from hive_common.ros.inbox import Inbox
+from hive_common.ros.links import mend_links
 from robot_navigation.control.navigator import Navigator
 from robot_navigation.control.pursuit_follower import PursuitFollower
+from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.planner import PlanError
 from robot_navigation.ros.conversions import traffic_to_msg
+from robot_navigation.ros.params import hive_and_robot, read_move_base_params, wait_for_map
 from robot_navigation.ros.senses import Senses
 
 if TYPE_CHECKING:
     from nav_msgs.srv import GetPlanRequest
 
     from hive_common.pose import Pose, Velocity
-    from robot_navigation.control.goal_tracker import Outcome
-    from robot_navigation.planning.ompl_planner import OmplPlanner
-    from robot_navigation.planning.path import Way
+    from robot_navigation.control.goal_tracker import GoalOutcome
+    from robot_navigation.planning.path import Path
     from robot_navigation.ros.params import MoveBaseParams
     from robot_navigation.traffic.right_of_way import Announcement
 
 _MAP_FRAME = "map"
 
 _IDLE_PERIOD = 0.5
-"""Time between two words on `traffic` while the robot stands without a goal [s]."""
+"""Time between two announcements of a robot that stands without a goal [s]."""
 
 _FEEDBACK_PERIOD = 0.2
-"""Time between two feedbacks of the action [s]."""
+"""Time between two feedback messages of the action [s]."""
 
 _BLIND_FOR = 30.0
-"""A goal is given up when the robot has been without its senses for this long [s]."""
+"""A goal is aborted when scan or pose have been missing for this long [s]."""
 
 
 class MoveBase:
     """One robot's `move_base`.
 
-    Everything that comes in waits in an inbox until the control loop's next round, so the
+    Callbacks only fill an inbox, which the control loop empties before each round, so the
     Navigator needs no lock.
 
     Args:
         name: Of the robot.
         hive: Namespace of the hive, ending in a slash.
-        params: What the node is told.
+        params: The node's parameters.
         planner: For the hive's map and the robot's size.
 
     ROS Subscribers: `move_base_simple/goal` (geometry_msgs/PoseStamped), and those of `Senses`.
-    ROS Publishers: `cmd_vel` (geometry_msgs/Twist), `move_base/plan` (nav_msgs/Path, empty when
-        done), `traffic` of the hive (robot_description/Traffic).
+    ROS Publishers: `cmd_vel` (geometry_msgs/Twist), `move_base/plan` (nav_msgs/Path, empty at
+        the end), `traffic` of the hive (robot_description/Traffic).
     ROS Actions: `move_base` (move_base_msgs/MoveBaseAction); the result's text says why a goal was
         not reached.
     ROS Services: `move_base/make_plan` (nav_msgs/GetPlan).
@@ -88,10 +93,10 @@ class MoveBase:
             name, params.model, planner, follower, planner.field, params.settings
         )
         self._last_velocity = STOP
-        self._shown_way: Way | None = None
-        self._said = self._fed_back = self._blind_since = rospy.Time(0)
+        self._shown_path: Path | None = None
+        self._announced_at = self._fed_back_at = self._blind_since = rospy.Time(0)
         self._cmd_vel = rospy.Publisher("cmd_vel", Twist, queue_size=1)
-        self._plan = rospy.Publisher("move_base/plan", Path, queue_size=1, latch=True)
+        self._plan = rospy.Publisher("move_base/plan", PathMsg, queue_size=1, latch=True)
         self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
         self._goals = rospy.Publisher("move_base/goal", MoveBaseActionGoal, queue_size=1)
         self._server = actionlib.SimpleActionServer("move_base", MoveBaseAction, auto_start=False)
@@ -99,7 +104,7 @@ class MoveBase:
         self._server.register_preempt_callback(lambda: self._inbox.put(self._preempt))
 
     def run(self) -> None:
-        """Do round after round of the control loop until the node is shut down."""
+        """Run the control loop until the node is shut down."""
         self._server.start()
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._pass_on, queue_size=1)
         rospy.Service("move_base/make_plan", GetPlan, self._make_plan)
@@ -122,56 +127,54 @@ class MoveBase:
             self._stand_blind(now)
             return
         self._blind_since = now
-        self._navigator.parked = self._senses.arm_at_work
+        self._navigator.stationary = self._senses.arm_at_work
         heard = tuple(self._senses.heard.values())
         tick = self._navigator.tick(now.to_sec(), pose, ranges, heard)
         self._drive(tick.velocity)
         self._announce(now, tick.announcement)
-        self._show_way(now)
+        self._show_path(now)
         self._report(now, pose, tick.outcome)
 
     def _stand_blind(self, now: rospy.Time) -> None:
-        """Stand still without senses; give the goal up when they do not come back."""
+        """Stop while scan or pose are missing; abort the goal if they do not return."""
         self._drive(STOP)
         missing = self._senses.missing()
         rospy.logwarn_throttle(10, missing)
         if self._server.is_active() and (now - self._blind_since).to_sec() > _BLIND_FOR:
             self._navigator.cancel()
-            self._server.set_aborted(
-                MoveBaseResult(), f"{missing}; waited {_BLIND_FOR:g} s for it"
-            )
+            self._server.set_aborted(MoveBaseResult(), f"{missing}; waited {_BLIND_FOR:g} s")
 
     def _drive(self, velocity: Velocity) -> None:
-        """Command the base; a robot that stands is left alone, so that others may drive it."""
+        """Command the base; at a standstill send nothing, so that others may drive the robot."""
         if velocity != STOP or self._last_velocity != STOP:
             self._cmd_vel.publish(twist_from(velocity))
         self._last_velocity = velocity
 
-    def _announce(self, now: rospy.Time, said: Announcement) -> None:
-        idle = self._navigator.way is None and self._navigator.goal is None
-        if not idle or (now - self._said).to_sec() >= _IDLE_PERIOD:
-            self._said = now
-            self._traffic.publish(traffic_to_msg(said, _MAP_FRAME))
+    def _announce(self, now: rospy.Time, announcement: Announcement) -> None:
+        idle = self._navigator.path is None and self._navigator.goal is None
+        if not idle or (now - self._announced_at).to_sec() >= _IDLE_PERIOD:
+            self._announced_at = now
+            self._traffic.publish(traffic_to_msg(announcement, _MAP_FRAME))
 
-    def _show_way(self, now: rospy.Time) -> None:
-        way = self._navigator.way
-        if way is not self._shown_way:
-            self._shown_way = way
-            points = () if way is None else way.points
+    def _show_path(self, now: rospy.Time) -> None:
+        path = self._navigator.path
+        if path is not self._shown_path:
+            self._shown_path = path
+            points = () if path is None else path.points
             self._plan.publish(path_to_msg(points, _MAP_FRAME, now))
 
-    def _report(self, now: rospy.Time, pose: Pose, outcome: Outcome | None) -> None:
+    def _report(self, now: rospy.Time, pose: Pose, outcome: GoalOutcome | None) -> None:
         if not self._server.is_active():
             return
         if outcome is not None:
             end = self._server.set_succeeded if outcome.reached else self._server.set_aborted
             end(MoveBaseResult(), outcome.text)
-        elif (now - self._fed_back).to_sec() >= _FEEDBACK_PERIOD:
-            self._fed_back = now
+        elif (now - self._fed_back_at).to_sec() >= _FEEDBACK_PERIOD:
+            self._fed_back_at = now
             self._server.publish_feedback(MoveBaseFeedback(pose_to_msg(pose, _MAP_FRAME, now)))
 
     def _take_goal(self) -> None:
-        """Take up the newest goal; actionlib ends the one before as preempted."""
+        """Take up the newest goal; actionlib marks the one before as preempted."""
         if not self._server.is_new_goal_available():
             return
         goal = self._server.accept_new_goal()
@@ -179,7 +182,7 @@ class MoveBase:
             pose = self._in_map(goal.target_pose)
         except ValueError as error:
             self._navigator.cancel()
-            self._server.set_aborted(MoveBaseResult(), f"goal refused: {error}")
+            self._server.set_aborted(MoveBaseResult(), f"goal rejected: {error}")
             return
         self._blind_since = rospy.Time.now()
         self._navigator.set_goal(pose, rospy.get_time())
@@ -193,7 +196,7 @@ class MoveBase:
         """Return a pose in the map frame.
 
         Raises:
-            ValueError: It is no pose, or its frame is not known.
+            ValueError: The pose is invalid, or its frame is unknown.
         """
         pose = pose_from_msg(stamped.pose)
         frame = stamped.header.frame_id.lstrip("/")
@@ -203,12 +206,12 @@ class MoveBase:
             return compose(self._senses.lookup(_MAP_FRAME, frame), pose)
         except tf2_ros.TransformException as error:
             raise ValueError(
-                f"its frame {frame[:60]!r} cannot be turned into {_MAP_FRAME!r}: {error}; "
+                f"no transform from its frame {frame[:60]!r} to {_MAP_FRAME!r}: {error}; "
                 f"send it in {_MAP_FRAME!r}"
             ) from None
 
     def _pass_on(self, stamped: PoseStamped) -> None:
-        """Send a simple goal to the action server, as the navigation stack does."""
+        """Forward a simple goal to the action server, as the navigation stack does."""
         goal = MoveBaseActionGoal(goal=MoveBaseGoal(stamped))
         goal.header.stamp = rospy.Time.now()
         self._goals.publish(goal)
@@ -216,11 +219,11 @@ class MoveBase:
     def _make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
         path = self._inbox.ask(lambda: self._planned(request), None)
         if path is None:
-            raise rospy.ServiceException("the control loop did not come to it; ask again")
+            raise rospy.ServiceException("make_plan timed out; retry")
         return GetPlanResponse(path)
 
-    def _planned(self, request: GetPlanRequest) -> Path:
-        """Return a plan, or an empty one and a warning where there is none."""
+    def _planned(self, request: GetPlanRequest) -> PathMsg:
+        """Return a plan; if there is none, warn and return an empty one."""
         try:
             start, goal = self._in_map(request.start), self._in_map(request.goal)
             points = self._planner.plan(start[:2], goal[:2])
@@ -228,3 +231,20 @@ class MoveBase:
             rospy.logwarn(f"make_plan: {error}")
             points = []
         return path_to_msg(points, _MAP_FRAME, rospy.Time.now())
+
+
+def main() -> None:
+    """Run one robot's `move_base` until the node is shut down; see `MoveBase`."""
+    rospy.init_node("move_base")
+    mend_links()
+    try:
+        hive, name = hive_and_robot()
+        params = read_move_base_params()
+        grid = grid_from_msg(wait_for_map(f"{hive}map"))
+        planner = OmplPlanner(grid, params.model.base.circumscribed_radius)
+    except HiveError as error:
+        rospy.logfatal(str(error))
+        sys.exit(1)
+    except rospy.ROSInterruptException:
+        return
+    MoveBase(name, hive, params, planner).run()

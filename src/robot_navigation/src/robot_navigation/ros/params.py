@@ -1,22 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the parameters of `move_base`, once, into values that are checked."""
+"""What nodes read before they start: their parameters, the robot's model, and the map."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rospy
+from nav_msgs.msg import OccupancyGrid
+from rospy.numpy_msg import numpy_msg
 
 from hive_common.errors import ParameterError
 from hive_common.ros.params import number
 from robot_description.model_schema import SCHEMA
 from robot_description.models import RobotModel, model_from_dict
-from robot_navigation.control.settings import Settings
+from robot_navigation.control.goal_tracker import NavigationSettings
 from robot_navigation.localization.amcl_settings import AmclSettings
-from robot_navigation.mapping.mapper_settings import WITHOUT_EFFECT as MAPPER_WITHOUT_EFFECT
 from robot_navigation.mapping.mapper_settings import MapperSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
 
 AMCL_WITHOUT_EFFECT = frozenset({
     "base_frame_id", "do_beamskip", "beam_skip_distance", "beam_skip_error_threshold",
@@ -25,110 +29,59 @@ AMCL_WITHOUT_EFFECT = frozenset({
     "laser_z_max", "laser_z_short", "odom_frame_id", "save_pose_rate", "selective_resampling",
     "tf_broadcast", "use_map_topic", "bond_enabled",
 })  # fmt: skip
-"""Parameters of ROS's amcl that a file may hold, and that change nothing here."""
+"""Parameters of ROS's amcl that a file may hold and that are ignored."""
+
+MAPPER_WITHOUT_EFFECT = frozenset({
+    "astep", "base_frame", "iterations", "kernelSize", "lasamplerange", "lasamplestep",
+    "llsamplerange", "llsamplestep", "lsigma", "lskip", "lstep", "map_frame", "maxRange",
+    "minimumScore", "occ_thresh", "odom_frame", "ogain", "particles", "resampleThreshold",
+    "sigma", "srr", "srt", "str", "stt", "temporalUpdate", "throttle_scans",
+    "transform_publish_period",
+})  # fmt: skip
+"""Parameters of gmapping that a file may hold and that are ignored."""
+
+MAP_TIMEOUT = 5.0
+"""Time between two warnings that there is no map [s]."""
 
 
 @dataclass(frozen=True)
 class MoveBaseParams:
-    """What the `move_base` node is told.
+    """The parameters of the `move_base` node.
 
     Attributes:
-        model: What the robot is.
-        settings: How it behaves towards what is in its way.
+        model: The robot.
+        settings: See `NavigationSettings`.
         control_rate: Rounds of the control loop per second of ROS time [Hz].
-        senses_timeout: Without a scan or a pose for this long it stands still [s].
+        senses_timeout: Without a scan or a pose for this long the robot stops [s].
     """
 
     model: RobotModel
-    settings: Settings
+    settings: NavigationSettings
     control_rate: float
     senses_timeout: float
 
 
 def hive_and_robot() -> tuple[str, str]:
-    """Return the hive's namespace, ending in a slash, and the robot's name below it.
+    """Return the hive's namespace, which ends in a slash, and the robot's name below it.
 
     Raises:
-        ParameterError: The node does not run in a robot's namespace.
+        ParameterError: The node is not in a robot's namespace.
     """
     namespace = rospy.get_namespace()
     name = namespace.strip("/").rpartition("/")[2]
     if not name:
         raise ParameterError(
-            "this node has to run in its robot's namespace, for example robot1; "
-            "start it with roslaunch robot_description navigation.launch name:=robot1"
+            "this node must run in its robot's namespace, for example robot1; "
+            "start it with roslaunch robot_navigation navigation.launch name:=robot1"
         )
     return namespace[: -len(name) - 1], name
 
 
-def read_move_base_params() -> MoveBaseParams:
-    """Read the private parameters, and the robot's `characteristics`.
-
-    Raises:
-        ParameterError: One is not what it must be.
-    """
-    own = {"control_rate": 12.0, "senses_timeout": 1.0}
-    settings = asdict(Settings())
-    for name in rospy.get_param(rospy.get_name(), {}):
-        if name not in own | settings:
-            allowed = ", ".join(sorted(own | settings))
-            raise ParameterError(f"{rospy.get_name()}/{name} is unknown; allowed: {allowed}")
-    own = {name: _above_zero(name, default) for name, default in own.items()}
-    # Every setting keeps the type of its default: attempts are counted, the rest is measured.
-    chosen = {
-        name: type(default)(_above_zero(name, default)) for name, default in settings.items()
-    }
-    return MoveBaseParams(read_model(), Settings(**chosen), **own)
-
-
-def read_amcl_settings(model: RobotModel) -> AmclSettings:
-    """Read the private parameters of `amcl`.
-
-    Args:
-        model: What the robot is; says which odometry model is meant where no parameter does.
-
-    Raises:
-        ParameterError: One is unknown.
-        SettingError: One is not what it must be.
-    """
-    kinds = {field.name: type(field.default) for field in fields(AmclSettings)}
-    chosen: dict[str, Any] = {"odom_model_type": "omni" if model.base.holonomic else "diff"}
-    for name, value in rospy.get_param(rospy.get_name(), {}).items():
-        if name in AMCL_WITHOUT_EFFECT:
-            rospy.logwarn(f"{rospy.get_name()}/{name} has no effect here; see config/amcl.yaml")
-        elif name not in kinds:
-            allowed = ", ".join(sorted(kinds))
-            raise ParameterError(f"{rospy.get_name()}/{name} is unknown; allowed: {allowed}")
-        else:
-            chosen[name] = _converted(name, value, kinds[name])
-    chosen["odom_model_type"] = str(chosen["odom_model_type"]).removesuffix("-corrected")
-    return AmclSettings(**chosen)
-
-
-def _converted(name: str, value: object, kind: type) -> object:
-    """Return a parameter as the kind of value that is needed: whole numbers, numbers, words."""
-    try:
-        return kind(value)
-    except (TypeError, ValueError):
-        full_name = rospy.resolve_name(f"~{name}")
-        words = {int: "a whole number", float: "a number"}.get(kind, "a word")
-        raise ParameterError(f"{full_name} is {value!r}; allowed: {words}") from None
-
-
-def _above_zero(name: str, default: float) -> float:
-    value = rospy.get_param(f"~{name}", default)
-    good = isinstance(value, int | float) and not isinstance(value, bool)
-    if not (good and 0 < value < math.inf):
-        full_name = rospy.resolve_name(f"~{name}")
-        raise ParameterError(f"{full_name} is {value!r}; allowed: a number above 0")
-    return float(value)
-
-
 def read_model() -> RobotModel:
-    """Read what the robot is from its parameter `characteristics`.
+    """Read the robot's model from its parameter `characteristics`.
 
     Raises:
-        ParameterError: It is not there.
+        ParameterError: The parameter is not there, or incomplete.
     """
     content = rospy.get_param("characteristics", {})
     missing = [key for key in SCHEMA["required"] if key not in content]
@@ -140,21 +93,86 @@ def read_model() -> RobotModel:
     return model_from_dict(content)
 
 
-def mapper_settings() -> MapperSettings:
-    """Read the mapper's parameters, which have the names that gmapping has for them.
+def wait_for_map(topic: str) -> OccupancyGrid:
+    """Return the map of a latched topic, its data as an array; warn while there is none.
 
     Raises:
-        ParameterError: One is unknown, or not what it must be.
+        rospy.ROSInterruptException: The node was shut down.
     """
-    names = {field.name for field in fields(MapperSettings)}
-    chosen: dict[str, float] = {}
-    for name in rospy.get_param(rospy.get_name(), {}):
-        if name in MAPPER_WITHOUT_EFFECT:
-            rospy.logwarn(f"{rospy.get_name()}/{name} has no effect here; see config/mapper.yaml")
-        elif name not in names:
-            raise ParameterError(
-                f"parameter ~{name} is unknown; allowed: {', '.join(sorted(names))}"
-            )
+    while True:
+        try:
+            return rospy.wait_for_message(topic, numpy_msg(OccupancyGrid), timeout=MAP_TIMEOUT)
+        except rospy.ROSInterruptException:
+            raise
+        except rospy.ROSException:
+            rospy.logwarn(f"no map on {topic} yet; start a map server")
+
+
+def read_move_base_params() -> MoveBaseParams:
+    """Read the private parameters of `move_base`, and the robot's model.
+
+    Raises:
+        ParameterError: A parameter is unknown or has a value that is not allowed.
+    """
+    node = {"control_rate": 12.0, "senses_timeout": 1.0}
+    settings = asdict(NavigationSettings())
+    _private(node | settings)
+    node = {name: _above_zero(name, default) for name, default in node.items()}
+    # Every setting keeps the type of its default: attempts is a count, the others are measures.
+    settings = {
+        name: type(default)(_above_zero(name, default)) for name, default in settings.items()
+    }
+    return MoveBaseParams(read_model(), NavigationSettings(**settings), **node)
+
+
+def read_amcl_settings(model: RobotModel) -> AmclSettings:
+    """Read the private parameters of `amcl`; the model determines the default odometry model.
+
+    Raises:
+        ParameterError: A parameter is unknown or has a value that is not allowed.
+    """
+    kinds: dict[str, type] = {field.name: type(field.default) for field in fields(AmclSettings)}
+    chosen: dict[str, Any] = {"odom_model_type": "omni" if model.base.holonomic else "diff"}
+    for name, value in _private(kinds, AMCL_WITHOUT_EFFECT, "amcl.yaml").items():
+        try:
+            chosen[name] = kinds[name](value)
+        except (TypeError, ValueError):
+            allowed = {int: "a whole number", float: "a number"}.get(kinds[name], "a text")
+            raise ParameterError(f"parameter ~{name}: {value!r}; allowed: {allowed}") from None
+    chosen["odom_model_type"] = str(chosen["odom_model_type"]).removesuffix("-corrected")
+    return AmclSettings(**chosen)
+
+
+def read_mapper_settings() -> MapperSettings:
+    """Read the private parameters of the mapper.
+
+    Raises:
+        ParameterError: A parameter is unknown or has a value that is not allowed.
+    """
+    names = [field.name for field in fields(MapperSettings)]
+    given = _private(names, MAPPER_WITHOUT_EFFECT, "mapper.yaml")
+    return MapperSettings(**{name: number(name, least=-1e6, most=1e6) for name in given})
+
+
+def _private(
+    known: Collection[str], without_effect: Collection[str] = (), config: str = ""
+) -> dict[str, Any]:
+    """Return the private parameters of this node, without those that have no effect."""
+    given = {}
+    for name, value in rospy.get_param(rospy.get_name(), {}).items():
+        if name in without_effect:
+            rospy.logwarn(f"parameter ~{name} has no effect here; see config/{config}")
+        elif name in known:
+            given[name] = value
         else:
-            chosen[name] = number(name, least=-1e6, most=1e6)
-    return MapperSettings(**chosen)
+            allowed = ", ".join(sorted(known))
+            raise ParameterError(f"parameter ~{name} is unknown; allowed: {allowed}")
+    return given
+
+
+def _above_zero(name: str, default: float) -> float:
+    value = rospy.get_param(f"~{name}", default)
+    good = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (good and 0 < value < math.inf):
+        raise ParameterError(f"parameter ~{name}: {value!r}; allowed: a number above 0")
+    return float(value)

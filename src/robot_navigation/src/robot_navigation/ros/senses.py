@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a robot's `move_base` hears and sees: pose, scan, the other robots, its own arm."""
+"""What a robot's `move_base` senses and hears: pose, scan, the other robots, its own arm."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from hive_common.ros.conversions import pose_from_transform
 from robot_navigation.ros.conversions import traffic_from_msg
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from hive_common.geometry import Array
     from hive_common.pose import Pose
     from hive_common.ros.inbox import Inbox
     from robot_navigation.traffic.right_of_way import Announcement
@@ -27,21 +26,21 @@ _AT_WORK = {GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING}
 
 
 class Senses:
-    """The latest of everything, as the main thread has taken it in.
+    """The latest of each, as the main thread has received it.
 
     Args:
-        inbox: Through which the main thread takes it in.
+        inbox: Through which the main thread receives it.
         hive: Namespace of the hive, ending in a slash.
         map_frame: Frame of goals and plans.
         base_frame: Frame of the robot's base.
-        timeout: What is older counts as not there [s].
+        timeout: Older scans and transforms do not count [s].
 
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `pick/status` (actionlib_msgs/
         GoalStatusArray), `traffic` of the hive (robot_description/Traffic), tf.
 
     Attributes:
-        heard: The latest announcement of every robot that speaks, this one included.
-        arm_at_work: Whether the robot picks or puts down at the moment.
+        heard: The latest announcement of every robot, this one included.
+        arm_at_work: Whether the robot is picking or placing.
     """
 
     def __init__(
@@ -60,18 +59,17 @@ class Senses:
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
 
     def pose(self) -> Pose | None:
-        """Return where the base is, frame map, or None where that has not been known lately."""
+        """Return where the base is, frame map, or None without a recent transform."""
         try:
-            found = self.lookup(*self._frames)
+            return self.lookup(*self._frames)
         except tf2_ros.TransformException:
             return None
-        return found
 
     def lookup(self, parent: str, child: str) -> Pose:
-        """Return where a frame is in another one, as far as is known lately.
+        """Return the pose of the frame `child` in the frame `parent`.
 
         Raises:
-            tf2_ros.TransformException: It is not known.
+            tf2_ros.TransformException: There is no recent transform.
         """
         found = self._transforms.lookup_transform(parent, child, rospy.Time(0))
         age = rospy.Time.now() - found.header.stamp
@@ -81,20 +79,20 @@ class Senses:
             )
         return pose_from_transform(found.transform)
 
-    def ranges(self) -> NDArray[np.float64] | None:
-        """Return the latest scan (beams,) [m], or None where there has been none lately."""
+    def ranges(self) -> Array | None:
+        """Return the latest scan (beams,) [m], or None without a recent one."""
         scan = self._scan
         if scan is None or rospy.Time.now() - scan.header.stamp > self._timeout:
             return None
         return np.asarray(scan.ranges, dtype=np.float64)
 
     def missing(self) -> str:
-        """Say what is missing; empty where everything is there."""
+        """Return what is missing and what to do; empty if nothing is."""
         if self.ranges() is None:
-            return f"no scan lately on {rospy.resolve_name('scan')}: start the laser"
+            return f"no recent scan on {rospy.resolve_name('scan')}: start the laser"
         if self.pose() is None:
             parent, child = self._frames
-            return f"no transform lately from {child} to {parent}: start the localization"
+            return f"no recent transform from {child} to {parent}: start the localization"
         return ""
 
     def _see(self, msg: LaserScan) -> None:
@@ -106,8 +104,8 @@ class Senses:
 
     def _hear(self, msg: Traffic) -> None:
         try:
-            said = traffic_from_msg(msg)
+            announcement = traffic_from_msg(msg)
         except ValueError as error:
             rospy.logwarn_throttle_identical(10, str(error))
             return
-        self._inbox.put(lambda: self.heard.update({said.name: said}))
+        self._inbox.put(lambda: self.heard.update({announcement.name: announcement}))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Drives a robot from the keyboard of the terminal that it is started in.
+"""Drives a robot with the keys of the terminal that the node runs in.
 
 ROS Publishers:
     cmd_vel (geometry_msgs/Twist): of the robot, 10 Hz.
@@ -46,12 +46,12 @@ def main() -> int:
         rospy.logfatal(str(error))
         return 1
     if not sys.stdin.isatty():
-        rospy.logfatal("teleop needs the keyboard of a terminal; start it in one, without a pipe")
+        rospy.logfatal("teleop reads the keyboard; start it in a terminal, without a pipe")
         return 1
     commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
     teleop = Teleop(Limits(base.max_speed, base.max_yaw_rate, base.holonomic))
     sys.stdout.write(f"{name}: {HELP}")
-    _tell(teleop)
+    _show_speeds(teleop)
     with _single_keys():
         _drive(teleop, commands)
     return 0
@@ -65,22 +65,22 @@ def _drive(teleop: Teleop, commands: rospy.Publisher) -> None:
         now = time.monotonic()
         keys = os.read(sys.stdin.fileno(), _CHUNK).decode(errors="replace") if ready else ""
         if ready and not keys:
-            rospy.logfatal("the terminal is gone")
+            rospy.logfatal("the terminal was closed")
             return
         changed = [teleop.press(key, now) for key in keys]
         if any(changed):
-            _tell(teleop)
+            _show_speeds(teleop)
         commands.publish(twist_from(Velocity(*teleop.command(now))))
 
 
-def _tell(teleop: Teleop) -> None:
+def _show_speeds(teleop: Teleop) -> None:
     sys.stdout.write(f"\rspeed {teleop.speed:.2f} m/s, turning {teleop.turn:.2f} rad/s    ")
     sys.stdout.flush()
 
 
 @contextmanager
 def _single_keys() -> Iterator[None]:
-    """Have the terminal hand over each key at once, and show none; Ctrl-C stays what it is."""
+    """Have the terminal pass on each key at once and echo none; Ctrl-C still works."""
     before = termios.tcgetattr(sys.stdin)
     try:
         tty.setcbreak(sys.stdin)

@@ -1,40 +1,74 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Notices what a node waits for in vain, so that it can be said once and not with every round."""
+"""Subscribes a node's main thread to topics, and warns once about each that stays silent."""
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
+import rospy
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable
+
+    from hive_common.ros.inbox import Inbox
+
+PATIENCE = 10.0
+"""A topic that has been silent for this long is overdue [s, wall clock]."""
 
 
-class Overdue:
-    """Keeps an eye on what should come in again and again."""
+class TopicMonitor:
+    """Watches topics on which messages must keep coming.
 
-    def __init__(self, names: Iterable[str], patience: float, now: float) -> None:
-        """Expect something of each name.
+    Args:
+        inbox: Through which the main thread receives the messages.
+        clock: Time that never jumps [s].
+    """
 
-        Args:
-            names: Of what is expected.
-            patience: How long nothing may come in [s].
-            now: On a clock that never jumps [s].
-        """
-        self._patience = patience
-        self._since = dict.fromkeys(names, now)
-        self._told: set[str] = set()
+    def __init__(self, inbox: Inbox, clock: Callable[[], float] = time.monotonic) -> None:
+        self._inbox = inbox
+        self._clock = clock
+        self._advice: dict[str, str] = {}
+        self._heard_at: dict[str, float] = {}
+        self._warned: set[str] = set()
 
-    def came(self, name: str, now: float) -> None:
-        """Note that something came in at a time [s]."""
-        self._since[name] = now
-        self._told.discard(name)
+    def subscribe(
+        self, topic: str, kind: type, handle: Callable[..., None], queue_size: int, advice: str
+    ) -> None:
+        """Have the main thread handle each message; `advice` says what to do if none come."""
 
-    def news(self, now: float) -> list[str]:
-        """Return what is overdue at a time [s] and has not been returned since it last came."""
+        def heard(msg: object) -> None:
+            self.heard(topic)
+            handle(msg)
+
+        self.expect(topic, advice)
+        rospy.Subscriber(
+            topic, kind, lambda msg: self._inbox.put(lambda: heard(msg)), queue_size=queue_size
+        )
+
+    def expect(self, topic: str, advice: str) -> None:
+        """Start to wait for messages on a topic."""
+        self._advice[topic] = advice
+        self._heard_at[topic] = self._clock()
+
+    def heard(self, topic: str) -> None:
+        """Note that a message came on a topic."""
+        self._heard_at[topic] = self._clock()
+        self._warned.discard(topic)
+
+    def overdue(self) -> list[str]:
+        """Return the overdue topics, each once until a message comes on it again."""
+        now = self._clock()
         late = [
-            name
-            for name, since in self._since.items()
-            if now - since >= self._patience and name not in self._told
+            topic
+            for topic, heard_at in self._heard_at.items()
+            if now - heard_at >= PATIENCE and topic not in self._warned
         ]
-        self._told.update(late)
+        self._warned.update(late)
         return late
+
+    def warn(self) -> None:
+        """Log a warning for each overdue topic."""
+        for topic in self.overdue():
+            name = rospy.resolve_name(topic)
+            rospy.logwarn(f"nothing on {name} for {PATIENCE:g} s: {self._advice[topic]}")

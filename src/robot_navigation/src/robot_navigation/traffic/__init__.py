@@ -1,1 +1,4 @@
-"""Who goes first where robots meet, and where a robot moves aside to."""
+"""Robots that meet: who goes first, and where the others wait.
+
+The rule knows only what robots announce; what the laser sees belongs in `control`.
+"""
