@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import pytest
 
-from robot_navigation.mapping.teleop import HELD, Limits, Teleop
+from robot_navigation.mapping.teleop import HELD, Teleop
 
-AGV = Limits(speed=1.0, turn=2.0, holonomic=False)
+
+def agv() -> Teleop:
+    return Teleop(1.0, 2.0, holonomic=False)
 
 
 @pytest.mark.parametrize(
@@ -22,7 +24,7 @@ AGV = Limits(speed=1.0, turn=2.0, holonomic=False)
     ],
 )
 def test_a_key_drives_the_robot(key: str, command: tuple[float, float, float]) -> None:
-    teleop = Teleop(AGV)
+    teleop = agv()
 
     teleop.press(key, 10.0)
 
@@ -30,7 +32,7 @@ def test_a_key_drives_the_robot(key: str, command: tuple[float, float, float]) -
 
 
 def test_only_a_holonomic_robot_goes_sideways() -> None:
-    teleop = Teleop(Limits(speed=1.0, turn=2.0, holonomic=True))
+    teleop = Teleop(1.0, 2.0, holonomic=True)
 
     teleop.press("J", 10.0)
 
@@ -38,7 +40,7 @@ def test_only_a_holonomic_robot_goes_sideways() -> None:
 
 
 def test_a_robot_stands_before_the_first_key_and_after_the_last_is_let_go() -> None:
-    teleop = Teleop(AGV)
+    teleop = agv()
     before = teleop.command(0.0)
     teleop.press("i", 10.0)
 
@@ -47,7 +49,7 @@ def test_a_robot_stands_before_the_first_key_and_after_the_last_is_let_go() -> N
 
 
 def test_any_other_key_stops_the_robot() -> None:
-    teleop = Teleop(AGV)
+    teleop = agv()
     teleop.press("i", 10.0)
     teleop.press(" ", 10.1)
 
@@ -55,7 +57,7 @@ def test_any_other_key_stops_the_robot() -> None:
 
 
 def test_speeds_change_up_to_what_the_robot_can() -> None:
-    teleop = Teleop(AGV)
+    teleop = agv()
 
     assert teleop.press("w", 0.0)
     assert (teleop.speed, teleop.turn) == pytest.approx((0.55, 1.0))
@@ -65,7 +67,7 @@ def test_speeds_change_up_to_what_the_robot_can() -> None:
 
 
 def test_a_speed_changes_without_stopping_the_robot() -> None:
-    teleop = Teleop(AGV)
+    teleop = agv()
     teleop.press("i", 10.0)
     teleop.press("q", 10.1)
 

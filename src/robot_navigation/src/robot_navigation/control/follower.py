@@ -22,12 +22,10 @@ class Room:
     Attributes:
         ahead: How far along the path it may go before it must stop [m].
         turn: Whether it may turn on the spot.
-        speed: Speed limit from outside [m/s].
     """
 
     ahead: float = math.inf
     turn: bool = True
-    speed: float = math.inf
 
 
 class Follower(Protocol):
@@ -42,22 +40,11 @@ class Follower(Protocol):
     arrived: bool
 
     def start(self, path: Path, goal_yaw: float | None) -> None:
-        """Take up a new path, however the base is moving.
-
-        Args:
-            path: Frame map.
-            goal_yaw: Yaw at the end of the path, frame map [rad]; None for any.
-        """
+        """Take up a new path, whose end has a yaw [rad] or any (None), while the base moves."""
         ...
 
     def command(self, pose: Pose, room: Room, dt: float) -> Velocity:
-        """Return the velocity for the next `dt` [s].
-
-        Args:
-            pose: Where the base is, frame map.
-            room: What it may do.
-            dt: Time since the last call [s].
-        """
+        """Return the velocity for the next `dt` [s], for a base at `pose`, frame map."""
         ...
 
     def stopped(self) -> None:

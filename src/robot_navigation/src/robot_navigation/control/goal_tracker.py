@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from robot_navigation.number_checks import check_numbers
 from robot_navigation.planning.path import angle_between
 
 if TYPE_CHECKING:
@@ -30,27 +31,25 @@ STUCK_ANGLE = 0.1
 
 @dataclass(frozen=True)
 class NavigationSettings:
-    """How a robot deals with obstacles and other robots; config/move_base.yaml explains it.
+    """The settings of one robot's navigation; `config/move_base.yaml` explains each.
 
-    Attributes:
-        patience: How long the robot waits before an obstacle until it plans around it [s].
-        attempts: Plans around unmapped obstacles that it tries for one goal.
-        give_up: How long it pursues a goal without progress [s].
-        announce: Length of the path ahead that it announces [m].
-        silence: Another robot that has been silent for this long is ignored [s].
-        settle: How long it waits with a new path until the others know it [s].
-        position_tolerance: How near the goal it must stop [m].
-        yaw_tolerance: How close to the goal's yaw it must stop [rad].
+    Raises:
+        ParameterError: A value is not above 0.
     """
 
-    patience: float = 5.0
+    control_rate: float = 12.0  # [Hz]
+    senses_timeout: float = 1.0  # [s]
+    patience: float = 5.0  # [s]
     attempts: int = 5
-    give_up: float = 120.0
-    announce: float = 8.0
-    silence: float = 2.0
-    settle: float = 0.3
-    position_tolerance: float = 0.1
-    yaw_tolerance: float = 0.1
+    give_up: float = 120.0  # [s]
+    announce: float = 8.0  # [m]
+    silence: float = 2.0  # [s]
+    settle: float = 0.3  # [s]
+    position_tolerance: float = 0.1  # [m]
+    yaw_tolerance: float = 0.1  # [rad]
+
+    def __post_init__(self) -> None:
+        check_numbers(self, above_zero=[field.name for field in fields(self)])
 
 
 class GoalOutcome(NamedTuple):
@@ -119,12 +118,9 @@ class GoalTracker:
         return GoalOutcome(reached=False, text=text)
 
     def blocked(self, now: float, pose: Pose, points: Array) -> GoalOutcome | None:
-        """Count an attempt that visible obstacles stopped; the next one may follow at once.
+        """Count an attempt that obstacles at `points` (n, 2), frame map [m], have stopped.
 
-        Args:
-            now: The time [s].
-            pose: Where the robot is, frame map.
-            points: What blocks the path, (n, 2) array, frame map [m].
+        The next attempt may follow at once.
         """
         x, y = points[np.argmin(np.hypot(*(points - np.array(pose[:2])).T))]
         outcome = self.attempt_failed(

@@ -85,13 +85,7 @@ class VisibleObstacles:
 
 
 def sort_points(points: Array, field: ClearanceField, robots: Sequence[Disc]) -> VisibleObstacles:
-    """Separate the known from the unknown.
-
-    Args:
-        points: (n, 2) array, frame map [m].
-        field: The clearances of the map.
-        robots: Where the robots are that announce it.
-    """
+    """Sort points (n, 2), frame map [m]; `robots` are those that announce where they are."""
     known = field.at_points(points) < ON_MAP
     for robot in robots:
         known |= np.hypot(points[:, 0] - robot.x, points[:, 1] - robot.y) < robot.radius + 0.1
@@ -110,14 +104,7 @@ class ObstacleCheck:
     def room_ahead(
         self, path: Path, progress: float, pose: Pose, obstacles: VisibleObstacles
     ) -> float:
-        """Return how far along the path the robot may go [m].
-
-        Args:
-            path: Frame map.
-            progress: How far along it the robot is [m].
-            pose: Where the robot is, frame map.
-            obstacles: What it sees.
-        """
+        """Return how far a robot that is `progress` [m] along its path may go on [m]."""
         far = min(progress + self._range, path.length)
         marks = np.append(np.arange(progress + STEP, far, STEP), far)
         places, headings = path.at_all(marks), path.headings_at(marks)

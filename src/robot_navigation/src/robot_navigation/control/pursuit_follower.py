@@ -9,7 +9,6 @@ the room that the laser and the right of way leave.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,31 +21,30 @@ if TYPE_CHECKING:
     from robot_navigation.control.follower import Room
 
 
-@dataclass(frozen=True)
-class Tuning:
-    """How a `PursuitFollower` drives.
+LOOK_AHEAD = 0.20
+"""Distance to the point that it steers for at standstill [m]."""
 
-    Attributes:
-        look_ahead: Distance to the point it steers for at standstill [m].
-        look_ahead_time: By how much that distance grows with the speed [s].
-        turn_on_spot: Heading error above which it stops and turns [rad].
-        braking: Share of the base's deceleration that it plans with [-]; the rest is reserve.
-        delay: Time until a command takes effect, half a control period included [s].
-        reaction: The longest such time [s]. A base goes on for this long without commands, for
-            example while the navigator gets no processor, and must still stop in time.
-        position_tolerance: Distance from the goal that counts as reached [m].
-        yaw_tolerance: Yaw error at the goal that counts as turned [rad].
-    """
+LOOK_AHEAD_TIME = 0.15
+"""By how much that distance grows with the speed [s]."""
 
-    look_ahead: float = 0.20
-    look_ahead_time: float = 0.15
-    turn_on_spot: float = 0.7
-    braking: float = 0.7
-    delay: float = 0.15
-    reaction: float = 0.5
-    position_tolerance: float = 0.05
-    yaw_tolerance: float = 0.05
+TURN_ON_SPOT = 0.7
+"""Heading error above which it stops and turns [rad]."""
 
+BRAKING = 0.7
+"""Share of the base's deceleration that it plans with [-]; the rest is reserve."""
+
+DELAY = 0.15
+"""Time until a command takes effect, half a control period included [s]."""
+
+REACTION = 0.5
+"""The longest such time [s]. A base goes on for this long without commands, for example while the
+navigator gets no processor, and must still stop in time."""
+
+POSITION_TOLERANCE = 0.05
+"""Distance from the goal that counts as reached [m]."""
+
+YAW_TOLERANCE = 0.05
+"""Yaw error at the goal that counts as turned [rad]."""
 
 STANDSTILL = 0.05
 """Below this speed a base counts as standing [m/s], [rad/s]."""
@@ -85,11 +83,10 @@ def speed_to_stop_within(distance: float, deceleration: float, reaction: float) 
 class PursuitFollower:
     """A `Follower` for differential and holonomic bases; see there for its attributes."""
 
-    def __init__(self, base: Base, tuning: Tuning | None = None) -> None:
+    def __init__(self, base: Base) -> None:
         self.progress = 0.0
         self.arrived = True
         self._base = base
-        self._tuning = tuning or Tuning()
         self._path = Path([(0.0, 0.0)])
         self._goal_yaw: float | None = None
         self._turning = False
@@ -120,25 +117,25 @@ class PursuitFollower:
 
     def _soon(self, pose: Pose) -> Pose:
         """Return where the base will be when the next command takes effect."""
-        delay, last = self._tuning.delay, self._last
-        yaw = pose.yaw + last.wz * delay / 2
-        x = pose.x + delay * (last.vx * math.cos(yaw) - last.vy * math.sin(yaw))
-        y = pose.y + delay * (last.vx * math.sin(yaw) + last.vy * math.cos(yaw))
-        return Pose(x, y, pose.yaw + last.wz * delay)
+        last = self._last
+        yaw = pose.yaw + last.wz * DELAY / 2
+        x = pose.x + DELAY * (last.vx * math.cos(yaw) - last.vy * math.sin(yaw))
+        y = pose.y + DELAY * (last.vx * math.sin(yaw) + last.vy * math.cos(yaw))
+        return Pose(x, y, pose.yaw + last.wz * DELAY)
 
     def _wanted(self, pose: Pose, room: Room) -> Velocity:
         """Return the best velocity for a base without inertia."""
-        path, tuning = self._path, self._tuning
+        path = self._path
         here = (pose.x, pose.y)
         self.progress = path.nearest(here, self.progress - 0.2, self.progress + 1.0)
         left = path.length - self.progress
         away = math.dist(here, path.end)
-        near = tuning.position_tolerance * (HOLONOMIC_TOLERANCE if self._base.holonomic else 1.0)
+        near = POSITION_TOLERANCE * (HOLONOMIC_TOLERANCE if self._base.holonomic else 1.0)
         if left < 0.5 * near and away < 2 * near:
             self._at_end = True
         if self._at_end:
             return self._turn_to_goal(pose, room)
-        ahead = tuning.look_ahead + tuning.look_ahead_time * math.hypot(*self._last[:2])
+        ahead = LOOK_AHEAD + LOOK_AHEAD_TIME * math.hypot(*self._last[:2])
         # A base that has passed the end beside it steers for the end itself.
         target = path.end if left < AT_END else path.at(self.progress + ahead)
         speed = self._speed(room, away if left < AT_END else left)
@@ -149,12 +146,11 @@ class PursuitFollower:
 
     def _speed(self, room: Room, left: float) -> float:
         """Return the highest speed that the base, the bends and the room ahead allow [m/s]."""
-        base, tuning = self._base, self._tuning
-        brake = tuning.braking * base.acceleration
+        base = self._base
+        brake = BRAKING * base.acceleration
         speed = min(
             base.max_speed,
-            room.speed,
-            speed_to_stop_within(room.ahead, brake, tuning.reaction),
+            speed_to_stop_within(room.ahead, brake, REACTION),
             max(STANDSTILL, speed_to_stop_within(left, brake, 0.05)) if room.ahead > 0 else 0.0,
         )
         marks, turns = self._path.bends()
@@ -170,7 +166,7 @@ class PursuitFollower:
     ) -> Velocity:
         """Return the velocity of a differential base towards a bearing [rad], frame map."""
         error = angle_between(pose.yaw, bearing)
-        if abs(error) > self._tuning.turn_on_spot:
+        if abs(error) > TURN_ON_SPOT:
             self._turning = True
         elif abs(error) < STRAIGHT:
             self._turning = False
@@ -180,7 +176,7 @@ class PursuitFollower:
         curvature = 2 * math.sin(error) / max(distance, 0.1)
         if abs(curvature) * speed > 0.8 * base.max_yaw_rate:
             speed = 0.8 * base.max_yaw_rate / abs(curvature)
-        speed *= max(0.1, 1.0 - abs(error) / (1.3 * self._tuning.turn_on_spot))
+        speed *= max(0.1, 1.0 - abs(error) / (1.3 * TURN_ON_SPOT))
         if speed < STANDSTILL / 5:
             return STOP
         return Velocity(speed, 0.0, curvature * speed)
@@ -218,7 +214,7 @@ class PursuitFollower:
         base = self._base
         rate = min(
             base.max_yaw_rate,
-            math.sqrt(2 * self._tuning.braking * base.yaw_acceleration * abs(error)),
+            math.sqrt(2 * BRAKING * base.yaw_acceleration * abs(error)),
             3.0 * abs(error) + 0.02,
         )
         return Velocity(0.0, 0.0, math.copysign(rate, error))
@@ -227,7 +223,7 @@ class PursuitFollower:
         """Return the velocity at the end of the path, where the base turns to the goal's yaw."""
         if self._goal_yaw is not None:
             error = angle_between(pose.yaw, self._goal_yaw)
-            if abs(error) >= self._tuning.yaw_tolerance:
+            if abs(error) >= YAW_TOLERANCE:
                 return self._turn(error, room)
         self.arrived = max(map(abs, self._last)) < STANDSTILL
         return STOP

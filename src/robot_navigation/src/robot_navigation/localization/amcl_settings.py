@@ -28,6 +28,16 @@ AT_LEAST_ZERO = {
 }  # fmt: skip
 
 
+WITHOUT_EFFECT = frozenset({
+    "base_frame_id", "do_beamskip", "beam_skip_distance", "beam_skip_error_threshold",
+    "beam_skip_threshold", "first_map_only", "global_frame_id", "gui_publish_rate",
+    "laser_lambda_short", "laser_max_range", "laser_min_range", "laser_model_type",
+    "laser_z_max", "laser_z_short", "odom_frame_id", "save_pose_rate", "selective_resampling",
+    "tf_broadcast", "use_map_topic", "bond_enabled",
+})  # fmt: skip
+"""Parameters of ROS's amcl that a file may hold and that are ignored."""
+
+
 @dataclass(frozen=True)
 class AmclSettings:
     """The settings of one robot's particle filter; `config/amcl.yaml` explains each.
@@ -67,7 +77,7 @@ class AmclSettings:
 
     def __post_init__(self) -> None:
         check_numbers(self, ABOVE_ZERO, AT_LEAST_ZERO, SHARES)
-        if self.odom_model_type not in {"diff", "omni"}:
+        if self.odom_model_type.removesuffix("-corrected") not in {"diff", "omni"}:
             raise ParameterError(f"odom_model_type: {self.odom_model_type!r}; allowed: diff, omni")
         if self.min_particles > self.max_particles:
             raise ParameterError(
@@ -79,6 +89,11 @@ class AmclSettings:
     def initial_pose(self) -> Pose:
         """Where the robot starts, frame map."""
         return Pose(self.initial_pose_x, self.initial_pose_y, self.initial_pose_a)
+
+    @property
+    def odom_alphas(self) -> tuple[float, ...]:
+        """`odom_alpha1` to `odom_alpha5`."""
+        return tuple(getattr(self, f"odom_alpha{number}") for number in range(1, 6))
 
     @property
     def initial_covariance(self) -> Array:

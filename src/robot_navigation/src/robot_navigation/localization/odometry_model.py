@@ -23,18 +23,15 @@ ON_THE_SPOT = 0.01
 
 
 def spread(poses: Array, move: Pose, settings: AmclSettings, random: np.random.Generator) -> Array:
-    """Return particles after a move.
+    """Return poses (n, 3) after a move, frame map [m, m, rad].
 
     Args:
-        poses: (n, 3) before, frame map [m, m, rad].
-        move: The move by odometry, seen from where the robot was before.
+        poses: (n, 3) before the move.
+        move: The move by odometry, in the robot's frame before it.
         settings: The `odom_*` settings apply.
         random: Source of the noise.
-
-    Returns:
-        (n, 3) poses after.
     """
-    model = _omni if settings.odom_model_type == "omni" else _diff
+    model = _omni if settings.odom_model_type.startswith("omni") else _diff
     moved = model(poses, move, settings, random.normal(size=(3, len(poses))))
     wrap_yaws(moved)
     return moved
@@ -51,14 +48,11 @@ def _diff(poses: Array, move: Pose, settings: AmclSettings, noise: Array) -> Arr
     second = math.remainder(move.yaw - first, math.tau)
     # Driving backwards is straight too, not half a turn before and another one after.
     turns = [min(abs(turn), math.pi - abs(turn)) for turn in (first, second)]
-    by_turning, by_distance = settings.odom_alpha1, settings.odom_alpha2 * distance**2
+    a1, a2, a3, a4, _ = settings.odom_alphas
     deviations = (
-        math.sqrt(by_turning * turns[0] ** 2 + by_distance),
-        math.sqrt(
-            settings.odom_alpha3 * distance**2
-            + settings.odom_alpha4 * (turns[0] ** 2 + turns[1] ** 2)
-        ),
-        math.sqrt(by_turning * turns[1] ** 2 + by_distance),
+        math.sqrt(a1 * turns[0] ** 2 + a2 * distance**2),
+        math.sqrt(a3 * distance**2 + a4 * (turns[0] ** 2 + turns[1] ** 2)),
+        math.sqrt(a1 * turns[1] ** 2 + a2 * distance**2),
     )
     turn = first + deviations[0] * noise[0]
     driven = distance + deviations[1] * noise[1]
@@ -71,16 +65,11 @@ def _diff(poses: Array, move: Pose, settings: AmclSettings, noise: Array) -> Arr
 def _omni(poses: Array, move: Pose, settings: AmclSettings, noise: Array) -> Array:
     distance, turn = math.hypot(move.x, move.y), abs(move.yaw)
     direction = math.atan2(move.y, move.x) if distance >= ON_THE_SPOT else 0.0
-    along = distance + noise[0] * math.sqrt(
-        settings.odom_alpha3 * distance**2 + settings.odom_alpha4 * turn**2
-    )
-    across = noise[1] * math.sqrt(
-        settings.odom_alpha4 * turn**2 + settings.odom_alpha5 * distance**2
-    )
+    a1, a2, a3, a4, a5 = settings.odom_alphas
+    along = distance + noise[0] * math.sqrt(a3 * distance**2 + a4 * turn**2)
+    across = noise[1] * math.sqrt(a4 * turn**2 + a5 * distance**2)
     after = poses[:, 2] + move.yaw
-    after += noise[2] * math.sqrt(
-        settings.odom_alpha1 * turn**2 + settings.odom_alpha2 * distance**2
-    )
+    after += noise[2] * math.sqrt(a1 * turn**2 + a2 * distance**2)
     heading = poses[:, 2] + direction
     cos, sin = np.cos(heading), np.sin(heading)
     x = poses[:, 0] + cos * along - sin * across

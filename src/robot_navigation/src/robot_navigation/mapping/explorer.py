@@ -156,10 +156,7 @@ def _paths(
 ) -> tuple[Array, NDArray[np.int32]]:
     """Return the length of the path to every cell [cells], and the cell before it on that path.
 
-    Args:
-        open_to: The cells that the robot's centre may enter.
-        start: Row and column of the robot.
-        weight: Factor on the length of the path through each cell.
+    The robot's centre may enter the cells `open_to` it; `weight` stretches the path through each.
     """
     rows, columns = open_to.shape
     number = np.arange(open_to.size).reshape(open_to.shape)

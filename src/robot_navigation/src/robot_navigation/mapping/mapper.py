@@ -80,14 +80,9 @@ class Mapper:
         min_distance: float = 0.1,
         min_turn: float = 0.1,
     ) -> None:
-        """Start with a map that may be empty.
+        """Start at a pose, which fixes the frame map, with a map that may be empty.
 
-        Args:
-            beams: The robot's laser.
-            start: Where the robot stands; this fixes the frame map.
-            grid: The map, which grows.
-            min_distance: A scan is used once the robot has moved this far since the last one [m]
-            min_turn: or turned this far [rad].
+        A scan is used once the robot has moved `min_distance` [m] or turned `min_turn` [rad].
         """
         self.grid = grid
         self.pose = start

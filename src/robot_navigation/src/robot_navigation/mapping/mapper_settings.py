@@ -15,6 +15,16 @@ ABOVE_ZERO = {"delta", "maxUrange", "map_update_interval"}
 AT_LEAST_ZERO = {"linearUpdate", "angularUpdate", "tf_delay"}
 
 
+WITHOUT_EFFECT = frozenset({
+    "astep", "base_frame", "iterations", "kernelSize", "lasamplerange", "lasamplestep",
+    "llsamplerange", "llsamplestep", "lsigma", "lskip", "lstep", "map_frame", "maxRange",
+    "minimumScore", "occ_thresh", "odom_frame", "ogain", "particles", "resampleThreshold",
+    "sigma", "srr", "srt", "str", "stt", "temporalUpdate", "throttle_scans",
+    "transform_publish_period",
+})  # fmt: skip
+"""Parameters of gmapping that a file may hold and that are ignored."""
+
+
 @dataclass(frozen=True)
 class MapperSettings:
     """The settings of a mapper; `config/mapper.yaml` explains each.

@@ -48,7 +48,7 @@ STILL = 2e-4
 """A round in which no pose moves farther is the last one [m, rad]."""
 
 DRIFT = (0.02, 0.02)
-"""Standard deviations of the odometry after 1 m or 1 rad [m], [rad]; they grow with the distance."""
+"""Standard deviations of the odometry after 1 m or 1 rad [m], [rad]; they grow in proportion."""
 
 FIXED = 1e-6
 """Standard deviation of the first pose, which stays where it is [m, rad]."""
@@ -157,16 +157,7 @@ def _relate_by_surfaces(
     others: Indices,
     reach: float,
 ) -> None:
-    """Relate sightings to the surfaces of one of them.
-
-    Args:
-        system: The equations.
-        shown: What each sighting shows.
-        poses: (n, 3) where they were made, frame map.
-        one: The sighting that has the surfaces.
-        others: (k,) the sightings that are pulled to them.
-        reach: Greatest distance from the surfaces [m].
-    """
+    """Pull the sightings `others` (k,) to the surfaces of one, if within `reach` [m] of them."""
     known, (x, y, yaw) = shown[one], poses[one]
     pieces = [_thinned(shown[other]) for other in others.tolist()]
     owners = np.arange(len(others)).repeat([len(points) for points, _ in pieces])

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from robot_navigation.mapping.surfaces import Surfaces
 
 NEAREST = (0.3, 0.3, 0.2, 0.1)
-"""A beam that ends farther from all surfaces is ignored [m], in the first rounds and all others: at
-first the odometry may be off because wheels slipped."""
+"""A beam that ends farther from all surfaces is ignored [m], in the first rounds and all others:
+at first the odometry may be off because wheels slipped."""
 
 NOISE = 0.02
 """Standard deviation of an end from its surface [m]."""
@@ -51,12 +51,9 @@ class ScanMatcher:
         self._surfaces = surfaces
 
     def fit(self, guess: Pose, points: Array, reach: float) -> Pose:
-        """Return where the laser was.
+        """Return where the laser was, from its pose by odometry, frame map.
 
-        Args:
-            guess: Where it was by odometry, frame map.
-            points: (n, 2) ends of the beams, relative to the laser [m].
-            reach: How far the laser sees [m].
+        `points` (n, 2) are the ends of the beams relative to it; it sees as far as `reach` [m].
         """
         known = self._surfaces.around(guess.x, guess.y, reach + NEAREST[0])
         if known is None:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 DIRECTIONS = {
     "u": (1, 0, 1), "i": (1, 0, 0), "o": (1, 0, -1),
@@ -38,21 +37,6 @@ q/z  all speeds +/- 10 %     w/x  speed     e/c  turning speed     Ctrl-C  quit
 """
 
 
-@dataclass(frozen=True)
-class Limits:
-    """What a robot can do.
-
-    Attributes:
-        speed: [m/s]
-        turn: [rad/s]
-        holonomic: Whether it can move sideways.
-    """
-
-    speed: float
-    turn: float
-    holonomic: bool
-
-
 class Teleop:
     """Turns keys into commands.
 
@@ -61,11 +45,12 @@ class Teleop:
         turn: Turning speed [rad/s].
     """
 
-    def __init__(self, limits: Limits) -> None:
-        """Stand still, with speeds that the robot can reach."""
-        self._limits = limits
-        self.speed = min(SPEED, limits.speed)
-        self.turn = min(TURN, limits.turn)
+    def __init__(self, max_speed: float, max_turn: float, *, holonomic: bool) -> None:
+        """Stand still; `max_speed` [m/s] and `max_turn` [rad/s] are the robot's limits."""
+        self._limits = max_speed, max_turn
+        self._holonomic = holonomic
+        self.speed = min(SPEED, max_speed)
+        self.turn = min(TURN, max_turn)
         self._direction = (0, 0, 0)
         self._pressed = -math.inf
 
@@ -73,8 +58,8 @@ class Teleop:
         """Take in a key (one character) at a time [s]; return whether the speeds have changed."""
         if key in FASTER:
             speed, turn = FASTER[key]
-            self.speed = min(self.speed * speed, self._limits.speed)
-            self.turn = min(self.turn * turn, self._limits.turn)
+            self.speed = min(self.speed * speed, self._limits[0])
+            self.turn = min(self.turn * turn, self._limits[1])
             return True
         # Any other key stops the robot: someone may hit one in a hurry.
         self._direction = DIRECTIONS.get(key, (0, 0, 0))
@@ -86,5 +71,5 @@ class Teleop:
         if now - self._pressed > HELD:
             return 0.0, 0.0, 0.0
         ahead, left, turn = self._direction
-        sideways = left * self.speed if self._limits.holonomic else 0.0
+        sideways = left * self.speed if self._holonomic else 0.0
         return ahead * self.speed, sideways, turn * self.turn

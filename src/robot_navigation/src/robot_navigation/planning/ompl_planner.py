@@ -55,12 +55,9 @@ class OmplPlanner:
     """
 
     def __init__(self, grid: GridMap, radius: float, *, seed: int = 1) -> None:
-        """Prepare for many plans on one map; takes up to a second for a million cells.
+        """Prepare for a robot of a radius [m]; takes up to a second for a million cells.
 
-        Args:
-            grid: The map.
-            radius: Radius of the circle that holds the footprint [m].
-            seed: The same seed, map, start and goal give the same path.
+        The same seed, map, start and goal give the same path.
         """
         self.grid = grid
         self.need = radius + MARGINS[-1]

@@ -63,9 +63,7 @@ class Landmarks:
     def touched_by(self, which: Indices, lines: Array) -> NDArray[np.bool_]:
         """Return whether lines touch the circles around the corners instead of cutting them.
 
-        Args:
-            which: (n,) array of landmarks.
-            lines: (n, 2) array of vectors that start or end there [m].
+        `lines` (n, 2) are vectors that start or end at the landmarks `which` (n,) [m].
         """
         along = np.abs(np.einsum("ij,ij->i", lines, self.outward[which]))
         touching: NDArray[np.bool_] = along <= GRAZE * np.hypot(lines[:, 0], lines[:, 1])
@@ -91,11 +89,7 @@ class Roadmap:
     ) -> list[Point] | None:
         """Return a short path through the landmarks, or None if they hold none.
 
-        Args:
-            start: Frame map [m].
-            goal: Frame map [m].
-            field: The clearances of the roadmap's map, `discs` included.
-            discs: Obstacles that are not on the map.
+        `field` holds the clearances of the map with the discs, obstacles that are not on the map.
         """
         if field.line_is_clear(start, goal, self.need):
             return [start, goal]

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +14,6 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from hive_common.errors import HiveError
 from hive_common.ros.conversions import (
     cells_from_msg,
     covariance_from_msg,
@@ -25,15 +23,16 @@ from hive_common.ros.conversions import (
     transform_to_msg,
 )
 from hive_common.ros.inbox import Inbox
-from hive_common.ros.links import mend_links
+from robot_navigation.localization.amcl_settings import WITHOUT_EFFECT, AmclSettings
 from robot_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
 from robot_navigation.localization.localizer import Localizer
 from robot_navigation.localization.odometry_history import OdometryHistory
 from robot_navigation.localization.particle_filter import ParticleFilter
-from robot_navigation.ros.params import (
+from robot_navigation.ros.startup import (
     hive_and_robot,
-    read_amcl_settings,
     read_model,
+    read_settings,
+    run_node,
     wait_for_map,
 )
 
@@ -43,7 +42,6 @@ if TYPE_CHECKING:
     from nav_msgs.msg import OccupancyGrid
 
     from robot_description.models import RobotModel
-    from robot_navigation.localization.amcl_settings import AmclSettings
 
 MAP_FRAME = "map"
 
@@ -172,18 +170,16 @@ class Amcl:
         self._cloud.publish(cloud)
 
 
-def main() -> None:
-    """Run one robot's localization until the node is shut down; see `Amcl`."""
-    rospy.init_node("amcl")
-    mend_links()
-    try:
-        hive, name = hive_and_robot()
-        model = read_model()
-        node = Amcl(name, model, read_amcl_settings(model), wait_for_map(f"{hive}map"))
-    except HiveError as error:
-        rospy.logfatal(str(error))
-        sys.exit(1)
-    except rospy.ROSInterruptException:
-        return
+def main() -> int:
+    """Run one robot's localization; see `Amcl`. Return the exit code."""
+    return run_node("amcl", _run)
+
+
+def _run() -> None:
+    hive, name = hive_and_robot()
+    model = read_model()
+    base = "omni" if model.base.holonomic else "diff"
+    settings = read_settings(AmclSettings, WITHOUT_EFFECT, odom_model_type=base)
+    node = Amcl(name, model, settings, wait_for_map(f"{hive}map"))
     node.start()
     node.run()

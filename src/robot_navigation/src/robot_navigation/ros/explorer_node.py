@@ -19,9 +19,8 @@ from hive_common.errors import HiveError
 from hive_common.pose import compose
 from hive_common.ros.conversions import map_from_msg, pose_from_msg, pose_from_transform
 from hive_common.ros.inbox import Inbox
-from hive_common.ros.links import mend_links
 from robot_navigation.mapping.explorer import Explorer
-from robot_navigation.ros.params import hive_and_robot, read_model
+from robot_navigation.ros.startup import hive_and_robot, read_model, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
 
 if TYPE_CHECKING:
@@ -164,16 +163,13 @@ class ExplorerNode:
 
 
 def main() -> int:
-    """Explore until the node is shut down; see `ExplorerNode`. Return the exit code."""
-    rospy.init_node("explorer")
-    mend_links()
-    try:
-        hive, name = hive_and_robot()
-        base = read_model().base
-    except HiveError as error:
-        rospy.logfatal(str(error))
-        return 1
+    """Run an explorer; see `ExplorerNode`. Return the exit code."""
+    return run_node("explorer", _run)
+
+
+def _run() -> None:
+    hive, name = hive_and_robot()
+    base = read_model().base
     node = ExplorerNode(hive, name, Explorer(base.circumscribed_radius, base.max_speed))
     node.start()
     node.run()
-    return 0

@@ -3,35 +3,18 @@
 
 from __future__ import annotations
 
-import sys
-
 import message_filters
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
-from hive_common.errors import ParameterError
 from hive_common.pose import compose, inverse
 from hive_common.ros.conversions import pose_from_msg, transform_to_msg
-from hive_common.ros.links import mend_links
-from robot_navigation.ros.params import hive_and_robot
+from robot_navigation.ros.startup import hive_and_robot, run_node
 
 _TRANSFORM_PERIOD = 0.1
 _POSE_PERIOD = 0.2
-
-
-def main() -> None:
-    """Run one robot's localization until the node is shut down; see `FakeLocalization`."""
-    rospy.init_node("fake_localization")
-    mend_links()
-    try:
-        _, name = hive_and_robot()
-    except ParameterError as error:
-        rospy.logfatal(str(error))
-        sys.exit(1)
-    FakeLocalization(name)
-    rospy.spin()
 
 
 class FakeLocalization:
@@ -70,3 +53,14 @@ class FakeLocalization:
             pose.header.stamp, pose.header.frame_id = stamp, "map"
             pose.pose.pose = truth.pose.pose
             self._poses.publish(pose)
+
+
+def main() -> int:
+    """Run one robot's localization; see `FakeLocalization`. Return the exit code."""
+    return run_node("fake_localization", _run)
+
+
+def _run() -> None:
+    _, name = hive_and_robot()
+    FakeLocalization(name)
+    rospy.spin()

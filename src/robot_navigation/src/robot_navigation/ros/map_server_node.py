@@ -17,22 +17,21 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse
 from std_msgs.msg import Header
 
-from hive_common.errors import HiveError
 from hive_common.map_file import load_map
 from hive_common.ros.conversions import map_msg
 from hive_common.ros.params import text
+from robot_navigation.ros.startup import run_node
 
 
 def main() -> int:
     """Run the node; return its exit code."""
-    rospy.init_node("map_server")
-    try:
-        name = text("map", default="lab")
-        frame = text("frame_id", default="map")
-        grid = load_map(name)
-    except HiveError as error:
-        rospy.logfatal(str(error))
-        return 1
+    return run_node("map_server", _run)
+
+
+def _run() -> None:
+    name = text("map", default="lab")
+    frame = text("frame_id", default="map")
+    grid = load_map(name)
     message = map_msg(Header(stamp=rospy.Time.now(), frame_id=frame), grid)
     publishers = [
         rospy.Publisher(topic, kind, queue_size=1, latch=True)
@@ -44,4 +43,3 @@ def main() -> int:
     height, width = grid.cells.shape
     rospy.loginfo(f"map '{name}': {width} x {height} cells of {grid.resolution:g} m")
     rospy.spin()
-    return 0

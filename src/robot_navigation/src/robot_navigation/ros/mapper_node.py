@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 import rospy
@@ -17,19 +16,15 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
-from hive_common.errors import HiveError
 from hive_common.pose import Pose
 from hive_common.ros.conversions import map_msg, pose_from_msg, transform_to_msg
 from hive_common.ros.inbox import Inbox
-from hive_common.ros.links import mend_links
 from robot_navigation.localization.odometry_history import OdometryHistory
 from robot_navigation.mapping import occupancy
 from robot_navigation.mapping.mapper import Beams, Mapper
-from robot_navigation.ros.params import hive_and_robot, read_mapper_settings, read_model
+from robot_navigation.mapping.mapper_settings import WITHOUT_EFFECT, MapperSettings
+from robot_navigation.ros.startup import hive_and_robot, read_model, read_settings, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
-
-if TYPE_CHECKING:
-    from robot_navigation.mapping.mapper_settings import MapperSettings
 
 MAP_FRAME = "map"
 
@@ -54,7 +49,7 @@ class MapperNode:
         Args:
             hive: Namespace of the hive, ending in a slash.
             name: Of the robot.
-            mount: Pose of its laser in its base frame.
+            mount: Pose of the laser in the robot's base frame.
             settings: The node's parameters.
         """
         self._hive = hive
@@ -175,15 +170,13 @@ class MapperNode:
 
 
 def main() -> int:
-    """Map until the node is shut down; see `MapperNode`. Return the exit code."""
-    rospy.init_node("mapper")
-    mend_links()
-    try:
-        hive, name = hive_and_robot()
-        node = MapperNode(hive, name, Pose(*read_model().laser.pose), read_mapper_settings())
-    except HiveError as error:
-        rospy.logfatal(str(error))
-        return 1
+    """Run a mapper; see `MapperNode`. Return the exit code."""
+    return run_node("mapper", _run)
+
+
+def _run() -> None:
+    hive, name = hive_and_robot()
+    settings = read_settings(MapperSettings, WITHOUT_EFFECT)
+    node = MapperNode(hive, name, Pose(*read_model().laser.pose), settings)
     node.start()
     node.run()
-    return 0

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 import actionlib
@@ -21,7 +20,6 @@ from nav_msgs.msg import Path as PathMsg
 from nav_msgs.srv import GetPlan, GetPlanResponse
 from robot_description.msg import Traffic
 
-from hive_common.errors import HiveError
 from hive_common.pose import STOP, compose
 from hive_common.ros.conversions import (
     grid_from_msg,
@@ -31,22 +29,28 @@ from hive_common.ros.conversions import (
     twist_from,
 )
 from hive_common.ros.inbox import Inbox
-from hive_common.ros.links import mend_links
+from robot_navigation.control.goal_tracker import NavigationSettings
 from robot_navigation.control.navigator import Navigator
 from robot_navigation.control.pursuit_follower import PursuitFollower
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.planner import PlanError
 from robot_navigation.ros.conversions import traffic_to_msg
-from robot_navigation.ros.params import hive_and_robot, read_move_base_params, wait_for_map
 from robot_navigation.ros.senses import Senses
+from robot_navigation.ros.startup import (
+    hive_and_robot,
+    read_model,
+    read_settings,
+    run_node,
+    wait_for_map,
+)
 
 if TYPE_CHECKING:
     from nav_msgs.srv import GetPlanRequest
 
     from hive_common.pose import Pose, Velocity
+    from robot_description.models import RobotModel
     from robot_navigation.control.goal_tracker import GoalOutcome
     from robot_navigation.planning.path import Path
-    from robot_navigation.ros.params import MoveBaseParams
     from robot_navigation.traffic.right_of_way import Announcement
 
 _MAP_FRAME = "map"
@@ -70,7 +74,8 @@ class MoveBase:
     Args:
         name: Of the robot.
         hive: Namespace of the hive, ending in a slash.
-        params: The node's parameters.
+        model: What the robot is.
+        settings: The node's parameters.
         planner: For the hive's map and the robot's size.
 
     ROS Subscribers: `move_base_simple/goal` (geometry_msgs/PoseStamped), and those of `Senses`.
@@ -82,16 +87,21 @@ class MoveBase:
     ROS Parameters: see config/move_base.yaml; `characteristics` of the robot.
     """
 
-    def __init__(self, name: str, hive: str, params: MoveBaseParams, planner: OmplPlanner) -> None:
-        self._params = params
+    def __init__(
+        self,
+        name: str,
+        hive: str,
+        model: RobotModel,
+        settings: NavigationSettings,
+        planner: OmplPlanner,
+    ) -> None:
+        self._settings = settings
         self._planner = planner
         self._inbox = Inbox()
         base_frame = f"{name}/base_footprint"
-        self._senses = Senses(self._inbox, hive, _MAP_FRAME, base_frame, params.senses_timeout)
-        follower = PursuitFollower(params.model.base)
-        self._navigator = Navigator(
-            name, params.model, planner, follower, planner.field, params.settings
-        )
+        self._senses = Senses(self._inbox, hive, _MAP_FRAME, base_frame, settings.senses_timeout)
+        follower = PursuitFollower(model.base)
+        self._navigator = Navigator(name, model, planner, follower, planner.field, settings)
         self._last_velocity = STOP
         self._shown_path: Path | None = None
         self._announced_at = self._fed_back_at = self._blind_since = rospy.Time(0)
@@ -109,7 +119,7 @@ class MoveBase:
         rospy.Subscriber("move_base_simple/goal", PoseStamped, self._pass_on, queue_size=1)
         rospy.Service("move_base/make_plan", GetPlan, self._make_plan)
         rospy.on_shutdown(lambda: self._cmd_vel.publish(Twist()))
-        rate = rospy.Rate(self._params.control_rate)
+        rate = rospy.Rate(self._settings.control_rate)
         while not rospy.is_shutdown():
             self._inbox.empty()
             self._round()
@@ -233,18 +243,14 @@ class MoveBase:
         return path_to_msg(points, _MAP_FRAME, rospy.Time.now())
 
 
-def main() -> None:
-    """Run one robot's `move_base` until the node is shut down; see `MoveBase`."""
-    rospy.init_node("move_base")
-    mend_links()
-    try:
-        hive, name = hive_and_robot()
-        params = read_move_base_params()
-        grid = grid_from_msg(wait_for_map(f"{hive}map"))
-        planner = OmplPlanner(grid, params.model.base.circumscribed_radius)
-    except HiveError as error:
-        rospy.logfatal(str(error))
-        sys.exit(1)
-    except rospy.ROSInterruptException:
-        return
-    MoveBase(name, hive, params, planner).run()
+def main() -> int:
+    """Run one robot's `move_base`; see `MoveBase`. Return the exit code."""
+    return run_node("move_base", _run)
+
+
+def _run() -> None:
+    hive, name = hive_and_robot()
+    settings, model = read_settings(NavigationSettings), read_model()
+    grid = grid_from_msg(wait_for_map(f"{hive}map"))
+    planner = OmplPlanner(grid, model.base.circumscribed_radius)
+    MoveBase(name, hive, model, settings, planner).run()

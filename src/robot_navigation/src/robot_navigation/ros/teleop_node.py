@@ -24,8 +24,8 @@ from geometry_msgs.msg import Twist
 from hive_common.errors import HiveError
 from hive_common.pose import Velocity
 from hive_common.ros.conversions import twist_from
-from robot_navigation.mapping.teleop import HELP, Limits, Teleop
-from robot_navigation.ros.params import hive_and_robot, read_model
+from robot_navigation.mapping.teleop import HELP, Teleop
+from robot_navigation.ros.startup import hive_and_robot, read_model, run_node
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,23 +38,20 @@ _CHUNK = 64
 
 def main() -> int:
     """Run the node; return its exit code."""
-    rospy.init_node("teleop")
-    try:
-        _, name = hive_and_robot()
-        base = read_model().base
-    except HiveError as error:
-        rospy.logfatal(str(error))
-        return 1
+    return run_node("teleop", _run)
+
+
+def _run() -> None:
+    _, name = hive_and_robot()
+    base = read_model().base
     if not sys.stdin.isatty():
-        rospy.logfatal("teleop reads the keyboard; start it in a terminal, without a pipe")
-        return 1
+        raise HiveError("teleop reads the keyboard; start it in a terminal, without a pipe")
     commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
-    teleop = Teleop(Limits(base.max_speed, base.max_yaw_rate, base.holonomic))
+    teleop = Teleop(base.max_speed, base.max_yaw_rate, holonomic=base.holonomic)
     sys.stdout.write(f"{name}: {HELP}")
     _show_speeds(teleop)
     with _single_keys():
         _drive(teleop, commands)
-    return 0
 
 
 def _drive(teleop: Teleop, commands: rospy.Publisher) -> None:

@@ -35,14 +35,7 @@ class GivingWay:
     """
 
     def __init__(self, name: str, planner: Planner, field: ClearanceField, need: float) -> None:
-        """Start without a goal.
-
-        Args:
-            name: The robot.
-            planner: Its planner.
-            field: The clearances of the map.
-            need: The clearance that it needs [m].
-        """
+        """Start without a goal; the robot needs a clearance of `need` [m] at a passing place."""
         self._name = name
         self._planner = planner
         self._field = field
@@ -69,11 +62,7 @@ class GivingWay:
     ) -> list[Point] | None:
         """Return the path to a passing place, if the robot must move aside and there is one.
 
-        Args:
-            now: The time [s].
-            me: What the robot announces.
-            met: How it gets along with all others.
-            standing: How long it has been standing still [s].
+        `me` is what the robot announces; it has been `standing` still for a time [s].
         """
         if self.right.step < 0 and now > self._ask_until:
             self.restore()

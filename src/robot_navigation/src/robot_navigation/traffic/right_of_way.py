@@ -150,12 +150,9 @@ def keep_apart(one: float, other: float) -> float:
 
 
 def claimed_stretch(speed: float, deceleration: float, room: float) -> float:
-    """Return how much of its path a robot claims [m].
+    """Return how much of its path a robot claims [m], from speed [m/s] and deceleration [m/s^2].
 
-    Args:
-        speed: [m/s]
-        deceleration: [m/s^2]
-        room: How far it may go [m]; it claims no more, unless its braking distance is longer.
+    It claims no more than the `room` that it has [m], unless its braking distance is longer.
     """
     brake = speed * speed / (2 * deceleration)
     return min(brake + speed * CLAIM_TIME + CLAIM, max(room, brake))

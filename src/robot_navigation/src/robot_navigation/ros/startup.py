@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a node of this package does before its work: it reads parameters, robot model and map."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, TypeVar
+
+import rospy
+from nav_msgs.msg import OccupancyGrid
+from rospy.numpy_msg import numpy_msg
+
+from hive_common.errors import HiveError, ParameterError
+from hive_common.ros.links import mend_links
+from robot_description.model_schema import SCHEMA
+from robot_description.models import RobotModel, model_from_dict
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
+
+    from _typeshed import DataclassInstance
+
+Settings = TypeVar("Settings", bound="DataclassInstance")
+
+MAP_TIMEOUT = 5.0
+"""Time between two warnings that there is no map [s]."""
+
+
+def run_node(name: str, run: Callable[[], None]) -> int:
+    """Run a node until it is shut down; return its exit code."""
+    rospy.init_node(name)
+    mend_links()
+    try:
+        run()
+    except HiveError as error:
+        rospy.logfatal(str(error))
+        return 1
+    except rospy.ROSInterruptException:
+        pass
+    return 0
+
+
+def hive_and_robot() -> tuple[str, str]:
+    """Return the hive's namespace, which ends in a slash, and the robot's name below it.
+
+    Raises:
+        ParameterError: The node is not in a robot's namespace.
+    """
+    namespace = rospy.get_namespace()
+    name = namespace.strip("/").rpartition("/")[2]
+    if not name:
+        raise ParameterError(
+            "this node must run in its robot's namespace, for example robot1; "
+            "start it with roslaunch robot_navigation navigation.launch name:=robot1"
+        )
+    return namespace[: -len(name) - 1], name
+
+
+def read_model() -> RobotModel:
+    """Read the robot's model from its parameter `characteristics`.
+
+    Raises:
+        ParameterError: The parameter is not there, or incomplete.
+    """
+    content = rospy.get_param("characteristics", {})
+    missing = [key for key in SCHEMA["required"] if key not in content]
+    if missing:
+        raise ParameterError(
+            f"{rospy.resolve_name('characteristics')} has no {', '.join(missing)}; "
+            "load a robot model with roslaunch robot_description description.launch"
+        )
+    return model_from_dict(content)
+
+
+def wait_for_map(topic: str) -> OccupancyGrid:
+    """Return the map of a latched topic, its data as an array; warn while there is none.
+
+    Raises:
+        rospy.ROSInterruptException: The node was shut down.
+    """
+    while True:
+        try:
+            return rospy.wait_for_message(topic, numpy_msg(OccupancyGrid), timeout=MAP_TIMEOUT)
+        except rospy.ROSInterruptException:
+            raise
+        except rospy.ROSException:
+            rospy.logwarn(f"no map on {topic} yet; start a map server")
+
+
+def read_settings(
+    kind: type[Settings], without_effect: Collection[str] = (), **defaults: object
+) -> Settings:
+    """Read the private parameters of this node.
+
+    Args:
+        kind: The dataclass of settings that has a field for each parameter.
+        without_effect: Other parameters that may be there; a warning names them.
+        defaults: Values that replace defaults of `kind`.
+
+    Raises:
+        ParameterError: A parameter is unknown or has a value that is not allowed.
+    """
+    types: dict[str, type] = {field.name: type(field.default) for field in fields(kind)}
+    for name, value in rospy.get_param(rospy.get_name(), {}).items():
+        if name in without_effect:
+            rospy.logwarn(f"parameter ~{name} of ROS's own node has no effect here")
+            continue
+        if name not in types:
+            allowed = ", ".join(sorted(types))
+            raise ParameterError(f"parameter ~{name} is unknown; allowed: {allowed}")
+        try:
+            defaults[name] = types[name](value)
+            good = not isinstance(value, bool)
+        except (TypeError, ValueError):
+            good = False
+        if not good:
+            allowed = {int: "a whole number", float: "a number"}.get(types[name], "a text")
+            raise ParameterError(f"parameter ~{name}: {value!r}; allowed: {allowed}")
+    return kind(**defaults)
