@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a planar simulator asks: where is a corner, do two things touch, what is near.
+"""Planar geometry: where is a corner, do two bodies touch, what is near.
 
-Everything solid is a set of segments: the outline of the world's walls and the footprints of the
-robots alike. The answers are exact, there is no raster between the world and the robots.
+Every solid is a set of segments, walls and footprints of robots alike, so the answers are exact.
 
-Points are arrays (n, 2) [m]; segments are arrays (k, 2, 2): k segments, their two ends, x and y
-[m], with the solid on the left as one goes from the first end to the second; all in one frame.
+Points are arrays (n, 2) [m]. Segments are arrays (k, 2, 2) of k segments, their two ends, x and y
+[m]; seen from the first end, the solid is on the left. All are in one frame.
 """
 
 from __future__ import annotations
@@ -20,45 +19,37 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
 
 Array: TypeAlias = NDArray[np.float64]
-"""Any array of numbers; its shape is said where it is used."""
+"""Numbers; each use states the shape."""
 
 Indices: TypeAlias = NDArray[np.intp]
-"""Any array of rows of another one."""
+"""Row numbers of another array."""
 
 NO_SEGMENTS: Array = np.empty((0, 2, 2))
 
 
-def wrap(angle: float) -> float:
-    """Return an angle [rad] in -pi..pi."""
-    return math.remainder(angle, math.tau)
-
-
 def cos_and_sin(angles: Array) -> tuple[Array, Array]:
-    """Return the cosines and sines of angles [rad], to the last bit the same in every batch.
+    """Return the cosines and sines of angles [rad], bit for bit the same in batches of any size.
 
-    With AVX-512, numpy 1.24 takes different ways through an array that is a column of another one,
-    which differ in the last bit, depending on how many numbers there are.
+    With AVX-512, numpy 1.24 computes the columns of an array in ways that depend on its size and
+    differ in the last bit.
     """
     compact = np.ascontiguousarray(angles)
     return np.cos(compact), np.sin(compact)
 
 
 def outline(corners: Array) -> Array:
-    """Return the edges (n, 2, 2) of the closed polygon with these corners (n, 2)."""
+    """Return the edges (n, 2, 2) of a polygon with corners (n, 2)."""
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
 def pass_through(ends: Array) -> NDArray[np.bool_]:
-    """Say which segments pass through a convex polygon (Cyrus and Beck's clipping, 1978).
+    """Return which of k segments pass through a convex polygon (Cyrus and Beck's clipping, 1978).
 
-    A segment that only runs along an edge does not count.
+    A segment along an edge does not.
 
     Args:
-        ends: (k, 2, c) how far both ends of each of k segments are outside of the line through
-            each of the c edges [m].
-
-    Returns:
-        (k,)
+        ends: (k, 2, c) distances of both ends of each segment from the lines through the c edges,
+            positive outside [m].
     """
     start = ends[:, 0]
     along = ends[:, 1] - start
@@ -72,7 +63,7 @@ def pass_through(ends: Array) -> NDArray[np.bool_]:
 
 
 def distances(points: Array, segments: Array) -> Array:
-    """Return how far points (k, 2) are from segments (k, 2, 2), each from its own: (k,) [m]."""
+    """Return the distances (k,) of points (k, 2) from segments (k, 2, 2), pair by pair [m]."""
     start = segments[:, 0]
     along, off = segments[:, 1] - start, points - start
     length = np.einsum("ij,ij->i", along, along)
@@ -83,13 +74,13 @@ def distances(points: Array, segments: Array) -> Array:
 
 
 class Footprint:
-    """A convex polygon that can be put down anywhere.
+    """A convex polygon that can be placed anywhere.
 
     Attributes:
-        corners: (n, 2) counter-clockwise, around the origin of its own frame [m].
-        radius: Of the circle around the origin that holds it [m].
-        normals: (n, 2) of the edge from each corner to the next, outwards.
-        limits: (n,) how far each edge is from the origin [m].
+        corners: (n, 2) counter-clockwise around the origin of its own frame [m].
+        radius: Radius of the circle around the origin that holds it [m].
+        normals: (n, 2) outward normals of the edges; each starts at the corner of its row.
+        limits: (n,) distances of the edges from the origin [m].
     """
 
     def __init__(self, corners: ArrayLike) -> None:
@@ -102,58 +93,50 @@ class Footprint:
         self.limits: Array = (self.normals * self.corners).sum(axis=1)
 
     def at(self, pose: Pose) -> Array:
-        """Return the corners (n, 2) when it stands at `pose`, in the frame of that pose."""
+        """Return the corners (n, 2) of the polygon at `pose`, in the frame of that pose."""
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         corners: Array = self.corners @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
         return corners
 
     def touched(self, pose: Pose, segments: Array, margin: float = 0.0) -> NDArray[np.bool_]:
-        """Say which segments pass through it; see `pass_through`.
+        """Return which segments (k, 2, 2) pass through the polygon at `pose`; see `pass_through`.
 
-        Args:
-            pose: Where it stands.
-            segments: (k, 2, 2) what may be in the way, in the frame of that pose.
-            margin: By how much its edges are moved outwards first [m].
-
-        Returns:
-            (k,)
+        `margin` moves its edges outwards [m].
         """
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         normals = self.normals @ np.array([[cos, sin], [-sin, cos]])
         return pass_through((segments - pose[:2]) @ normals.T - (self.limits + margin))
 
     def touches(self, pose: Pose, segments: Array, margin: float = 0.0) -> bool:
-        """Say whether any segment passes through it; see `touched`."""
+        """Return whether any segment passes through the polygon; see `touched`."""
         return bool(self.touched(pose, segments, margin).any())
 
 
-FINENESS = 0.25
-"""See `Nearby` [m]."""
+REACH_STEP = 0.25
+"""Reaches are rounded up to multiples of this, so that few tables are kept [m]."""
 
 
 class Nearby:
-    """Finds the segments near a place without looking at all of them.
+    """Finds the segments near a place without checking all of them.
 
-    The plane is cut into squares of 1 m; the segments that matter to a square are sought when a
-    robot first comes there, and kept.
-
-    Reaches are rounded up to whole `FINENESS`, so that few kinds of them are kept.
+    The plane is divided into squares of 1 m. The segments near a square are searched once, when
+    first asked for.
     """
 
     def __init__(self, segments: Array) -> None:
-        """Take the segments (k, 2, 2) that stand still, frame map [m]."""
+        """Take segments (k, 2, 2) that do not move, frame map [m]."""
         self._low = segments.min(axis=1)
         self._high = segments.max(axis=1)
         self._segments = segments
         self._found: dict[tuple[int, int, int], Array] = {}
 
     def at(self, x: float, y: float, reach: float) -> Array:
-        """Return the segments (k, 2, 2) within `reach` [m] of (x, y), and some more."""
+        """Return the segments (k, 2, 2) within `reach` [m] of (x, y), and a few more."""
         square = (math.floor(x), math.floor(y))
-        steps = math.ceil(reach / FINENESS)
+        steps = math.ceil(reach / REACH_STEP)
         key = (*square, steps)
         if key not in self._found:
-            reach = steps * FINENESS
+            reach = steps * REACH_STEP
             near = (self._low <= np.add(square, 1 + reach)) & (
                 self._high >= np.subtract(square, reach)
             )

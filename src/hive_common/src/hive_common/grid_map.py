@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The map as the planner sees it: cells, and how far each is from the nearest obstacle.
+"""Clearances: how far each cell of a map is from the nearest obstacle.
 
-Everything that plans or drives asks one question, "how much room is there at this point?". The
-distance transform of the occupancy grid answers it for every cell at once. A robot with radius r
-may stand where the clearance is at least r, so one field serves robots of every size, and the
-"inflated map" of the ROS navigation stack is the comparison `clearance < r`.
+Planning and driving ask how much room there is at a point. The distance transform of the occupancy
+grid answers for all cells at once. A robot of radius r may stand where the clearance is at least
+r, so one field serves robots of every size; the "inflated map" of the ROS navigation stack is the
+comparison `clearance < r`.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 FAR = 3.0
-"""Clearances are cut off here [m]: no robot is so large, and a disc then changes few cells."""
+"""Greatest clearance [m]: no robot is larger, and a disc then changes few cells."""
 
 STRIDES = 12
-"""Strides after which most lines among obstacles have been decided."""
+"""Number of strides that settle most lines."""
 
 TINY = 1e-9
-"""Below this a line has no direction [m]."""
+"""A shorter line has no direction [m]."""
 
 
 @dataclass(frozen=True)
 class Disc:
-    """A round obstacle that the map does not show: another robot, or something the laser saw.
+    """A round obstacle that is not on the map: another robot, or something the laser saw.
 
     Attributes:
-        x, y: Its middle, frame map [m].
+        x, y: Its centre, frame map [m].
         radius: [m]
     """
 
@@ -75,27 +75,27 @@ class GridMap:
 
 
 class ClearanceField:
-    """The distance to the nearest obstacle, for every cell of a map.
+    """The distance of every cell of a map to the nearest obstacle.
 
-    Points off the map have clearance 0: a robot never leaves its map.
+    Points off the map have clearance 0, so robots never leave it.
 
     Attributes:
         grid: The map.
-        clearance: (rows, columns) array [m], from a cell's middle to the edge of the nearest
+        clearance: (rows, columns) array [m], from a cell's centre to the edge of the nearest
             blocked cell, at most `FAR`.
     """
 
     def __init__(self, grid: GridMap, clearance: NDArray[np.float32]) -> None:
         self.grid = grid
         self.clearance = clearance
-        # A list answers single look-ups five times faster than an array, but is eight times the
-        # size; a flat memoryview is nearly as quick and needs no copy.
+        # Single look-ups in a list are five times faster than in an array, but the list is eight
+        # times the size. A flat memoryview is nearly as quick and needs no copy.
         self._cells = np.ascontiguousarray(clearance).reshape(-1).data
 
     @classmethod
     def of(cls, grid: GridMap) -> ClearanceField:
         """Compute the field of a map, about 0.1 s for a million cells."""
-        # The map's edge is a wall: one ring of blocked cells around it says so.
+        # The padding makes the map's edge a wall.
         free = np.pad(~grid.blocked, 1)
         cells = ndimage.distance_transform_edt(free)[1:-1, 1:-1]
         metres = np.clip((cells - 0.5) * grid.resolution, 0.0, FAR)
@@ -112,14 +112,7 @@ class ClearanceField:
         return 0.0
 
     def at_points(self, points: Array) -> Array:
-        """Return the clearances at points, frame map.
-
-        Args:
-            points: (n, 2) array [m].
-
-        Returns:
-            (n,) array [m].
-        """
+        """Return the clearances (n,) at points (n, 2), frame map [m]."""
         grid = self.grid
         rows, columns = grid.blocked.shape
         cells = np.floor((points - np.asarray(grid.origin)) / grid.resolution).astype(np.intp)
@@ -130,7 +123,7 @@ class ClearanceField:
         return values
 
     def with_discs(self, discs: Iterable[Disc]) -> ClearanceField:
-        """Return the field with further obstacles in it; this one stays as it is."""
+        """Return a field with more obstacles; this one does not change."""
         clearance = self.clearance.copy()
         for disc in discs:
             self._add(clearance, disc)
@@ -155,9 +148,9 @@ class ClearanceField:
         np.minimum(patch, distance.astype(np.float32), out=patch)
 
     def line_is_clear(self, a: tuple[float, float], b: tuple[float, float], need: float) -> bool:
-        """Return whether a disc of radius `need` [m] can go straight from a to b, frame map.
+        """Return whether a disc of radius `need` [m] can move straight from a to b, frame map [m].
 
-        The answer is the same in both directions, and the same as that of `lines_are_clear`.
+        The answer is the same in both directions and from `lines_are_clear`.
         """
         if self.at(*a) < need or self.at(*b) < need:
             return False
@@ -175,16 +168,7 @@ class ClearanceField:
         return True
 
     def lines_are_clear(self, a: Array, b: Array, need: float) -> NDArray[np.bool_]:
-        """Return for many lines at once what `line_is_clear` does for one.
-
-        Args:
-            a: (n, 2) array of starts, frame map [m].
-            b: (n, 2) array of ends, frame map [m].
-            need: Radius of the disc [m].
-
-        Returns:
-            (n,) array of bool.
-        """
+        """Return `line_is_clear` for lines from a (n, 2) to b (n, 2), as an (n,) array."""
         clear = (self.at_points(a) >= need) & (self.at_points(b) >= need)
         turned = (a[:, 0] > b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] > b[:, 1]))
         begin = np.where(turned[:, None], b, a)
@@ -195,13 +179,13 @@ class ClearanceField:
         gone = np.zeros(len(going))
         step = self.grid.resolution
         for _ in range(STRIDES):
-            # The clearance changes by at most a metre per metre, and by the rounding to cells.
+            # The clearance changes by at most 1 m per metre, plus the rounding to cells.
             room = self.at_points(begin[going] + gone[:, None] * direction[going]) - need
             clear[going[room < 0]] = False
             gone += np.maximum(step, room - step)
             on = (room >= 0) & (gone < length[going])
             going, gone = going[on], gone[on]
-        # What is left runs along a wall, where strides are short: look at every cell instead.
+        # The remaining lines run along walls, where strides are short: check every cell instead.
         for part in np.array_split(np.arange(len(going)), 1 + len(going) // 200):
             lines, done = going[part], gone[part]
             counts = np.ceil((length[lines] - done) / step).astype(np.intp)

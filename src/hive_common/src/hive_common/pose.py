@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Poses and velocities in the plane (REP-103 units, REP-105 frames), and moves between poses."""
+"""Poses and velocities in the plane, and moves between poses (REP-103 units, REP-105 frames)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Pose(NamedTuple):
 
     @property
     def is_finite(self) -> bool:
-        """Whether every number is one: neither `nan` nor infinite."""
+        """Whether no number is `nan` or infinite."""
         return all(map(math.isfinite, self))
 
     def distance_to(self, other: Pose) -> float:
@@ -34,7 +34,7 @@ class Pose(NamedTuple):
 
 
 class Velocity(NamedTuple):
-    """How a base moves: vx forward, vy to the left [m/s], wz counter-clockwise [rad/s]."""
+    """Velocity of a base: vx forward, vy left [m/s], wz counter-clockwise [rad/s]."""
 
     vx: float = 0.0
     vy: float = 0.0
@@ -45,7 +45,7 @@ STOP = Velocity()
 
 
 def compose(frame: Pose, pose: Pose) -> Pose:
-    """Return where a pose, given in a frame, is in the frame's own parent."""
+    """Return a pose of a frame in the frame's parent."""
     cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
     x = frame.x + cos * pose.x - sin * pose.y
     y = frame.y + sin * pose.x + cos * pose.y
@@ -53,18 +53,18 @@ def compose(frame: Pose, pose: Pose) -> Pose:
 
 
 def inverse(frame: Pose) -> Pose:
-    """Return the parent's pose in a frame."""
+    """Return the pose of the parent in a frame."""
     cos, sin = math.cos(frame.yaw), math.sin(frame.yaw)
     return Pose(-cos * frame.x - sin * frame.y, sin * frame.x - cos * frame.y, -frame.yaw)
 
 
 def between(before: Pose, after: Pose) -> Pose:
-    """Return the move from one pose to another, seen from the first."""
+    """Return the move from one pose to another, in the frame of the first."""
     return compose(inverse(before), after)
 
 
 def blend(before: Pose, after: Pose, share: float) -> Pose:
-    """Return the pose at `share` (0..1) of a short way; the yaw goes the shorter way round."""
+    """Return the pose at `share` (0..1) of the way; the yaw takes the shorter turn."""
     turn = math.remainder(after.yaw - before.yaw, math.tau)
     return Pose(
         before.x + share * (after.x - before.x),

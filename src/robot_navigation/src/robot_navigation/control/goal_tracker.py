@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robot_navigation.number_checks import check_numbers
+from hive_common.number_checks import check_numbers
 from robot_navigation.planning.path import angle_between
 
 if TYPE_CHECKING:

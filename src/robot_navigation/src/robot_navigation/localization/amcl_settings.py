@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_common.errors import ParameterError
+from hive_common.number_checks import check_numbers
 from hive_common.pose import Pose
-from robot_navigation.number_checks import check_numbers
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from hive_common.errors import ParameterError
 from hive_common.map_file import MAX_CELLS
+from hive_common.number_checks import check_numbers
 from hive_common.pose import Pose
-from robot_navigation.number_checks import check_numbers
 
 ABOVE_ZERO = {"delta", "maxUrange", "map_update_interval"}
 

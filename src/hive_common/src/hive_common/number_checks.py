@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks the numbers of settings that are named like parameters of ROS's own nodes."""
+"""Checks the numbers in a dataclass of settings whose fields are named like ROS parameters."""
 
 from __future__ import annotations
 
