@@ -75,7 +75,7 @@ def all_arrive(simulation, traffic, seconds):
 @pytest.mark.parametrize(
     "models", [("mir100", "ld60"), ("mir100", "mir100"), ("fetch", "youbot")], ids="-".join
 )
-def test_two_that_come_head_on_in_a_door_both_get_through(models):
+def test_two_robots_head_on_in_a_door_both_get_through(models):
     one, other = models
     simulation, traffic = lab({"a": (one, (7.5, 3.2, 0.0)), "b": (other, (12.5, 3.2, 3.14))})
     traffic.send("a", (13.5, 3.2, 0.0))
@@ -84,7 +84,7 @@ def test_two_that_come_head_on_in_a_door_both_get_through(models):
     assert all_arrive(simulation, traffic, 60)
 
 
-def test_two_that_stand_nose_to_nose_in_a_door_get_apart():
+def test_two_robots_nose_to_nose_in_a_door_get_apart():
     robots = {"a": ("mir100", (9.2, 3.2, 0.0)), "b": ("ld60", (10.9, 3.2, 3.14))}
     simulation, traffic = lab(robots)
     traffic.send("b", (6.5, 3.2, 3.14))
@@ -93,7 +93,7 @@ def test_two_that_stand_nose_to_nose_in_a_door_get_apart():
     assert all_arrive(simulation, traffic, 60)
 
 
-def test_two_can_swap_places():
+def test_two_robots_can_swap_places():
     simulation, traffic = lab({"a": LAB["robot1"], "b": LAB["robot2"]})
     traffic.send("a", (2.6, 4.0, 0.0))
     traffic.send("b", (2.6, 2.0, 0.0))
@@ -110,7 +110,7 @@ def test_an_idle_robot_in_a_doorway_moves_aside():
 
 
 @pytest.mark.parametrize("x", [5.4, 5.45, 5.5])
-def test_who_has_picked_makes_room_for_who_waits_close_by_for_the_same_place(x):
+def test_a_robot_that_has_picked_makes_room_for_one_that_waits_for_its_place(x):
     robots = {"a": ("mir100", (5.5, 4.02, -0.05)), "b": ("ld60", (5.2, 7.4, -1.2))}
     simulation, traffic = lab(robots)
     traffic.navigators["a"].stationary = True
@@ -131,7 +131,7 @@ def test_a_stationary_robot_in_a_doorway_stays_and_the_other_takes_the_other_doo
     assert simulation.poses["b"][:2] == pytest.approx((10.0, 3.2))
 
 
-def test_one_wants_into_a_cell_that_two_want_to_leave():
+def test_one_robot_enters_a_cell_that_two_want_to_leave():
     robots = {
         "a": ("mir100", (17.0, 1.5, 0.0)),
         "b": ("ld60", (18.9, 1.5, 0.0)),
@@ -146,7 +146,7 @@ def test_one_wants_into_a_cell_that_two_want_to_leave():
 
 
 @pytest.mark.parametrize("oldest", ["a", "c"])
-def test_three_in_a_corridor_where_nobody_can_pass_sort_themselves_out(tmp_path, oldest):
+def test_three_robots_in_a_corridor_too_narrow_to_pass_all_arrive(tmp_path, oldest):
     robots = {
         "a": ("mir100", (8.0, 3.0, 0.0)),
         "b": ("ld60", (10.0, 3.0, 0.0)),
@@ -161,7 +161,7 @@ def test_three_in_a_corridor_where_nobody_can_pass_sort_themselves_out(tmp_path,
     assert all_arrive(simulation, traffic, 150)
 
 
-def test_queues_that_meet_in_a_corridor_sort_themselves_out(tmp_path):
+def test_queues_that_meet_in_a_corridor_all_arrive(tmp_path):
     robots = {
         "a": ("mir100", (8.0, 3.0, 0.0)),
         "b": ("ld60", (9.8, 3.0, 0.0)),
@@ -177,7 +177,7 @@ def test_queues_that_meet_in_a_corridor_sort_themselves_out(tmp_path):
     assert all_arrive(simulation, traffic, 200)
 
 
-def test_two_that_cannot_hear_each_other_stop_before_they_touch():
+def test_two_robots_that_cannot_hear_each_other_stop_before_they_touch():
     robots = {"a": ("mir100", (2.0, 5.0, 0.0)), "b": ("ld60", (9.3, 5.0, 3.14))}
     simulation, traffic = lab(robots)
     traffic.deaf |= {"a", "b"}
@@ -188,7 +188,7 @@ def test_two_that_cannot_hear_each_other_stop_before_they_touch():
     assert simulation.collisions == 0
 
 
-def test_a_thing_in_the_only_door_ends_the_goal_with_where_it_stands():
+def test_an_obstacle_in_the_only_door_aborts_the_goal_and_is_located():
     simulation, traffic = lab({"a": ("mir100", (17.8, 1.6, 0.0))})
     simulation.add_robot("thing", load_model("fetch"), (17.8, 4.3, 1.57))
     traffic.send("a", (13.5, 3.2, 0.0))

@@ -9,7 +9,7 @@ from hive_common.geometry import Footprint, Nearby
 from hive_common.pose import Pose, compose
 
 
-def test_a_footprint_touches_what_passes_through_it_wherever_it_stands():
+def test_a_footprint_touches_segments_that_pass_through_it_at_any_pose():
     random = np.random.default_rng(4)
     footprint = Footprint([[-0.4, -0.3], [0.4, -0.3], [0.5, 0.0], [0.4, 0.3], [-0.4, 0.3]])
     answers = set()
@@ -41,7 +41,7 @@ def test_a_segment_inside_a_footprint_touches_it():
     assert footprint.touches(Pose(0, 0, 0), np.array([[[0.1, 0.1], [0.2, 0.2]]]))
 
 
-def test_everything_within_reach_of_a_place_is_found_and_far_things_are_not():
+def test_segments_within_reach_of_a_place_are_found_and_far_ones_are_not():
     random = np.random.default_rng(5)
     start = random.uniform(0, 50, (400, 1, 2))
     segments = np.concatenate([start, start + random.uniform(-1, 1, (400, 1, 2))], axis=1)
@@ -57,7 +57,7 @@ def test_everything_within_reach_of_a_place_is_found_and_far_things_are_not():
     assert 0 < len(found) < 40
 
 
-def test_a_mounted_thing_turns_with_what_carries_it():
+def test_a_mounted_laser_turns_with_its_robot():
     laser = compose(Pose(1.0, 2.0, math.pi / 2), Pose(0.5, 0.1, math.pi))
 
     assert laser == pytest.approx((0.9, 2.5, -math.pi / 2))

@@ -36,7 +36,7 @@ def test_there_is_no_room_off_the_map() -> None:
     ]
 
 
-def test_a_disc_takes_room_and_leaves_the_field_it_was_put_into_alone() -> None:
+def test_a_disc_lowers_clearances_in_a_copy_of_the_field() -> None:
     field = hall()
     around = field.with_discs([Disc(5.0, 2.0, 0.3)])
 
@@ -44,7 +44,7 @@ def test_a_disc_takes_room_and_leaves_the_field_it_was_put_into_alone() -> None:
     assert field.at(5.0, 2.0) > 1.9
 
 
-def test_clearances_are_cut_off_where_they_no_longer_matter() -> None:
+def test_clearances_have_a_maximum() -> None:
     assert ClearanceField.of(GridMap(np.zeros((400, 400), bool), 0.05, (0, 0))).at(10, 10) == FAR
 
 
@@ -55,7 +55,7 @@ def test_a_line_through_a_wall_is_not_clear() -> None:
     assert not field.line_is_clear((1.0, 2.0), (8.0, 2.0), 0.5)
 
 
-def test_many_lines_at_once_get_the_answers_of_each_alone_in_both_directions() -> None:
+def test_many_lines_get_the_same_answers_as_each_alone_in_both_directions() -> None:
     random = np.random.default_rng(3)
     field = hall(slice(100, 104)).with_discs([Disc(2.5, 2.0, 0.4), Disc(7.5, 1.0, 0.2)])
     a = random.uniform((0.0, 0.0), (10.0, 4.0), (300, 2))

@@ -19,9 +19,8 @@ from std_msgs.msg import Bool
 
 from hive_common.map_file import load_map
 from hive_common.pose import compose
-from hive_common.ros.conversions import pose_from_msg, pose_from_transform
+from hive_common.ros.conversions import map_from_msg, pose_from_msg, pose_from_transform
 from hive_lab.bench.mapping import compare
-from simenv.ros.conversions import map_from_msg
 
 WAIT = 60.0  # on the wall clock [s]
 ROOM = str(Path(__file__).resolve().parents[1] / "worlds" / "room.yaml")

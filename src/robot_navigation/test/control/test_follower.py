@@ -114,7 +114,7 @@ def test_a_base_that_has_stopped_by_itself_starts_slowly() -> None:
     assert follower.command(Pose(0.0, 0.0, 0.0), Room(), DT) == begin
 
 
-def test_it_does_not_turn_where_there_is_no_room_to_turn() -> None:
+def test_it_does_not_turn_without_room_to_turn() -> None:
     follower = PursuitFollower(load_model("mir100").base)
     follower.start(Path([(0.0, 0.0), (-2.0, 0.0)]), 0.0)
 

@@ -18,7 +18,7 @@ SETTINGS = NavigationSettings(attempts=2, patience=5.0, give_up=60.0)
 GOAL = Pose(5.0, 0.0, 0.0)
 
 
-def test_a_goal_fails_after_the_attempts_that_are_allowed() -> None:
+def test_a_goal_fails_after_the_allowed_attempts() -> None:
     tracker = GoalTracker(GOAL, 0.0, SETTINGS)
 
     assert tracker.attempt_failed(1.0, "no path") is None

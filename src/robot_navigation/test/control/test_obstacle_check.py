@@ -41,7 +41,7 @@ def test_a_scan_becomes_points_on_the_map() -> None:
     assert points.round(2).tolist() == [[1.0, 3.0]]
 
 
-def test_what_is_too_close_or_out_of_range_is_no_point() -> None:
+def test_ranges_too_close_or_out_of_range_are_no_points() -> None:
     ranges = np.array([-np.inf, np.inf, np.nan, 0.05, 3.0])
 
     assert len(points_seen(MODEL.laser, ranges, HERE)) == 0
@@ -63,7 +63,7 @@ def test_without_visible_obstacles_the_range_of_the_laser_limits_the_room() -> N
     assert room() == pytest.approx((3.0 - MODEL.base.circumscribed_radius - GAP) / 2)
 
 
-def test_two_that_meet_head_on_may_use_half_of_the_distance_each() -> None:
+def test_half_of_the_distance_to_an_unknown_obstacle_may_be_used() -> None:
     assert room(unknown=[[2.0, 0.1]]) == pytest.approx((2.0 - FRONT - GAP) / 2, abs=0.1)
 
 

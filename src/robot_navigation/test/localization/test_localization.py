@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The particle filter on simulated drives through the lab: the figures that it has to show."""
+"""The particle filter reaches its aims on simulated drives through the lab."""
 
 import math
 
@@ -33,8 +33,8 @@ def test_with_the_usual_drift_and_noise_a_robot_knows_where_it_is(looks):
     assert math.degrees(errors[1]) < AIMS["heading"]
 
 
-def test_the_odometry_alone_would_not(looks):
-    """Or the drive would show nothing."""
+def test_the_odometry_alone_would_not_know(looks):
+    """Otherwise the drive would show nothing."""
     start, end = looks[0], looks[-1]
 
     by_odometry = math.dist(start.odometry[:2], end.odometry[:2])
@@ -43,5 +43,5 @@ def test_the_odometry_alone_would_not(looks):
     assert abs(by_odometry - really) > AIMS["position"]
 
 
-def test_a_robot_that_was_carried_away_finds_itself(looks):
+def test_a_robot_that_was_carried_away_finds_its_pose(looks):
     assert found_itself(follow(MODEL, looks[:SEARCH], seed=3, lost=True))

@@ -75,7 +75,7 @@ def test_a_scan_is_likeliest_where_it_was_taken():
     assert likely.argmax() == 0
 
 
-def test_that_nothing_is_near_speaks_against_places_beside_a_wall():
+def test_a_scan_that_hits_nothing_makes_places_beside_a_wall_unlikely():
     near_sighted = replace(LASER, range_max=1.0)
     field = LikelihoodField(CELLS, STEP, (0.0, 0.0), SETTINGS)
     nothing = np.full(360, np.inf)
@@ -87,7 +87,7 @@ def test_that_nothing_is_near_speaks_against_places_beside_a_wall():
     assert middle > wall
 
 
-def test_too_close_and_unknown_ranges_do_not_count():
+def test_too_close_and_unknown_ranges_are_ignored():
     ranges = np.full(360, -np.inf)
     ranges[::2] = np.nan
 
@@ -96,7 +96,7 @@ def test_too_close_and_unknown_ranges_do_not_count():
     assert len(beams.ends) == len(beams.clear) == 0
 
 
-def test_a_robot_that_knows_roughly_where_it_is_soon_knows_it_well():
+def test_a_rough_start_pose_soon_becomes_precise():
     particles, localizer = localizer_in_the_room()
     localizer.restart_at(Pose(3.2, 1.9, 0.1), np.diag([0.04, 0.04, 0.01]))
 
@@ -109,7 +109,7 @@ def test_a_robot_that_knows_roughly_where_it_is_soon_knows_it_well():
     assert len(particles.particles) < 600
 
 
-def test_a_robot_that_knows_nothing_finds_itself():
+def test_a_lost_robot_finds_its_pose():
     particles, localizer = localizer_in_the_room()
     localizer.restart_anywhere()
     assert len(particles.particles) == START_ANYWHERE * SETTINGS.max_particles
@@ -120,7 +120,7 @@ def test_a_robot_that_knows_nothing_finds_itself():
     assert len(particles.particles) < SETTINGS.max_particles / 4
 
 
-def test_a_robot_that_knows_nothing_begins_with_more_particles_than_it_keeps():
+def test_a_lost_robot_starts_with_more_particles_than_it_keeps():
     particles = filter_in_the_room()
     particles.start_anywhere()
     begun = len(particles.particles)
@@ -132,7 +132,7 @@ def test_a_robot_that_knows_nothing_begins_with_more_particles_than_it_keeps():
     assert len(particles.particles) <= SETTINGS.max_particles
 
 
-def test_poses_are_weighed_alike_alone_and_among_thousands():
+def test_a_pose_gets_the_same_weight_alone_and_among_thousands():
     field = LikelihoodField(CELLS, STEP, (0.0, 0.0), SETTINGS)
     poses = field.anywhere(2 * BATCH + 1, np.random.default_rng(1))
     beams = BeamChooser(LASER, 60).of(scan(Pose(2.0, 1.5, 0.3)))
@@ -156,7 +156,7 @@ def test_the_same_seed_gives_the_same_run_to_the_last_bit():
     assert runs[0] == runs[1]
 
 
-def test_a_robot_that_was_carried_away_notices_where_that_is_wished():
+def test_with_recovery_a_robot_that_was_carried_away_finds_its_pose():
     settings = replace(SETTINGS, recovery_alpha_slow=0.05, recovery_alpha_fast=0.5)
     _, localizer = localizer_in_the_room(settings)
     localizer.restart_at(Pose(3.0, 2.0, 0.0), np.diag([0.01, 0.01, 0.01]))
@@ -167,7 +167,7 @@ def test_a_robot_that_was_carried_away_notices_where_that_is_wished():
     assert math.dist(localizer.estimate.pose[:2], truth[:2]) < 0.2
 
 
-def test_a_standing_robot_looks_at_one_scan_only_unless_it_is_asked():
+def test_a_standing_robot_uses_one_scan_unless_asked_for_another():
     _, localizer = localizer_in_the_room()
     localizer.restart_at(Pose(3.0, 2.0, 0.0), np.diag([0.01, 0.01, 0.01]))
     here, taken = Pose(0.0, 0.0, 0.0), scan(Pose(3.0, 2.0, 0.0))
@@ -178,7 +178,7 @@ def test_a_standing_robot_looks_at_one_scan_only_unless_it_is_asked():
     assert localizer.see(2.0, here, taken)
 
 
-def test_no_more_scans_count_than_the_update_rate_says():
+def test_the_update_rate_limits_how_many_scans_are_used():
     _, localizer = localizer_in_the_room(replace(SETTINGS, update_rate=5.0))
     localizer.restart_at(Pose(3.0, 2.0, 0.0), np.diag([0.01, 0.01, 0.01]))
     taken = scan(Pose(3.0, 2.0, 0.0))
@@ -188,7 +188,7 @@ def test_no_more_scans_count_than_the_update_rate_says():
     assert sum(counted) == 11
 
 
-def test_a_simulation_that_begins_anew_does_not_stop_the_localization():
+def test_a_restarted_simulation_does_not_stop_the_localization():
     _, localizer = localizer_in_the_room()
     localizer.restart_at(Pose(3.0, 2.0, 0.0), np.diag([0.01, 0.01, 0.01]))
     taken = scan(Pose(3.0, 2.0, 0.0))
@@ -242,12 +242,12 @@ def test_kld_sampling_takes_more_particles_for_a_wider_cloud():
         ("max_particles", 10, "min_particles"),
     ],
 )
-def test_a_setting_that_makes_no_filter_is_refused_by_name(name, value, allowed):
+def test_an_amcl_setting_that_is_not_allowed_is_named(name, value, allowed):
     with pytest.raises(ParameterError, match=allowed):
         AmclSettings(**{name: value})
 
 
-def test_the_odometry_of_a_moment_between_two_readings_is_blended():
+def test_odometry_between_two_readings_is_interpolated():
     history = OdometryHistory()
     history.add(1.0, Pose(0.0, 0.0, 3.0))
     assert history.at(1.0) == Pose(0.0, 0.0, 3.0)
@@ -261,7 +261,7 @@ def test_the_odometry_of_a_moment_between_two_readings_is_blended():
     assert history.at(0.5) is None
 
 
-def test_odometry_from_before_a_new_beginning_is_forgotten():
+def test_odometry_from_before_a_restart_is_forgotten():
     history = OdometryHistory()
     history.add(50.0, Pose(9.0, 9.0, 0.0))
     history.add(0.1, Pose(0.0, 0.0, 0.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Maps out of scans: what one scan says, that it is found again, and a short drive."""
+"""Maps from scans: drawing, scan matching, a short drive, and exploring."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_a_beam_frees_the_cells_it_passes_and_fills_the_one_it_ends_in() -> None
 
 
 @pytest.mark.parametrize("nothing", [-math.inf, math.nan])
-def test_a_beam_that_knows_nothing_says_nothing(nothing: float) -> None:
+def test_a_beam_with_an_unknown_range_changes_nothing(nothing: float) -> None:
     grid = OccupancyGrid((4.0, 2.0), (0.0, 0.0), 0.05)
 
     grid.add(Pose(1.0, 1.0, 0.0), np.zeros(1), np.array([nothing]), 3.0)
@@ -62,7 +62,7 @@ def test_a_beam_that_knows_nothing_says_nothing(nothing: float) -> None:
     assert not grid.odds.any()
 
 
-def test_a_beam_that_meets_nothing_frees_all_it_reaches() -> None:
+def test_a_beam_that_hits_nothing_frees_all_cells_in_its_range() -> None:
     grid = OccupancyGrid((5.0, 2.0), (0.0, 0.0), 0.05)
 
     grid.add(Pose(1.025, 1.025, 0.0), np.zeros(1), np.array([math.inf]), 3.0)
@@ -72,7 +72,7 @@ def test_a_beam_that_meets_nothing_frees_all_it_reaches() -> None:
     assert set(cells[20, 20:79]) == {FREE}
 
 
-def test_a_grid_grows_to_where_something_is_seen_and_keeps_what_it_knows() -> None:
+def test_a_grid_grows_to_where_a_scan_reaches_and_keeps_its_cells() -> None:
     grid = OccupancyGrid((2.0, 2.0), (0.0, 0.0), 0.05)
     grid.add(Pose(1.025, 1.025, 0.0), np.zeros(1), np.array([0.5]), 3.0)
     known = grid.odds.copy()
@@ -86,7 +86,7 @@ def test_a_grid_grows_to_where_something_is_seen_and_keeps_what_it_knows() -> No
     assert OCCUPIED in grid.as_map().cells[20, 79:81]
 
 
-def test_a_grid_does_not_grow_beyond_what_a_map_may_have() -> None:
+def test_a_grid_does_not_grow_beyond_the_maximum_size_of_a_map() -> None:
     grid = OccupancyGrid((2.0, 2.0), (0.0, 0.0), 0.05)
 
     grid.add(Pose(1e6, 1e6, 0.0), np.zeros(1), np.array([2.0]), 3.0)
@@ -95,7 +95,7 @@ def test_a_grid_does_not_grow_beyond_what_a_map_may_have() -> None:
     assert grid.odds.shape == (40, 40)
 
 
-def test_a_map_with_another_corner_is_compared_where_it_lies() -> None:
+def test_maps_with_different_origins_are_compared_in_the_map_frame() -> None:
     perfect = draw_map(load_world("lab"))
     part = GridMap(
         np.pad(perfect.cells[20:, 40:], ((0, 30), (0, 60)), constant_values=UNKNOWN),
@@ -121,7 +121,7 @@ def seen_from(pose: Pose, ranges: Array) -> Array:
 @pytest.mark.parametrize(
     "off", [Pose(0.0, 0.0, 0.0), Pose(0.06, -0.05, 0.03), Pose(-0.15, 0.1, -0.05)]
 )
-def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken(off: Pose) -> None:
+def test_a_scan_is_matched_to_where_it_was_taken_from_a_guess_nearby(off: Pose) -> None:
     corner = Pose(1.6, 1.6, 0.0)
     ranges = lab(corner).scan("robot1")
     surfaces = Surfaces(0.05)
@@ -134,7 +134,7 @@ def test_a_scan_pulls_a_guess_that_is_off_to_where_it_was_taken(off: Pose) -> No
     assert abs(found.yaw - corner.yaw) < 0.005
 
 
-def test_along_a_bare_wall_the_odometry_is_believed() -> None:
+def test_along_a_bare_wall_the_odometry_decides() -> None:
     along = np.linspace(-3.0, 3.0, 300)
     wall = np.stack([along, np.full(300, 1.0)], axis=1)
     surfaces = Surfaces(0.05)
@@ -146,7 +146,7 @@ def test_along_a_bare_wall_the_odometry_is_believed() -> None:
     assert found == pytest.approx((0.08, 0.0, 0.0), abs=0.005)
 
 
-def test_the_other_side_of_a_thin_wall_is_not_taken_for_the_one_that_is_known() -> None:
+def test_the_other_side_of_a_thin_wall_is_not_matched() -> None:
     along = np.linspace(-3.0, 3.0, 300)
     surfaces = Surfaces(0.05)
     surfaces.add(np.stack([along, np.full(300, 1.0)], axis=1), (0.0, 0.0))
@@ -157,11 +157,11 @@ def test_the_other_side_of_a_thin_wall_is_not_taken_for_the_one_that_is_known() 
     assert found == behind
 
 
-def test_without_anything_in_sight_the_odometry_is_believed() -> None:
+def test_without_surfaces_the_odometry_is_used() -> None:
     assert ScanMatcher(Surfaces(0.05)).fit(START, np.ones((100, 2)), 3.0) == START
 
 
-def test_an_end_far_from_all_that_is_known_says_nothing_of_where_the_robot_is() -> None:
+def test_ends_far_from_all_surfaces_are_ignored() -> None:
     surfaces = Surfaces(0.05)
     surfaces.add(np.stack([np.linspace(0.0, 3.0, 100), np.zeros(100)], axis=1), START[:2])
 
@@ -199,7 +199,7 @@ def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
     assert agreement.wall_error <= 0.1
 
 
-def test_the_correction_puts_the_odometry_where_the_robot_is() -> None:
+def test_the_correction_transforms_the_odometry_to_the_robots_pose() -> None:
     simulation = lab()
     mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
@@ -207,7 +207,7 @@ def test_the_correction_puts_the_odometry_where_the_robot_is() -> None:
     assert mapper.correction == pytest.approx(START)
 
 
-def test_an_explorer_drives_to_where_the_map_ends() -> None:
+def test_an_explorer_drives_to_a_frontier() -> None:
     simulation = lab()
     mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     explorer = Explorer(0.43, 1.0)
@@ -219,7 +219,7 @@ def test_an_explorer_drives_to_where_the_map_ends() -> None:
     assert explorer.steer(mapper.pose) != (0.0, 0.0)
 
 
-def test_an_explorer_has_finished_where_nothing_is_unknown() -> None:
+def test_an_explorer_has_finished_when_nothing_is_unknown() -> None:
     grid = OccupancyGrid((5.0, 5.0), (0.0, 0.0), 0.05)
     grid.odds[:] = -1.0
     explorer = Explorer(0.3, 1.0)
@@ -248,12 +248,12 @@ def test_a_map_is_saved_with_nothing_between_free_and_occupied() -> None:
         ({"xmax": 1e6}, "delta: 0.05 m is too fine for 1e+06 m x 10 m"),
     ],
 )
-def test_settings_that_make_no_map_are_named(wrong: dict[str, float], said: str) -> None:
+def test_a_mapper_setting_that_is_not_allowed_is_named(wrong: dict[str, float], said: str) -> None:
     with pytest.raises(ParameterError, match=re.escape(said)):
         MapperSettings(**wrong)
 
 
-def test_the_mappers_file_holds_its_defaults() -> None:
+def test_the_file_of_the_mapper_holds_its_defaults() -> None:
     path = Path(__file__).parents[2] / "config" / "mapper.yaml"
 
     chosen = yaml.safe_load(path.read_text(encoding="utf-8"))

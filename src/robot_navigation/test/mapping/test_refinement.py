@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All scans of a run are fitted to each other: what was bent on the way becomes straight."""
+"""Refining a map corrects the drift of a run."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def farthest(poses: list[Pose], truth: list[Pose]) -> float:
     return max(math.dist(a[:2], b[:2]) for a, b in zip(poses, truth, strict=True))
 
 
-def test_a_way_that_bends_by_a_little_everywhere_is_straightened() -> None:
+def test_a_drift_in_every_pose_is_corrected() -> None:
     truth = round_the_table()
     wrong = bent(truth, Pose(0.003, 0.0, 0.004))
 
@@ -68,7 +68,7 @@ def test_a_way_that_bends_by_a_little_everywhere_is_straightened() -> None:
     assert found[0] == pytest.approx(truth[0], abs=1e-4)
 
 
-def test_where_nothing_is_seen_the_odometry_is_believed() -> None:
+def test_without_surfaces_the_odometry_determines_the_poses() -> None:
     truth = round_the_table()[:6]
     odometry = [compose(inverse(truth[0]), pose) for pose in truth]
     wrong = bent(truth, Pose(0.01, 0.0, 0.02))

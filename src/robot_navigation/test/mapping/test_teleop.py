@@ -39,7 +39,7 @@ def test_only_a_holonomic_robot_goes_sideways() -> None:
     assert teleop.command(10.1) == (0.0, 0.5, 0.0)
 
 
-def test_a_robot_stands_before_the_first_key_and_after_the_last_is_let_go() -> None:
+def test_a_robot_stands_before_the_first_key_and_after_the_last_is_released() -> None:
     teleop = agv()
     before = teleop.command(0.0)
     teleop.press("i", 10.0)
@@ -56,7 +56,7 @@ def test_any_other_key_stops_the_robot() -> None:
     assert teleop.command(10.2) == (0.0, 0.0, 0.0)
 
 
-def test_speeds_change_up_to_what_the_robot_can() -> None:
+def test_speeds_change_up_to_the_robots_limits() -> None:
     teleop = agv()
 
     assert teleop.press("w", 0.0)

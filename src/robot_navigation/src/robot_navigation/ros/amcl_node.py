@@ -68,20 +68,18 @@ class Amcl:
         self._odom_frame = f"{name}/odom"
         self._tolerance = rospy.Duration.from_sec(settings.transform_tolerance)
         corner = chart.info.origin.position
-        field = LikelihoodField(
-            cells_from_msg(chart), chart.info.resolution, (corner.x, corner.y), settings
-        )
+        cells, origin = cells_from_msg(chart), (corner.x, corner.y)
+        field = LikelihoodField(cells, chart.info.resolution, origin, settings)
         self._filter = ParticleFilter(field, settings, np.random.default_rng())
-        self._localizer = Localizer(
-            self._filter, BeamChooser(model.laser, settings.laser_max_beams), settings
-        )
+        chooser = BeamChooser(model.laser, settings.laser_max_beams)
+        self._localizer = Localizer(self._filter, chooser, settings)
         self._localizer.restart_at(settings.initial_pose, settings.initial_covariance)
         self._history = OdometryHistory()
         self._scan: LaserScan | None = None
         self._inbox = Inbox()
 
-    def start(self) -> None:
-        """Open topics and services."""
+    def run(self) -> None:
+        """Localize until the node is shut down."""
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._poses = rospy.Publisher(
             "amcl_pose", PoseWithCovarianceStamped, queue_size=1, latch=True
@@ -96,9 +94,6 @@ class Amcl:
             rospy.Subscriber(topic, kind, self._later(handle), queue_size=5)
         self._serve("global_localization", self._localizer.restart_anywhere)
         self._serve("request_nomotion_update", self._localizer.update_once)
-
-    def run(self) -> None:
-        """Localize until the node is shut down."""
         while not rospy.is_shutdown():
             self._inbox.wait(timeout=0.5)
 
@@ -180,6 +175,4 @@ def _run() -> None:
     model = read_model()
     base = "omni" if model.base.holonomic else "diff"
     settings = read_settings(AmclSettings, WITHOUT_EFFECT, odom_model_type=base)
-    node = Amcl(name, model, settings, wait_for_map(f"{hive}map"))
-    node.start()
-    node.run()
+    Amcl(name, model, settings, wait_for_map(f"{hive}map")).run()

@@ -71,8 +71,8 @@ class ExplorerNode:
         self._inbox = Inbox()
         self._monitor = TopicMonitor(self._inbox)
 
-    def start(self) -> None:
-        """Open topics."""
+    def run(self) -> None:
+        """Explore until everything is known or the node is shut down."""
         self._transforms = tf2_ros.Buffer(cache_time=rospy.Duration(5))
         self._listener = tf2_ros.TransformListener(self._transforms)
         self._commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
@@ -82,9 +82,6 @@ class ExplorerNode:
         monitor.subscribe(f"{self._hive}map", chart, self._learn, 1, "start a mapper")
         monitor.subscribe("odom", Odometry, self._drive, 5, "start the robot's base")
         rospy.on_shutdown(lambda: self._commands.publish(Twist()))
-
-    def run(self) -> None:
-        """Explore until everything is known or the node is shut down."""
         while not rospy.is_shutdown() and not self._explorer.finished:
             self._inbox.wait(timeout=0.5)
             self._steer()
@@ -170,6 +167,4 @@ def main() -> int:
 def _run() -> None:
     hive, name = hive_and_robot()
     base = read_model().base
-    node = ExplorerNode(hive, name, Explorer(base.circumscribed_radius, base.max_speed))
-    node.start()
-    node.run()
+    ExplorerNode(hive, name, Explorer(base.circumscribed_radius, base.max_speed)).run()

@@ -9,7 +9,8 @@ import time
 import numpy as np
 import rospy
 import tf2_ros
-from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
+from nav_msgs.msg import MapMetaData, Odometry
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
@@ -20,9 +21,9 @@ from hive_common.pose import Pose
 from hive_common.ros.conversions import map_msg, pose_from_msg, transform_to_msg
 from hive_common.ros.inbox import Inbox
 from robot_navigation.localization.odometry_history import OdometryHistory
-from robot_navigation.mapping import occupancy
 from robot_navigation.mapping.mapper import Beams, Mapper
 from robot_navigation.mapping.mapper_settings import WITHOUT_EFFECT, MapperSettings
+from robot_navigation.mapping.occupancy import OccupancyGrid
 from robot_navigation.ros.startup import hive_and_robot, read_model, read_settings, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
 
@@ -56,9 +57,8 @@ class MapperNode:
         self._odom_frame = f"{name}/odom"
         self._mount = mount
         self._settings = settings
-        self._grid = occupancy.OccupancyGrid(
-            settings.size, (settings.xmin, settings.ymin), settings.delta
-        )
+        corner = settings.xmin, settings.ymin
+        self._grid = OccupancyGrid(settings.size, corner, settings.delta)
         self._mapper: Mapper | None = None
         self._beams = 0
         self._history = OdometryHistory()
@@ -67,21 +67,18 @@ class MapperNode:
         self._inbox = Inbox()
         self._monitor = TopicMonitor(self._inbox)
 
-    def start(self) -> None:
-        """Open topics and services."""
+    def run(self) -> None:
+        """Map until the node is shut down."""
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._map, self._metadata = (
             rospy.Publisher(f"{self._hive}{topic}", kind, queue_size=1, latch=True)
-            for topic, kind in (("map", OccupancyGrid), ("map_metadata", MapMetaData))
+            for topic, kind in (("map", OccupancyGridMsg), ("map_metadata", MapMetaData))
         )
         rospy.Service(f"{self._hive}dynamic_map", GetMap, self._map_called)
         rospy.Service(f"{self._hive}refine_map", Trigger, self._refine_called)
         monitor, scan = self._monitor, numpy_msg(LaserScan)
         monitor.subscribe("odom", Odometry, self._drive, 20, "start the robot's base")
         monitor.subscribe("scan", scan, self._look, 20, "start the robot's laser")
-
-    def run(self) -> None:
-        """Map until the node is shut down."""
         while not rospy.is_shutdown():
             self._inbox.wait(timeout=0.5)
             self._see()
@@ -147,7 +144,7 @@ class MapperNode:
         self._map.publish(message)
         self._metadata.publish(message.info)
 
-    def _message(self) -> OccupancyGrid:
+    def _message(self) -> OccupancyGridMsg:
         return map_msg(Header(stamp=self._stamp, frame_id=MAP_FRAME), self._grid.as_map())
 
     def _map_called(self, _request: GetMapRequest) -> GetMapResponse:
@@ -177,6 +174,4 @@ def main() -> int:
 def _run() -> None:
     hive, name = hive_and_robot()
     settings = read_settings(MapperSettings, WITHOUT_EFFECT)
-    node = MapperNode(hive, name, Pose(*read_model().laser.pose), settings)
-    node.start()
-    node.run()
+    MapperNode(hive, name, Pose(*read_model().laser.pose), settings).run()
