@@ -42,15 +42,12 @@ BATCH = 4000
 
 @dataclass(frozen=True)
 class Beams:
-    """The beams of a scan that are used, in `base_footprint`.
-
-    Attributes:
-        ends: (n, 2) ends of the beams that hit something [m].
-        clear: (k, 2) points along the beams that hit nothing [m].
-    """
+    """The beams of a scan that are used, in `base_footprint` [m]."""
 
     ends: Array
+    """(n, 2) ends of the beams that hit something."""
     clear: Array
+    """(k, 2) points along the beams that hit nothing."""
 
 
 class BeamChooser:

@@ -47,11 +47,7 @@ class MapperNode:
     def __init__(self, hive: str, name: str, mount: Pose, settings: MapperSettings) -> None:
         """Start with an empty map.
 
-        Args:
-            hive: Namespace of the hive, ending in a slash.
-            name: Of the robot.
-            mount: Pose of the laser in the robot's base frame.
-            settings: The node's parameters.
+        `hive` is its namespace and ends in a slash; the laser is at `mount` in the base frame.
         """
         self._hive = hive
         self._odom_frame = f"{name}/odom"

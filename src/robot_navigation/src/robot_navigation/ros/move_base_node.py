@@ -69,14 +69,7 @@ class MoveBase:
     """One robot's `move_base`.
 
     Callbacks only fill an inbox, which the control loop empties before each round, so the
-    Navigator needs no lock.
-
-    Args:
-        name: Of the robot.
-        hive: Namespace of the hive, ending in a slash.
-        model: What the robot is.
-        settings: The node's parameters.
-        planner: For the hive's map and the robot's size.
+    Navigator needs no lock. `hive` is the hive's namespace and ends in a slash.
 
     ROS Subscribers: `move_base_simple/goal` (geometry_msgs/PoseStamped), and those of `Senses`.
     ROS Publishers: `cmd_vel` (geometry_msgs/Twist), `move_base/plan` (nav_msgs/Path, empty at

@@ -26,14 +26,9 @@ _AT_WORK = {GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING}
 
 
 class Senses:
-    """The latest of each, as the main thread has received it.
+    """The latest of each, as the main thread has received it through the inbox.
 
-    Args:
-        inbox: Through which the main thread receives it.
-        hive: Namespace of the hive, ending in a slash.
-        map_frame: Frame of goals and plans.
-        base_frame: Frame of the robot's base.
-        timeout: Older scans and transforms do not count [s].
+    Scans and transforms older than `timeout` [s] do not count. `hive` ends in a slash.
 
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `pick/status` (actionlib_msgs/
         GoalStatusArray), `traffic` of the hive (robot_description/Traffic), tf.

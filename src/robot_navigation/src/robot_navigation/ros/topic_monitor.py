@@ -18,12 +18,7 @@ PATIENCE = 10.0
 
 
 class TopicMonitor:
-    """Watches topics on which messages must keep coming.
-
-    Args:
-        inbox: Through which the main thread receives the messages.
-        clock: Time that never jumps [s].
-    """
+    """Watches topics on which messages must keep coming; the clock must never jump [s]."""
 
     def __init__(self, inbox: Inbox, clock: Callable[[], float] = time.monotonic) -> None:
         self._inbox = inbox
