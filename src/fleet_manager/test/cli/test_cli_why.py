@@ -9,8 +9,8 @@ import pytest
 from blackboard.auction.decision import Decision
 from blackboard.auction.decision_log import ENDING, SqliteBook
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
+from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
-from fleet_manager.cli.outside import Outside
 
 NEAR = Bid(
     "robot1", "T7", 0.52, eta=300.0, terms=CostTerms(0.02, 39.5, 1, 8.25, 300.0, added_charge=0.02)
@@ -36,7 +36,7 @@ def hive(tmp_path, capsys):
     book.close()
 
     def call(*words):
-        code = run(Outside(lambda _: contextlib.nullcontext(), lambda: tmp_path), list(words))
+        code = run(CliContext(lambda _: contextlib.nullcontext(), lambda: tmp_path), list(words))
         out, err = capsys.readouterr()
         return code, out, err
 
@@ -86,7 +86,9 @@ def test_what_nobody_has_noted_is_said_with_the_folder(hive, tmp_path):
     code, out, err = hive("why", "T8")
 
     assert (code, out) == (1, "")
-    assert err == (f"hive: nothing is noted about T8 in {tmp_path}; name another with --journal\n")
+    assert err == (
+        f"hive: nothing is recorded about T8 in {tmp_path}; name another folder with --journal\n"
+    )
 
 
 def test_replay_says_who_would_have_got_it_by_another_model(hive):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Posts the tasks of a scenario when their time has come."""
+"""Posts the tasks of a scenario when they are due."""
 
 from __future__ import annotations
 
@@ -16,19 +16,17 @@ if TYPE_CHECKING:
 
 
 class Feeder:
-    """Posts planned tasks one after the other, by the hive's clock.
+    """Posts planned tasks one after the other, by the hive's clock, which starts now.
+
+    Args:
+        client: Posts the tasks.
+        tasks: In the order in which they are posted.
 
     Attributes:
-        states: The hive's first word on each task that was posted, by id.
+        states: The hive's first word on each posted task, by id.
     """
 
     def __init__(self, client: HiveClient, tasks: Iterable[PlannedTask]) -> None:
-        """Start the scenario's time now.
-
-        Args:
-            client: Posts the tasks.
-            tasks: In the order in which they are posted.
-        """
         self.states: dict[str, TaskState] = {}
         self._client = client
         self._waiting = deque(tasks)
@@ -36,24 +34,21 @@ class Feeder:
 
     @property
     def done(self) -> bool:
-        """Whether every task was posted."""
+        """Whether every task has been posted."""
         return not self._waiting
 
     def next_in(self, most: float) -> float:
-        """Return how long it is until the next task is due, `most` [s] at most."""
+        """Return the time until the next task is due, `most` at most [s]."""
         if not self._waiting:
             return most
         return min(max(self._waiting[0].after - self._elapsed(), 0.0), most)
 
     def post_due(self) -> dict[str, TaskUpdate | TaskRecord]:
-        """Post the tasks that are due.
-
-        Returns:
-            The hive's answer to each, by id.
+        """Post the tasks that are due; return the hive's answer to each, by id.
 
         Raises:
             NoHiveError: No blackboard answered.
-            NotDoneError: An id is on the list already, for another task.
+            NotDoneError: An id is on the task list already, for another task.
         """
         answers: dict[str, TaskUpdate | TaskRecord] = {}
         while self._waiting and self._waiting[0].after <= self._elapsed():

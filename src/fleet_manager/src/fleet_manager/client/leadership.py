@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who carries the blackboard, as far as a desk can tell from the heartbeat."""
+"""Who carries the blackboard, as far as the heartbeat tells."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from blackboard.consensus.messages import Heartbeat
-    from fleet_manager.desk.facts import Moment
 
-SILENCE = 2.0  # [s, wall], the least that the hive itself takes for silence
+SILENCE = 2.0  # [s, wall], the shortest that the hive itself takes for silence
 FROZEN = 5.0  # [s, wall], how long the heartbeat's progress may stand still
 
 
@@ -18,24 +17,24 @@ class Standing(Enum):
     """Whether the hive has a blackboard."""
 
     NOBODY = "nobody"
-    """None has been heard since the desk was opened."""
+    """No heartbeat has been heard yet."""
     LEADER = "active"
-    """There is one."""
+    """The leader's heartbeat is heard."""
     SILENT = "silent"
-    """There was one; its heartbeat has stopped."""
+    """The heartbeat has stopped."""
     STUCK = "stuck"
-    """Its heartbeat goes on without progress."""
+    """The heartbeat goes on without progress."""
 
 
-class Authority:
+class Leadership:
     """Follows the heartbeat.
 
-    A heartbeat of a lower epoch comes from a blackboard that has been replaced and does not know
-    yet; it counts for nothing while the newer one is heard. Once nobody is heard, any counts, so
-    that a hive that was started anew is followed too.
+    A lower epoch of the same hive comes from a leader that has been replaced and does not know it
+    yet, so it is ignored while the newer leader is heard. A hive that was bootstrapped anew has
+    another id and counts its epochs from the start.
 
     Attributes:
-        heartbeat: The last one that counted; None before the first.
+        heartbeat: The newest accepted heartbeat; None before the first.
     """
 
     def __init__(self) -> None:
@@ -45,38 +44,34 @@ class Authority:
 
     @property
     def epoch(self) -> int:
-        """The epoch that is followed; 0 before the first heartbeat."""
+        """The current epoch; 0 before the first heartbeat."""
         return self.heartbeat.epoch if self.heartbeat else 0
 
-    def hear(self, beat: Heartbeat, now: Moment) -> bool:
-        """Take a heartbeat in.
-
-        Returns:
-            Whether it counts.
-        """
+    def hear(self, beat: Heartbeat, now: float) -> bool:
+        """Take in a heartbeat at a time [s, wall]; return whether it is accepted."""
         before = self.heartbeat
-        if before and beat.epoch < before.epoch and now.wall - self._heard < SILENCE:
+        is_older = before and beat.hive == before.hive and beat.epoch < before.epoch
+        if is_older and now - self._heard < SILENCE:
             return False
-        moved = before is None or (beat.epoch, beat.leader, beat.progress) != (
-            before.epoch,
-            before.leader,
-            before.progress,
-        )
-        if moved:
-            self._progressed = now.wall
-        self.heartbeat, self._heard = beat, now.wall
+        if before is None or _progress(beat) != _progress(before):
+            self._progressed = now
+        self.heartbeat, self._heard = beat, now
         return True
 
-    def silence(self, now: Moment) -> float:
-        """Return for how long nothing has been heard [s]."""
-        return now.wall - self._heard if self.heartbeat else 0.0
+    def silence(self, now: float) -> float:
+        """Return the time since the last heartbeat [s]; 0 before the first."""
+        return now - self._heard if self.heartbeat else 0.0
 
-    def standing(self, now: Moment) -> Standing:
-        """Return whether the hive has a blackboard now."""
+    def standing(self, now: float) -> Standing:
+        """Return whether the hive has a blackboard at a time [s, wall]."""
         if self.heartbeat is None:
             return Standing.NOBODY
         if self.silence(now) >= SILENCE:
             return Standing.SILENT
-        if now.wall - self._progressed >= FROZEN:
+        if now - self._progressed >= FROZEN:
             return Standing.STUCK
         return Standing.LEADER
+
+
+def _progress(beat: Heartbeat) -> tuple[object, ...]:
+    return beat.epoch, beat.leader, beat.progress

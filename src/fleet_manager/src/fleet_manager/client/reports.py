@@ -1,14 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the simulator and the batteries tell a recorder, beside what the hive says."""
+"""Everything that the hive, the simulator and the batteries report to a program outside."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
+from blackboard.costing.bid_basis import Bids
+from blackboard.domain.characteristics import RobotStatus
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import Task
+
+HiveReport = Task | TaskList | TaskUpdate | Bids | RobotStatus | Heartbeat
+"""What is said on the hive's topics; a Task has been posted by somebody."""
+
 
 @dataclass(frozen=True, slots=True)
 class TruePlace:
-    """Where a robot really is, in the map frame [m] (the simulator's ground truth)."""
+    """The ground truth of a robot's position [m, map frame], from the simulator."""
 
     robot: str
     x: float
@@ -17,7 +27,7 @@ class TruePlace:
 
 @dataclass(frozen=True, slots=True)
 class BatteryReading:
-    """What a robot's battery says: voltage [V] and charge left [Ah]."""
+    """Voltage [V] and remaining charge [Ah] of a robot's battery."""
 
     robot: str
     voltage: float
@@ -26,6 +36,9 @@ class BatteryReading:
 
 @dataclass(frozen=True, slots=True)
 class Collisions:
-    """How many collisions the simulator has counted so far."""
+    """The number of collisions that the simulator has counted."""
 
     total: int
+
+
+Report = HiveReport | TruePlace | BatteryReading | Collisions

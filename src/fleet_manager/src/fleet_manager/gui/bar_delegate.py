@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws a share from 0 to 1 as a bar with its text beside it."""
+"""Draws a share from 0 to 1 as a bar with a text beside it."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class BarDelegate(QStyledItemDelegate):
-    """Bar on the left in the cell's colour, text on the right.
+    """Draws the bar on the left in the cell's colour, the text on the right.
 
     Args:
-        table: Whose cells are drawn.
-        widest: The widest text that stands beside a bar.
+        table: The table of the cells.
+        widest: The widest text beside a bar.
     """
 
     def __init__(self, table: QObject, widest: str) -> None:
@@ -63,7 +63,7 @@ class BarDelegate(QStyledItemDelegate):
 
 
 def _filling(option: QStyleOptionViewItem, index: QModelIndex) -> QBrush:
-    """Return the cell's own colour, or the one for things that go their way."""
+    """Return the cell's own colour, or a calm one."""
     if option.state & QStyle.State_Selected:
         return QBrush(option.palette.color(QPalette.HighlightedText))
     return QBrush(index.data(Qt.ForegroundRole) or color(Tone.CALM, option.palette))

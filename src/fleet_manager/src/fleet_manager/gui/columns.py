@@ -1,110 +1,115 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The table of tasks: its columns, and which rows are shown."""
+"""The columns of the tables of tasks and robots, and which tasks are shown."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from python_qt_binding.QtCore import QModelIndex, QSortFilterProxyModel
 
-from blackboard.domain.task import TaskState, TaskType
-from fleet_manager.desk import formats
-from fleet_manager.desk.natural import padded
-from fleet_manager.desk.words import text
-from fleet_manager.gui.look import TASK_SIGNS
+from blackboard.domain.task import TaskState
+from fleet_manager.client import formats
+from fleet_manager.client.formats import natural, type_name
+from fleet_manager.client.tables import queued
+from fleet_manager.desk.places import place_of
+from fleet_manager.gui.look import ROBOT_SIGNS, TASK_SIGNS, Tone
 from fleet_manager.gui.rows_model import SORT_ROLE, Column, RowsModel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from fleet_manager.desk.rows import TaskRow
-    from fleet_manager.gui.look import Tone
+    from fleet_manager.client.rows import RobotRow, TaskRow
+    from fleet_manager.desk.places import Place
 
+LOW = 0.2  # state of charge that needs attention; robots keep 0.1 in reserve
 OPEN = frozenset(state for state in TaskState if not state.is_terminal)
 CHOICES: Mapping[frozenset[TaskState], str] = {
-    frozenset(TaskState): "view.all",
-    OPEN: "view.open",
-    frozenset(TaskState) - OPEN: "view.ended",
-    **{frozenset({state}): f"task.{state.name}" for state in TaskState},
+    frozenset(TaskState): "all tasks",
+    OPEN: "open tasks",
+    frozenset(TaskState) - OPEN: "ended tasks",
+    **{frozenset({state}): state.name.lower() for state in TaskState},
 }
-"""The states that can be chosen to be shown, with the key of their words."""
+"""The states that can be chosen to be shown, and their words."""
 
 
 def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
-    """Return the columns of the task table.
-
-    Args:
-        now: Gives the hive's time [s].
-    """
-
-    def state(row: TaskRow) -> str:
-        sign, _tone = TASK_SIGNS[row.record.state]
-        return f"{sign} {text(f'task.{row.record.state.name}')}"
-
-    def tone(row: TaskRow) -> Tone:
-        return TASK_SIGNS[row.record.state][1]
-
-    def step(row: TaskRow) -> str:
-        return text("value.step", step=row.record.step, steps=row.record.steps)
+    """Return the columns of the task table; `now` returns the hive's time [s]."""
 
     def eta(row: TaskRow) -> str:
         left = None if row.due is None else row.due - now()
-        if left is not None and left < -1 and row.record.state is TaskState.ASSIGNED:
-            left = None  # more urgent tasks have come before it since the robot said so
-        if left is not None and left < -1:
-            return text("value.late", time=formats.duration(-left))
-        return formats.duration(left)
+        if left is None or left >= -1:
+            return formats.duration(left)
+        if row.record.state is TaskState.ASSIGNED:
+            return formats.UNKNOWN  # more urgent tasks have come before it since the prediction
+        return f"late by {formats.duration(-left)}"
 
     def age(row: TaskRow) -> str:
         posted = row.record.task.posted
         return formats.duration(now() - posted if posted > 0 else None)
 
     return (
-        Column("column.id", _id, lambda r: padded(r.record.task.id), letters=7),
-        Column("column.state", state, lambda r: int(r.record.state), tone, letters=11),
-        Column("column.type", _type, lambda r: r.record.task.type, letters=5),
-        Column("column.robot", _robot, lambda r: padded(r.record.robot), letters=8),
-        Column("column.step", step, lambda r: r.record.step, letters=5),
-        Column("column.progress", _progress, lambda r: r.progress, share=_share, letters=10),
-        Column("column.eta", eta, _due, letters=12),
-        Column("column.priority", _priority, _urgency, to_right=True, letters=7),
-        Column("column.payload", _payload, _weight, to_right=True, letters=8),
-        Column("column.age", age, lambda r: -r.record.task.posted, letters=10),
-        Column("column.reason", _reason, _reason, letters=8),
+        _named("Task", lambda r: r.record.task.id, letters=7),
+        Column("State", _task_state, lambda r: int(r.record.state), _task_tone, letters=11),
+        Column("Type", _type, lambda r: r.record.task.type, letters=5),
+        _named("Robot", lambda r: r.record.robot, letters=8),
+        Column("Step", _step, lambda r: r.record.step, letters=5),
+        Column("Progress", _progress, _done, share=_done, letters=10),
+        Column("Done in", eta, _due, letters=12),
+        Column("Priority", _priority, lambda r: r.record.task.priority, to_right=True, letters=7),
+        Column("Payload", _payload, lambda r: r.record.task.payload, to_right=True, letters=8),
+        Column("Age", age, lambda r: -r.record.task.posted, letters=10),
+        Column("Reason", lambda r: r.record.reason, lambda r: r.record.reason, letters=8),
     )
 
 
-def type_name(number: int) -> str:
-    """Return the short name of a task type; its number where there is none."""
-    return TaskType(number).name if number in {kind.value for kind in TaskType} else str(number)
+def robot_columns(places: Callable[[], tuple[Place, ...]]) -> tuple[Column, ...]:
+    """Return the columns of the robot table; `places` returns the named places of the world."""
+
+    def place(row: RobotRow) -> str:
+        pose = row.status.pose
+        name = place_of(pose, places())
+        return f"{name} ({formats.position(pose)})" if name else formats.position(pose)
+
+    return (
+        _named("Robot", lambda r: r.status.robot_id, letters=8),
+        Column("State", _robot_state, lambda r: int(r.state), _robot_tone, letters=10),
+        Column("Battery", _battery, _charge, _battery_tone, _charge, "100 % low", letters=14),
+        _named("Current task", lambda r: r.status.task_id, letters=11),
+        Column("Queue", _queue, lambda r: queued(r.status), letters=11),
+        Column("Load", _load, lambda r: r.status.payload, to_right=True, letters=7),
+        Column("Place", place, place, letters=28),
+        Column("Reason", lambda r: r.status.reason, lambda r: r.status.reason, letters=8),
+    )
 
 
-def _id(row: TaskRow) -> str:
-    return row.record.task.id
+def _named(head: str, name: Callable[[Any], str], letters: int) -> Column:
+    """Return a column of names, in which T9 is before T10."""
+    return Column(
+        head,
+        lambda row: name(row) or formats.UNKNOWN,
+        lambda row: natural(name(row)),
+        letters=letters,
+    )
 
 
-def _reason(row: TaskRow) -> str:
-    return row.record.reason
+def _task_state(row: TaskRow) -> str:
+    return f"{TASK_SIGNS[row.record.state][0]} {row.record.state.name.lower()}"
 
 
-def _urgency(row: TaskRow) -> int:
-    return row.record.task.priority
-
-
-def _weight(row: TaskRow) -> float:
-    return row.record.task.payload
+def _task_tone(row: TaskRow) -> Tone:
+    return TASK_SIGNS[row.record.state][1]
 
 
 def _type(row: TaskRow) -> str:
     return type_name(row.record.task.type)
 
 
-def _robot(row: TaskRow) -> str:
-    return row.record.robot or text("value.unknown")
+def _step(row: TaskRow) -> str:
+    return f"{row.record.step} of {row.record.steps}"
 
 
-def _share(row: TaskRow) -> float:
+def _done(row: TaskRow) -> float:
     return row.progress
 
 
@@ -124,6 +129,35 @@ def _payload(row: TaskRow) -> str:
     return formats.mass(row.record.task.payload)
 
 
+def _robot_state(row: RobotRow) -> str:
+    return f"{ROBOT_SIGNS[row.state][0]} {row.state.name.lower()}"
+
+
+def _robot_tone(row: RobotRow) -> Tone:
+    return ROBOT_SIGNS[row.state][1]
+
+
+def _charge(row: RobotRow) -> float:
+    return row.status.charge
+
+
+def _battery(row: RobotRow) -> str:
+    return formats.percent(row.status.charge) + (" low" if row.status.charge < LOW else "")
+
+
+def _battery_tone(row: RobotRow) -> Tone | None:
+    return Tone.BAD if row.status.charge < LOW else None
+
+
+def _queue(row: RobotRow) -> str:
+    behind = [name for name in row.status.tasks if name != row.status.task_id]
+    return f"{len(behind)}: {', '.join(behind)}" if behind else "0"
+
+
+def _load(row: RobotRow) -> str:
+    return formats.mass(row.status.payload)
+
+
 class TaskFilter(QSortFilterProxyModel):
     """Shows the tasks in the chosen states whose texts hold what was typed."""
 
@@ -137,7 +171,7 @@ class TaskFilter(QSortFilterProxyModel):
         self.setDynamicSortFilter(True)
 
     def seek(self, sought: str) -> None:
-        """Show only tasks whose id, robot, type, state or reason holds this."""
+        """Show only tasks whose id, robot, type, state or reason holds a text."""
         self._sought = sought.strip().casefold()
         self.invalidateFilter()
 
@@ -153,8 +187,8 @@ class TaskFilter(QSortFilterProxyModel):
             return False
         if not self._sought:
             return True
-        state = text(f"task.{record.state.name}")
-        texts = (record.task.id, record.robot, type_name(record.task.type), state, record.reason)
+        state, kind = record.state.name, type_name(record.task.type)
+        texts = (record.task.id, record.robot, kind, state, record.reason)
         return any(self._sought in words.casefold() for words in texts)
 
     def names(self, rows: list[QModelIndex]) -> list[str]:

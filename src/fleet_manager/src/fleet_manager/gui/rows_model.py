@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A table of rows that change one at a time, as Qt's item models want them.
+"""A table model whose rows change one at a time.
 
-Rows are told to the view as inserted, changed or removed, never all at once: so selection and
-scroll position stay, and thousands of rows cost only what has changed.
+It tells the view which rows were inserted, changed or removed: so selection and scroll position
+stay, and thousands of rows cost only what has changed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, Qt
 from python_qt_binding.QtWidgets import QApplication
 
-from fleet_manager.desk.words import text
 from fleet_manager.gui.look import Tone, color
 
 if TYPE_CHECKING:
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 SORT_ROLE = Qt.UserRole
 SHARE_ROLE = Qt.UserRole + 1
 NOTHING = QModelIndex()
-GAP = "\u2002"  # between numbers that are set to the right and the next column
+GAP = "\u2002"  # between right-aligned numbers and the next column
 
 
 @dataclass(frozen=True)
@@ -30,14 +29,14 @@ class Column:
     """One column of a table.
 
     Attributes:
-        head: Key of its head in `words.WORDS`.
-        shown: Gives the text of a cell, from the row.
-        sort: Gives what the column is sorted by, a number or a string.
-        tone: Gives the tone of a cell's letters; None for the usual one.
-        share: Gives a share from 0 to 1 that is drawn as a bar; None where there is none.
-        bar_text: The widest text that stands beside a bar.
-        to_right: Whether its texts are numbers, set to the right.
-        letters: A usual width, in letters.
+        head: Its title.
+        shown: Returns the text of a row's cell.
+        sort: Returns what the column is sorted by.
+        tone: Returns the tone of a cell's letters; None for the usual one.
+        share: Returns a share from 0 to 1 that is drawn as a bar; None draws no bar.
+        bar_text: The widest text beside a bar.
+        to_right: Whether its texts are right-aligned numbers.
+        letters: Its initial width, in letters.
     """
 
     head: str
@@ -51,11 +50,7 @@ class Column:
 
 
 class RowsModel(QAbstractTableModel):
-    """Rows by name, in the order in which they came.
-
-    Args:
-        columns: What is shown of a row.
-    """
+    """Rows by name, in the order in which they came."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
@@ -81,18 +76,18 @@ class RowsModel(QAbstractTableModel):
         return self._rows[number]
 
     def headerData(self, section: int, orientation: Any, role: int) -> Any:  # noqa: ANN401, N802  (Qt's)
-        """Return the head of a column."""
+        """Return the title of a column."""
         if orientation != Qt.Horizontal:
             return None
         if role == Qt.DisplayRole:
             column = self.columns[section]
-            return text(column.head) + (GAP if column.to_right else "")
+            return column.head + (GAP if column.to_right else "")
         if role == Qt.TextAlignmentRole:
             return _alignment(self.columns[section])
         return None
 
     def data(self, index: QModelIndex, role: int = Qt.DisplayRole) -> Any:  # noqa: ANN401  (Qt's)
-        """Return one side of a cell."""
+        """Return one aspect of a cell."""
         column, row = self.columns[index.column()], self._rows[index.row()]
         if role == SORT_ROLE:
             return column.sort(row)
@@ -108,12 +103,7 @@ class RowsModel(QAbstractTableModel):
         return None
 
     def apply(self, names: Collection[str], rows: Mapping[str, Any]) -> None:
-        """Take over what has changed.
-
-        Args:
-            names: Of the rows that came, changed or went.
-            rows: All rows as they are now.
-        """
+        """Update the rows of these names, out of all rows as they are now."""
         gone = [
             self._numbers[name] for name in names if name not in rows and name in self._numbers
         ]
@@ -150,7 +140,7 @@ def _alignment(column: Column) -> int:
 
 
 def _runs(numbers: list[int]) -> Iterator[tuple[int, int]]:
-    """Give the first and last of each run of neighbours."""
+    """Give the first and last of each run of adjacent numbers."""
     numbers = sorted(numbers)
     start = 0
     for place in range(1, len(numbers) + 1):
