@@ -12,8 +12,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from blackboard.domain.record import TaskUpdate
-from fleet_manager.client.client import HiveClient
-from fleet_manager.client.feeder import Feeder
+from fleet_manager.client.client import Feeder, HiveClient
 from fleet_manager.demo.history import History
 from fleet_manager.demo.local_hive import wait_for_everyone
 from fleet_manager.demo.progress import Progress

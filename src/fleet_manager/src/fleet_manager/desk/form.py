@@ -148,38 +148,34 @@ def _checked_goals(
             break
         x = _checked_number(goal.x, x_range, f"{name}.x", mistakes)
         y = _checked_number(goal.y, y_range, f"{name}.y", mistakes)
-        heading = _checked_number(
-            goal.heading.strip() or "0", HEADING, f"{name}.heading", mistakes
-        )
+        typed = goal.heading.strip() or "0"
+        heading = _checked_number(typed, HEADING, f"{name}.heading", mistakes)
         goals.append(Pose(x, y, math.remainder(math.radians(heading), math.tau)))
     return tuple(goals)
 
 
 def _map_ranges(bounds: MapBounds | None) -> tuple[Range, Range]:
     if bounds is None:
-        return Range(-MAX_COORDINATE, MAX_COORDINATE, "m"), Range(
-            -MAX_COORDINATE, MAX_COORDINATE, "m"
-        )
-    return (
-        Range(bounds.x_min, bounds.x_max, "m", ", the map ends there"),
-        Range(bounds.y_min, bounds.y_max, "m", ", the map ends there"),
-    )
+        anywhere = Range(-MAX_COORDINATE, MAX_COORDINATE, "m")
+        return anywhere, anywhere
+    why = ", the map ends there"
+    x_range = Range(bounds.x_min, bounds.x_max, "m", why)
+    return x_range, Range(bounds.y_min, bounds.y_max, "m", why)
 
 
 def _checked_number(typed: str, span: Range, field: str, mistakes: dict[str, str]) -> float:
     """Return the number, or 0 with a mistake noted."""
     typed = typed.strip()
+    number = parsed(typed)
     if not typed:
         mistakes[field] = f"is empty; allowed: {span.allowed}"
-        return 0.0
-    number = parsed(typed)
-    if number is None:
+    elif number is None:
         mistakes[field] = f"“{shortened(typed)}” is not a number; allowed: {span.allowed}"
-        return 0.0
-    if not span.low <= number <= span.high:
+    elif not span.low <= number <= span.high:
         mistakes[field] = _outside(typed, span)
-        return 0.0
-    return number
+    else:
+        return number
+    return 0.0
 
 
 def _outside(typed: str, span: Range) -> str:

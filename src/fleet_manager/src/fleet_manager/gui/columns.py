@@ -9,8 +9,15 @@ from typing import TYPE_CHECKING, Any
 from python_qt_binding.QtCore import QModelIndex, QSortFilterProxyModel
 
 from blackboard.domain.task import TaskState
-from fleet_manager.client import formats
-from fleet_manager.client.formats import natural, type_name
+from fleet_manager.client.formats import (
+    UNKNOWN,
+    duration,
+    mass,
+    natural,
+    percent,
+    position,
+    type_name,
+)
 from fleet_manager.client.tables import queued
 from fleet_manager.desk.places import place_of
 from fleet_manager.gui.look import ROBOT_SIGNS, TASK_SIGNS, Tone
@@ -39,25 +46,25 @@ def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
     def eta(row: TaskRow) -> str:
         left = None if row.due is None else row.due - now()
         if left is None or left >= -1:
-            return formats.duration(left)
+            return duration(left)
         if row.record.state is TaskState.ASSIGNED:
-            return formats.UNKNOWN  # more urgent tasks have come before it since the prediction
-        return f"late by {formats.duration(-left)}"
+            return UNKNOWN  # more urgent tasks have come before it since the prediction
+        return f"late by {duration(-left)}"
 
     def age(row: TaskRow) -> str:
         posted = row.record.task.posted
-        return formats.duration(now() - posted if posted > 0 else None)
+        return duration(now() - posted if posted > 0 else None)
 
     return (
         _named("Task", lambda r: r.record.task.id, letters=7),
         Column("State", _task_state, lambda r: int(r.record.state), _task_tone, letters=11),
-        Column("Type", _type, lambda r: r.record.task.type, letters=5),
+        Column("Type", lambda r: type_name(r.record.task.type), _kind, letters=5),
         _named("Robot", lambda r: r.record.robot, letters=8),
         Column("Step", _step, lambda r: r.record.step, letters=5),
-        Column("Progress", _progress, _done, share=_done, letters=10),
-        Column("Done in", eta, _due, letters=12),
-        Column("Priority", _priority, lambda r: r.record.task.priority, to_right=True, letters=7),
-        Column("Payload", _payload, lambda r: r.record.task.payload, to_right=True, letters=8),
+        Column("Progress", lambda r: percent(r.progress), _done, share=_done, letters=10),
+        Column("Done in", eta, lambda r: math.inf if r.due is None else r.due, letters=12),
+        Column("Priority", lambda r: str(_priority(r)), _priority, to_right=True, letters=7),
+        Column("Payload", lambda r: mass(_payload(r)), _payload, to_right=True, letters=8),
         Column("Age", age, lambda r: -r.record.task.posted, letters=10),
         Column("Reason", lambda r: r.record.reason, lambda r: r.record.reason, letters=8),
     )
@@ -69,7 +76,7 @@ def robot_columns(places: Callable[[], tuple[Place, ...]]) -> tuple[Column, ...]
     def place(row: RobotRow) -> str:
         pose = row.status.pose
         name = place_of(pose, places())
-        return f"{name} ({formats.position(pose)})" if name else formats.position(pose)
+        return f"{name} ({position(pose)})" if name else position(pose)
 
     return (
         _named("Robot", lambda r: r.status.robot_id, letters=8),
@@ -77,7 +84,13 @@ def robot_columns(places: Callable[[], tuple[Place, ...]]) -> tuple[Column, ...]
         Column("Battery", _battery, _charge, _battery_tone, _charge, "100 % low", letters=14),
         _named("Current task", lambda r: r.status.task_id, letters=11),
         Column("Queue", _queue, lambda r: queued(r.status), letters=11),
-        Column("Load", _load, lambda r: r.status.payload, to_right=True, letters=7),
+        Column(
+            "Load",
+            lambda r: mass(r.status.payload),
+            lambda r: r.status.payload,
+            to_right=True,
+            letters=7,
+        ),
         Column("Place", place, place, letters=28),
         Column("Reason", lambda r: r.status.reason, lambda r: r.status.reason, letters=8),
     )
@@ -87,7 +100,7 @@ def _named(head: str, name: Callable[[Any], str], letters: int) -> Column:
     """Return a column of names, in which T9 is before T10."""
     return Column(
         head,
-        lambda row: name(row) or formats.UNKNOWN,
+        lambda row: name(row) or UNKNOWN,
         lambda row: natural(name(row)),
         letters=letters,
     )
@@ -101,8 +114,8 @@ def _task_tone(row: TaskRow) -> Tone:
     return TASK_SIGNS[row.record.state][1]
 
 
-def _type(row: TaskRow) -> str:
-    return type_name(row.record.task.type)
+def _kind(row: TaskRow) -> int:
+    return row.record.task.type
 
 
 def _step(row: TaskRow) -> str:
@@ -113,20 +126,12 @@ def _done(row: TaskRow) -> float:
     return row.progress
 
 
-def _progress(row: TaskRow) -> str:
-    return formats.percent(row.progress)
+def _priority(row: TaskRow) -> int:
+    return row.record.task.priority
 
 
-def _due(row: TaskRow) -> float:
-    return math.inf if row.due is None else row.due
-
-
-def _priority(row: TaskRow) -> str:
-    return str(row.record.task.priority)
-
-
-def _payload(row: TaskRow) -> str:
-    return formats.mass(row.record.task.payload)
+def _payload(row: TaskRow) -> float:
+    return row.record.task.payload
 
 
 def _robot_state(row: RobotRow) -> str:
@@ -137,12 +142,16 @@ def _robot_tone(row: RobotRow) -> Tone:
     return ROBOT_SIGNS[row.state][1]
 
 
+def _load(row: RobotRow) -> float:
+    return row.status.payload
+
+
 def _charge(row: RobotRow) -> float:
     return row.status.charge
 
 
 def _battery(row: RobotRow) -> str:
-    return formats.percent(row.status.charge) + (" low" if row.status.charge < LOW else "")
+    return percent(row.status.charge) + (" low" if row.status.charge < LOW else "")
 
 
 def _battery_tone(row: RobotRow) -> Tone | None:
@@ -152,10 +161,6 @@ def _battery_tone(row: RobotRow) -> Tone | None:
 def _queue(row: RobotRow) -> str:
     behind = [name for name in row.status.tasks if name != row.status.task_id]
     return f"{len(behind)}: {', '.join(behind)}" if behind else "0"
-
-
-def _load(row: RobotRow) -> str:
-    return formats.mass(row.status.payload)
 
 
 class TaskFilter(QSortFilterProxyModel):

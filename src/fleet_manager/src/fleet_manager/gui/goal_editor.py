@@ -10,7 +10,7 @@ from python_qt_binding.QtCore import Signal
 from python_qt_binding.QtWidgets import QGroupBox
 
 from fleet_manager.desk.form import GoalText
-from fleet_manager.gui.forms import load_form, mark_field, show_mistake
+from fleet_manager.gui.look import load_form, mark_field, show_mistake
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

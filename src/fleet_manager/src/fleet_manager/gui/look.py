@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Colours and signs, on light and dark desktops.
+"""What all windows have in common: forms, signs, and colours on light and dark desktops.
 
 Every state has a sign and a word besides its colour. The colours are those of Okabe and Ito
 (Color Universal Design, 2008), which people with any colour vision can distinguish, darkened for
@@ -11,17 +11,19 @@ from __future__ import annotations
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from python_qt_binding import loadUi
 from python_qt_binding.QtGui import QColor, QPalette
 
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.task import TaskState
 from fleet_manager.client.words import Severity
 from fleet_manager.desk.requests import Answer
+from hive_common.resources import package_folder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from python_qt_binding.QtWidgets import QApplication
+    from python_qt_binding.QtWidgets import QApplication, QWidget
 
 
 class Tone(Enum):
@@ -118,3 +120,22 @@ def appear(application: QApplication, appearance: Appearance, desktop: QPalette)
         application.setPalette(application.style().standardPalette())
     else:
         application.setPalette(desktop)
+
+
+def load_form(name: str, widget: QWidget) -> None:
+    """Build a widget from `resource/<name>.ui`; every child becomes an attribute of it."""
+    loadUi(str(package_folder("fleet_manager") / "resource" / f"{name}.ui"), widget)
+
+
+def show_mistake(label: QWidget, mistake: str) -> None:
+    """Show what is wrong below a field, with a sign besides the colour."""
+    label.setText(f"⚠ {mistake}" if mistake else "")
+    label.setVisible(bool(mistake))
+
+
+def mark_field(edit: QWidget, *, wrong: bool) -> None:
+    """Give a field a thick border in the colour of mistakes, or remove it."""
+    if edit.property("wrong") != wrong:
+        edit.setProperty("wrong", wrong)
+        shade = color(Tone.BAD, edit.palette()).name()
+        edit.setStyleSheet(f"border: 0.15em solid {shade}" if wrong else "")

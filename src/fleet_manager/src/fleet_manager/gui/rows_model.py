@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A table model whose rows change one at a time.
+"""A table model whose rows change one at a time, and the bars in its cells.
 
 It tells the view which rows were inserted, changed or removed: so selection and scroll position
 stay, and thousands of rows cost only what has changed.
@@ -10,13 +10,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, Qt
-from python_qt_binding.QtWidgets import QApplication
+from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, QRectF, Qt
+from python_qt_binding.QtGui import QBrush, QPalette
+from python_qt_binding.QtWidgets import QApplication, QStyle, QStyledItemDelegate
 
 from fleet_manager.gui.look import Tone, color
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+
+    from python_qt_binding.QtCore import QObject
+    from python_qt_binding.QtGui import QPainter
+    from python_qt_binding.QtWidgets import QStyleOptionViewItem
 
 SORT_ROLE = Qt.UserRole
 SHARE_ROLE = Qt.UserRole + 1
@@ -147,3 +152,54 @@ def _runs(numbers: list[int]) -> Iterator[tuple[int, int]]:
         if place == len(numbers) or numbers[place] != numbers[place - 1] + 1:
             yield numbers[start], numbers[place - 1]
             start = place
+
+
+class BarDelegate(QStyledItemDelegate):
+    """Draws the bar on the left in the cell's colour, the text on the right.
+
+    Args:
+        table: The table of the cells.
+        widest: The widest text beside a bar.
+    """
+
+    def __init__(self, table: QObject, widest: str) -> None:
+        super().__init__(table)
+        self._widest = widest
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex) -> None:
+        """Draw one cell."""
+        self.initStyleOption(option, index)
+        words, option.text = option.text, ""
+        style = option.widget.style()
+        style.drawControl(QStyle.CE_ItemViewItem, option, painter, option.widget)
+        share = index.data(SHARE_ROLE)
+        if share is None:
+            return
+        chosen = option.state & QStyle.State_Selected
+        role = QPalette.HighlightedText if chosen else QPalette.Text
+        margin = style.pixelMetric(QStyle.PM_FocusFrameHMargin) + 1
+        cell = QRectF(option.rect).adjusted(margin, margin, -margin, -margin)
+        letters = min(option.fontMetrics.horizontalAdvance(self._widest), cell.width())
+        bar = QRectF(
+            cell.left(), cell.top(), max(0.0, cell.width() - letters - margin), cell.height()
+        )
+        painter.save()
+        painter.setPen(option.palette.color(role))
+        painter.drawText(
+            QRectF(bar.right() + margin, cell.top(), letters, cell.height()),
+            int(Qt.AlignVCenter | Qt.AlignLeft),
+            words,
+        )
+        painter.drawRect(bar)
+        filled = QRectF(
+            bar.left(), bar.top(), bar.width() * max(0.0, min(1.0, share)), bar.height()
+        )
+        painter.fillRect(filled, _filling(option, index))
+        painter.restore()
+
+
+def _filling(option: QStyleOptionViewItem, index: QModelIndex) -> QBrush:
+    """Return the cell's own colour, or a calm one."""
+    if option.state & QStyle.State_Selected:
+        return QBrush(option.palette.color(QPalette.HighlightedText))
+    return QBrush(index.data(Qt.ForegroundRole) or color(Tone.CALM, option.palette))

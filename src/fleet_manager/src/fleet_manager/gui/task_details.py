@@ -11,7 +11,7 @@ from python_qt_binding.QtWidgets import QDialog, QTableWidgetItem
 from blackboard.domain.task import goal_name
 from fleet_manager.client import formats
 from fleet_manager.client.bids import HEADS, bid_cells, story
-from fleet_manager.gui.forms import load_form
+from fleet_manager.gui.look import load_form
 
 if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord

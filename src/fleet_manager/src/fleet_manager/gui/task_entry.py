@@ -12,9 +12,8 @@ from blackboard.domain.task import TaskType
 from fleet_manager.desk.form import GOAL_NAMES, GOALS_TAKEN, FormText, check, goals_needed
 from fleet_manager.desk.picking import Picking
 from fleet_manager.gui.banner import Banner
-from fleet_manager.gui.forms import load_form, mark_field, show_mistake
 from fleet_manager.gui.goal_editor import GoalEditor
-from fleet_manager.gui.look import ANSWER_SIGNS, color
+from fleet_manager.gui.look import ANSWER_SIGNS, color, load_form, mark_field, show_mistake
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

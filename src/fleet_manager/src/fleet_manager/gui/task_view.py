@@ -11,11 +11,10 @@ from python_qt_binding.QtWidgets import QAbstractItemView, QShortcut, QWidget
 
 from blackboard.domain.characteristics import RobotState
 from fleet_manager.gui.banner import Banner
-from fleet_manager.gui.bar_delegate import BarDelegate
 from fleet_manager.gui.columns import CHOICES, TaskFilter, robot_columns, task_columns
-from fleet_manager.gui.forms import load_form
 from fleet_manager.gui.log_model import LogModel
-from fleet_manager.gui.rows_model import SORT_ROLE, RowsModel
+from fleet_manager.gui.look import load_form
+from fleet_manager.gui.rows_model import SORT_ROLE, BarDelegate, RowsModel
 from fleet_manager.gui.task_details import TaskDetails
 
 if TYPE_CHECKING:
