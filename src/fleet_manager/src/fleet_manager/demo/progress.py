@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import shutil
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from blackboard.domain.task import TaskState
 from fleet_manager.client.tables import fit, queued
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
+    from typing import TextIO
 
     from fleet_manager.client.hive_state import HiveState
     from fleet_manager.client.words import Event
@@ -18,19 +19,6 @@ if TYPE_CHECKING:
 _BAR = 30
 _STATUS_EVERY = 15.0
 _DRAW_EVERY = 0.25
-
-
-class Sink(Protocol):
-    """A terminal or a file."""
-
-    def write(self, text: str, /) -> object:
-        """Write a text."""
-
-    def flush(self) -> object:
-        """Write it now."""
-
-    def isatty(self) -> bool:
-        """Return whether it is a terminal."""
 
 
 class Progress:
@@ -42,7 +30,7 @@ class Progress:
         tasks: Ids of all tasks of the run.
     """
 
-    def __init__(self, sink: Sink, robots: Sequence[str], tasks: Collection[str]) -> None:
+    def __init__(self, sink: TextIO, robots: Sequence[str], tasks: Collection[str]) -> None:
         self._sink = sink
         self._live = sink.isatty()
         self._robots = robots

@@ -22,6 +22,7 @@ from fleet_manager.errors import NoHiveError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
+    from typing import TextIO
 
     from fleet_manager.client.client import ClientLink
     from fleet_manager.client.reports import Report
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from fleet_manager.config.fleet_file import Fleet
     from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.local_hive import LocalHive
-    from fleet_manager.demo.progress import Sink
 
 _WALL_SLACK = 4.0
 """A run ends after this multiple of its due wall time: the clock hardly runs."""
@@ -101,7 +101,7 @@ class DemoRun:
         client: Posts and follows the tasks.
     """
 
-    def __init__(self, plan: DemoPlan, hive: LocalHive, link: ClientLink, sink: Sink) -> None:
+    def __init__(self, plan: DemoPlan, hive: LocalHive, link: ClientLink, sink: TextIO) -> None:
         self._plan = plan
         self._hive = hive
         self._link = link
@@ -165,7 +165,7 @@ def run_demo(
     plan: DemoPlan,
     hive: LocalHive,
     connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]],
-    sink: Sink,
+    sink: TextIO,
 ) -> DemoResult:
     """Start a hive, run a scenario on it, and return the result.
 

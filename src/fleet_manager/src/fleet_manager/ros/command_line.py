@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the `hive` command line with ROS behind it."""
+"""Runs the `hive` command line on ROS."""
 
 from __future__ import annotations
 
