@@ -193,10 +193,9 @@ def test_the_view_goes_on_when_the_blackboard_is_killed_and_a_robot_takes_over(
 
     person.wait_until(lambda: answer(entry) == f"✔ {after}: accepted")
     person.wait_until(lambda: f"Blackboard: {name} " not in view.authority_label.text())
+    leads = "carries the blackboard, epoch"
     person.wait_until(
-        lambda: any(
-            re.search(r"robot\d carries the blackboard, epoch", line) for line in log_of(view)
-        )
+        lambda: any(leads in line and f" {name} " not in line for line in log_of(view))
     )
     for task in (before, after):
         person.wait_until(lambda task=task: person.state_of(view, task) == "done", DRIVE)
