@@ -42,7 +42,7 @@ def test_the_details_ask_for_the_bids_again_when_the_task_is_given_out(person, l
     assert link.sent == [ReadDecisions("T1")] * 2
 
 
-def test_the_details_show_bids_that_were_noted_and_not_heard(person, link, details):
+def test_the_details_show_bids_that_were_recorded_and_not_heard(person, link, details):
     link.say(TaskList(1, 2, (GIVEN,)))
     bids = (Bid("robot1", "T1", 4.0), Bid("robot2", "T1", 9.0))
     link.said.append(DecisionRead(Decision("T1", 1, 1, 1, 0.0, "robot1", bids=bids)))

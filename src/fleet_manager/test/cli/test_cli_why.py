@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`hive why` and `hive replay`, on what members have noted in a folder."""
+"""`hive why` and `hive replay`, on what members have recorded in a folder."""
 
 import contextlib
 import json
@@ -25,7 +25,7 @@ EXCHANGED = "exchanged: T5 from robot1 to robot2, T9 from robot2 to robot1"
 
 @pytest.fixture
 def hive(tmp_path, capsys):
-    """Run the command line on a folder in which two decisions on T7 are noted."""
+    """Run the command line on a folder with two recorded decisions on T7."""
     book = SqliteBook(tmp_path / f"blackboard{ENDING}")
     reason = "nobody can take it now: robot3: its charge would fall to 8%; what would help: ..."
     book.note([
@@ -82,7 +82,7 @@ def test_why_prints_plain_data_for_programs(hive):
     assert second["bids"][0]["terms"]["way"] == 8.25
 
 
-def test_what_nobody_has_noted_is_said_with_the_folder(hive, tmp_path):
+def test_what_nobody_has_recorded_is_said_with_the_folder(hive, tmp_path):
     code, out, err = hive("why", "T8")
 
     assert (code, out) == (1, "")

@@ -308,7 +308,7 @@ def test_bids_are_kept_by_task_cheapest_first_and_a_new_auction_replaces_the_old
     assert [bid.cost for bid in desk.hive.bid_book.bids("T1")] == [3.0]
 
 
-def test_bids_that_were_not_heard_are_those_that_were_noted(desk):
+def test_bids_that_were_not_heard_are_those_that_were_recorded(desk):
     recorded = Decision("T1", 1, 2, 1, 0.0, "robot1", bids=(Bid("robot1", "T1", 4.0),))
     desk.hive.add_bids(recorded)
     assert [bid.cost for bid in desk.hive.bid_book.bids("T1")] == [4.0]
