@@ -18,7 +18,7 @@ from python_qt_binding.QtWidgets import QApplication
 
 from blackboard.consensus.messages import Heartbeat
 from fleet_manager.demo.local_hive import local_hive
-from fleet_manager.desk.facts import Told
+from fleet_manager.desk.facts import HiveMessage
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
@@ -118,7 +118,7 @@ class FakeLink:
         self.sent.append(command)
 
     def say(self, report):
-        self.said.append(Told(report, self.time))
+        self.said.append(HiveMessage(report, self.time))
 
 
 @pytest.fixture

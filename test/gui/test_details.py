@@ -10,7 +10,7 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.domain.bid import Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.desk.facts import AskWhy, Noted
+from fleet_manager.desk.facts import DecisionRead, ReadDecisions
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.task_details import TaskDetails
 from hive_common.pose import Pose
@@ -34,20 +34,20 @@ def details(person, link):
 
 
 def test_the_details_ask_for_the_bids_again_when_the_task_is_given_out(person, link, details):
-    assert link.sent == [AskWhy("T1")]
+    assert link.sent == [ReadDecisions("T1")]
     assert details.no_bids_label.isVisible()
 
     link.say(TaskList(1, 2, (GIVEN,)))
     person.wait_until(lambda: "assigned" in details.stands_label.text())
-    assert link.sent == [AskWhy("T1")] * 2
+    assert link.sent == [ReadDecisions("T1")] * 2
 
 
-def test_the_details_show_bids_that_were_noted_and_not_heard(person, link, details):
+def test_the_details_show_bids_that_were_recorded_and_not_heard(person, link, details):
     link.say(TaskList(1, 2, (GIVEN,)))
     bids = (Bid("robot1", "T1", 4.0), Bid("robot2", "T1", 9.0))
-    link.said.append(Noted(Decision("T1", 1, 1, 1, 0.0, "robot1", bids=bids)))
+    link.said.append(DecisionRead(Decision("T1", 1, 1, 1, 0.0, "robot1", bids=bids)))
     person.wait_until(lambda: details.bid_table.rowCount() == 2)
 
     assert details.bid_table.item(0, 0).text() == "robot1 (has it)"
     assert not details.no_bids_label.isVisible()
-    assert link.sent == [AskWhy("T1")] * 2
+    assert link.sent == [ReadDecisions("T1")] * 2

@@ -107,8 +107,8 @@ def test_what_the_blackboard_refuses_shows_its_reason_and_can_be_mended(person, 
     person.press(Qt.Key_Return)
     link.say(TaskUpdate("T1", TaskState.REJECTED, reason="goal A is in a wall", epoch=1))
     sent = window.entry.sent_list
-    person.wait_until(lambda: "refused" in sent.item(0).text())
-    assert "T1: refused: goal A is in a wall" in sent.item(0).text()
+    person.wait_until(lambda: "rejected" in sent.item(0).text())
+    assert "T1: rejected: goal A is in a wall" in sent.item(0).text()
 
     sent.setFocus()
     sent.setCurrentRow(0)

@@ -62,18 +62,22 @@ def log_of(view):
 
 def test_a_task_typed_by_a_person_is_taken_in_assigned_started_and_done(person, entry, view):
     task = person.give_task(entry, TaskType.GA, HERE, priority="5")
-    person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
+    person.wait_until(lambda: answer(entry) == f"✔ {task}: accepted")
     person.wait_until(lambda: person.state_of(view, task) == "done", DRIVE)
 
     told = " ".join(reversed(log_of(view)))
-    for words in (f"{task} was given to robot", f"started {task}", f"{task} is done by robot"):
+    for words in (
+        f"task {task} is on the list of robot",
+        f"task {task} is under way by robot",
+        f"task {task} is done by robot",
+    ):
         assert words in told
     assert cell(view.task_table, task, 5) == "100 %"
 
 
 def test_a_goal_in_a_wall_is_refused_with_its_reason_beside_the_form(person, entry, view):
     task = person.give_task(entry, TaskType.GA, ("0", "0"))
-    person.wait_until(lambda: "refused" in answer(entry))
+    person.wait_until(lambda: "rejected" in answer(entry))
 
     assert "goal A" in answer(entry)
     person.wait_until(lambda: person.state_of(view, task) == "rejected")
@@ -164,7 +168,7 @@ def test_the_sign_comes_and_goes_with_the_blackboards_and_a_kept_task_is_sent(
         person.wait_until(lambda: "kept here" in answer(entry))
 
     person.wait_until(lambda: "● Blackboard: " in view.authority_label.text())
-    person.wait_until(lambda: answer(entry) == f"✔ {task}: taken in")
+    person.wait_until(lambda: answer(entry) == f"✔ {task}: accepted")
 
 
 def carrier(person, view):
@@ -182,13 +186,16 @@ def test_the_view_goes_on_when_the_blackboard_is_killed_and_a_robot_takes_over(
 ):
     carrier(person, view)
     before = person.give_task(entry, TaskType.GAB, FAR, HERE)
-    person.wait_until(lambda: answer(entry) == f"✔ {before}: taken in")
+    person.wait_until(lambda: answer(entry) == f"✔ {before}: accepted")
     name = carrier(person, view)
     os.kill(hive.process_of(f"/{name}"), signal.SIGKILL)
     after = person.give_task(entry, TaskType.GA, HERE)
 
-    person.wait_until(lambda: answer(entry) == f"✔ {after}: taken in")
+    person.wait_until(lambda: answer(entry) == f"✔ {after}: accepted")
     person.wait_until(lambda: f"Blackboard: {name} " not in view.authority_label.text())
-    person.wait_until(lambda: any("took the blackboard over" in line for line in log_of(view)))
+    leads = "carries the blackboard, epoch"
+    person.wait_until(
+        lambda: any(leads in line and f" {name} " not in line for line in log_of(view))
+    )
     for task in (before, after):
         person.wait_until(lambda task=task: person.state_of(view, task) == "done", DRIVE)

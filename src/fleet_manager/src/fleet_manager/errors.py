@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What can go wrong for an operator, each kind with the exit code that a script can rely on."""
+"""The errors an operator may meet, each with the exit code that scripts rely on."""
 
 from hive_common.errors import HiveError
 
 
 class FleetManagerError(HiveError):
-    """The base of every error that this package raises; its text is one line for a person.
+    """The base of every error of this package; its text is one line for a person.
 
     Attributes:
-        exit_code: What the `hive` command ends with when this error reaches the top.
+        exit_code: The exit code of the `hive` command.
     """
 
     exit_code = 1
@@ -21,7 +21,7 @@ class NotDoneError(FleetManagerError):
 
 
 class InputError(FleetManagerError):
-    """An argument or a file of the user's cannot be used."""
+    """An argument or a file cannot be used."""
 
     exit_code = 2
 
@@ -33,12 +33,12 @@ class NoHiveError(FleetManagerError):
 
 
 class TimeUpError(FleetManagerError):
-    """What was waited for did not happen within the time that the user allowed."""
+    """Something did not happen within the user's timeout."""
 
     exit_code = 4
 
 
 class StartError(FleetManagerError):
-    """A hive that was to be started did not come up."""
+    """The hive did not start."""
 
     exit_code = 5

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.domain.task import Task
-    from fleet_manager.client.hive_view import Report
+    from fleet_manager.client.reports import Report
 
 
 class FakeLink:
     """A link whose time passes only while somebody waits.
 
     Attributes:
-        posted: Every task that was published, repetitions included.
-        cancelled: Every id that was published on `task_cancel`.
-        on_post: Called with each task that is published; what a test's hive answers with.
-        on_cancel: Called with each id that is cancelled.
+        posted: Every published task, repetitions included.
+        cancelled: Every id published on `task_cancel`.
+        on_post: Called with each published task; the test's hive answers from it.
+        on_cancel: Called with each cancelled id.
     """
 
     def __init__(self) -> None:
@@ -38,12 +38,12 @@ class FakeLink:
         self._reports: deque[tuple[float, Report]] = deque()
 
     def say(self, report: Report, after: float = 0.0) -> None:
-        """Have the hive say something, `after` seconds from now."""
+        """Have the hive report something, `after` seconds from now."""
         self._reports.append((self._time + after, report))
         self._reports = deque(sorted(self._reports, key=lambda item: item[0]))
 
     def reconnect(self) -> None:
-        """Forget what has not been received, as a program that ends does."""
+        """Drop what has not been received, as a program does when it ends."""
         self._reports.clear()
 
     def now(self) -> float:
@@ -51,21 +51,21 @@ class FakeLink:
         return self._time
 
     def hive_time(self) -> float:
-        """Return the same: the fake hive keeps real time."""
+        """Return the same."""
         return self._time
 
     def post(self, task: Task) -> None:
-        """Note a task, and let the test's hive answer."""
+        """Record a task, and let the test's hive answer."""
         self.posted.append(task)
         self.on_post(task)
 
     def cancel(self, task_id: str) -> None:
-        """Note a cancelling, and let the test's hive answer."""
+        """Record a cancellation, and let the test's hive answer."""
         self.cancelled.append(task_id)
         self.on_cancel(task_id)
 
     def receive(self, timeout: float) -> Report | None:
-        """Return what is due within `timeout` [s]; the time passes until then."""
+        """Return the next report due within `timeout` [s]; time passes until then."""
         end = self._time + timeout
         if self._reports and self._reports[0][0] <= end:
             due, report = self._reports.popleft()
@@ -76,11 +76,11 @@ class FakeLink:
 
 
 class FakeHive:
-    """A blackboard that takes in every task and answers as the real one does.
+    """A blackboard that accepts every task and answers as the real one does.
 
     Attributes:
-        records: What is on its list, by id.
-        deaf: How many publications it misses before it hears one.
+        records: Its task list, by id.
+        deaf: The number of publications it misses before it hears one.
     """
 
     def __init__(self, link: FakeLink, deaf: int = 0) -> None:
@@ -92,7 +92,7 @@ class FakeHive:
         link.on_cancel = self._cancel
 
     def start(self) -> None:
-        """Say to a newcomer who it is and what is on its list."""
+        """Tell a new program who leads and what is on the task list."""
         self._link.reconnect()
         self._link.say(Heartbeat(1, "/blackboard", "", ("/blackboard",)))
         self._say_list()
@@ -101,7 +101,7 @@ class FakeHive:
         """Have a robot or an operator change a task, `after` seconds from now."""
         record = replace(self.records[task_id], state=state, robot=robot)
         self.records[task_id] = record
-        update = TaskUpdate(task_id, state, robot, record.step, record.steps)
+        update = TaskUpdate(task_id, state, robot, record.step, record.steps, epoch=1)
         self._link.say(update, after)
 
     def _take_in(self, task: Task) -> None:
@@ -113,7 +113,7 @@ class FakeHive:
             reason = f"id {task.id} is taken by another task"
             self._link.say(TaskUpdate(task.id, TaskState.REJECTED, reason=reason))
             return
-        self._link.say(TaskUpdate(task.id, record.state, record.robot, steps=record.steps))
+        self._link.say(record.told(1))
         self._say_list()
 
     def _cancel(self, task_id: str) -> None:

@@ -7,8 +7,8 @@ import pytest
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
+from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
-from fleet_manager.cli.outside import Outside
 from fleet_manager.errors import NoHiveError
 from fleet_manager.testing import FakeHive, FakeLink
 from hive_common.pose import Pose
@@ -24,7 +24,7 @@ class Terminal:
 
     def __call__(self, *words):
         """Run `hive` with words; return exit code, stdout, stderr."""
-        code = run(Outside(lambda _record: contextlib.nullcontext(self.link)), list(words))
+        code = run(CliContext(lambda _record: contextlib.nullcontext(self.link)), list(words))
         out, err = self._capsys.readouterr()
         return code, out, err
 
@@ -86,7 +86,7 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
     ("words", "said"),
     [
         (["add", "GAX", "--goal", "1,2"], "'GA', 'GAB', 'GPA', 'GPAB'"),
-        (["add", "GAB", "--goal", "1,2"], "GAB needs at least 2 times --goal, not 1"),
+        (["add", "GAB", "--goal", "1,2"], "GAB needs --goal at least 2 times, not 1"),
         (["add", "GA", "--goal", "1"], "allowed: x,y or x,y,yaw"),
         (["add", "GA", "--goal", "1,nan"], "allowed: x,y or x,y,yaw"),
         (["add", "GA", "--goal", "1,2", "--priority", "11"], "0<=x<=10"),
@@ -111,7 +111,7 @@ def test_no_ros_master_is_one_line_and_exit_3(capsys):
     def connect(_record):
         raise NoHiveError("no ROS master answers at here")
 
-    code = run(Outside(connect), ["tasks"])
+    code = run(CliContext(connect), ["tasks"])
 
     assert (code, capsys.readouterr().err) == (3, "hive: no ROS master answers at here\n")
 
@@ -120,7 +120,7 @@ def test_ctrl_c_is_quiet(capsys):
     def connect(_record):
         raise KeyboardInterrupt
 
-    code = run(Outside(connect), ["watch"])
+    code = run(CliContext(connect), ["watch"])
 
     out, err = capsys.readouterr()
     assert (code, out, err.strip()) == (130, "", "")

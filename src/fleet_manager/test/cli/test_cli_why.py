@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`hive why` and `hive replay`, on what members have noted in a folder."""
+"""`hive why` and `hive replay`, on what members have recorded in a folder."""
 
 import contextlib
 import json
@@ -9,8 +9,8 @@ import pytest
 from blackboard.auction.decision import Decision
 from blackboard.auction.decision_log import ENDING, SqliteBook
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
+from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
-from fleet_manager.cli.outside import Outside
 
 NEAR = Bid(
     "robot1", "T7", 0.52, eta=300.0, terms=CostTerms(0.02, 39.5, 1, 8.25, 300.0, added_charge=0.02)
@@ -25,7 +25,7 @@ EXCHANGED = "exchanged: T5 from robot1 to robot2, T9 from robot2 to robot1"
 
 @pytest.fixture
 def hive(tmp_path, capsys):
-    """Run the command line on a folder in which two decisions on T7 are noted."""
+    """Run the command line on a folder with two recorded decisions on T7."""
     book = SqliteBook(tmp_path / f"blackboard{ENDING}")
     reason = "nobody can take it now: robot3: its charge would fall to 8%; what would help: ..."
     book.note([
@@ -36,7 +36,7 @@ def hive(tmp_path, capsys):
     book.close()
 
     def call(*words):
-        code = run(Outside(lambda _: contextlib.nullcontext(), lambda: tmp_path), list(words))
+        code = run(CliContext(lambda _: contextlib.nullcontext(), lambda: tmp_path), list(words))
         out, err = capsys.readouterr()
         return code, out, err
 
@@ -82,11 +82,13 @@ def test_why_prints_plain_data_for_programs(hive):
     assert second["bids"][0]["terms"]["way"] == 8.25
 
 
-def test_what_nobody_has_noted_is_said_with_the_folder(hive, tmp_path):
+def test_what_nobody_has_recorded_is_said_with_the_folder(hive, tmp_path):
     code, out, err = hive("why", "T8")
 
     assert (code, out) == (1, "")
-    assert err == (f"hive: nothing is noted about T8 in {tmp_path}; name another with --journal\n")
+    assert err == (
+        f"hive: nothing is recorded about T8 in {tmp_path}; name another folder with --journal\n"
+    )
 
 
 def test_replay_says_who_would_have_got_it_by_another_model(hive):

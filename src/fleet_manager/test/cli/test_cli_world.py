@@ -55,7 +55,7 @@ WORLD = "name: {name}\nsize: {size}\nwalls: [{{name: a, box: [1, 1, 2, 2]}}]\nst
         ({"starts": "[{name: s, pose: [1.5, 1.5, 0]}]"}, (), ":4: starts[0]: 's' at"),
         ({}, ("--resolution", "0"), "resolution 0.0 m; allowed: above 0"),
         ({}, ("--resolution", "50"), "at most 10"),
-        ({"name": "../x"}, (), "'../x' is no name for a file; say OUT as well"),
+        ({"name": "../x"}, (), "'../x' is not a file name; give OUT as well"),
     ],
 )
 def test_a_map_that_cannot_be_drawn_says_why_in_one_line(hive, tmp_path, changes, words, said):

@@ -4,8 +4,7 @@ import pytest
 from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.client.client import ANSWER_WITHIN, HiveClient
-from fleet_manager.client.feeder import Feeder
+from fleet_manager.client.client import ANSWER_WITHIN, Feeder, HiveClient
 from fleet_manager.config.scenario import PlannedTask
 from fleet_manager.errors import NoHiveError, NotDoneError, TimeUpError
 from fleet_manager.testing import FakeHive, FakeLink

@@ -12,21 +12,21 @@ from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import TaskState
 from fleet_manager.client.client import HiveClient
-from fleet_manager.client.hive_view import HiveView
-from fleet_manager.client.samples import BatteryReading, Collisions, TruePlace
+from fleet_manager.client.hive_state import HiveState
+from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
+from fleet_manager.client.words import update_event
 from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.scenario import read_scenario
-from fleet_manager.demo.gathering import wait_for_everyone
 from fleet_manager.demo.history import History, Span
-from fleet_manager.demo.map_image import MapImage, read_map_image
+from fleet_manager.demo.local_hive import wait_for_everyone
 from fleet_manager.demo.picture import draw_run
 from fleet_manager.demo.progress import Progress
 from fleet_manager.demo.report import Clocks, make_report, not_done
 from fleet_manager.demo.runner import DemoPlan, DemoRun
 from fleet_manager.errors import StartError
 from fleet_manager.testing import FakeHive, FakeLink
+from hive_common.map_file import GridMap
 from hive_common.pose import Pose
-from hive_common.resources import find_file
 
 ROBOTS = ["robot1", "robot2", "robot3", "robot4"]
 
@@ -104,9 +104,9 @@ def test_who_was_not_heard_is_named_with_what_died(link):
 
 
 def test_a_process_that_ends_while_all_are_waited_for_ends_the_wait(link):
-    with pytest.raises(StartError, match="fleet_manager has ended by itself"):
+    with pytest.raises(StartError, match="fleet_manager ended unexpectedly"):
         wait_for_everyone(
-            HiveClient(link), ROBOTS, FakeLocalHive("fleet_manager has ended by itself")
+            HiveClient(link), ROBOTS, FakeLocalHive("fleet_manager ended unexpectedly")
         )
 
     assert link.now() < 2
@@ -161,9 +161,7 @@ def test_a_clock_slower_than_asked_is_said(link):
 
     result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
 
-    assert result.remarks == [
-        "the real-time factor was 1.00, not 2: the machine is too busy for it"
-    ]
+    assert result.remarks == ["the real-time factor was 1.00, not 2: the machine is too busy"]
 
 
 def test_distance_counts_every_metre_though_the_path_is_thinned():
@@ -217,10 +215,13 @@ def test_a_list_alone_tells_the_history_too():
 
 def made_report(plan, hits=0):
     history = History(0.0)
-    view = HiveView()
+    state = HiveState()
+    tasks = [planned.task for planned in plan.scenario.tasks]
+    records = [
+        TaskRecord(task, TaskState.DONE, robot) for task, robot in zip(tasks, ROBOTS, strict=True)
+    ]
+    state.take_in(TaskList(1, 1, tuple(records)))
     for number, planned in enumerate(plan.scenario.tasks):
-        record = TaskRecord(planned.task, TaskState.DONE, ROBOTS[number], planned.after)
-        view.tasks[planned.task.id] = record
         history.add(number, TaskUpdate(planned.task.id, TaskState.WAITING))
         history.add(number + 2, TaskUpdate(planned.task.id, TaskState.STARTED, ROBOTS[number]))
         history.add(number + 9, TaskUpdate(planned.task.id, TaskState.DONE, ROBOTS[number]))
@@ -230,7 +231,7 @@ def made_report(plan, hits=0):
     history.add(9.0, Collisions(hits))
     history.close(20.0)
     clocks = Clocks("2026-01-02T03:04:05+00:00", 1.0, 20.0, 21.0)
-    return make_report(plan.scenario, plan.fleet, view, history, clocks), history
+    return make_report(plan.scenario, plan.fleet, state, history, clocks), history
 
 
 def test_the_report_has_times_of_tasks_and_figures_of_robots(plan):
@@ -247,32 +248,23 @@ def test_the_report_has_times_of_tasks_and_figures_of_robots(plan):
 
 def test_the_picture_is_drawn_even_where_some_robots_never_moved(plan, tmp_path):
     report, history = made_report(plan, hits=2)
-    chart = MapImage(np.full((240, 400), 255, dtype=np.uint8), (0.0, 20.0, 0.0, 12.0))
+    grid_map = GridMap(np.zeros((240, 400), dtype=np.int8), 0.05, Pose(0.0, 0.0))
 
-    draw_run(tmp_path / "picture.png", report, history, chart)
+    draw_run(tmp_path / "picture.png", report, history, grid_map)
 
     with Image.open(tmp_path / "picture.png") as picture:
         assert min(picture.size) > 900
 
 
-def test_a_map_is_read_where_it_lies_in_the_world():
-    chart = read_map_image(find_file("simenv", "maps", "lab"))
-
-    assert chart.extent == (0.0, 20.0, 0.0, 12.0)
-    assert chart.grey.shape == (240, 400)
-    assert chart.grey.min() < 60
-    assert chart.grey.max() > 200
-
-
 def test_progress_in_a_terminal_is_drawn_over_itself_with_a_line_per_robot_and_a_bar():
-    screen, view = Terminal(), HiveView()
+    screen, state = Terminal(), HiveState()
     progress = Progress(screen, ROBOTS, ["T1", "T2"])
-    view.take_in(status("robot1", "T1"))
-    view.take_in(TaskUpdate("T1", TaskState.DONE, "robot1"))
+    state.take_in(status("robot1", "T1"))
+    state.take_in(TaskUpdate("T1", TaskState.DONE, "robot1"))
 
-    progress.show(view, 1.0, 1.0)
-    progress.show(view, 1.1, 1.1)
-    progress.show(view, 2.0, 2.0)
+    progress.show(state, 1.0, 1.0)
+    progress.show(state, 1.1, 1.1)
+    progress.show(state, 2.0, 2.0)
 
     pictures = screen.getvalue().split("\x1b[5A\x1b[J")
     assert len(pictures) == 2
@@ -283,12 +275,12 @@ def test_progress_in_a_terminal_is_drawn_over_itself_with_a_line_per_robot_and_a
 
 
 def test_progress_in_a_file_is_plain_lines():
-    log, view = io.StringIO(), HiveView()
+    log, state = io.StringIO(), HiveState()
     progress = Progress(log, ROBOTS, ["T1"])
 
-    progress.tell(view, TaskUpdate("T1", TaskState.STARTED, "robot1", 0, 2), 12.34)
-    progress.show(view, 1.0, 1.0)
-    progress.show(view, 2.0, 2.0)
+    progress.tell([update_event(TaskUpdate("T1", TaskState.STARTED, "robot1", 0, 2))], 12.34)
+    progress.show(state, 1.0, 1.0)
+    progress.show(state, 2.0, 2.0)
 
     assert log.getvalue().splitlines() == [
         "  12.3 s  task T1 is under way by robot1, 0 of 2 steps done",

@@ -8,9 +8,8 @@ import pytest
 
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.demo.local_hive import local_hive
-from fleet_manager.demo.ports import reserved_port
+from fleet_manager.demo.machine import reserved_port, screen_is_usable
 from fleet_manager.demo.processes import ProcessGroup
-from fleet_manager.demo.screen import screen_is_usable
 from fleet_manager.errors import InputError, StartError
 from hive_lab.bench.registry import BENCHES, BenchResult, as_json
 from hive_lab.bench.usage import Usage, shares, usage_of

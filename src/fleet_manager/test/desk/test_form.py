@@ -7,7 +7,15 @@ import pytest
 
 from blackboard.domain.task import Task, TaskType
 from fleet_manager.desk.facts import MapBounds
-from fleet_manager.desk.form import GOALS_TAKEN, FormText, GoalText, check, goals_needed, parsed
+from fleet_manager.desk.form import (
+    GOALS_TAKEN,
+    FormText,
+    GoalText,
+    check,
+    goals_needed,
+    next_task_id,
+    parsed,
+)
 from hive_common.pose import Pose
 
 HERE, THERE = GoalText("3", "4", "90"), GoalText("8.5", "2", "")
@@ -133,7 +141,7 @@ def test_an_id_that_other_programs_might_stumble_over_is_marked(name):
 def test_a_taken_id_is_marked_and_a_free_one_proposed():
     mistakes = check(form(id="T4"), taken={"T4", "T9"}).mistakes
 
-    assert mistakes == {"id": "T4 is taken already; propose: T10"}
+    assert mistakes == {"id": "T4 is taken already; T10 is free"}
 
 
 def test_all_mistakes_are_told_at_once():
@@ -145,3 +153,8 @@ def test_all_mistakes_are_told_at_once():
 @pytest.mark.parametrize(("typed", "number"), [("-1.5", -1.5), ("+2", 2), (".5", 0.5), ("3.", 3)])
 def test_plain_decimal_numbers_are_read(typed, number):
     assert parsed(typed) == number
+
+
+def test_the_next_id_is_behind_all_that_are_taken():
+    assert next_task_id([]) == "T1"
+    assert next_task_id(["T3", "T10", "T7.2", "rush"]) == "T11"

@@ -30,7 +30,7 @@ def test_a_superseded_fact_is_dropped_and_the_newer_one_keeps_its_own_place():
 
 
 def test_the_oldest_fact_is_dropped_when_too_much_waits(monkeypatch):
-    monkeypatch.setattr(inbox, "LONGEST", 3)
+    monkeypatch.setattr(inbox, "MAX_FACTS", 3)
     box = Inbox()
     for number in range(5):
         box.put(path(f"robot{number}"))

@@ -6,6 +6,7 @@ import math
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
+from fleet_manager.client.rows import RobotRow, TaskRow
 from fleet_manager.desk.markers import (
     LETTER_HEIGHT,
     NO_ROBOT,
@@ -14,7 +15,6 @@ from fleet_manager.desk.markers import (
     Shape,
     robot_color,
 )
-from fleet_manager.desk.rows import RobotRow, TaskRow
 from hive_common.pose import Pose
 
 

@@ -4,8 +4,8 @@ import contextlib
 import pytest
 
 from blackboard.errors import LiveHiveError
+from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
-from fleet_manager.cli.outside import Outside
 from fleet_manager.testing import FakeLink
 from hive_lab.bench.command import bench
 from hive_lab.bench.registry import BENCHES
@@ -16,8 +16,8 @@ def terminal(capsys):
     """Run `bench` with words; return exit code, stdout, stderr."""
 
     def call(*words):
-        outside = Outside(lambda _record: contextlib.nullcontext(FakeLink()))
-        code = run(outside, list(words), bench)
+        context = CliContext(lambda _record: contextlib.nullcontext(FakeLink()))
+        code = run(context, list(words), bench)
         return code, *capsys.readouterr()
 
     return call

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The `hive` command line; what it needs of ROS is handed to it by `ros.command_line`."""
+"""The `hive` command line, without ROS: `ros.command_line` hands it the link."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `bench`: hands over to the laboratory, which an installed hive may do without."""
+"""The command `bench`: runs the benchmarks of hive_lab, which an installed hive may lack."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from fleet_manager.errors import InputError
 )
 @click.argument("words", nargs=-1, type=click.UNPROCESSED)
 def bench(words: tuple[str, ...]) -> None:
-    """Measure the system; without a NAME, list what can be measured."""
+    """Measure the system; without a NAME, list the benchmarks."""
     program = shutil.which("rosrun")
     if program is None:
-        raise InputError("rosrun is not found; run this in ./hive shell")
+        raise InputError("rosrun was not found; run this in ./hive shell")
     os.execv(program, [program, "hive_lab", "bench", *words])  # noqa: S606  (rosrun of the sourced ROS)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `demo`: a whole hive at work, from nothing to a report."""
+"""The command `demo`: runs a scenario on a simulated hive and writes a report."""
 
 from __future__ import annotations
 
@@ -10,19 +10,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.cli.outside import FileName, pass_outside
+from fleet_manager.cli.context import FileName, pass_context
 from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.local_hive import local_hive
-from fleet_manager.demo.machine import machine, versions
+from fleet_manager.demo.machine import machine, screen_is_usable, versions
 from fleet_manager.demo.report import not_done
 from fleet_manager.demo.runner import DemoPlan, run_demo
-from fleet_manager.demo.screen import screen_is_usable
 from fleet_manager.errors import NotDoneError
-from hive_common.resources import find_file
+from hive_common.map_file import load_map
 
 if TYPE_CHECKING:
-    from fleet_manager.cli.outside import Outside
+    from fleet_manager.cli.context import CliContext
     from fleet_manager.demo.runner import DemoResult
 
 
@@ -32,45 +31,45 @@ if TYPE_CHECKING:
     type=FileName("fleet_manager", "scenarios"),
     default="demo",
     show_default=True,
-    help="What is posted: name or path of a scenario file.",
+    help="The tasks: name or path of a scenario file.",
 )
 @click.option(
     "--fleet",
     type=FileName("fleet_manager", "fleets"),
-    help="Who does it: name or path of a fleet file; the scenario's own where not given.",
+    help="The robots: name or path of a fleet file; the scenario's own by default.",
 )
 @click.option(
     "--rtf",
     type=click.FloatRange(0.1, 20),
     default=1.0,
     show_default=True,
-    help="Real-time factor: the hive's time per time on the wall.",
+    help="Real-time factor: simulated time per real time.",
 )
 @click.option(
     "--windows/--headless",
     default=None,
-    help="Open RViz and the operator's windows, or none; where not given: as the screen allows.",
+    help="Open RViz and the operator's windows; by default, if there is a screen.",
 )
 @click.option(
     "--results",
     type=click.Path(file_okay=False, path_type=Path),
     default="results",
     show_default=True,
-    help="Folder in which a folder for this run is made.",
+    help="Folder for the folder of this run.",
 )
-@pass_outside
+@pass_context
 def demo(
-    outside: Outside,
+    context: CliContext,
     scenario: str,
     fleet: str | None,
     rtf: float,
     windows: bool | None,
     results: Path,
 ) -> None:
-    """Start a simulated hive, let it do a scenario, and end by itself.
+    """Start a simulated hive, run a scenario on it, and stop it.
 
-    Runs on a ROS master of its own, unless ROS_MASTER_URI names one; several demos can run at the
-    same time. Leaves a picture and a JSON report, and no process behind.
+    The demo has its own ROS master, unless ROS_MASTER_URI names one, so several demos can run at
+    the same time. It leaves a picture and a JSON report, and no process.
 
     \b
     Examples:
@@ -78,7 +77,8 @@ def demo(
       hive demo --scenario warehouse --rtf 2
       hive demo --fleet ./my_fleet.yaml --headless
 
-    Ends with 0 only if every task is DONE and nothing collided; otherwise it says what is not.
+    Exits with 0 only if every task is DONE and nothing collided; otherwise it names what
+    went wrong.
     """  # noqa: D301  (to click, \b means: keep the lines)
     what = read_scenario(scenario)
     plan = DemoPlan(
@@ -93,14 +93,14 @@ def demo(
         click.echo(
             f"starting {len(plan.robots)} robots in the {what.world}, {seen}, logs in {folder}/log"
         )
-        click.echo(f"to look on from another terminal: export ROS_MASTER_URI={hive.uri}")
-        result = run_demo(plan, hive, outside.connect, click.get_text_stream("stdout"))
+        click.echo(f"to follow from another terminal: export ROS_MASTER_URI={hive.uri}")
+        result = run_demo(plan, hive, context.connect, click.get_text_stream("stdout"))
     _write(folder, what.map, result)
     _tell(folder, result)
 
 
 def _new_folder(results: Path, name: str) -> Path:
-    """Make and return a folder that no other run has, even one started in the same second."""
+    """Make and return a folder of this run's own, even if another started in the same second."""
     for ending in ("", *(f"-{number}" for number in range(2, 100))):
         folder = results / f"{name}{ending}"
         try:
@@ -115,22 +115,24 @@ def _new_folder(results: Path, name: str) -> Path:
 
 def _write(folder: Path, chart: str, result: DemoResult) -> None:
     """Write the report and the picture."""
-    # matplotlib takes a second to import, which no other command should feel
-    from fleet_manager.demo.map_image import read_map_image  # noqa: PLC0415  (see above)
+    # matplotlib takes a second to import, which would slow down every other command
     from fleet_manager.demo.picture import draw_run  # noqa: PLC0415  (see above)
 
     report = {**result.report, "versions": versions(), "machine": machine()}
     text = json.dumps(report, indent=2, ensure_ascii=False) + "\n"
     (folder / "report.json").write_text(text, encoding="utf-8")
-    image = read_map_image(find_file("simenv", "maps", chart))
-    draw_run(folder / "picture.png", report, result.history, image)
+    draw_run(folder / "picture.png", report, result.history, load_map(chart))
 
 
 def _tell(folder: Path, result: DemoResult) -> None:
-    """Say how it went; raise NotDoneError where it did not go well."""
+    """Print a summary.
+
+    Raises:
+        NotDoneError: A task is not DONE, or something collided.
+    """
     report = result.report
     tasks, hits = report["tasks"], report["collisions"]
-    collided = f"{hits} COLLISION{'S' * (hits > 1)}" if hits else "no collision"
+    collided = f"{hits} COLLISION{'S' * (hits > 1)}" if hits else "no collisions"
     seconds = f"{report['time']['hive']:.0f} s"
     click.echo(f"{report['done']} of {len(tasks)} tasks done in {seconds}, {collided}")
     for robot in report["robots"]:

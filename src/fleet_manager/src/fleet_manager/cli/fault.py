@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command `fault`: makes something go wrong, to see what the hive makes of it."""
+"""The command `fault`: injects faults, to see how the hive copes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _OFF = click.option("--off", is_flag=True, help="End it.")
 
 @click.group()
 def fault() -> None:
-    """Make something go wrong in the simulator, and see what the hive makes of it.
+    """Inject faults into the simulator, to see how the hive copes.
 
     \b
     Examples:
@@ -32,7 +32,7 @@ def fault() -> None:
 @click.argument("robot")
 @_OFF
 def freeze(robot: str, off: bool) -> None:
-    """Let ROBOT's base stand still whatever it is told."""
+    """Stop ROBOT's base; it ignores commands."""
     _inject(Fault("freeze", robot, float(not off)))
 
 
@@ -40,7 +40,7 @@ def freeze(robot: str, off: bool) -> None:
 @click.argument("robot")
 @click.argument("share", type=click.FloatRange(0, 1), default=0.5)
 def slip(robot: str, share: float) -> None:
-    """Let ROBOT's wheels turn in vain for SHARE (0..1) of the way; 0 ends it."""
+    """Let ROBOT's wheels slip for SHARE (0..1) of the way; 0 ends it."""
     _inject(Fault("slip", robot, share))
 
 
@@ -65,9 +65,9 @@ def pick(robot: str, grips: int) -> None:
 @click.option("--area", help="x_min,y_min,x_max,y_max in the map frame [m].")
 @_OFF
 def block(name: str, area: str | None, off: bool) -> None:
-    """Put something called NAME in the way, or take it away again."""
+    """Put an obstacle called NAME in the way, or remove it."""
     if (area is None) is not off:
-        raise click.UsageError("give --area to put something in the way, or --off to take it away")
+        raise click.UsageError("give --area to add an obstacle, or --off to remove it")
     _inject(Fault("block", name, float(not off), _numbers(area) if area else ()))
 
 
@@ -75,7 +75,7 @@ def block(name: str, area: str | None, off: bool) -> None:
 @click.argument("robot")
 @click.argument("level", type=click.FloatRange(0, 1))
 def battery(robot: str, level: float) -> None:
-    """Let ROBOT's battery drop to LEVEL (0..1); it stays where it is lower."""
+    """Let ROBOT's battery drop to LEVEL (0..1); a lower charge stays."""
     click.echo(_link().drop_charge(robot, level))
 
 
@@ -85,7 +85,7 @@ def battery(robot: str, level: float) -> None:
 def vanish(robot: str, off: bool) -> None:
     """Stop all of ROBOT's processes on this machine, or let them go on.
 
-    To the others it is as if its network were gone: nothing is closed, and nothing answers.
+    To the others it looks like a lost network: nothing is closed, and nothing answers.
     """
     click.echo(_link().vanish(robot, back=off))
 
@@ -103,5 +103,5 @@ def _numbers(text: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise click.UsageError(
-            f"--area {text}: four numbers with commas between are needed, such as 9.5,2.6,10.5,3.8"
+            f"--area {text}: needs four numbers with commas between, such as 9.5,2.6,10.5,3.8"
         ) from None

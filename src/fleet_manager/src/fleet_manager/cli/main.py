@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The `hive` command: the commands put together, and how it ends.
-
-Exit codes are a promise to scripts; `EXIT_CODES` is the one list of them.
-"""
+"""The `hive` command: all its commands, and its exit codes, on which scripts rely."""
 
 from __future__ import annotations
 
@@ -11,29 +8,29 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.cli import asking, bench, demo, fault, looking, why, world
+from fleet_manager.cli import bench, demo, fault, tasks, watch, why, world
 from fleet_manager.errors import FleetManagerError
 from hive_common.errors import HiveError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fleet_manager.cli.outside import Outside
+    from fleet_manager.cli.context import CliContext
 
 EXIT_CODES = """\b
 Exit codes:
-  0    what was asked for is done
+  0    success
   1    the hive answered, and the answer is no: rejected, failed, cancelled, no such task
   2    an argument or a file cannot be used
   3    no ROS master or no blackboard answers
-  4    not done within the time that was allowed
-  5    a hive that was to be started did not come up
+  4    not done within the timeout
+  5    the hive did not start
   130  ended by Ctrl-C (143: by SIGTERM)"""
 
 _BAD_INPUT = 2
 _CTRL_C = 130
 
-_HELP = f"""Give tasks to a hive of robots and see what becomes of them.
+_HELP = f"""Give tasks to a hive of robots and follow them.
 
 Talks to the hive whose ROS master is at ROS_MASTER_URI. A yaw is in radians, counter-clockwise.
 
@@ -52,31 +49,31 @@ Tab completion in bash: eval "$(_HIVE_COMPLETE=bash_source hive)"
 
 @click.group(help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
 def hive() -> None:
-    """Hold the commands; the help text is `_HELP`."""
+    """Group the commands; the help text is `_HELP`."""
 
 
 for _command in (
-    asking.add, asking.cancel, asking.run, looking.tasks, looking.robots, looking.watch,
-    looking.events, why.why, why.replay, demo.demo, bench.bench, world.world, fault.fault,
+    tasks.add, tasks.cancel, tasks.run, watch.tasks, watch.robots, watch.watch,
+    watch.events, why.why, why.replay, demo.demo, bench.bench, world.world, fault.fault,
 ):  # fmt: skip
     hive.add_command(_command)
 
 
 def run(
-    outside: Outside, arguments: Sequence[str] | None = None, command: click.Command = hive
+    context: CliContext, arguments: Sequence[str] | None = None, command: click.Command = hive
 ) -> int:
     """Run the command line once.
 
     Args:
-        outside: What the commands need from outside.
-        arguments: The words behind `hive`; those of this process where None.
-        command: Which command is run; the benchmarks of `hive_lab` end by the same rules.
+        context: The ports of the commands.
+        arguments: The words after `hive`; None takes those of this process.
+        command: The command; the benchmarks of `hive_lab` exit by the same rules.
 
     Returns:
-        The exit code; what went wrong has been said on stderr, in one line.
+        The exit code. An error is printed on stderr, in one line.
     """
     try:
-        result = command.main(arguments, prog_name="hive", obj=outside, standalone_mode=False)
+        result = command.main(arguments, prog_name="hive", obj=context, standalone_mode=False)
     except click.ClickException as error:
         click.echo(f"hive: {_one_line(error)}", err=True)
         return _BAD_INPUT
@@ -92,7 +89,7 @@ def run(
 
 
 def _one_line(error: click.ClickException) -> str:
-    """Return what is wrong with the command line, and where its help is."""
+    """Return what is wrong with the command line, and how to get help."""
     context = error.ctx if isinstance(error, click.UsageError) else None
     command = context.command_path if context else "hive"
     return f"{error.format_message().rstrip('.')}; see `{command} --help`"

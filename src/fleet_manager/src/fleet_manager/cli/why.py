@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands that tell why a task went to a robot: `why`, `replay`.
+"""The commands that explain why a task went to a robot: `why`, `replay`.
 
-They read what the members of the hive have noted on this machine, so they work when the hive is
-gone as well.
+They read the decisions that members of the hive recorded on this machine, so they also work after
+the hive has ended.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import click
 from blackboard.auction.decision import replayed
 from blackboard.auction.decision_log import read_decisions
 from blackboard.costing.cost import COST_MODELS
-from fleet_manager.cli.outside import pass_outside
+from fleet_manager.cli.context import pass_context
 from fleet_manager.client import tables
 from fleet_manager.errors import NotDoneError
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.auction.decision import Decision
-    from fleet_manager.cli.outside import Outside
+    from fleet_manager.cli.context import CliContext
 
 _journal = click.option(
     "--journal",
     "folder",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="The folder of the journals, where the parameter journal names one.",
+    help="The folder of the journals, where the parameter journal names another.",
 )
 
 
@@ -40,16 +40,18 @@ _journal = click.option(
 @_journal
 @click.option("--all", "everything", is_flag=True, help="Show earlier decisions as well.")
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list instead of tables.")
-@pass_outside
-def why(outside: Outside, task: str, folder: Path | None, everything: bool, as_json: bool) -> None:
-    """Tell why TASK went to a robot, or why nobody can take it: all bids with their terms.
+@pass_context
+def why(
+    context: CliContext, task: str, folder: Path | None, everything: bool, as_json: bool
+) -> None:
+    """Explain why TASK went to a robot, or why no robot can take it: all bids with their terms.
 
     \b
     Examples:
       hive why T7
       hive why T7 --all --json
     """  # noqa: D301  (to click, \b means: keep the lines)
-    decisions = _decisions(outside.journals, task, folder)
+    decisions = _decisions(context.journals, task, folder)
     shown = decisions if everything else decisions[-1:]
     if as_json:
         click.echo(json.dumps([asdict(each) for each in shown], indent=2))
@@ -67,20 +69,20 @@ def why(outside: Outside, task: str, folder: Path | None, everything: bool, as_j
     "--model",
     type=click.Choice(sorted(COST_MODELS)),
     required=True,
-    help="The cost model to work the bids out by.",
+    help="The cost model that computes the bids.",
 )
 @_journal
-@pass_outside
-def replay(outside: Outside, task: str, model: str, folder: Path | None) -> None:
-    """Work out again who would have got TASK by another cost model.
+@pass_context
+def replay(context: CliContext, task: str, model: str, folder: Path | None) -> None:
+    """Compute who would have got TASK by another cost model.
 
-    The lists of the robots, and the places in them that were bid for, stay as they were.
+    The queues of the robots, and the places in them that were bid for, stay as they were.
 
     \b
     Examples:
       hive replay T7 --model latency
     """  # noqa: D301  (to click, \b means: keep the lines)
-    decision = _decisions(outside.journals, task, folder)[-1]
+    decision = _decisions(context.journals, task, folder)[-1]
     bids = replayed(decision, model)
     able = [bid.robot_id for bid in bids if bid.is_able]
     then = able[0] if able else "nobody"
@@ -93,15 +95,15 @@ def replay(outside: Outside, task: str, model: str, folder: Path | None) -> None
 
 
 def _decisions(journals: Callable[[], Path], task: str, folder: Path | None) -> list[Decision]:
-    """Return what is known about a task, oldest first; at least one.
+    """Return the decisions on a task, oldest first.
 
     Raises:
-        NotDoneError: Nothing is known.
+        NotDoneError: None is recorded.
     """
     where = folder or journals()
     decisions = read_decisions(where, task)
     if not decisions:
         raise NotDoneError(
-            f"nothing is noted about {task} in {where}; name another with --journal"
+            f"nothing is recorded about {task} in {where}; name another folder with --journal"
         )
     return decisions

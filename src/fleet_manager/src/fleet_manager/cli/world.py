@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands `world check` and `world map`: what a world file holds, and the map of it."""
+"""The commands `world check` and `world map`: check a world file, and draw its map."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from fleet_manager.cli.outside import FileName
+from fleet_manager.cli.context import FileName
 from fleet_manager.errors import InputError
 from hive_common.map_file import FORMATS, save_map
 from simenv.errors import SimenvError
@@ -30,7 +30,7 @@ def check(file: str) -> None:
       hive world check lab
       hive world check /path/of/my_world.yaml
 
-    Ends with 0 where there is none, otherwise with 2.
+    Exits with 0 where there is none, otherwise with 2.
     """  # noqa: D301  (to click, \b means: keep the lines)
     try:
         mistakes = world_mistakes(file)
@@ -58,7 +58,7 @@ def check(file: str) -> None:
 def draw(file: str, out: Path | None, resolution: float, kind: str) -> None:
     """Draw the map that a perfect mapper would make of a world FILE, as OUT.yaml and OUT.pgm.
 
-    Without OUT, they are put here under the name of the world.
+    Without OUT, the files are written here under the name of the world.
 
     \b
     Example:
@@ -67,7 +67,7 @@ def draw(file: str, out: Path | None, resolution: float, kind: str) -> None:
     try:
         found = load_world(file)
         if out is None and "/" in found.name:
-            raise InputError(f"'{found.name}' is no name for a file; say OUT as well")
+            raise InputError(f"'{found.name}' is not a file name; give OUT as well")
         out = out or Path(found.name)
         grid = draw_map(found, resolution)
         save_map(grid, out, kind=kind)

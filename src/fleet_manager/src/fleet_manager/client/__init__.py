@@ -1,1 +1,5 @@
-"""How a program outside the hive posts tasks and follows them, and shows them as text."""
+# SPDX-License-Identifier: BSD-3-Clause
+"""The hive as a program outside it sees it: its state, in words and tables, and a client.
+
+What only the windows need belongs to `desk`. No ROS, no Qt.
+"""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The hive's tasks and robots as text tables and as plain data for JSON."""
+"""The hive's tasks and robots as text tables and as data for JSON."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from blackboard.auction.decision import ranked
 from blackboard.domain.task import TaskType
+from fleet_manager.client.formats import member
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
-    from fleet_manager.client.hive_view import HiveView
+    from fleet_manager.client.hive_state import HiveState
     from hive_common.pose import Pose
 
 _TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "ETA", "REASON")
@@ -24,7 +25,7 @@ _ROBOT_HEAD = ("ROBOT", "STATE", "BATTERY", "LOAD", "PLACE", "TASK", "QUEUE", "R
 
 
 def tasks_table(records: Iterable[TaskRecord]) -> list[str]:
-    """Return a table of tasks: a line of headings, then a line for each."""
+    """Return a table of tasks with a line of headings."""
     rows = [
         (
             record.task.id,
@@ -43,7 +44,7 @@ def tasks_table(records: Iterable[TaskRecord]) -> list[str]:
 
 
 def robots_table(robots: Iterable[RobotStatus]) -> list[str]:
-    """Return a table of robots: a line of headings, then a line for each."""
+    """Return a table of robots with a line of headings."""
     rows = [
         (
             robot.robot_id,
@@ -83,7 +84,7 @@ def _bid_row(bid: Bid) -> tuple[str, ...]:
 
 
 def decided(decision: Decision) -> str:
-    """Return in words what an auction has decided about a task."""
+    """Return in words what an auction decided about a task."""
     reason = f" ({decision.reason})" if decision.reason else ""
     what = f"was given to {decision.winner}{reason}" if decision.winner else decision.reason
     silent = f"; no answer from {', '.join(decision.silent)}" if decision.silent else ""
@@ -91,23 +92,23 @@ def decided(decision: Decision) -> str:
     return f"{decision.task_id} at {decision.at:.1f} s, {number}: {what}{silent}"
 
 
-def who_leads(view: HiveView) -> str:
+def who_leads(state: HiveState) -> str:
     """Return in words who carries the blackboard."""
-    if view.heartbeat is None:
+    beat = state.heartbeat
+    if beat is None:
         return "no blackboard is heard"
-    leader = view.heartbeat.leader.strip("/")
-    backup = view.heartbeat.backup.strip("/") or "nobody"
-    epoch = view.heartbeat.epoch
-    return f"{leader} carries the blackboard (epoch {epoch}), {backup} is its backup"
+    backup = member(beat.backup) or "nobody"
+    leads = f"{member(beat.leader)} carries the blackboard (epoch {beat.epoch})"
+    return f"{leads}, {backup} is its backup"
 
 
-def robots_of(view: HiveView) -> list[RobotStatus]:
+def robots_of(state: HiveState) -> list[RobotStatus]:
     """Return the robots, sorted by name."""
-    return [view.robots[name] for name in sorted(view.robots)]
+    return [state.robots[name].status for name in sorted(state.robots)]
 
 
 def queued(robot: RobotStatus) -> int:
-    """Return the number of tasks in a robot's list behind the one it is doing."""
+    """Return the number of tasks in a robot's queue behind its current one."""
     return sum(task_id != robot.task_id for task_id in robot.tasks)
 
 
@@ -145,7 +146,7 @@ def robot_data(robot: RobotStatus) -> dict[str, Any]:
 
 
 def fit(lines: Iterable[str], width: int) -> list[str]:
-    """Return the lines, each cut with an ellipsis where it is wider than the terminal."""
+    """Return the lines, the long ones cut to a width with an ellipsis."""
     return [line if len(line) <= width else line[: max(width - 1, 0)] + "…" for line in lines]
 
 
@@ -154,7 +155,7 @@ def _pose_data(pose: Pose) -> dict[str, float]:
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return lines with aligned columns; the last column is as wide as it wants to be."""
+    """Return lines with aligned columns; the last column has no limit."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
     lines = (
         "  ".join(cell.ljust(w) for cell, w in zip(r, widths, strict=True)) for r in (head, *rows)

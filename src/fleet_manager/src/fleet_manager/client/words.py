@@ -1,19 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says in words what changed in a hive, for `hive events` and for waiting commands."""
+"""Every change of the hive in words, for the command line and for the windows' log."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from enum import Enum
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.messages import Heartbeat
-from blackboard.consensus.task_list import TaskList
-from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import TaskRecord, TaskUpdate
-from blackboard.domain.task import TaskState, TaskType
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import TaskState
+from fleet_manager.client.formats import duration, member, type_name
+from fleet_manager.client.leadership import Standing
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from blackboard.consensus.messages import Heartbeat
+    from blackboard.domain.bid import Bid
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskRecord
     from blackboard.domain.task import Task
-    from fleet_manager.client.hive_view import HiveView, Report
 
 _ROBOT_WORDS = {
     RobotState.IDLE: "is ready",
@@ -24,25 +31,30 @@ _ROBOT_WORDS = {
 }
 
 
-def changes(view: HiveView, report: Report) -> list[str]:
-    """Return a sentence for everything that a report says anew.
+class Severity(Enum):
+    """How much attention an event needs."""
 
-    Args:
-        view: The picture before the report was taken in.
-        report: What the hive said.
+    NEWS = "news"
+    """Everything goes as planned."""
+    WARNING = "warning"
+    """Something is in the way; the hive deals with it."""
+    ALARM = "alarm"
+    """A person has to look."""
 
-    Returns:
-        Sentences without a full stop; empty where the report changes nothing.
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One thing that happened.
+
+    Attributes:
+        text: A sentence without a full stop.
+        severity: How much attention it needs.
+        task_id: The task it is about; empty where it is about none.
     """
-    if isinstance(report, TaskList):
-        return [] if view.is_stale(report) else _list_changes(view, report)
-    if isinstance(report, TaskUpdate):
-        return _update_changes(view, report)
-    if isinstance(report, RobotStatus):
-        return _robot_changes(view.robots.get(report.robot_id), report)
-    if isinstance(report, Heartbeat):
-        return _heartbeat_changes(view.heartbeat, report)
-    return []
+
+    text: str
+    severity: Severity = Severity.NEWS
+    task_id: str = ""
 
 
 def task_words(state: TaskState, robot: str, step: int, steps: int, reason: str) -> str:
@@ -64,63 +76,150 @@ def task_words(state: TaskState, robot: str, step: int, steps: int, reason: str)
 def order_words(task: Task) -> str:
     """Return what a task asks for: `GPAB (9.0, 3.0) -> (2.0, 6.5), 5 kg, priority 7`."""
     way = " -> ".join(f"({goal.x:.1f}, {goal.y:.1f})" for goal in task.goals)
-    return f"{TaskType(task.type).name} {way}, {task.payload:g} kg, priority {task.priority}"
+    return f"{type_name(task.type)} {way}, {task.payload:g} kg, priority {task.priority}"
 
 
-def _list_changes(view: HiveView, task_list: TaskList) -> list[str]:
-    said = []
-    for record in map(view.newest, task_list.records):
-        task_id = record.task.id
-        if task_id not in view.tasks and task_id not in view.answers:
-            said.append(f"task {task_id} is on the list: {order_words(record.task)}")
-        known = view.tasks.get(task_id) or view.answers.get(task_id)
-        if known is None or known.state is not record.state or _step(known) != record.step:
-            words = task_words(
-                record.state, record.robot, record.step, record.steps, record.reason
-            )
-            said.append(f"task {task_id} {words}")
-    return said
+def task_posted(task: Task) -> Event:
+    """Tell that somebody posted a task."""
+    return Event(f"task {task.id[:64]} was posted: {order_words(task)}", task_id=task.id)
 
 
-def _update_changes(view: HiveView, update: TaskUpdate) -> list[str]:
-    known = view.tasks.get(update.task_id) or view.answers.get(update.task_id)
-    same = (
-        known is not None
-        and (known.state, _step(known), known.reason) == (update.state, update.step, update.reason)
-        and (isinstance(known, TaskUpdate) or known.robot == update.robot_id)
+def task_listed(task: Task) -> Event:
+    """Tell that a task is on the task list."""
+    return Event(f"task {task.id} is on the list: {order_words(task)}", task_id=task.id)
+
+
+def task_removed(task_id: str) -> Event:
+    """Tell that a task is gone from the task list without having ended."""
+    return Event(f"task {task_id} is no longer on the list", task_id=task_id)
+
+
+def first_list(count: int, still_open: int) -> Event:
+    """Tell in one line what the first task list holds."""
+    return Event(f"{count} tasks are on the list, {still_open} of them open")
+
+
+def update_event(update: TaskUpdate) -> Event:
+    """Tell of a task that is on no list."""
+    robot, step, steps = update.robot_id, update.step, update.steps
+    words = task_words(update.state, robot, step, steps, update.reason)
+    refused = update.state is TaskState.REJECTED
+    severity = Severity.WARNING if refused else Severity.NEWS
+    return Event(f"task {update.task_id[:64]} {words}", severity, update.task_id)
+
+
+def task_event(record: TaskRecord, severity: Severity = Severity.NEWS) -> Event:
+    """Tell where a task on the list stands."""
+    words = task_words(record.state, record.robot, record.step, record.steps, record.reason)
+    return Event(f"task {record.task.id} {words}", severity, record.task.id)
+
+
+def task_change(
+    before: TaskRecord | TaskUpdate | None,
+    after: TaskRecord,
+    bids: Sequence[Bid] | None = None,
+) -> Iterator[Event]:
+    """Tell a change of a task, where there is one.
+
+    Args:
+        before: What was known of it; None where it is new.
+        after: As it is.
+        bids: Of its newest auction, cheapest first. With them is told who got the task at what
+            cost, and a start that was never heard of. None tells the new state alone.
+    """
+    if before is not None and _is_same(before, after):
+        return
+    state = after.state
+    if bids is not None and after.robot and (before is None or _robot(before) != after.robot):
+        yield _assigned(after, bids)
+    elif state is TaskState.ASSIGNED:
+        yield task_event(after)
+    has_begun = before is not None and before.state >= TaskState.STARTED
+    if bids is not None and state is TaskState.DONE and after.robot and not has_begun:
+        yield task_event(replace(after, state=TaskState.STARTED, step=0, reason=""))
+    if state is not TaskState.ASSIGNED:
+        yield task_event(after, _severity(before, after))
+
+
+def _is_same(before: TaskRecord | TaskUpdate, after: TaskRecord) -> bool:
+    """Return whether there is nothing to tell; robot and reason of an ended task do not count."""
+    if (before.state, before.step) != (after.state, after.step):
+        return False
+    if after.state.is_terminal:
+        return True
+    same_robot = after.state is TaskState.WAITING or _robot(before) == after.robot
+    return same_robot and before.reason == after.reason
+
+
+def _robot(known: TaskRecord | TaskUpdate) -> str:
+    return known.robot_id if isinstance(known, TaskUpdate) else known.robot
+
+
+def _severity(before: TaskRecord | TaskUpdate | None, after: TaskRecord) -> Severity:
+    if after.state is TaskState.FAILED:
+        return Severity.ALARM
+    was_held = before is not None and TaskState.WAITING < before.state < TaskState.DONE
+    if after.state is TaskState.WAITING and (after.reason or was_held):
+        return Severity.WARNING
+    return Severity.NEWS
+
+
+def _assigned(record: TaskRecord, bids: Sequence[Bid]) -> Event:
+    """Tell who got a task, and at what cost where its bid is known."""
+    text = f"task {record.task.id} is on the list of {record.robot}"
+    mine = next((bid for bid in bids if bid.robot_id == record.robot), None)
+    others = ", ".join(
+        f"{bid.robot_id} {bid.cost:.1f}" if bid.is_able else f"{bid.robot_id} cannot"
+        for bid in bids
+        if bid is not mine
     )
-    if same or view.is_late(update):
-        return []
-    words = task_words(update.state, update.robot_id, update.step, update.steps, update.reason)
-    return [f"task {update.task_id} {words}"]
+    if mine and others:
+        text += f" at cost {mine.cost:.1f} ({others})"
+    return Event(text, task_id=record.task.id)
 
 
-def _step(known: TaskRecord | TaskUpdate) -> int:
-    return known.step
-
-
-def _robot_changes(before: RobotStatus | None, now: RobotStatus) -> list[str]:
+def robot_change(before: RobotStatus | None, now: RobotStatus) -> Iterator[Event]:
+    """Tell a robot that is new or has changed its state."""
+    if before and before.state is now.state:
+        return
     because = f": {now.reason}" if now.reason else ""
-    if before is None:
-        return [f"{now.robot_id} {_ROBOT_WORDS[now.state]}{because}, battery {now.charge:.0%}"]
-    if before.state is not now.state:
-        return [f"{now.robot_id} {_ROBOT_WORDS[now.state]}{because}"]
-    return []
+    charge = "" if before else f", battery {now.charge:.0%}"
+    out = now.state in {RobotState.DEFECT, RobotState.OFFLINE}
+    severity = Severity.ALARM if out else Severity.NEWS
+    yield Event(f"{now.robot_id} {_ROBOT_WORDS[now.state]}{because}{charge}", severity)
 
 
-def _heartbeat_changes(before: Heartbeat | None, now: Heartbeat) -> list[str]:
-    if before is not None and now.epoch < before.epoch:
-        return []
-    said = []
+def robot_silent(robot: str, silence: float) -> Event:
+    """Tell that a robot has not reported for a time [s]."""
+    return Event(f"{robot} has not been heard for {duration(silence)}", Severity.ALARM)
+
+
+def robot_back(robot: str) -> Event:
+    """Tell that a silent robot reports again."""
+    return Event(f"{robot} is heard again")
+
+
+def leader_change(before: Heartbeat | None, now: Heartbeat) -> Iterator[Event]:
+    """Tell what a heartbeat changes: leader, backup, members."""
     if before is None or (before.leader, before.epoch) != (now.leader, now.epoch):
-        said.append(f"{now.leader.strip('/')} carries the blackboard, epoch {now.epoch}")
+        replaced = before is not None and before.leader != now.leader
+        severity = Severity.WARNING if replaced else Severity.NEWS
+        yield Event(f"{member(now.leader)} carries the blackboard, epoch {now.epoch}", severity)
     if now.backup and (before is None or before.backup != now.backup):
-        said.append(f"{now.backup.strip('/')} is its backup")
+        yield Event(f"{member(now.backup)} is its backup")
     if before is not None:
-        joined, left = (
-            set(now.members) - set(before.members),
-            set(before.members) - set(now.members),
-        )
-        said += [f"{name.strip('/')} joined the hive" for name in sorted(joined)]
-        said += [f"{name.strip('/')} left the hive" for name in sorted(left)]
-    return said
+        for name in sorted(set(now.members) - set(before.members)):
+            yield Event(f"{member(name)} joined the hive")
+        for name in sorted(set(before.members) - set(now.members)):
+            yield Event(f"{member(name)} left the hive")
+
+
+def standing_change(before: Standing, now: Standing, beat: Heartbeat) -> Iterator[Event]:
+    """Tell that the blackboard fell silent, is stuck or is back."""
+    leader = member(beat.leader)
+    if now is Standing.SILENT:
+        yield Event(f"nobody carries the blackboard: {leader} is silent", Severity.ALARM)
+    elif now is Standing.STUCK:
+        yield Event(f"the blackboard of {leader} is stuck", Severity.ALARM)
+    elif now is Standing.LEADER and before is not Standing.NOBODY:
+        yield Event(f"{leader} carries the blackboard again, epoch {beat.epoch}")

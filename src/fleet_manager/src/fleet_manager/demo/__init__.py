@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs a whole hive on a scenario by itself, and leaves a report and a picture of it."""
+"""Runs a scenario on a simulated hive, and writes a report and a picture."""

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Keeps what happened to a hive, from what it says and what the simulator counts.
+"""Records a run, from what the hive and the simulator say.
 
-Collects only; figures are made of it by `report`, the picture by `picture`. Times are the hive's
-clock, counted from the first task.
+`report` and `picture` use the record. Times are the hive's, from the first task [s].
 """
 
 from __future__ import annotations
@@ -15,25 +14,18 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
-from fleet_manager.client.samples import BatteryReading, Collisions, TruePlace
+from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
 
 if TYPE_CHECKING:
-    from fleet_manager.client.hive_view import Report
+    from fleet_manager.client.reports import Report
 
 _PATH_GRAIN = 0.05
-"""Places closer to each other than this are not kept for the picture [m]: one cell of a map."""
+"""Distance between two recorded places [m]: one cell of a map."""
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A robot at work on a task.
-
-    Attributes:
-        robot: The robot.
-        task_id: The task.
-        begin: [s]
-        end: [s]; None while it lasts.
-    """
+    """A robot's work on a task, from `begin` to `end` [s]; None while it lasts."""
 
     robot: str
     task_id: str
@@ -43,13 +35,13 @@ class Span:
 
 @dataclass
 class TaskTimes:
-    """When what happened to a task [s]; None where it has not.
+    """The times of a task [s]; None where something has not happened.
 
     Attributes:
-        posted: Taken in by the blackboard.
-        assigned: Given to a robot for the last time.
-        started: Begun for the first time.
-        ended: In one of the terminal states.
+        posted: When the blackboard accepted it.
+        assigned: When a robot first got it.
+        started: When a robot first began it.
+        ended: When it reached a terminal state.
     """
 
     posted: float | None = None
@@ -63,10 +55,10 @@ class RobotTrack:
     """What one robot did.
 
     Attributes:
-        path: Places in the map frame, no two neighbours closer than 0.05 m: (x, y) [m].
-        distance: Driven in all [m].
+        path: (x, y) at least 0.05 m apart [m, map frame].
+        distance: Driven in total [m].
         charges: (time [s], charge 0..1).
-        energy: Drawn from the battery so far [J].
+        energy: Drawn from the battery [J].
     """
 
     path: list[tuple[float, float]] = field(default_factory=list)
@@ -77,7 +69,7 @@ class RobotTrack:
     _reading: BatteryReading | None = None
 
     def move_to(self, x: float, y: float) -> None:
-        """Note where the robot is now [m]."""
+        """Record the robot's position [m, map frame]."""
         if self._place is not None:
             self.distance += hypot(x - self._place[0], y - self._place[1])
         self._place = (x, y)
@@ -85,7 +77,7 @@ class RobotTrack:
             self.path.append((x, y))
 
     def discharge_to(self, reading: BatteryReading) -> None:
-        """Note what the battery says now; the energy is charge times the voltage meanwhile."""
+        """Record a battery reading; energy is charge times the mean voltage."""
         last, self._reading = self._reading, reading
         if last is not None and reading.charge < last.charge:
             voltage = (last.voltage + reading.voltage) / 2
@@ -93,17 +85,19 @@ class RobotTrack:
 
 
 class History:
-    """Everything that is kept of one run.
+    """The record of one run.
+
+    Args:
+        start: The time that becomes 0 [s, hive's time].
 
     Attributes:
-        tasks: When what happened to each task, by id.
+        tasks: The times of each task, by id.
         tracks: What each robot did, by name.
-        spans: Who was at work on what, in the order they began.
-        collisions: Collisions since the beginning of the record.
+        spans: Which robot worked on which task, in the order they began.
+        collisions: The number of collisions.
     """
 
     def __init__(self, start: float) -> None:
-        """Begin at `start` [s] on the hive's clock, which becomes time 0."""
         self.tasks: dict[str, TaskTimes] = {}
         self.tracks: dict[str, RobotTrack] = {}
         self.spans: list[Span] = []
@@ -111,12 +105,7 @@ class History:
         self._start = start
 
     def add(self, time: float, report: Report) -> None:
-        """Note one thing that the hive or the simulator said.
-
-        Args:
-            time: When, on the hive's clock [s].
-            report: What was said; what is of no interest here is passed over.
-        """
+        """Record a report at a time [s, hive's time]; other reports change nothing."""
         now = time - self._start
         if isinstance(report, TruePlace):
             self._track(report.robot).move_to(report.x, report.y)
@@ -133,7 +122,7 @@ class History:
                 self._note(now, record.task.id, record.state, record.robot)
 
     def close(self, time: float) -> None:
-        """End what still lasts, at `time` on the hive's clock [s]."""
+        """End what still lasts, at a time [s, hive's time]."""
         for task_id in self.tasks:
             self._end_span(task_id, time - self._start)
 
@@ -141,7 +130,7 @@ class History:
         return self.tracks.setdefault(robot, RobotTrack())
 
     def _note(self, now: float, task_id: str, state: TaskState, robot: str) -> None:
-        """Note where a task stands; the same said twice changes nothing."""
+        """Record the state of a task; the same state twice changes nothing."""
         times = self.tasks.setdefault(task_id, TaskTimes())
         if times.ended is not None:
             return

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A whole hive on this machine: its ROS master, and `fleet_manager.launch` on it.
 
-The master is spoken to in XML-RPC, which the standard library knows; ROS itself is imported later,
-by the link, because it reads the environment that is set here.
+This module calls the master with the standard library's XML-RPC. The link imports ROS later,
+because ROS reads the environment that is set here.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
-import re
 import socket
 import tempfile
 import time
@@ -18,29 +17,33 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from fleet_manager.client.client import DEFAULT_URI
-from fleet_manager.demo.ports import reserved_port
+from fleet_manager.demo.machine import reserved_port
 from fleet_manager.demo.processes import ProcessGroup
 from fleet_manager.errors import InputError, StartError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
+
+    from fleet_manager.client.client import HiveClient
+    from fleet_manager.client.hive_state import HiveState
 
 _MASTER_WITHIN = 60.0
 _LOOK_EVERY = 0.1
 _CALLER = "/hive_demo"
 _LOG_TAIL = 6
-_TERMINAL_CODES = re.compile(r"\x1b(\[[0-9;]*[A-Za-z]|\][^\x07]*\x07)")
-"""Colours and window titles, which roslaunch writes into files too."""
+START_WITHIN = 120.0
+"""Time for the blackboard and every robot to start [s]; it takes about ten on a quiet machine,
+half a minute on a busy one with two cores."""
 
 
 class LocalHive:
-    """A running ROS master and what was launched on it.
+    """A ROS master and what was launched on it.
 
     Attributes:
         uri: The master's address.
-        processes: What runs.
-        folder: Where the hive leaves its files.
+        processes: The running processes.
+        folder: The folder of the hive's files.
     """
 
     def __init__(self, uri: str, processes: ProcessGroup, folder: Path) -> None:
@@ -52,7 +55,7 @@ class LocalHive:
         """Start a ROS master at the address, unless one answers there already.
 
         Raises:
-            StartError: It did not come up, or a hive is running on the one that answers.
+            StartError: It did not start, or a hive is running on the one that answers.
         """
         if self._master_answers():
             self._demand_no_hive()
@@ -67,14 +70,10 @@ class LocalHive:
             time.sleep(_LOOK_EVERY)
 
     def launch(self, arguments: Mapping[str, str]) -> None:
-        """Start `fleet_manager.launch` with simulated time.
-
-        Args:
-            arguments: Of the launch file, by name.
-        """
+        """Start `fleet_manager.launch` with arguments and simulated time."""
         with xmlrpc.client.ServerProxy(self.uri) as master:
             master.setParam(_CALLER, "/use_sim_time", True)
-            # A hive that was interrupted goes on when it is started again; this is another one.
+            # An interrupted hive goes on from its journal; this is a new hive.
             journal = tempfile.mkdtemp(prefix="journal-", dir=self.folder)
             master.setParam(_CALLER, "/journal", journal)
         words = [f"{name}:={value}" for name, value in arguments.items()]
@@ -83,7 +82,7 @@ class LocalHive:
         )
 
     def process_of(self, node: str) -> int:
-        """Return the process id of a node, given by its name with a slash in front."""
+        """Return the process id of a node; its name begins with a slash."""
         with xmlrpc.client.ServerProxy(self.uri) as master:
             found: Any = master.lookupNode(_CALLER, node)
         with xmlrpc.client.ServerProxy(found[2]) as answerer:
@@ -91,13 +90,13 @@ class LocalHive:
         return int(answer[2])
 
     def check(self) -> None:
-        """Raise StartError where a process has ended by itself; the text has its last words."""
+        """Raise StartError, with the last output, where a process ended unexpectedly."""
         ended = self.processes.ended()
         if ended is not None:
-            raise StartError(f"{ended} has ended by itself; {self._tail(ended)}")
+            raise StartError(f"{ended} ended unexpectedly; {self._tail(ended)}")
 
     def why_missing(self) -> str:
-        """Return what the launch says of nodes that died; empty where it says nothing."""
+        """Return the nodes that died, according to roslaunch; empty where none did."""
         with contextlib.suppress(OSError):
             text = self.processes.log("fleet_manager").read_text(errors="replace")
             died = [line.strip() for line in text.splitlines() if "process has died" in line]
@@ -118,37 +117,37 @@ class LocalHive:
         publishers = state[2][0]
         if any(topic == "/bb_backup" for topic, _ in publishers):
             raise StartError(
-                f"a hive is running on the ROS master at {self.uri} already; "
+                f"a hive is already running on the ROS master at {self.uri}; "
                 "end it, or unset ROS_MASTER_URI so that this one gets a master of its own"
             )
 
     def _tail(self, name: str) -> str:
-        """Return the last lines of a process's output, and where the rest is."""
+        """Return the last lines of a process's output, and the path of the rest."""
         path = self.processes.log(name)
         with contextlib.suppress(OSError):
             lines = [
                 line for line in path.read_text(errors="replace").splitlines() if line.strip()
             ]
-            return f"its last words ({path}):\n  " + "\n  ".join(lines[-_LOG_TAIL:])
-        return f"it left nothing in {path}"
+            return f"its last output ({path}):\n  " + "\n  ".join(lines[-_LOG_TAIL:])
+        return f"it wrote nothing to {path}"
 
 
 @contextlib.contextmanager
 def local_hive(folder: Path) -> Iterator[LocalHive]:
-    """Give a hive a place to run: a master's address, the environment, and an end.
+    """Prepare a hive on this machine, and end all its processes at the end.
 
-    The address is that of ROS_MASTER_URI where the user has given one, else a free port of this
-    machine. The default address counts as not given, because catkin's setup.bash sets it. The
-    environment of this process is set to the address, so that the link finds the same master.
+    Its master's address is ROS_MASTER_URI where the user has set one, else a free port. The
+    default address counts as not set, because catkin's setup.bash sets it. The environment of this
+    process gets the address, so that the link finds the same master.
 
     Args:
         folder: For the logs of all processes.
 
     Yields:
-        The hive, with nothing started yet. At the end every process of it is ended.
+        The hive, with nothing started yet.
 
     Raises:
-        InputError: ROS_MASTER_URI is no address of this machine.
+        InputError: ROS_MASTER_URI is not an address of this machine.
         StartError: No port is free.
     """
     with contextlib.ExitStack() as stack:
@@ -168,7 +167,7 @@ def local_hive(folder: Path) -> Iterator[LocalHive]:
 
 
 def _checked(uri: str) -> str:
-    """Return the address of a master on this machine, or refuse it."""
+    """Return the address of a master, if it is on this machine."""
     try:
         parts = urlsplit(uri)
         port, host = parts.port, parts.hostname
@@ -177,7 +176,44 @@ def _checked(uri: str) -> str:
         port, local = None, False
     if port is None or not local:
         raise InputError(
-            f"ROS_MASTER_URI is {uri}; a hive is started on this machine only: "
+            f"ROS_MASTER_URI is {uri}; a hive starts on this machine only: "
             "allowed is http://127.0.0.1:PORT, or unset it"
         )
     return uri
+
+
+def wait_for_everyone(
+    client: HiveClient, robots: Sequence[str], hive: LocalHive, within: float = START_WITHIN
+) -> None:
+    """Wait until the blackboard is heard, and it has heard every robot.
+
+    A task posted earlier might be split among the robots that are there already.
+
+    Args:
+        client: Listens to the hive.
+        robots: Names of the robots.
+        hive: The launched processes.
+        within: Longest wait [s].
+
+    Raises:
+        StartError: Some were not heard, or a process ended unexpectedly.
+    """
+    end = client.link.now() + within
+    while missing(client.state, robots):
+        client.pump(lambda: not missing(client.state, robots), 0.5)
+        hive.check()
+        if client.link.now() > end:
+            died = hive.why_missing()
+            why = f" ({died})" if died else ""
+            raise StartError(
+                f"not heard within {within:g} s: {', '.join(missing(client.state, robots))}{why}; "
+                f"the logs are in {hive.processes.folder}"
+            )
+
+
+def missing(state: HiveState, robots: Sequence[str]) -> list[str]:
+    """Return who has not been heard yet, the blackboard first."""
+    if state.heartbeat is None:
+        return ["the blackboard", *(name for name in robots if name not in state.robots)]
+    known = state.robots.keys() & state.heartbeat.heard.keys()
+    return [name for name in robots if name not in known]

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws a run: driven ways over the map, a timeline of tasks per robot, and the batteries."""
+"""Draws a run: driven paths over the map, a timeline of tasks per robot, and the batteries."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fleet_manager.demo.history import RobotTrack
+from hive_common.map_file import OCCUPIED, UNKNOWN
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,10 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fleet_manager.demo.history import History
-    from fleet_manager.demo.map_image import MapImage
+    from hive_common.map_file import GridMap
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#5E4FA2")
-"""Told apart by colour-blind people too (Okabe and Ito, 2008); then from the beginning again."""
+"""Colour-blind people can distinguish them too (Okabe and Ito, 2008)."""
 
 _STYLES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 _INK = "#333333"
@@ -29,14 +31,14 @@ _DOTS_PER_INCH = 110
 _ROBOTS_IN_LEGEND = 12
 
 
-def draw_run(path: Path, report: dict[str, Any], history: History, chart: MapImage) -> None:
+def draw_run(path: Path, report: dict[str, Any], history: History, grid_map: GridMap) -> None:
     """Draw a run and write it as PNG.
 
     Args:
         path: The file.
         report: See `report.make_report`.
         history: What was recorded, closed.
-        chart: The map that the robots drove on.
+        grid_map: The map on which the robots drove.
     """
     figure = Figure(figsize=_INCHES, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
@@ -44,7 +46,7 @@ def draw_run(path: Path, report: dict[str, Any], history: History, chart: MapIma
     names = [robot["name"] for robot in report["robots"]]
     colours = {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(names)}
     figure.suptitle(_title(report), fontsize=15, color=_INK, fontweight="bold")
-    _draw_map(figure.add_subplot(grid[0, :]), report, history, chart, colours)
+    _draw_map(figure.add_subplot(grid[0, :]), report, history, grid_map, colours)
     _draw_timeline(figure.add_subplot(grid[1, 0]), report, history, colours)
     _draw_batteries(figure.add_subplot(grid[1, 1]), history, colours)
     figure.savefig(path, dpi=_DOTS_PER_INCH)
@@ -63,12 +65,16 @@ def _draw_map(
     axes: Axes,
     report: dict[str, Any],
     history: History,
-    chart: MapImage,
+    grid_map: GridMap,
     colours: dict[str, str],
 ) -> None:
-    """Draw the map, each robot's way on it, and the goals of the tasks."""
-    shade = 255 - (255 - chart.grey.astype(float)) * 0.75
-    axes.imshow(shade, cmap="gray", vmin=0, vmax=255, extent=chart.extent, interpolation="nearest")
+    """Draw the map, each robot's path on it, and the goals of the tasks."""
+    cells, size, corner = grid_map.cells, grid_map.resolution, grid_map.origin
+    shade = np.where(cells == UNKNOWN, 0.85, 1.0 - 0.75 * cells / OCCUPIED)
+    rows, columns = cells.shape
+    extent = (corner.x, corner.x + columns * size, corner.y, corner.y + rows * size)
+    look = {"cmap": "gray", "vmin": 0, "vmax": 1, "interpolation": "nearest"}
+    axes.imshow(shade, origin="lower", extent=extent, **look)
     for index, robot in enumerate(report["robots"]):
         name = robot["name"]
         places = history.tracks.get(name, RobotTrack()).path
@@ -87,14 +93,14 @@ def _draw_map(
             ids, place, xytext=(5, 4), textcoords="offset points", fontsize=7.5, color=_INK,
             zorder=6, bbox=box,
         )  # fmt: skip
-    axes.set(xlabel="x [m]", ylabel="y [m]", title="driven ways (● start, ■ end, × goal)")
+    axes.set(xlabel="x [m]", ylabel="y [m]", title="driven paths (● start, ■ end, × goal)")
     axes.set_aspect("equal")
     if 0 < len(colours) <= _ROBOTS_IN_LEGEND:
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False, fontsize=10)
 
 
 def _goal_labels(report: dict[str, Any]) -> dict[tuple[float, float], str]:
-    """Return what is written at each goal: `T1.A T7.B`, three to a line."""
+    """Return the label of each goal: `T1.A T7.B`, three to a line."""
     at: dict[tuple[float, float], list[str]] = {}
     for task in report["tasks"]:
         for number, goal in enumerate(task["goals"]):
@@ -113,7 +119,7 @@ def _draw_timeline(
     history: History,
     colours: dict[str, str],
 ) -> None:
-    """Draw who was at work on what, one row a robot, the first one on top."""
+    """Draw which robot worked on which task, one row a robot, the first on top."""
     names = list(colours)
     kinds = {task["id"]: task["type"] for task in report["tasks"]}
     length = max(report["time"]["hive"], 1.0)

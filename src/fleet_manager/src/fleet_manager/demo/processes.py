@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Starts the processes of a hive, and ends every one of them whatever happens.
 
-roslaunch puts each node into a process group of its own, and a roslaunch that is killed leaves its
-nodes behind. So every process that is started here carries a mark in its environment, which all of
-its descendants inherit, and the end of a run looks for the mark.
+roslaunch gives each node a process group of its own, and a killed roslaunch leaves its nodes
+behind. So every process started here has a mark in its environment, which its descendants inherit,
+and the end of a run looks for the mark.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _MARK = "ROBO_HIVE_RUN"
 _PATIENCE = 12.0
-"""Time that processes have to end by themselves after SIGINT [s]; most need under one."""
+"""Time for processes to end after SIGINT [s]; most need under one."""
 
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LOOK_EVERY = 0.1
@@ -31,29 +31,19 @@ _KILL_TRIES = 50
 class ProcessGroup:
     """Processes that end together.
 
-    Attributes:
-        folder: Where their output is written, in `NAME.log`.
+    Args:
+        folder: For the output of the processes, in `NAME.log`; made where missing.
+        environment: Of the processes.
     """
 
     def __init__(self, folder: Path, environment: Mapping[str, str]) -> None:
-        """Prepare; nothing is started yet.
-
-        Args:
-            folder: For the output of the processes; made where missing.
-            environment: Of the processes.
-        """
         self.folder = folder
         self._mark = secrets.token_hex(8)
         self._environment = {**environment, _MARK: self._mark}
         self._started: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, name: str, command: Sequence[str]) -> None:
-        """Start a process in a session of its own, so that Ctrl-C does not reach it directly.
-
-        Args:
-            name: For its log file and for `ended`.
-            command: The program and its arguments.
-        """
+        """Start a program in a session of its own, so that Ctrl-C does not reach it directly."""
         self.folder.mkdir(parents=True, exist_ok=True)
         with self.log(name).open("wb") as log:
             self._started[name] = subprocess.Popen(  # noqa: S603  (the caller's own words)
@@ -70,18 +60,18 @@ class ProcessGroup:
         return self.folder / f"{name}.log"
 
     def ended(self) -> str | None:
-        """Return the name of a process that has ended by itself, or None."""
+        """Return the name of a process that ended unexpectedly, or None."""
         return next((name for name, p in self._started.items() if p.poll() is not None), None)
 
     def members(self) -> list[int]:
-        """Return the ids of all processes that were started here, and of their descendants."""
+        """Return the ids of all processes started here, and of their descendants."""
         mark = f"{_MARK}={self._mark}".encode()
         return [pid for pid in _all_processes() if mark in _environ(pid)]
 
     def stop(self) -> None:
-        """End everything: SIGINT first, the last one started first, then SIGKILL by id.
+        """End all processes: SIGINT in reverse order of their start, then SIGKILL.
 
-        A second Ctrl-C meanwhile is not heard, because it would leave processes behind.
+        A second Ctrl-C is ignored meanwhile, because it would leave processes behind.
         """
         before = {s: signal.signal(s, signal.SIG_IGN) for s in _ENDINGS}
         try:
@@ -101,7 +91,7 @@ class ProcessGroup:
                 signal.signal(number, handler)
 
     def _interrupt(self, process: subprocess.Popen[bytes]) -> None:
-        """Ask one process to end, and wait for it as long as `_PATIENCE`."""
+        """Ask a process to end, and kill it after `_PATIENCE`."""
         if process.poll() is not None:
             return
         process.send_signal(signal.SIGINT)
@@ -116,7 +106,7 @@ def _all_processes() -> list[int]:
 
 
 def _environ(pid: int) -> list[bytes]:
-    """Return the environment with which a process was started; empty where it is gone."""
+    """Return the environment of a process; empty where it has ended."""
     try:
         return Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
     except OSError:

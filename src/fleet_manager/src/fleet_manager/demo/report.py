@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes the report of a run out of what was recorded: plain data, ready for JSON."""
+"""Makes the report of a run from its history, as data for JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from fleet_manager.demo.history import RobotTrack, TaskTimes
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fleet_manager.client.hive_view import HiveView
+    from blackboard.domain.task import Task
+    from fleet_manager.client.hive_state import HiveState
     from fleet_manager.config.fleet_file import Fleet
     from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.history import History
@@ -30,13 +31,13 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Clocks:
-    """How long a run took.
+    """The times of a run.
 
     Attributes:
-        date: When it began, ISO 8601.
-        asked_rtf: Hive's time per wall time, as asked for.
-        hive: On the hive's clock [s].
-        wall: On the clock on the wall [s].
+        date: Of its start, ISO 8601.
+        asked_rtf: The requested real-time factor.
+        hive: Its length [s, hive's time].
+        wall: Its length [s, wall].
     """
 
     date: str
@@ -46,23 +47,23 @@ class Clocks:
 
     @property
     def reached_rtf(self) -> float:
-        """Hive's time per wall time, as it was."""
+        """The real-time factor that was reached."""
         return self.hive / self.wall if self.wall > 0 else 0.0
 
 
 def make_report(
-    scenario: Scenario, fleet: Fleet, view: HiveView, history: History, clocks: Clocks
+    scenario: Scenario, fleet: Fleet, state: HiveState, history: History, clocks: Clocks
 ) -> dict[str, Any]:
-    """Return what a run was and what came of it.
+    """Return the report of a run.
 
     Args:
         scenario: What was posted.
-        fleet: Who did it.
-        view: How tasks and robots stood at the end.
+        fleet: The robots.
+        state: The hive at the end.
         history: What was recorded, closed.
-        clocks: How long it took.
+        clocks: The times of the run.
     """
-    tasks = [_task_entry(scenario, number, view, history) for number in range(len(scenario.tasks))]
+    tasks = [_task_entry(planned.task, state, history) for planned in scenario.tasks]
     return {
         "scenario": scenario.name,
         "description": scenario.description,
@@ -98,25 +99,19 @@ def not_done(report: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _task_entry(
-    scenario: Scenario, number: int, view: HiveView, history: History
-) -> dict[str, Any]:
+def _task_entry(task: Task, state: HiveState, history: History) -> dict[str, Any]:
     """Return one task's part of the report."""
-    task = scenario.tasks[number].task
-    known = view.tasks.get(task.id)
-    answer = view.answers.get(task.id)
+    record, known = state.record(task.id), state.last_word(task.id)
     times = history.tasks.get(task.id, TaskTimes())
-    state = known.state if known else answer.state if answer else TaskState.WAITING
-    said = known or answer
     return {
         "id": task.id,
         "type": TaskType(task.type).name,
         "priority": task.priority,
         "payload": task.payload,
         "goals": [{"x": goal.x, "y": goal.y, "yaw": goal.yaw} for goal in task.goals],
-        "state": state.name,
-        "robot": known.robot if known else "",
-        "reason": said.reason if said else "it was never posted",
+        "state": known.state.name if known else TaskState.WAITING.name,
+        "robot": record.robot if record else "",
+        "reason": known.reason if known else "it was never posted",
         "posted": _rounded(times.posted),
         "assigned": _rounded(times.assigned),
         "started": _rounded(times.started),

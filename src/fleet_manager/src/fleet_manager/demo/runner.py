@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs a hive on a scenario from the first process to the report.
+"""Runs a scenario on a hive, from the first process to the report.
 
-One thread does everything: it takes in what the hive says, records it, shows it, and posts what is
-due. How processes start and how the hive is reached is handed in.
+One thread takes in what the hive says, records it, shows it, and posts what is due.
 """
 
 from __future__ import annotations
@@ -12,10 +11,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
-from fleet_manager.client.client import HiveClient
-from fleet_manager.client.feeder import Feeder
-from fleet_manager.demo.gathering import wait_for_everyone
+from blackboard.domain.record import TaskUpdate
+from fleet_manager.client.client import Feeder, HiveClient
 from fleet_manager.demo.history import History
+from fleet_manager.demo.local_hive import wait_for_everyone
 from fleet_manager.demo.progress import Progress
 from fleet_manager.demo.report import Clocks, make_report
 from fleet_manager.errors import NoHiveError
@@ -23,30 +22,31 @@ from fleet_manager.errors import NoHiveError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
+    from typing import TextIO
 
-    from fleet_manager.client.client import Link
-    from fleet_manager.client.hive_view import HiveView, Report
+    from fleet_manager.client.client import ClientLink
+    from fleet_manager.client.reports import Report
+    from fleet_manager.client.words import Event
     from fleet_manager.config.fleet_file import Fleet
     from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.local_hive import LocalHive
-    from fleet_manager.demo.progress import Sink
 
 _WALL_SLACK = 4.0
-"""A run that takes this many times the wall time it should is ended: the clock hardly runs."""
+"""A run ends after this multiple of its due wall time: the clock hardly runs."""
 
 _SLOW = 0.9
-"""A reached real-time factor under this share of the asked one is worth a word."""
+"""A real-time factor under this share of the requested one is worth a remark."""
 
 
 @dataclass(frozen=True)
 class DemoPlan:
-    """What is to be run.
+    """The plan of a run.
 
     Attributes:
         scenario: What is posted.
-        fleet: Who does it.
-        rtf: Hive's time per wall time.
-        windows: Whether RViz and the operator's windows are opened.
+        fleet: The robots.
+        rtf: The requested real-time factor.
+        windows: Whether RViz and the operator's windows open.
     """
 
     scenario: Scenario
@@ -56,7 +56,7 @@ class DemoPlan:
 
     @property
     def arguments(self) -> dict[str, str]:
-        """Of `fleet_manager.launch`, by name."""
+        """The arguments of `fleet_manager.launch`, by name."""
         windows = str(self.windows).lower()
         return {
             "fleet": str(self.fleet.path.resolve()),
@@ -69,18 +69,18 @@ class DemoPlan:
 
     @property
     def robots(self) -> list[str]:
-        """Names of the robots."""
+        """The names of the robots."""
         return [robot.name for robot in self.fleet.robots]
 
 
 @dataclass(frozen=True)
 class DemoResult:
-    """What came of a run.
+    """The result of a run.
 
     Attributes:
         report: See `report.make_report`.
         history: What was recorded.
-        remarks: Sentences that a person should read: what went wrong, what was slow.
+        remarks: What a person should know: what went wrong, what was slow.
     """
 
     report: dict[str, Any]
@@ -89,21 +89,19 @@ class DemoResult:
 
 
 class DemoRun:
-    """One run of a hive that has been launched.
+    """One run on a launched hive.
+
+    Args:
+        plan: The plan.
+        hive: The launched processes.
+        link: The link to the hive, which records the plan's robots.
+        sink: Where the progress is shown.
 
     Attributes:
         client: Posts and follows the tasks.
     """
 
-    def __init__(self, plan: DemoPlan, hive: LocalHive, link: Link, sink: Sink) -> None:
-        """Begin the record.
-
-        Args:
-            plan: What is to be run.
-            hive: Its processes, launched.
-            link: The way to it; records the plan's robots.
-            sink: Where the progress is shown.
-        """
+    def __init__(self, plan: DemoPlan, hive: LocalHive, link: ClientLink, sink: TextIO) -> None:
         self._plan = plan
         self._hive = hive
         self._link = link
@@ -117,7 +115,7 @@ class DemoRun:
         """Post the scenario and follow it until every task has ended or the time is up.
 
         Raises:
-            StartError: A process of the hive has ended by itself.
+            StartError: A process of the hive ended unexpectedly.
         """
         scenario, link = self._plan.scenario, self._link
         date = datetime.now().astimezone().isoformat(timespec="seconds")
@@ -138,47 +136,47 @@ class DemoRun:
                 break
             self.client.pump(self._all_ended, feeder.next_in(most=0.25))
             self._hive.check()
-            self._progress.show(self.client.view, link.now() - wall, link.hive_time() - hive)
+            self._progress.show(self.client.state, link.now() - wall, link.hive_time() - hive)
         clocks = Clocks(date, self._plan.rtf, link.hive_time() - hive, link.now() - wall)
-        self._progress.end(self.client.view, clocks.wall, clocks.hive)
+        self._progress.end(self.client.state, clocks.wall, clocks.hive)
         self._history.close(link.hive_time())
-        report = make_report(scenario, self._plan.fleet, self.client.view, self._history, clocks)
+        report = make_report(scenario, self._plan.fleet, self.client.state, self._history, clocks)
         return DemoResult(report, self._history, remarks + _speed_remark(clocks))
 
-    def _hear(self, view: HiveView, report: Report) -> None:
+    def _hear(self, report: Report, events: Sequence[Event]) -> None:
         """Record and show one report."""
         if self._history is not None:
             now = self._link.hive_time()
             self._history.add(now, report)
-            self._progress.tell(view, report, now - self._begin)
+            if isinstance(report, TaskUpdate):
+                self._progress.tell(events, now - self._begin)
 
     def _all_ended(self) -> bool:
-        states = (self.client.view.state_of(task_id) for task_id in self._ids)
+        states = (self.client.state.state_of(task_id) for task_id in self._ids)
         return all(state is not None and state.is_terminal for state in states)
 
     def _time_up(self, wall: float, hive: float) -> str:
         limit = self._plan.scenario.time_limit
-        return (
-            f"the time limit of {limit:g} s is over ({hive:.0f} s of the hive, {wall:.0f} s here)"
-        )
+        spent = f"{hive:.0f} s of the hive's time, {wall:.0f} s of real time"
+        return f"the time limit of {limit:g} s is over ({spent})"
 
 
 def run_demo(
     plan: DemoPlan,
     hive: LocalHive,
-    connect: Callable[[Sequence[str]], AbstractContextManager[Link]],
-    sink: Sink,
+    connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]],
+    sink: TextIO,
 ) -> DemoResult:
-    """Start a hive, run a scenario on it, and return what came of it.
+    """Start a hive, run a scenario on it, and return the result.
 
     Args:
-        plan: What is to be run.
+        plan: The plan.
         hive: The processes; the caller ends them.
-        connect: Opens the link; see `cli.outside.Outside`.
+        connect: Opens the link; see `cli.context.CliContext`.
         sink: Where the progress is shown.
 
     Raises:
-        StartError: The hive did not come up, or a part of it ended by itself.
+        StartError: The hive did not start, or a process ended unexpectedly.
     """
     begin = time.monotonic()
     hive.start_master()
@@ -194,4 +192,4 @@ def _speed_remark(clocks: Clocks) -> list[str]:
     if clocks.reached_rtf >= _SLOW * clocks.asked_rtf:
         return []
     reached, asked = f"{clocks.reached_rtf:.2f}", f"{clocks.asked_rtf:g}"
-    return [f"the real-time factor was {reached}, not {asked}: the machine is too busy for it"]
+    return [f"the real-time factor was {reached}, not {asked}: the machine is too busy"]

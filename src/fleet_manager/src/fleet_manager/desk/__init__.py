@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an operator sees and fills in, as plain values: no ROS, no Qt."""
+"""The logic of the windows and of RViz's markers, as plain values: no ROS, no Qt."""

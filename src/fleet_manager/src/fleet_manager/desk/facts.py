@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the hive tells an operator's desk, and what the desk may ask of the hive.
+"""What the hive tells the windows, and what the windows ask of the hive.
 
-Facts and commands are plain values, so that the desk does not care whether they come from topics,
-from a file or from a test. `HiveLink` is the port through which both pass.
+Facts and commands are plain values, whether they come from topics, a file or a test. `DeskLink`
+is the port through which both pass.
 """
 
 from __future__ import annotations
@@ -11,58 +11,32 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.consensus.messages import Heartbeat
-from blackboard.consensus.task_list import TaskList
-from blackboard.costing.bid_basis import Bids
-from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import TaskUpdate
-from blackboard.domain.task import Task
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from blackboard.auction.decision import Decision
+    from blackboard.domain.characteristics import RobotState
+    from blackboard.domain.task import Task
+    from fleet_manager.client.reports import HiveReport
     from fleet_manager.desk.places import Place
     from hive_common.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
-    """One instant on the two clocks of a desk.
+class HiveMessage:
+    """A report from the hive's topics, with the time at which it was sent [s, hive's time]."""
 
-    Attributes:
-        ros: The hive's time, which may be simulated [s].
-        wall: A clock that never jumps nor stops, for noticing silence [s].
-    """
-
-    ros: float
-    wall: float
-
-
-Report = Task | TaskList | TaskUpdate | Bids | RobotStatus | Heartbeat
-"""Whatever the hive says on its topics; a Task has been posted by somebody."""
-
-
-@dataclass(frozen=True, slots=True)
-class Told:
-    """Something that the hive said.
-
-    Attributes:
-        report: What it said.
-        stamp: When it was said [s, hive's time].
-    """
-
-    report: Report
+    report: HiveReport
     stamp: float
 
 
 @dataclass(frozen=True, slots=True)
 class Clicked:
-    """A person pointed at the map in RViz.
+    """A point that a person chose on the map in RViz.
 
     Attributes:
-        pose: Where [in `frame`]; its yaw counts only with `has_heading`.
-        frame: The frame that RViz shows.
+        pose: The point [in `frame`]; its yaw counts only with `has_heading`.
+        frame: The fixed frame of RViz.
         has_heading: Whether the person dragged an arrow (2D Nav Goal) or clicked (Publish Point).
     """
 
@@ -73,7 +47,7 @@ class Clicked:
 
 @dataclass(frozen=True, slots=True)
 class MapBounds:
-    """Where the map ends [m, map frame]."""
+    """The edges of the map [m, map frame]."""
 
     x_min: float
     y_min: float
@@ -83,39 +57,34 @@ class MapBounds:
 
 @dataclass(frozen=True, slots=True)
 class PlannedPath:
-    """The way a robot is about to drive (topic <robot>/move_base/plan); empty when it stands."""
+    """The path a robot is about to drive [m, map frame]; empty while it stands."""
 
     robot: str
     points: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Located:
-    """Where a robot believes it is (topic <robot>/amcl_pose), oftener than it reports."""
+class RobotPose:
+    """The localized pose of a robot [map frame], more often than in its reports."""
 
     robot: str
     pose: Pose
 
 
 class LinkState(Enum):
-    """How the desk stands with the ROS master."""
+    """The state of the connection to the ROS master."""
 
     SEARCHING = "searching"
     """No master has answered yet."""
     UP = "up"
     """Connected."""
     LOST = "lost"
-    """It was there and no longer answers; what was connected goes on without it."""
+    """It no longer answers; existing connections go on without it."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkChange:
-    """The ROS master came or went.
-
-    Attributes:
-        state: How the desk stands with it.
-        master: Its address, for a person.
-    """
+    """The ROS master at an address came or went."""
 
     state: LinkState
     master: str
@@ -123,31 +92,34 @@ class LinkChange:
 
 @dataclass(frozen=True, slots=True)
 class PlacesKnown:
-    """The named places of the world that the hive works in."""
+    """The named places of the world in which the hive works."""
 
     places: tuple[Place, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Noted:
-    """A decision that a member of the hive has noted on this machine."""
+class DecisionRead:
+    """A decision of an auction, from the files of a member of the hive on this machine."""
 
     decision: Decision
 
 
-Fact = Told | Clicked | MapBounds | PlannedPath | Located | PlacesKnown | LinkChange | Noted
+Fact = (
+    HiveMessage | Clicked | MapBounds | PlannedPath | RobotPose | PlacesKnown | LinkChange
+    | DecisionRead
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class PostTask:
-    """Ask the hive to take a task in."""
+    """Ask the hive to do a task."""
 
     task: Task
 
 
 @dataclass(frozen=True, slots=True)
 class CancelTask:
-    """Ask the hive to take a task off its list."""
+    """Ask the hive to cancel a task."""
 
     task_id: str
 
@@ -161,20 +133,20 @@ class SetRobotState:
 
 
 @dataclass(frozen=True, slots=True)
-class AskWhy:
-    """Ask what has been noted about a task's auctions; each is answered with a `Noted`."""
+class ReadDecisions:
+    """Ask for the recorded auctions of a task; each is answered with a `DecisionRead`."""
 
     task_id: str
 
 
-Wish = PostTask | CancelTask | SetRobotState
-"""What the hive is told on its topics."""
+Request = PostTask | CancelTask | SetRobotState
+"""What the hive is asked on its topics."""
 
-Command = Wish | AskWhy
+Command = Request | ReadDecisions
 
 
-class HiveLink(Protocol):
-    """The way between a desk and a hive. No call ever waits for anything."""
+class DeskLink(Protocol):
+    """The port between the windows and the hive. No call ever waits for anything."""
 
     def start(self) -> None:
         """Begin to connect, in the background."""
@@ -189,4 +161,4 @@ class HiveLink(Protocol):
         """Return at most `limit` facts that have arrived since the last call, oldest first."""
 
     def send(self, command: Command) -> None:
-        """Hand over a command; it is sent as soon as the link allows."""
+        """Queue a command; it is sent as soon as the link allows."""

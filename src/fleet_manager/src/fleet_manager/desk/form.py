@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The rules of the task form: which fields a type needs, and what each may hold.
 
-A form is texts, as a person typed them. `check` turns them into a task, or into one mistake per
-field that says what is allowed there. Lengths are typed in metres and headings in degrees; a task
-holds radians (REP-103).
+`check` turns the typed texts into a task, or into one mistake per field that says what is allowed
+there. Lengths are typed in metres and headings in degrees; a task holds radians (REP-103).
 """
 
 from __future__ import annotations
@@ -14,21 +13,20 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from blackboard.domain.task import MAX_ID_LENGTH, Task, TaskType
-from fleet_manager.desk.natural import next_task_id
-from fleet_manager.desk.words import text
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Iterable, Mapping
 
     from fleet_manager.desk.facts import MapBounds
 
 GOAL_NAMES = ("A", "B", "C")
 MAX_PAYLOAD = 10_000.0  # [kg], well above the heaviest load that an indoor AGV is built for
-FARTHEST = 10_000.0  # [m], where no map says better
+MAX_COORDINATE = 10_000.0  # [m], where no map is known
 _ID = re.compile(r"[A-Za-z0-9_-]+", re.ASCII)
+_NUMBERED = re.compile(r"T(\d{1,9})")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)", re.ASCII)
-_SHOWN = 24  # characters of a wrong entry that are repeated in its message
+_MAX_QUOTED = 24  # characters of a wrong entry that its message repeats
 
 GOALS_TAKEN: Mapping[TaskType, tuple[str, ...]] = {
     TaskType.GA: ("A",),
@@ -66,7 +64,7 @@ class FormText:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What came of a form.
+    """The result of checking a form.
 
     Attributes:
         task: The task, or None where there are mistakes.
@@ -80,18 +78,18 @@ class Checked:
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """The numbers that a field takes, both ends included, and what to say about them."""
+    """The numbers that a field takes, both ends included."""
 
     low: float
     high: float
     unit: str = ""
-    words: str = "allowed.range"
+    why: str = ""
 
     @property
     def allowed(self) -> str:
         """What is allowed, for a person."""
         low, high = (f"{round(end, 3):.10g}" for end in (self.low, self.high))
-        return text(self.words, low=low, high=high, unit=self.unit).strip()
+        return f"{low} to {high} {self.unit}".strip() + self.why
 
 
 PRIORITY = Range(0, 10)
@@ -100,7 +98,7 @@ HEADING = Range(-360.0, 360.0, "°")
 
 
 def goals_needed(kind: TaskType) -> tuple[str, ...]:
-    """Return the names of the goals that a type cannot do without."""
+    """Return the names of the goals that a type requires."""
     return GOAL_NAMES[: kind.goals_needed]
 
 
@@ -121,20 +119,20 @@ def check(form: FormText, taken: Collection[str] = (), bounds: MapBounds | None 
     payload = _checked_number(form.payload, PAYLOAD, "payload", mistakes)
     goals = _checked_goals(form, bounds, mistakes)
     if "priority" not in mistakes and priority != int(priority):
-        mistakes["priority"] = text("bad.range", text=form.priority, allowed=PRIORITY.allowed)
+        mistakes["priority"] = _outside(form.priority, PRIORITY)
     if mistakes:
         return Checked(None, mistakes)
     return Checked(Task(name, form.type, goals, int(priority), payload, "map"), {})
 
 
 def _checked_id(name: str, taken: Collection[str], mistakes: dict[str, str]) -> str:
-    allowed = text("allowed.id", longest=MAX_ID_LENGTH)
+    allowed = f"allowed: 1 to {MAX_ID_LENGTH} letters, digits, - and _"
     if not name:
-        mistakes["id"] = text("bad.empty", allowed=allowed)
+        mistakes["id"] = f"is empty; {allowed}"
     elif len(name) > MAX_ID_LENGTH or not _ID.fullmatch(name):
-        mistakes["id"] = text("bad.id", text=shortened(name), allowed=allowed)
+        mistakes["id"] = f"“{shortened(name)}” is not an id; {allowed}"
     elif name in taken:
-        mistakes["id"] = text("bad.taken", text=name, proposal=next_task_id(taken))
+        mistakes["id"] = f"{name} is taken already; {next_task_id(taken)} is free"
     return name
 
 
@@ -150,36 +148,38 @@ def _checked_goals(
             break
         x = _checked_number(goal.x, x_range, f"{name}.x", mistakes)
         y = _checked_number(goal.y, y_range, f"{name}.y", mistakes)
-        heading = _checked_number(
-            goal.heading.strip() or "0", HEADING, f"{name}.heading", mistakes
-        )
-        goals.append(Pose(x, y, wrapped(math.radians(heading))))
+        typed = goal.heading.strip() or "0"
+        heading = _checked_number(typed, HEADING, f"{name}.heading", mistakes)
+        goals.append(Pose(x, y, math.remainder(math.radians(heading), math.tau)))
     return tuple(goals)
 
 
 def _map_ranges(bounds: MapBounds | None) -> tuple[Range, Range]:
     if bounds is None:
-        return Range(-FARTHEST, FARTHEST, "m"), Range(-FARTHEST, FARTHEST, "m")
-    return (
-        Range(bounds.x_min, bounds.x_max, "m", "allowed.map"),
-        Range(bounds.y_min, bounds.y_max, "m", "allowed.map"),
-    )
+        anywhere = Range(-MAX_COORDINATE, MAX_COORDINATE, "m")
+        return anywhere, anywhere
+    why = ", the map ends there"
+    x_range = Range(bounds.x_min, bounds.x_max, "m", why)
+    return x_range, Range(bounds.y_min, bounds.y_max, "m", why)
 
 
 def _checked_number(typed: str, span: Range, field: str, mistakes: dict[str, str]) -> float:
     """Return the number, or 0 with a mistake noted."""
     typed = typed.strip()
-    if not typed:
-        mistakes[field] = text("bad.empty", allowed=span.allowed)
-        return 0.0
     number = parsed(typed)
-    if number is None:
-        mistakes[field] = text("bad.number", text=shortened(typed), allowed=span.allowed)
-        return 0.0
-    if not span.low <= number <= span.high:
-        mistakes[field] = text("bad.range", text=shortened(typed), allowed=span.allowed)
-        return 0.0
-    return number
+    if not typed:
+        mistakes[field] = f"is empty; allowed: {span.allowed}"
+    elif number is None:
+        mistakes[field] = f"“{shortened(typed)}” is not a number; allowed: {span.allowed}"
+    elif not span.low <= number <= span.high:
+        mistakes[field] = _outside(typed, span)
+    else:
+        return number
+    return 0.0
+
+
+def _outside(typed: str, span: Range) -> str:
+    return f"{shortened(typed)} is outside; allowed: {span.allowed}"
 
 
 def parsed(typed: str) -> float | None:
@@ -191,10 +191,11 @@ def parsed(typed: str) -> float | None:
 
 
 def shortened(typed: str) -> str:
-    """Return an entry short enough to be repeated in a message."""
-    return typed if len(typed) <= _SHOWN else typed[: _SHOWN - 1] + "…"
+    """Return an entry short enough for a message."""
+    return typed if len(typed) <= _MAX_QUOTED else typed[: _MAX_QUOTED - 1] + "…"
 
 
-def wrapped(yaw: float) -> float:
-    """Return an angle [rad] within -pi to pi."""
-    return math.remainder(yaw, math.tau)
+def next_task_id(taken: Iterable[str]) -> str:
+    """Return the next id of the series T1, T2, ... after all that are taken."""
+    numbers = [int(match[1]) for name in taken if (match := _NUMBERED.match(name))]
+    return f"T{max(numbers, default=0) + 1}"

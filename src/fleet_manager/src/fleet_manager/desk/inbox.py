@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where facts wait until the windows have time for them."""
+"""The queue of facts between the threads of ROS and the windows."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
     from fleet_manager.desk.facts import Fact
 
-LONGEST = 20_000  # facts; more would not be read before they are of no use
+MAX_FACTS = 20_000  # more would be useless by the time they are read
 
 
 class Inbox:
-    """A queue between the threads of ROS and the event loop of the windows.
+    """A queue in which a newer fact replaces an older one of the same name.
 
-    What is superseded by something newer, such as a robot's report by its next one, waits only
-    once. When too much waits the oldest is dropped: the next task list tells what it said.
+    So a robot's report waits only once. When too many facts wait, the oldest is dropped: the next
+    task list tells what it said.
     """
 
     def __init__(self) -> None:
@@ -33,8 +33,8 @@ class Inbox:
 
         Args:
             fact: What has arrived.
-            supersedes: Name of what this is the newest of; an older fact of the same name that
-                still waits is dropped. None for a fact that counts for itself.
+            supersedes: A name; an older fact of that name that still waits is dropped. None drops
+                nothing.
         """
         with self._lock:
             if supersedes is None:
@@ -42,11 +42,11 @@ class Inbox:
             else:
                 self._facts.pop(supersedes, None)
             self._facts[supersedes] = fact
-            if len(self._facts) > LONGEST:
+            if len(self._facts) > MAX_FACTS:
                 self._facts.popitem(last=False)
 
     def take(self, limit: int) -> list[Fact]:
-        """Return at most `limit` facts, the oldest first, and drop them here."""
+        """Remove and return at most `limit` facts, oldest first."""
         with self._lock:
             count = min(limit, len(self._facts))
             return [self._facts.popitem(last=False)[1] for _fact in range(count)]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What RViz shows of the hive: the goals of open tasks, robots and their paths, as plain values.
 
-A marker is named by `space` and `number`. RViz keeps a marker until it is told to delete it, so
+`space` and `number` identify a marker. RViz keeps a marker until it is told to delete it, so
 `MarkerBoard` remembers what it has shown.
 """
 
@@ -16,17 +16,17 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from blackboard.domain.task import goal_name, used_goals
-from fleet_manager.desk import formats
-from fleet_manager.desk.words import text
+from fleet_manager.client import formats
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from blackboard.domain.record import TaskRecord
-    from fleet_manager.desk.rows import RobotRow, TaskRow
+    from fleet_manager.client.rows import RobotRow, TaskRow
 
 Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, 0 to 1."""
 
 COLORS: tuple[Color, ...] = (
     (0.90, 0.62, 0.00, 1.0),
@@ -37,7 +37,7 @@ COLORS: tuple[Color, ...] = (
     (0.84, 0.37, 0.00, 1.0),
     (0.80, 0.47, 0.65, 1.0),
 )
-"""Red, green, blue and opacity for robots, from Okabe and Ito (Color Universal Design, 2008)."""
+"""For robots, from Okabe and Ito (Color Universal Design, 2008)."""
 
 ORIGIN = Pose(0.0, 0.0)
 NO_ROBOT: Color = (0.45, 0.45, 0.45, 1.0)
@@ -69,16 +69,16 @@ class Shape(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """One thing to be seen in RViz.
+    """One marker in RViz.
 
     Attributes:
-        space: The group it belongs to, which RViz can hide.
-        number: Its number in the group.
+        space: The namespace, which RViz can hide.
+        number: Its number in the namespace.
         shape: What it looks like.
-        pose: Where its origin is [map frame].
+        pose: Of its origin [map frame].
         height: Of its origin above the floor [m].
         size: Length, width and height [m]; of a text the last, of a line the first counts.
-        color: Red, green, blue and opacity, 0 to 1.
+        color: Of the whole marker.
         text: Of a text.
         points: Of a line [m, map frame].
     """
@@ -95,12 +95,12 @@ class Marker:
 
     @property
     def name(self) -> tuple[str, int]:
-        """What it is known by."""
+        """Its identity."""
         return self.space, self.number
 
 
 def robot_color(robot: str) -> Color:
-    """Return a robot's colour, which depends on its name alone; grey where there is no robot."""
+    """Return the colour of a robot, which depends on its name alone; grey without a robot."""
     if not robot:
         return NO_ROBOT
     digits = "".join(filter(str.isdecimal, robot))
@@ -123,17 +123,15 @@ class MarkerBoard:
         paths: Mapping[str, tuple[tuple[float, float], ...]],
         poses: Mapping[str, Pose] = MappingProxyType({}),
     ) -> tuple[list[Marker], list[tuple[str, int]]]:
-        """Return all markers as they are now.
+        """Return all markers as they are now, and the names of those that RViz shall delete.
+
+        A deletion is repeated for a while, because a message may be lost.
 
         Args:
-            tasks: By id; those that have ended show nothing.
+            tasks: By id; ended tasks show nothing.
             robots: By name.
-            paths: Where each robot is about to drive [m, map frame], by its name.
-            poses: Where robots are that tell it oftener than they report, by name [map frame].
-
-        Returns:
-            The markers, and the names of those that RViz shall delete. A deletion is repeated for
-            a while, because a message may be lost.
+            paths: The planned path of each robot [m, map frame], by name.
+            poses: Poses newer than those in the robots' reports [map frame], by name.
         """
         labels: set[tuple[int, int]] = set()
         open_tasks = [row.record for row in tasks.values() if row.is_open]
@@ -152,12 +150,12 @@ class MarkerBoard:
         return markers, sorted(set().union(*self._gone) - names)
 
     def _goals(self, record: TaskRecord, labels: set[tuple[int, int]]) -> Iterator[Marker]:
-        """Give the markers of a task; `labels` are the places that names have taken."""
+        """Give the markers of a task; `labels` are the cells that names have taken."""
         color = robot_color(record.robot)
         for place, goal in enumerate(used_goals(record.task)):
             if not goal.is_finite:
                 continue
-            words = text("marker.goal", id=record.task.id, name=goal_name(place))
+            words = f"{record.task.id} {goal_name(place)}"
             number = self._number("goals", words)
             yield Marker("goals", number, Shape.ARROW, goal, GOAL_HEIGHT, ARROW, color)
             yield _label("goal names", number, _free_place(goal, labels), words)
@@ -168,13 +166,9 @@ class MarkerBoard:
             return
         number, color = self._number("robots", status.robot_id), robot_color(status.robot_id)
         yield Marker("robots", number, Shape.DISC, pose, 0.0, DISC, color)
-        words = text(
-            "marker.robot",
-            robot=status.robot_id,
-            state=text(f"robot.{row.state.name}"),
-            load=formats.mass(status.payload),
-            charge=formats.percent(status.charge),
-        )
+        load, charge = formats.mass(status.payload), formats.percent(status.charge)
+        state = row.state.name.lower()
+        words = f"{status.robot_id}: {state}\nload {load}, battery {charge}"
         yield _label("robot names", number, Pose(pose.x, pose.y + ROBOT_TEXT_ABOVE), words)
 
     def _paths(self, paths: Mapping[str, tuple[tuple[float, float], ...]]) -> Iterable[Marker]:
@@ -185,7 +179,7 @@ class MarkerBoard:
                 yield Marker("paths", number, Shape.LINE, size=size, color=color, points=points)
 
     def _number(self, space: str, name: str) -> int:
-        """Return a number that stays the same for a name."""
+        """Return the number of a name, which never changes."""
         return self._numbers.setdefault((space, name), len(self._numbers))
 
 

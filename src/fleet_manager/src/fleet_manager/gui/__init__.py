@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The operator's windows: thin Qt widgets over `fleet_manager.desk`."""
+"""The operator's windows: thin Qt widgets over `desk` and `client`, which hold the logic."""

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The line on top of every window that says who carries the blackboard."""
+"""The line at the top of every window that says who carries the blackboard."""
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from python_qt_binding.QtCore import QObject
 from python_qt_binding.QtGui import QPalette
 
-from fleet_manager.desk.authority import Standing
+from fleet_manager.client.formats import duration, member
+from fleet_manager.client.leadership import Standing
 from fleet_manager.desk.facts import LinkState
-from fleet_manager.desk.formats import duration, member
-from fleet_manager.desk.words import text
 from fleet_manager.gui.look import Tone, color
 
 if TYPE_CHECKING:
@@ -21,32 +21,27 @@ if TYPE_CHECKING:
 
 
 def banner_text(desk: Desk) -> str:
-    """Return who carries the blackboard, or in plain words that nobody does."""
-    link, beat, standing = desk.link_change, desk.hive.authority.heartbeat, desk.standing
+    """Return who carries the blackboard, or that nobody does."""
+    link, beat, standing = desk.link_change, desk.hive.heartbeat, desk.standing
     if beat is None and link.state is not LinkState.UP:
-        return f"⚠ {text('authority.no_master', master=link.master)}"
+        return f"⚠ No ROS master at {link.master}. Start the hive; this window connects."
     if beat is None:
-        return f"⚠ {text('authority.NOBODY')}"
-    silence = duration(desk.hive.authority.silence(desk.moment()))
+        return "⚠ No blackboard: nobody accepts or assigns tasks."
     leader, backup = member(beat.leader), member(beat.backup)
-    words = text(f"authority.{standing.name}", leader=leader, silence=silence)
-    if standing is not Standing.LEADER:
-        line = f"⚠ {words}"
+    if standing is Standing.STUCK:
+        line = f"⚠ Blackboard stuck: {leader} answers but does not work."
+    elif standing is Standing.SILENT:
+        silence = duration(desk.hive.leadership.silence(time.monotonic()))
+        line = f"⚠ No blackboard: {leader} has been silent for {silence}. Tasks and robots wait."
     else:
-        stands = text("authority.backup" if backup else "authority.no_backup", backup=backup)
-        line = f"● {words}   {stands}   {text('authority.epoch', epoch=beat.epoch)}"
+        line = f"● Blackboard: {leader}   Backup: {backup or 'none'}   Epoch {beat.epoch}"
     if link.state is LinkState.LOST:
-        line += f"   ⚠ {text('authority.lost_master', master=link.master)}"
+        line += f"   ⚠ The ROS master at {link.master} does not answer; running nodes go on."
     return line
 
 
 class Banner(QObject):
-    """Keeps a label saying who carries the blackboard.
-
-    Args:
-        label: Where it is said.
-        desk: Knows.
-    """
+    """Keeps a label up to date with who carries the blackboard."""
 
     def __init__(self, label: QLabel, desk: Desk) -> None:
         super().__init__(label)
@@ -57,12 +52,11 @@ class Banner(QObject):
         self.refresh()
 
     def refresh(self) -> None:
-        """Say it anew."""
+        """Show the present text; a warning stands out."""
         words = banner_text(self._desk)
         self._label.setText(words)
         palette = QPalette(self._label.parentWidget().palette())
-        alarm = words.startswith("⚠")
-        if alarm:
+        if words.startswith("⚠"):
             palette.setColor(QPalette.Window, color(Tone.BAD, palette))
             palette.setColor(QPalette.WindowText, palette.color(QPalette.Base))
         self._label.setPalette(palette)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What all windows of one program share: the hive's state, and what has been sent.
+"""What all windows of one program share: the hive's state, and the requests to the hive.
 
-Facts from the hive are drained by a timer of the event loop, a few milliseconds at a time, so that
-no flood of messages can hold the windows up.
+A timer of the event loop drains the facts from the hive, a few milliseconds at a time, so that no
+flood of messages can stall the windows.
 """
 
 from __future__ import annotations
@@ -14,34 +14,33 @@ from typing import TYPE_CHECKING
 from python_qt_binding.QtCore import QObject, QTimer, Signal
 
 from blackboard.consensus.messages import Heartbeat
-from blackboard.domain.task import TaskState
-from fleet_manager.desk.authority import Standing
-from fleet_manager.desk.events import Log
+from fleet_manager.client.hive_state import HiveState
+from fleet_manager.client.leadership import Standing
+from fleet_manager.client.words import Event, Severity
 from fleet_manager.desk.facts import (
-    AskWhy,
     Clicked,
+    DecisionRead,
+    HiveMessage,
     LinkChange,
     LinkState,
     MapBounds,
-    Moment,
     PlacesKnown,
+    ReadDecisions,
     SetRobotState,
-    Told,
 )
-from fleet_manager.desk.hive import Hive
-from fleet_manager.desk.natural import next_task_id
-from fleet_manager.desk.outbox import Outbox
+from fleet_manager.desk.form import next_task_id
+from fleet_manager.desk.requests import RequestQueue
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from blackboard.domain.characteristics import RobotState
     from blackboard.domain.task import Task
-    from fleet_manager.desk.facts import Fact, HiveLink
+    from fleet_manager.desk.facts import DeskLink, Fact
     from fleet_manager.desk.places import Place
 
 DRAIN_PERIOD = 100  # [ms], about as quick as a person notices
-TURN_PERIOD = 250  # [ms], for what depends on time alone
+TICK_PERIOD = 250  # [ms], for what depends on time alone
 BUDGET = 0.010  # [s] of one drain, so that keys and mouse are served in between
 BATCH = 20  # facts between two looks at the budget
 
@@ -52,54 +51,50 @@ class Desk(QObject):
     Signals:
         changed: A `Changes`, at most once for each drain.
         clicked: A `Clicked`.
-        letters_changed: Something that was sent has been answered.
+        sent_tasks_changed: A task that was sent has been answered.
         places_changed: The named places of the world are known.
-        standing_changed: Who carries the blackboard, or the ROS master, came or went.
+        standing_changed: The leader or the ROS master came or went.
 
     Args:
-        link: The way to the hive.
+        link: The link to the hive.
 
     Attributes:
         hive: What is known of the hive.
-        outbox: What has been sent.
+        requests: What has been sent.
         places: The named places of the world.
-        bounds: Where the map ends; None until a map is known.
-        link_change: How the program stands with the ROS master.
+        bounds: The edges of the map; None until a map is known.
+        link_change: The state of the connection to the ROS master.
     """
 
     changed = Signal(object)
     clicked = Signal(object)
-    letters_changed = Signal()
+    sent_tasks_changed = Signal()
     standing_changed = Signal()
     places_changed = Signal()
 
-    def __init__(self, link: HiveLink) -> None:
+    def __init__(self, link: DeskLink) -> None:
         super().__init__()
-        self.hive = Hive()
-        self.outbox = Outbox(link.send)
+        self.hive = HiveState(detailed=True)
+        self.requests = RequestQueue(link.send)
         self.places: tuple[Place, ...] = ()
         self.bounds: MapBounds | None = None
         self.link_change = LinkChange(LinkState.SEARCHING, "")
         self._link = link
         self._standing: tuple[object, ...] = ()
         self._drain_timer = QTimer(self, interval=DRAIN_PERIOD, timeout=self._drain)
-        self._turn_timer = QTimer(self, interval=TURN_PERIOD, timeout=self._turn)
+        self._tick_timer = QTimer(self, interval=TICK_PERIOD, timeout=self._tick)
 
     def start(self) -> None:
-        """Begin to follow the hive."""
+        """Start following the hive."""
         self._link.start()
         self._drain_timer.start()
-        self._turn_timer.start()
+        self._tick_timer.start()
 
     def stop(self) -> None:
-        """Follow it no longer."""
+        """Stop following the hive."""
         self._drain_timer.stop()
-        self._turn_timer.stop()
+        self._tick_timer.stop()
         self._link.stop()
-
-    def moment(self) -> Moment:
-        """Return the time on both clocks."""
-        return Moment(self._link.now(), time.monotonic())
 
     def now(self) -> float:
         """Return the hive's time [s]."""
@@ -108,95 +103,107 @@ class Desk(QObject):
     @property
     def standing(self) -> Standing:
         """Whether the hive has a blackboard now."""
-        return self.hive.authority.standing(self.moment())
+        return self.hive.leadership.standing(time.monotonic())
 
     def taken_ids(self) -> set[str]:
         """Return the ids that a new task cannot have."""
-        rows = self.hive.tasks.items()
-        listed = {name for name, row in rows if row.record.state is not TaskState.REJECTED}
-        return listed | {letter.task.id for letter in self.outbox.letters if letter.is_open}
+        sent = {sent.task.id for sent in self.requests.sent_tasks if sent.is_open}
+        return sent.union(self.hive.records)
 
     def proposed_id(self) -> str:
         """Return a free id for a new task."""
-        letters = (letter.task.id for letter in self.outbox.letters)
-        return next_task_id({*self.hive.tasks, *letters})
+        sent = (sent.task.id for sent in self.requests.sent_tasks)
+        return next_task_id({*self.hive.tasks, *sent})
 
     def post(self, task: Task) -> None:
-        """Send a task; it is kept until the hive has answered."""
+        """Send a task, repeatedly until the hive answers."""
         task = replace(task, posted=self.now())
-        self.hive.apply(Told(task, task.posted), self.moment())
-        self.outbox.post(task)
-        self._turn()
-        self.letters_changed.emit()
+        self.hive.take_in(task, time.monotonic(), task.posted)
+        self.requests.post(task)
+        self._tick()
+        self.sent_tasks_changed.emit()
 
     def cancel(self, task_ids: Iterable[str]) -> None:
-        """Ask the hive to take tasks off its list."""
+        """Ask the hive to cancel tasks."""
         for task_id in task_ids:
-            self.outbox.cancel(task_id)
-            self.hive.note(Log().asked_cancel(task_id))
-        self._turn()
+            self.requests.cancel(task_id)
+            self.hive.note(Event(f"asked the hive to cancel task {task_id}", task_id=task_id))
+        self._tick()
 
     def send_again(self, task_ids: Iterable[str]) -> None:
-        """Post the same as some tasks under new ids."""
+        """Post copies of tasks under new ids."""
         for task_id in task_ids:
             if task := self.hive.posted(task_id):
                 self.post(replace(task, id=self.proposed_id()))
 
-    def ask_why(self, task_id: str) -> None:
-        """Have the bids on a task looked up, for where they are not told on any topic."""
-        self._link.send(AskWhy(task_id))
+    def read_decisions(self, task_id: str) -> None:
+        """Have the recorded bids on a task read, for those that were not heard on a topic."""
+        self._link.send(ReadDecisions(task_id))
 
     def set_robot_state(self, robots: Iterable[str], state: RobotState) -> None:
         """Ask robots to go out of service or back into it."""
         for robot in robots:
             self._link.send(SetRobotState(robot, state))
-            self.hive.note(Log().asked_state(robot, state))
+            self.hive.note(Event(f"asked {robot} to be {state.name.lower()}"))
         self._tell_changes()
 
     def _drain(self) -> None:
-        """Take in what has arrived, for as long as the budget lasts."""
-        moment, end = self.moment(), time.monotonic() + BUDGET
+        """Take in what has arrived, within the budget."""
+        now = time.monotonic()
+        end = now + BUDGET
         heard = False
         while time.monotonic() < end:
             facts = self._link.drain(BATCH)
             for fact in facts:
-                heard |= self._take(fact, moment)
+                heard |= self._take(fact, now)
             if len(facts) < BATCH:
                 break
         if heard:
-            self.letters_changed.emit()
+            self.sent_tasks_changed.emit()
         self._tell_changes()
 
-    def _take(self, fact: Fact, moment: Moment) -> bool:
-        """Take one fact in, and return whether it answers something that was sent."""
-        self.hive.apply(fact, moment)
-        if isinstance(fact, Clicked):
+    def _take(self, fact: Fact, now: float) -> bool:
+        """Take in one fact, and return whether it answers something that was sent."""
+        if isinstance(fact, HiveMessage):
+            self.hive.take_in(fact.report, now, fact.stamp)
+            if isinstance(fact.report, Heartbeat):
+                self._tell_standing()
+        elif isinstance(fact, DecisionRead):
+            self.hive.add_bids(fact.decision)
+        elif isinstance(fact, Clicked):
             self.clicked.emit(fact)
         elif isinstance(fact, MapBounds):
             self.bounds = fact
         elif isinstance(fact, LinkChange):
-            self.link_change = fact
+            self._take_link_change(fact)
         elif isinstance(fact, PlacesKnown):
             self.places = fact.places
             self.places_changed.emit()
-        if isinstance(fact, LinkChange) or _is_heartbeat(fact):
-            self._tell_standing()
-        return self.outbox.hear(fact, self.hive.record)
+        return self.requests.hear(fact, self.hive.record)
 
-    def _turn(self) -> None:
+    def _take_link_change(self, change: LinkChange) -> None:
+        self.link_change = change
+        if change.state is LinkState.UP:
+            self.hive.note(Event(f"connected to the ROS master at {change.master}"))
+        elif change.state is LinkState.LOST:
+            text = f"the ROS master at {change.master} does not answer"
+            self.hive.note(Event(text, Severity.WARNING))
+        self._tell_standing()
+
+    def _tick(self) -> None:
         """Do what depends on time alone."""
-        moment = self.moment()
-        self.hive.tick(moment)
-        someone = self.hive.authority.standing(moment) is Standing.LEADER
-        if self.outbox.tick(moment, someone_listens=someone):
-            self.letters_changed.emit()
+        now = time.monotonic()
+        self.hive.tick(now)
+        someone = self.hive.leadership.standing(now) is Standing.LEADER
+        if self.requests.tick(now, someone_listens=someone):
+            self.sent_tasks_changed.emit()
         self._tell_standing()
         self._tell_changes()
 
     def _tell_standing(self) -> None:
-        """Say so when what the banner shows is no longer true."""
-        beat, standing = self.hive.authority.heartbeat, self.standing
-        silence = int(self.hive.authority.silence(self.moment()))
+        """Emit `standing_changed` when the banner is out of date."""
+        beat, standing = self.hive.heartbeat, self.standing
+        silence = int(self.hive.leadership.silence(time.monotonic()))
         who = (beat.leader, beat.backup, beat.epoch) if beat else ()
         shown = (standing, who, self.link_change, standing is Standing.SILENT and silence)
         if shown != self._standing:
@@ -207,7 +214,3 @@ class Desk(QObject):
         changes = self.hive.take_changes()
         if changes.tasks or changes.robots or changes.events:
             self.changed.emit(changes)
-
-
-def _is_heartbeat(fact: Fact) -> bool:
-    return isinstance(fact, Told) and isinstance(fact.report, Heartbeat)

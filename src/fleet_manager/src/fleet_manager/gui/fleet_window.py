@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The window with everything in it, and the frame of each single one."""
+"""The main window around task entry and task view."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from python_qt_binding.QtWidgets import (
     QMessageBox,
 )
 
-from fleet_manager.desk.words import text
 from fleet_manager.gui.look import Appearance, appear
 from fleet_manager.gui.task_entry import TaskEntry
 from fleet_manager.gui.task_view import TaskView
@@ -29,12 +28,24 @@ if TYPE_CHECKING:
     from fleet_manager.gui.desk import Desk
 
 
+_TITLES = {
+    "app.name": "Robo-Hive fleet manager",
+    "app.entry": "Task entry",
+    "app.view": "Task view",
+}
+_LOOKS = {
+    Appearance.DESKTOP: "As the &desktop",
+    Appearance.LIGHT: "&Light",
+    Appearance.DARK: "&Dark",
+}
+
+
 class FleetWindow(QMainWindow):
     """Task entry and task view, docked; either may be left out, moved or torn off.
 
     Args:
-        desk: Follows the hive.
-        settings: Where layout and choices are kept.
+        desk: The hive's state.
+        settings: Keeps layout and choices.
         entry: Whether there is a task entry.
         view: Whether there is a task view.
     """
@@ -54,7 +65,7 @@ class FleetWindow(QMainWindow):
         else:
             self.setCentralWidget(self.entry or self.view)
         name = "app.name" if self._docks else "app.entry" if entry else "app.view"
-        self.setWindowTitle(text(name))
+        self.setWindowTitle(_TITLES[name])
         self.setObjectName(name)
         self.setDockNestingEnabled(True)
         self._add_menus()
@@ -63,16 +74,16 @@ class FleetWindow(QMainWindow):
         self._restore()
 
     def event(self, event: QEvent) -> bool:
-        """Handle an event of the window, above all the repaint of everything in it.
+        """Handle an event of the window, such as the repaint of everything in it.
 
-        It is here so that Python holds its lock throughout: called straight from Qt, every cell
-        that is painted would wait for the threads that read messages.
+        This override makes Python hold its lock throughout: called straight from Qt, every painted
+        cell would wait for the threads that read messages.
         """
         return bool(super().event(event))
 
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802  (Qt's name)
         """Keep layout and choices; ask before unsent tasks are lost."""
-        count = self._desk.outbox.unanswered
+        count = self._desk.requests.unanswered
         if count and not self._may_lose(count):
             event.ignore()
             return
@@ -85,8 +96,8 @@ class FleetWindow(QMainWindow):
 
     def _may_lose(self, count: int) -> bool:
         buttons = QMessageBox.Close | QMessageBox.Cancel
-        words = text("close.text", count=count)
-        answer = QMessageBox.question(self, text("close.title"), words, buttons)
+        words = f"{count} tasks have not been accepted yet. They are lost when you close."
+        answer = QMessageBox.question(self, "Not sent yet", words, buttons)
         return bool(answer == QMessageBox.Close)
 
     def _dock(self, widget: QWidget, name: str) -> QDockWidget:
@@ -96,7 +107,7 @@ class FleetWindow(QMainWindow):
         return dock
 
     def _lay_out(self) -> None:
-        """Place the docks as they are at the very first start."""
+        """Place the docks as at the very first start."""
         for dock, area in zip(
             self._docks, (Qt.LeftDockWidgetArea, Qt.RightDockWidgetArea), strict=False
         ):
@@ -111,31 +122,30 @@ class FleetWindow(QMainWindow):
             self.resizeDocks(self._docks, [56 * letter, 164 * letter], Qt.Horizontal)
 
     def _add_menus(self) -> None:
-        menu = self.menuBar().addMenu(text("menu.file"))
-        leave = menu.addAction(text("menu.quit"), self.close)
+        menu = self.menuBar().addMenu("&File")
+        leave = menu.addAction("&Quit", self.close)
         leave.setShortcut(QKeySequence.Quit)
-        menu = self.menuBar().addMenu(text("menu.view"))
-        if self._docks:
-            for dock in self._docks:
-                menu.addAction(dock.toggleViewAction())
-        menu.addAction(text("menu.reset"), self._reset)
-        looks = menu.addMenu(text("menu.appearance"))
+        menu = self.menuBar().addMenu("&View")
+        for dock in self._docks:
+            menu.addAction(dock.toggleViewAction())
+        menu.addAction("&Reset the layout", self._reset)
+        looks = menu.addMenu("&Appearance")
         group = QActionGroup(self)
         for appearance in Appearance:
-            action = QAction(text(f"menu.{appearance.value}"), group, checkable=True)
+            action = QAction(_LOOKS[appearance], group, checkable=True)
             action.setData(appearance)
             looks.addAction(action)
         group.triggered.connect(lambda action: self.appear(action.data()))
         self._looks = group
 
     def appear(self, appearance: Appearance) -> None:
-        """Look light or dark, now and at the next start."""
+        """Apply an appearance, now and at the next start."""
         appear(QApplication.instance(), appearance, self._desktop)
         self._settings.setValue("appearance", appearance.value)
         for action in self._looks.actions():
             action.setChecked(action.data() is appearance)
         self._desk.standing_changed.emit()
-        self._desk.letters_changed.emit()
+        self._desk.sent_tasks_changed.emit()
 
     def _reset(self) -> None:
         self.restoreState(self._first_layout)

@@ -10,8 +10,7 @@ from python_qt_binding.QtCore import Signal
 from python_qt_binding.QtWidgets import QGroupBox
 
 from fleet_manager.desk.form import GoalText
-from fleet_manager.desk.words import text
-from fleet_manager.gui.forms import load_form, mark_field, show_mistake
+from fleet_manager.gui.look import load_form, mark_field, show_mistake
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,16 +21,16 @@ if TYPE_CHECKING:
     from fleet_manager.desk.places import Place
 
 _AXES = ("x", "y", "heading")
-_LETTERS = 7  # that fit into a field without scrolling, such as 12.345
+_LETTERS = 7  # fit into a field without scrolling, such as 12.345
 
 
 class GoalEditor(QGroupBox):
-    """Place or coordinates of one goal.
+    """The place or coordinates of one goal.
 
     Signals:
-        edited: Any field has another text.
-        left: The field of this name (`A.x`) has been left.
-        pick_asked: The person wants to point at the map for this goal, or no longer.
+        edited: The text of any field changed.
+        left: The field of this name (`A.x`) lost the focus.
+        pick_asked: The person starts or stops picking this goal on the map.
 
     Args:
         name: A, B or C.
@@ -43,7 +42,8 @@ class GoalEditor(QGroupBox):
 
     def __init__(self, name: str) -> None:
         super().__init__()
-        load_form("goal_editor", self, name=name)
+        load_form("goal_editor", self)
+        self.pick_button.setText(f"Pick &{name} on map")
         self.name = name
         self._places: tuple[Place, ...] = ()
         self.edits: Mapping[str, QLineEdit] = {
@@ -61,10 +61,10 @@ class GoalEditor(QGroupBox):
         self.pick_button.clicked.connect(lambda on: self.pick_asked.emit(name, on))
 
     def show_use(self, *, is_taken: bool, is_needed: bool) -> None:
-        """Let the goal be filled in only where the task's type takes it."""
+        """Enable the goal only where the task's type takes it."""
         self.setEnabled(is_taken)
         optional = is_taken and not is_needed
-        self.setTitle(text("goal.optional" if optional else "goal.title", name=self.name))
+        self.setTitle(f"Goal {self.name}{' (may be left empty)' if optional else ''}")
 
     def typed(self) -> GoalText:
         """Return what the fields hold."""
@@ -77,7 +77,7 @@ class GoalEditor(QGroupBox):
             edit.clear()
 
     def fill(self, filled: Filled) -> None:
-        """Put numbers into the fields [m, m, rad]; what is None stays as it is."""
+        """Put numbers into the fields [m, m, rad]; None leaves a field as it is."""
         self.place_box.setCurrentIndex(0)
         yaw = None if filled.yaw is None else math.degrees(filled.yaw)
         for edit, number in zip(self.edits.values(), (filled.x, filled.y, yaw), strict=True):
@@ -85,23 +85,23 @@ class GoalEditor(QGroupBox):
                 edit.setText(_written(number))
 
     def fill_pose(self, x: float, y: float, yaw: float) -> None:
-        """Put a pose into the fields, exactly enough to be read back the same [m, m, rad]."""
+        """Put a pose into the fields [m, m, rad]."""
         for edit, number in zip(self.edits.values(), (x, y, math.degrees(yaw)), strict=True):
             edit.setText(_written(number))
 
     def show_mistakes(self, mistakes: Mapping[str, str]) -> None:
-        """Mark the fields that are wrong, and say what is allowed."""
+        """Mark the wrong fields, and say what is allowed."""
         mine = {field: mistakes[field] for field in self.edits if field in mistakes}
-        lines = (f"{text(f'goal.{field[2:]}')} {words}" for field, words in mine.items())
+        lines = (f"{field[2:]} {words}" for field, words in mine.items())
         show_mistake(self.mistake_label, "\n⚠ ".join(lines))
         for field, edit in self.edits.items():
             mark_field(edit, wrong=field in mine)
 
     def offer_places(self, places: tuple[Place, ...]) -> None:
-        """Let these places be chosen instead of coordinates."""
+        """Offer places to choose instead of coordinates."""
         self._places = places
         self.place_box.clear()
-        self.place_box.addItem(text("goal.coordinates"))
+        self.place_box.addItem("by coordinates")
         self.place_box.addItems([place.name for place in self._places])
         self.place_label.setVisible(bool(self._places))
         self.place_box.setVisible(bool(self._places))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The log: what happened, newest on top."""
+"""The log of events, newest on top."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 from python_qt_binding.QtCore import QAbstractListModel, QModelIndex, Qt, QTime
 from python_qt_binding.QtWidgets import QApplication
 
-from fleet_manager.gui.look import WEIGHT_SIGNS, color
+from fleet_manager.gui.look import SEVERITY_SIGNS, color
 from fleet_manager.gui.rows_model import NOTHING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fleet_manager.desk.events import Event
+    from fleet_manager.client.words import Event
 
-KEPT = 5000  # lines
+MAX_LINES = 5000
 
 
 class LogModel(QAbstractListModel):
-    """The last lines, each with the time of day at which it came."""
+    """The last lines, each with its time of day."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -32,9 +32,9 @@ class LogModel(QAbstractListModel):
         return 0 if parent.isValid() else len(self._lines)
 
     def data(self, index: QModelIndex, role: int = Qt.DisplayRole) -> Any:  # noqa: ANN401  (Qt's)
-        """Return one side of a line."""
+        """Return one aspect of a line."""
         time, event = self._lines[index.row()]
-        sign, tone = WEIGHT_SIGNS[event.weight]
+        sign, tone = SEVERITY_SIGNS[event.severity]
         if role in {Qt.DisplayRole, Qt.ToolTipRole}:
             return f"{time}  {sign}  {event.text}"
         if role == Qt.ForegroundRole:
@@ -42,17 +42,17 @@ class LogModel(QAbstractListModel):
         return None
 
     def append(self, events: Sequence[Event]) -> None:
-        """Put lines on top, and drop the oldest where there are too many."""
-        events = events[-KEPT:]
+        """Add lines on top, and drop the oldest where there are too many."""
+        events = events[-MAX_LINES:]
         if not events:
             return
         time = QTime.currentTime().toString("HH:mm:ss")
         self.beginInsertRows(NOTHING, 0, len(events) - 1)
         self._lines.extendleft((time, event) for event in events)
         self.endInsertRows()
-        surplus = len(self._lines) - KEPT
+        surplus = len(self._lines) - MAX_LINES
         if surplus > 0:
-            self.beginRemoveRows(NOTHING, KEPT, len(self._lines) - 1)
+            self.beginRemoveRows(NOTHING, MAX_LINES, len(self._lines) - 1)
             for _line in range(surplus):
                 self._lines.pop()
             self.endRemoveRows()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Colours and signs, on light and dark desktops.
+"""What all windows have in common: forms, signs, and colours on light and dark desktops.
 
 Every state has a sign and a word besides its colour. The colours are those of Okabe and Ito
-(Color Universal Design, 2008), which people with any colour vision can tell apart, darkened for
+(Color Universal Design, 2008), which people with any colour vision can distinguish, darkened for
 light and lightened for dark backgrounds.
 """
 
@@ -11,21 +11,23 @@ from __future__ import annotations
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from python_qt_binding import loadUi
 from python_qt_binding.QtGui import QColor, QPalette
 
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.task import TaskState
-from fleet_manager.desk.events import Weight
-from fleet_manager.desk.outbox import Answer
+from fleet_manager.client.words import Severity
+from fleet_manager.desk.requests import Answer
+from hive_common.resources import package_folder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from python_qt_binding.QtWidgets import QApplication
+    from python_qt_binding.QtWidgets import QApplication, QWidget
 
 
 class Tone(Enum):
-    """What a colour says: for light backgrounds, for dark ones."""
+    """The meaning of a colour, with its shades for light and dark backgrounds."""
 
     QUIET = ("#5a5a5a", "#a8a8a8")
     CALM = ("#00598c", "#6cc4f5")
@@ -56,22 +58,19 @@ ANSWER_SIGNS: Mapping[Answer, tuple[str, Tone]] = {
     Answer.TAKEN: ("✔", Tone.GOOD),
     Answer.REFUSED: ("✖", Tone.BAD),
 }
-WEIGHT_SIGNS: Mapping[Weight, tuple[str, Tone]] = {
-    Weight.NEWS: ("·", Tone.QUIET),
-    Weight.WARNING: ("⚠", Tone.WARN),
-    Weight.ALARM: ("✖", Tone.BAD),
+SEVERITY_SIGNS: Mapping[Severity, tuple[str, Tone]] = {
+    Severity.NEWS: ("·", Tone.QUIET),
+    Severity.WARNING: ("⚠", Tone.WARN),
+    Severity.ALARM: ("✖", Tone.BAD),
 }
 
 
 class Appearance(Enum):
-    """Light or dark."""
+    """Light or dark; the values are kept in the settings."""
 
     DESKTOP = "as_desktop"
-    """What the desktop says."""
     LIGHT = "light"
-    """Dark letters on a light ground."""
     DARK = "dark"
-    """Light letters on a dark ground."""
 
 
 _DARK = {
@@ -93,18 +92,18 @@ _DARK_DISABLED = (QPalette.WindowText, QPalette.Text, QPalette.ButtonText)
 
 
 def is_dark(palette: QPalette) -> bool:
-    """Return whether a palette has light letters on a dark ground."""
+    """Return whether a palette has light letters on a dark background."""
     ground, letters = palette.color(QPalette.Base), palette.color(QPalette.Text)
     return bool(ground.lightnessF() < letters.lightnessF())
 
 
 def color(tone: Tone, palette: QPalette) -> QColor:
-    """Return the colour of a tone that can be read on this palette's ground."""
+    """Return the shade of a tone that is readable on a palette's background."""
     return QColor(tone.value[is_dark(palette)])
 
 
 def dark_palette() -> QPalette:
-    """Return a palette with light letters on a dark ground."""
+    """Return a palette with light letters on a dark background."""
     palette = QPalette()
     for role, shade in _DARK.items():
         palette.setColor(role, QColor(shade))
@@ -114,16 +113,29 @@ def dark_palette() -> QPalette:
 
 
 def appear(application: QApplication, appearance: Appearance, desktop: QPalette) -> None:
-    """Dress the whole program.
-
-    Args:
-        application: The program.
-        appearance: How it shall look.
-        desktop: The palette that it had when it started.
-    """
+    """Apply an appearance to the whole program; `desktop` is its palette from the start."""
     if appearance is Appearance.DARK:
         application.setPalette(dark_palette())
     elif appearance is Appearance.LIGHT and is_dark(desktop):
         application.setPalette(application.style().standardPalette())
     else:
         application.setPalette(desktop)
+
+
+def load_form(name: str, widget: QWidget) -> None:
+    """Build a widget from `resource/<name>.ui`; every child becomes an attribute of it."""
+    loadUi(str(package_folder("fleet_manager") / "resource" / f"{name}.ui"), widget)
+
+
+def show_mistake(label: QWidget, mistake: str) -> None:
+    """Show what is wrong below a field, with a sign besides the colour."""
+    label.setText(f"⚠ {mistake}" if mistake else "")
+    label.setVisible(bool(mistake))
+
+
+def mark_field(edit: QWidget, *, wrong: bool) -> None:
+    """Give a field a thick border in the colour of mistakes, or remove it."""
+    if edit.property("wrong") != wrong:
+        edit.setProperty("wrong", wrong)
+        shade = color(Tone.BAD, edit.palette()).name()
+        edit.setStyleSheet(f"border: 0.15em solid {shade}" if wrong else "")

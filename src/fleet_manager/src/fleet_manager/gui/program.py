@@ -13,7 +13,6 @@ import rospy
 from python_qt_binding.QtCore import QSettings
 from python_qt_binding.QtWidgets import QApplication
 
-from fleet_manager.desk.words import text
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
@@ -22,7 +21,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import TracebackType
 
-SWITCH = 0.0005  # [s]
+SWITCH_INTERVAL = 0.0005  # [s]
+_EXAMPLE = """example, with the stations of a world to choose from:
+  rosrun fleet_manager {program} _world:=lab"""
 
 
 def main(name: str, *, entry: bool = True, view: bool = True) -> None:
@@ -42,7 +43,7 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     signal.signal(signal.SIGINT, lambda *_: application.quit())
     signal.signal(signal.SIGTERM, lambda *_: application.quit())
     keep_responsive()
-    sys.excepthook = report_fault
+    sys.excepthook = log_exception
     desk = Desk(RosDeskLink(name, sys.argv))
     window = FleetWindow(desk, QSettings("robo_hive", "fleet_manager"), entry=entry, view=view)
     desk.start()
@@ -52,32 +53,34 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     sys.exit(code)
 
 
-def report_fault(
+def log_exception(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    """Write down a fault of the program and go on.
+    """Log an exception and go on.
 
-    Without this Qt ends the process, and with it all that a person has typed and not yet sent.
+    Without this Qt ends the process, and what a person has typed is lost.
     """
-    logging.getLogger("rosout").error("a fault of the window", exc_info=(kind, error, trace))
+    logging.getLogger("rosout").error(
+        "the window raised an exception", exc_info=(kind, error, trace)
+    )
     sys.__excepthook__(kind, error, trace)
 
 
 def keep_responsive() -> None:
-    """Let the event loop have the interpreter soon after it asks for it.
+    """Let the event loop have the interpreter soon after it asks.
 
-    Threads that read messages otherwise keep it for 5 ms at a time, and one repaint asks for it
-    hundreds of times.
+    Otherwise threads that read messages keep it for 5 ms at a time, and one repaint asks hundreds
+    of times.
     """
-    sys.setswitchinterval(SWITCH)
+    sys.setswitchinterval(SWITCH_INTERVAL)
 
 
 def _parse(name: str, argv: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog=name,
-        description=text("app.about"),
-        epilog=text("app.example", program=name),
+        description="A window on a hive, whose ROS master ROS_MASTER_URI names.",
+        epilog=_EXAMPLE.format(program=name),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("qt", nargs="*", help=text("app.qt_arguments"))
+    parser.add_argument("qt", nargs="*", help="arguments for Qt, after --")
     return parser.parse_args(argv)

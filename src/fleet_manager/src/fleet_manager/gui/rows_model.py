@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A table of rows that change one at a time, as Qt's item models want them.
+"""A table model whose rows change one at a time, and the bars in its cells.
 
-Rows are told to the view as inserted, changed or removed, never all at once: so selection and
-scroll position stay, and thousands of rows cost only what has changed.
+It tells the view which rows were inserted, changed or removed: so selection and scroll position
+stay, and thousands of rows cost only what has changed.
 """
 
 from __future__ import annotations
@@ -10,19 +10,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, Qt
-from python_qt_binding.QtWidgets import QApplication
+from python_qt_binding.QtCore import QAbstractTableModel, QModelIndex, QRectF, Qt
+from python_qt_binding.QtGui import QBrush, QPalette
+from python_qt_binding.QtWidgets import QApplication, QStyle, QStyledItemDelegate
 
-from fleet_manager.desk.words import text
 from fleet_manager.gui.look import Tone, color
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
+    from python_qt_binding.QtCore import QObject
+    from python_qt_binding.QtGui import QPainter
+    from python_qt_binding.QtWidgets import QStyleOptionViewItem
+
 SORT_ROLE = Qt.UserRole
 SHARE_ROLE = Qt.UserRole + 1
 NOTHING = QModelIndex()
-GAP = "\u2002"  # between numbers that are set to the right and the next column
+GAP = "\u2002"  # between right-aligned numbers and the next column
 
 
 @dataclass(frozen=True)
@@ -30,14 +34,14 @@ class Column:
     """One column of a table.
 
     Attributes:
-        head: Key of its head in `words.WORDS`.
-        shown: Gives the text of a cell, from the row.
-        sort: Gives what the column is sorted by, a number or a string.
-        tone: Gives the tone of a cell's letters; None for the usual one.
-        share: Gives a share from 0 to 1 that is drawn as a bar; None where there is none.
-        bar_text: The widest text that stands beside a bar.
-        to_right: Whether its texts are numbers, set to the right.
-        letters: A usual width, in letters.
+        head: Its title.
+        shown: Returns the text of a row's cell.
+        sort: Returns what the column is sorted by.
+        tone: Returns the tone of a cell's letters; None for the usual one.
+        share: Returns a share from 0 to 1 that is drawn as a bar; None draws no bar.
+        bar_text: The widest text beside a bar.
+        to_right: Whether its texts are right-aligned numbers.
+        letters: Its initial width, in letters.
     """
 
     head: str
@@ -51,11 +55,7 @@ class Column:
 
 
 class RowsModel(QAbstractTableModel):
-    """Rows by name, in the order in which they came.
-
-    Args:
-        columns: What is shown of a row.
-    """
+    """Rows by name, in the order in which they came."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
@@ -81,18 +81,18 @@ class RowsModel(QAbstractTableModel):
         return self._rows[number]
 
     def headerData(self, section: int, orientation: Any, role: int) -> Any:  # noqa: ANN401, N802  (Qt's)
-        """Return the head of a column."""
+        """Return the title of a column."""
         if orientation != Qt.Horizontal:
             return None
         if role == Qt.DisplayRole:
             column = self.columns[section]
-            return text(column.head) + (GAP if column.to_right else "")
+            return column.head + (GAP if column.to_right else "")
         if role == Qt.TextAlignmentRole:
             return _alignment(self.columns[section])
         return None
 
     def data(self, index: QModelIndex, role: int = Qt.DisplayRole) -> Any:  # noqa: ANN401  (Qt's)
-        """Return one side of a cell."""
+        """Return one aspect of a cell."""
         column, row = self.columns[index.column()], self._rows[index.row()]
         if role == SORT_ROLE:
             return column.sort(row)
@@ -108,12 +108,7 @@ class RowsModel(QAbstractTableModel):
         return None
 
     def apply(self, names: Collection[str], rows: Mapping[str, Any]) -> None:
-        """Take over what has changed.
-
-        Args:
-            names: Of the rows that came, changed or went.
-            rows: All rows as they are now.
-        """
+        """Update the rows of these names, out of all rows as they are now."""
         gone = [
             self._numbers[name] for name in names if name not in rows and name in self._numbers
         ]
@@ -150,10 +145,61 @@ def _alignment(column: Column) -> int:
 
 
 def _runs(numbers: list[int]) -> Iterator[tuple[int, int]]:
-    """Give the first and last of each run of neighbours."""
+    """Give the first and last of each run of adjacent numbers."""
     numbers = sorted(numbers)
     start = 0
     for place in range(1, len(numbers) + 1):
         if place == len(numbers) or numbers[place] != numbers[place - 1] + 1:
             yield numbers[start], numbers[place - 1]
             start = place
+
+
+class BarDelegate(QStyledItemDelegate):
+    """Draws the bar on the left in the cell's colour, the text on the right.
+
+    Args:
+        table: The table of the cells.
+        widest: The widest text beside a bar.
+    """
+
+    def __init__(self, table: QObject, widest: str) -> None:
+        super().__init__(table)
+        self._widest = widest
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: QModelIndex) -> None:
+        """Draw one cell."""
+        self.initStyleOption(option, index)
+        words, option.text = option.text, ""
+        style = option.widget.style()
+        style.drawControl(QStyle.CE_ItemViewItem, option, painter, option.widget)
+        share = index.data(SHARE_ROLE)
+        if share is None:
+            return
+        chosen = option.state & QStyle.State_Selected
+        role = QPalette.HighlightedText if chosen else QPalette.Text
+        margin = style.pixelMetric(QStyle.PM_FocusFrameHMargin) + 1
+        cell = QRectF(option.rect).adjusted(margin, margin, -margin, -margin)
+        letters = min(option.fontMetrics.horizontalAdvance(self._widest), cell.width())
+        bar = QRectF(
+            cell.left(), cell.top(), max(0.0, cell.width() - letters - margin), cell.height()
+        )
+        painter.save()
+        painter.setPen(option.palette.color(role))
+        painter.drawText(
+            QRectF(bar.right() + margin, cell.top(), letters, cell.height()),
+            int(Qt.AlignVCenter | Qt.AlignLeft),
+            words,
+        )
+        painter.drawRect(bar)
+        filled = QRectF(
+            bar.left(), bar.top(), bar.width() * max(0.0, min(1.0, share)), bar.height()
+        )
+        painter.fillRect(filled, _filling(option, index))
+        painter.restore()
+
+
+def _filling(option: QStyleOptionViewItem, index: QModelIndex) -> QBrush:
+    """Return the cell's own colour, or a calm one."""
+    if option.state & QStyle.State_Selected:
+        return QBrush(option.palette.color(QPalette.HighlightedText))
+    return QBrush(index.data(Qt.ForegroundRole) or color(Tone.CALM, option.palette))

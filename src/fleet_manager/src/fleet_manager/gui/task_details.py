@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The window with all there is to know about one task."""
+"""The window with everything that is known about one task."""
 
 from __future__ import annotations
 
@@ -9,15 +9,13 @@ from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtWidgets import QDialog, QTableWidgetItem
 
 from blackboard.domain.task import goal_name
-from fleet_manager.desk import formats
-from fleet_manager.desk.bid_words import HEADS, bid_cells, story
-from fleet_manager.desk.words import text
-from fleet_manager.gui.forms import load_form
-from fleet_manager.gui.task_table import type_name
+from fleet_manager.client import formats
+from fleet_manager.client.bids import HEADS, bid_cells, story
+from fleet_manager.gui.look import load_form
 
 if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
-    from fleet_manager.desk.rows import Changes
+    from fleet_manager.client.rows import Changes
     from fleet_manager.gui.desk import Desk
 
 
@@ -25,8 +23,8 @@ class TaskDetails(QDialog):
     """Goals, state and bids of one task, kept up to date while it is open.
 
     Args:
-        desk: Knows the task.
-        task_id: Which.
+        desk: The hive's state.
+        task_id: The task.
         parent: The window it belongs to.
     """
 
@@ -34,11 +32,11 @@ class TaskDetails(QDialog):
         super().__init__(parent)
         load_form("task_details", self)
         self.setAttribute(Qt.WA_DeleteOnClose)
-        self.setWindowTitle(text("details.title", id=task_id))
+        self.setWindowTitle(f"Task {task_id}")
         self._desk, self._task_id = desk, task_id
         self._asked_at: tuple[object, ...] = ()
         self.bid_table.setColumnCount(len(HEADS))
-        self.bid_table.setHorizontalHeaderLabels([text(head) for head in HEADS])
+        self.bid_table.setHorizontalHeaderLabels(HEADS)
         self.bid_table.horizontalHeader().setStretchLastSection(True)
         self.bid_table.verticalHeader().hide()
         self.bid_table.setEditTriggers(self.bid_table.NoEditTriggers)
@@ -56,11 +54,12 @@ class TaskDetails(QDialog):
         record = self._desk.hive.record(self._task_id)
         if record is None:
             return
-        self._ask_why(record)
+        self._ask_for_bids(record)
         self.asked_label.setText(asked(record))
         self.stands_label.setText(stands(record))
-        bids = self._desk.hive.bids(self._task_id)
-        why = story(record, bids, self._desk.hive.auctions(self._task_id))
+        book = self._desk.hive.bid_book
+        bids = book.bids(self._task_id)
+        why = story(record, bids, book.auctions(self._task_id))
         self.story_label.setText(why)
         self.story_label.setVisible(bool(why))
         self.no_bids_label.setVisible(not bids)
@@ -73,33 +72,30 @@ class TaskDetails(QDialog):
             self.bid_table.resizeColumnToContents(column)
         self.bid_table.resizeRowsToContents()
 
-    def _ask_why(self, record: TaskRecord) -> None:
-        """Ask for the bids once for every time that the task may have been auctioned."""
+    def _ask_for_bids(self, record: TaskRecord) -> None:
+        """Ask for the recorded bids whenever the task may have been auctioned."""
         if (now := (record.state, record.assignment)) != self._asked_at:
             self._asked_at = now
-            self._desk.ask_why(self._task_id)
+            self._desk.read_decisions(self._task_id)
 
 
 def asked(record: TaskRecord) -> str:
-    """Return what was asked for, in lines."""
+    """Return the order of a task, in lines."""
     task = record.task
-    words = {"type": type_name(task.type), "priority": task.priority}
-    lines = [text("details.asked", **words, payload=formats.mass(task.payload))]
+    payload = formats.mass(task.payload)
+    lines = [f"{formats.type_name(task.type)}, priority {task.priority}, payload {payload}"]
     for number, goal in enumerate(task.goals):
-        where = {"x": formats.length(goal.x), "y": formats.length(goal.y)}
-        heading = formats.degrees(goal.yaw)
-        lines.append(text("details.goal", name=goal_name(number), **where, heading=heading))
+        x, y, heading = formats.length(goal.x), formats.length(goal.y), formats.degrees(goal.yaw)
+        lines.append(f"{goal_name(number)}: x {x}, y {y}, heading {heading}")
     return "\n".join(lines)
 
 
 def stands(record: TaskRecord) -> str:
-    """Return where the task stands, in lines."""
-    robot = record.robot or text("details.nobody")
-    state = text(f"task.{record.state.name}")
-    steps = {"step": record.step, "steps": record.steps}
-    lines = [text("details.stands", state=state, robot=robot, **steps)]
+    """Return the state of a task, in lines."""
+    robot, step = record.robot or "none", f"step {record.step} of {record.steps}"
+    lines = [f"{record.state.name.lower()}, robot {robot}, {step}"]
     if record.parent:
-        lines.append(text("details.part", parent=record.parent))
+        lines.append(f"Part of {record.parent}")
     if record.reason:
-        lines.append(text("details.reason", reason=record.reason))
+        lines.append(f"Reason: {record.reason}")
     return "\n".join(lines)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The window in which a person gives the hive a task (the report's task entry)."""
+"""The window in which a person gives the hive a task."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ from python_qt_binding.QtWidgets import QListWidgetItem, QWidget
 from blackboard.domain.task import TaskType
 from fleet_manager.desk.form import GOAL_NAMES, GOALS_TAKEN, FormText, check, goals_needed
 from fleet_manager.desk.picking import Picking
-from fleet_manager.desk.words import text
 from fleet_manager.gui.banner import Banner
-from fleet_manager.gui.forms import fill_choices, load_form, mark_field, show_mistake
 from fleet_manager.gui.goal_editor import GoalEditor
-from fleet_manager.gui.look import ANSWER_SIGNS, color
+from fleet_manager.gui.look import ANSWER_SIGNS, color, load_form, mark_field, show_mistake
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,14 +28,16 @@ if TYPE_CHECKING:
 
 SENT_LINES = 4  # shown without scrolling
 _OWN_FIELDS = ("id", "priority", "payload")
+_TYPES = {
+    TaskType.GA: "go to A",
+    TaskType.GAB: "go to A, then to B",
+    TaskType.GPA: "go to A and pick there",
+    TaskType.GPAB: "pick at A, bring it to B",
+}
 
 
 class TaskEntry(QWidget):
-    """The form, its checks, and what became of what was sent.
-
-    Args:
-        desk: Sends the tasks.
-    """
+    """The form, its checks, and what became of the tasks that were sent."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__()
@@ -46,7 +46,8 @@ class TaskEntry(QWidget):
         self._picking = Picking()
         self._left: set[str] = set()
         self._banner = Banner(self.authority_label, desk)
-        fill_choices(self.type_box, {kind: f"type.{kind.name}" for kind in TaskType})
+        for kind in TaskType:
+            self.type_box.addItem(f"{kind.name}: {_TYPES[kind]}", kind)
         self.goal_editors = {name: GoalEditor(name) for name in GOAL_NAMES}
         for editor in self.goal_editors.values():
             self.goals.addWidget(editor)
@@ -55,7 +56,7 @@ class TaskEntry(QWidget):
         self._connect()
         self._offer_places()
         self.clear()
-        self._show_letters()
+        self._show_sent()
 
     @property
     def kind(self) -> TaskType:
@@ -69,12 +70,12 @@ class TaskEntry(QWidget):
         return FormText(self.id_edit.text(), self.kind, *own, goals)
 
     def send(self) -> None:
-        """Send the task if every field is right; otherwise mark those that are not."""
+        """Send the task if every field is right; otherwise mark the wrong ones."""
         checked = self._check()
         self._show_mistakes(checked.mistakes)
         if checked.task is None:
             self._left |= set(checked.mistakes)
-            show_mistake(self.message_label, text("entry.fix"))
+            show_mistake(self.message_label, "Not sent: correct the marked fields.")
             first = self._field(next(iter(checked.mistakes)))
             first.setFocus()
             self.scroll.ensureWidgetVisible(first)
@@ -98,7 +99,7 @@ class TaskEntry(QWidget):
         self.id_edit.selectAll()
 
     def show_task(self, task: Task) -> None:
-        """Put a task into the form, to be mended and sent again."""
+        """Put a task into the form, to be corrected and sent again."""
         self.clear()
         self.id_edit.setText(task.id)
         self.id_edit.setModified(True)
@@ -109,14 +110,14 @@ class TaskEntry(QWidget):
             editor.fill_pose(goal.x, goal.y, goal.yaw)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802  (Qt's name)
-        """Fit the form, which has its font by now."""
+        """Fit the form, whose font is known by now."""
         super().showEvent(event)
         self._fit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:  # noqa: N802  (Qt's name)
         """Enter sends, Esc clears."""
         if event.key() in {Qt.Key_Return, Qt.Key_Enter}:
-            # The list takes Enter for itself, and Qt passes it on all the same.
+            # The list handles Enter itself, and Qt passes it on all the same.
             if self.focusWidget() is not self.sent_list:
                 self.send()
         elif event.key() == Qt.Key_Escape:
@@ -126,24 +127,24 @@ class TaskEntry(QWidget):
 
     def _connect(self) -> None:
         self._desk.clicked.connect(self._take_click)
-        self._desk.letters_changed.connect(self._show_letters)
+        self._desk.sent_tasks_changed.connect(self._show_sent)
         self._desk.changed.connect(self._renew_proposal)
         self._desk.places_changed.connect(self._offer_places)
         self.type_box.currentIndexChanged.connect(self._show_use)
         self.send_button.clicked.connect(self.send)
         self.clear_button.clicked.connect(self.clear)
         # Queued, so that the list still has the focus while its Enter is passed on to this form.
-        self.sent_list.activated.connect(self._mend, Qt.QueuedConnection)
+        self.sent_list.activated.connect(self._correct, Qt.QueuedConnection)
         for field in _OWN_FIELDS:
             edit = self._field(field)
             edit.textChanged.connect(self._recheck)
-            edit.editingFinished.connect(lambda field=field: self._lease_keeper(field))
+            edit.editingFinished.connect(lambda field=field: self._leave(field))
         for editor in self.goal_editors.values():
             editor.edited.connect(self._recheck)
-            editor.left.connect(self._lease_keeper)
+            editor.left.connect(self._leave)
             editor.pick_asked.connect(self._ask_pick)
 
-    def _mend(self, row: QModelIndex) -> None:
+    def _correct(self, row: QModelIndex) -> None:
         """Put a task that was sent back into the form."""
         self.show_task(row.data(Qt.UserRole))
 
@@ -167,8 +168,8 @@ class TaskEntry(QWidget):
     def _check(self) -> Checked:
         return check(self.typed(), self._desk.taken_ids(), self._desk.bounds)
 
-    def _lease_keeper(self, field: str) -> None:
-        """From now on this field is marked when it is wrong: the person has been there."""
+    def _leave(self, field: str) -> None:
+        """Mark a field from now on where it is wrong: the person has been there."""
         edit = self._field(field)
         if edit.isModified() or edit.text():
             self._left.add(field)
@@ -199,7 +200,7 @@ class TaskEntry(QWidget):
         self._recheck()
 
     def _renew_proposal(self) -> None:
-        """Propose another id when others have taken the proposed one meanwhile."""
+        """Propose another id when others have taken the proposed one."""
         if not self.id_edit.isModified() and self.id_edit.text() in self._desk.hive.tasks:
             self.id_edit.setText(self._desk.proposed_id())
 
@@ -226,11 +227,11 @@ class TaskEntry(QWidget):
         self.message_label.setText(self._picking.message)
         self.message_label.setVisible(bool(self._picking.message))
 
-    def _show_letters(self) -> None:
+    def _show_sent(self) -> None:
         self.sent_list.clear()
-        for letter in self._desk.outbox.letters:
-            sign, tone = ANSWER_SIGNS[letter.answer]
-            item = QListWidgetItem(f"{sign} {letter}")
+        for sent in self._desk.requests.sent_tasks:
+            sign, tone = ANSWER_SIGNS[sent.answer]
+            item = QListWidgetItem(f"{sign} {sent}")
             item.setForeground(color(tone, self.palette()))
-            item.setData(Qt.UserRole, letter.task)
+            item.setData(Qt.UserRole, sent.task)
             self.sent_list.addItem(item)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The window in which a person follows tasks and robots (the report's task view)."""
+"""The window in which a person follows tasks and robots."""
 
 from __future__ import annotations
 
@@ -10,32 +10,25 @@ from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import QAbstractItemView, QShortcut, QWidget
 
 from blackboard.domain.characteristics import RobotState
-from fleet_manager.desk.words import text
 from fleet_manager.gui.banner import Banner
-from fleet_manager.gui.bar_delegate import BarDelegate
-from fleet_manager.gui.forms import fill_choices, load_form
+from fleet_manager.gui.columns import CHOICES, TaskFilter, robot_columns, task_columns
 from fleet_manager.gui.log_model import LogModel
-from fleet_manager.gui.robot_table import robot_columns
-from fleet_manager.gui.rows_model import SORT_ROLE, RowsModel
+from fleet_manager.gui.look import load_form
+from fleet_manager.gui.rows_model import SORT_ROLE, BarDelegate, RowsModel
 from fleet_manager.gui.task_details import TaskDetails
-from fleet_manager.gui.task_table import CHOICES, TaskFilter, task_columns
 
 if TYPE_CHECKING:
     from python_qt_binding.QtCore import QAbstractItemModel, QSettings
     from python_qt_binding.QtWidgets import QTableView
 
-    from fleet_manager.desk.rows import Changes
+    from fleet_manager.client.rows import Changes
     from fleet_manager.gui.desk import Desk
 
 CLOCK_PERIOD = 1000  # [ms], for ages and times of arrival
 
 
 class TaskView(QWidget):
-    """Tasks, robots, the log, and who carries the blackboard.
-
-    Args:
-        desk: Follows the hive.
-    """
+    """Tasks, robots, the log, and who carries the blackboard."""
 
     def __init__(self, desk: Desk) -> None:
         super().__init__()
@@ -47,12 +40,13 @@ class TaskView(QWidget):
         self.robot_rows = RowsModel(robot_columns(lambda: desk.places))
         self.shown_robots = _sorted(self.robot_rows)
         self.log = LogModel()
-        fill_choices(self.show_box, CHOICES)
+        for states, words in CHOICES.items():
+            self.show_box.addItem(words, states)
         _set_up(self.task_table, self.shown_tasks, self.task_rows)
         _set_up(self.robot_table, self.shown_robots, self.robot_rows)
         self.log_list.setModel(self.log)
         self.log_list.setUniformItemSizes(True)
-        self._share_out()
+        self._share_space()
         self._connect()
         self._load_all()
         self._clock = QTimer(
@@ -70,7 +64,7 @@ class TaskView(QWidget):
         return [self.robot_rows.name_at(self.shown_robots.mapToSource(row).row()) for row in rows]
 
     def save(self, settings: QSettings) -> None:
-        """Keep layout and choices."""
+        """Keep the layout and choices."""
         settings.setValue("view/upper", self.upper.saveState())
         settings.setValue("view/lower", self.lower.saveState())
         settings.setValue("view/tasks", self.task_table.horizontalHeader().saveState())
@@ -78,7 +72,7 @@ class TaskView(QWidget):
         settings.setValue("view/show", self.show_box.currentIndex())
 
     def restore(self, settings: QSettings) -> None:
-        """Take up kept layout and choices, where there are any."""
+        """Restore the kept layout and choices, where there are any."""
         for key, part in (
             ("view/upper", self.upper),
             ("view/lower", self.lower),
@@ -89,7 +83,7 @@ class TaskView(QWidget):
                 part.restoreState(kept)
         self.show_box.setCurrentIndex(settings.value("view/show", 0, int))
 
-    def _share_out(self) -> None:
+    def _share_space(self) -> None:
         """Give tasks more room than robots, and robots more than the log."""
         for splitter in (self.upper, self.lower):
             splitter.setStretchFactor(0, 3)
@@ -111,7 +105,7 @@ class TaskView(QWidget):
         delete.setContext(Qt.WidgetShortcut)
 
     def _load_all(self) -> None:
-        """Show what the desk knew before this window was made."""
+        """Show what was known before this window was opened."""
         hive = self._desk.hive
         self.task_rows.apply(list(hive.tasks), hive.tasks)
         self.robot_rows.apply(list(hive.robots), hive.robots)
@@ -137,10 +131,10 @@ class TaskView(QWidget):
 
     def _show_count(self) -> None:
         shown, total = self.shown_tasks.rowCount(), self.task_rows.rowCount()
-        self.count_label.setText(text("view.count", shown=shown, total=total))
+        self.count_label.setText(f"{shown} of {total} tasks")
 
     def _show_buttons(self) -> None:
-        """Let only those buttons be pressed that would do something."""
+        """Enable only the buttons that would do something."""
         tasks, robots = self.chosen_tasks(), self.chosen_robots()
         rows = self._desk.hive.tasks
         self.cancel_button.setEnabled(any(rows[name].is_open for name in tasks if name in rows))
@@ -172,7 +166,7 @@ def _sorted(rows: RowsModel) -> QAbstractItemModel:
 
 
 def _set_up(table: QTableView, shown: QAbstractItemModel, rows: RowsModel) -> None:
-    """Give a table its model, its widths in letters, and rows of one line."""
+    """Give a table its model, column widths in letters, and rows of one line."""
     table.setModel(shown)
     table.setSortingEnabled(True)
     table.sortByColumn(0, Qt.AscendingOrder)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the `hive` command line with ROS behind it."""
+"""Runs the `hive` command line on ROS."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import hive, run
-from fleet_manager.cli.outside import Outside
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,37 +19,36 @@ if TYPE_CHECKING:
 
     import click
 
-    from fleet_manager.client.client import Link
+    from fleet_manager.client.client import ClientLink
 
 
-def connect(record: Sequence[str]) -> AbstractContextManager[Link]:
-    """Open a link to the hive; see `ros.hive_link.connect`.
+def connect(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
+    """Open a link to the hive; see `ros.client_link.connect`.
 
     rospy is imported only now: it takes half a second, which tab completion and `--help` would
     feel, and it reads the environment that the demo sets first.
     """
-    link: AbstractContextManager[Link] = import_module("fleet_manager.ros.hive_link").connect(
-        record
-    )
+    module = import_module("fleet_manager.ros.client_link")
+    link: AbstractContextManager[ClientLink] = module.connect(record)
     return link
 
 
 def journals() -> Path:
-    """Return where the members of the hive of ROS_MASTER_URI keep their journals by default."""
+    """Return the default folder of the journals of the hive at ROS_MASTER_URI."""
     folder: Path = import_module("blackboard.ros.membership").default_folder()
     return folder
 
 
 def main(command: click.Command = hive) -> None:
-    """Run a command line of this process and end with its exit code.
+    """Run the command line of this process and exit.
 
-    Ctrl-C is heard even where a script has started this in the background, with SIGINT ignored:
+    Ctrl-C works even where a script has started this in the background, with SIGINT ignored:
     the processes of a demo would inherit that, and could only be killed.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
-    sys.exit(run(Outside(connect, journals), command=command))
+    sys.exit(run(CliContext(connect, journals), command=command))
 
 
 def _end(number: int, _frame: FrameType | None) -> None:

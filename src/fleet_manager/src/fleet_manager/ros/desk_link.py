@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The desk's way to the hive on ROS; see `fleet_manager.desk.facts.HiveLink`.
+"""The windows' link to the hive on ROS; see `fleet_manager.desk.facts.DeskLink`.
 
-Whatever may wait (the master, a new publisher, a full socket) waits in this module's own thread
-and never in the windows' event loop.
+Whatever may wait (the master, a new publisher, a full socket) waits in the link's own thread and
+never in the windows' event loop.
 """
 
 from __future__ import annotations
@@ -18,10 +18,19 @@ from blackboard.auction.decision_log import read_decisions
 from blackboard.errors import JournalError, SettingsError
 from blackboard.ros.master_watch import MasterState, MasterWatch
 from blackboard.ros.membership import journal_folder
-from fleet_manager.desk.facts import AskWhy, LinkChange, LinkState, Noted, PlacesKnown
+from fleet_manager.config.places import places_of
+from fleet_manager.desk.facts import (
+    DecisionRead,
+    LinkChange,
+    LinkState,
+    PlacesKnown,
+    ReadDecisions,
+)
 from fleet_manager.desk.inbox import Inbox
+from fleet_manager.desk.places import Place
+from fleet_manager.errors import InputError
 from fleet_manager.ros.hive_topics import HiveTopics
-from fleet_manager.ros.world_places import world_places
+from hive_common.errors import FileError
 from hive_common.ros.links import mend_links
 
 if TYPE_CHECKING:
@@ -35,10 +44,10 @@ _TURN = 0.5  # [s] between two looks at the master, and between two task lists
 
 
 class RosDeskLink:
-    """Brings what the hive says to the desk, and what a person asks for to the hive.
+    """Brings what the hive says to the windows, and what a person asks for to the hive.
 
     Args:
-        name: Of the node; ROS adds a number, so that several desks can be open.
+        name: Of the node; ROS adds a number, so that several windows can be open.
         argv: The node's arguments, for remapping.
 
     ROS Subscribers and Publishers:
@@ -54,7 +63,7 @@ class RosDeskLink:
         self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._stopped = Event()
         self._watch = MasterWatch(name)
-        self._topics = HiveTopics(self._inbox, self._meet)
+        self._topics = HiveTopics(self._inbox.put, self._meet)
 
     def start(self) -> None:
         """Begin to connect, in the background."""
@@ -74,16 +83,16 @@ class RosDeskLink:
         return self._inbox.take(limit)
 
     def send(self, command: Command) -> None:
-        """Hand over a command; it is sent as soon as the link allows."""
-        if isinstance(command, AskWhy):
-            self._work.put(lambda: self._look_up(command.task_id))
+        """Queue a command; it is sent as soon as the link allows."""
+        if isinstance(command, ReadDecisions):
+            self._work.put(lambda: self._read_decisions(command.task_id))
         else:
             self._work.put(lambda: self._topics.speak(command))
 
-    def _look_up(self, task_id: str) -> None:
+    def _read_decisions(self, task_id: str) -> None:
         try:
             for decision in read_decisions(journal_folder(), task_id):
-                self._inbox.put(Noted(decision))
+                self._inbox.put(DecisionRead(decision))
         except (JournalError, SettingsError) as error:
             rospy.logwarn_throttle_identical(10, str(error))
 
@@ -91,18 +100,18 @@ class RosDeskLink:
         self._work.put(lambda: self._topics.advertise_to(robot))
 
     def _run(self) -> None:
-        """Connect, then do what is handed over, until stopped."""
+        """Connect, then run the queued work until stopped."""
         self._report_master(LinkState.SEARCHING)
         while not self._watch.is_up():
             if self._stopped.wait(_TURN):
                 return
         rospy.init_node(self._name, self._argv, anonymous=True, disable_signals=True)
         self._topics.advertise()
-        self._topics.listen()
+        self._topics.listen_to_all()
         self._topics.listen_to_person()
         mend_links()
         self._report_master(LinkState.UP)
-        self._inbox.put(PlacesKnown(world_places(rospy.get_param("~world", ""))))
+        self._inbox.put(PlacesKnown(_places(rospy.get_param("~world", ""))))
         while not self._stopped.is_set():
             change = self._watch.look()
             if change is not None:
@@ -111,7 +120,7 @@ class RosDeskLink:
             self._work_until(time.monotonic() + _TURN)
 
     def _work_until(self, end: float) -> None:
-        """Do what is handed over, until a point in time of the monotonic clock [s]."""
+        """Run queued work until a monotonic time [s]."""
         while not self._stopped.is_set():
             try:
                 self._work.get(timeout=max(0.0, end - time.monotonic()))()
@@ -120,3 +129,14 @@ class RosDeskLink:
 
     def _report_master(self, state: LinkState) -> None:
         self._inbox.put(LinkChange(state, self._watch.address))
+
+
+def _places(world: str) -> tuple[Place, ...]:
+    """Return the stations and chargers of a world, given by name or path; none where unusable."""
+    if not world:
+        return ()
+    try:
+        return tuple(Place(name, pose) for name, pose in places_of(world).items())
+    except (FileError, InputError) as error:
+        rospy.logwarn(f"no place can be chosen by name: {error}")
+        return ()

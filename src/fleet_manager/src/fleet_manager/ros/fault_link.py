@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faults at will on ROS: asks the simulator, tells a robot, or stops a robot's processes."""
+"""Injects faults on ROS: through the simulator, a robot's topic, or its processes."""
 
 from __future__ import annotations
 
@@ -15,23 +15,20 @@ from simenv.msg import Fault as FaultMsg
 from simenv.srv import InjectFault
 from std_msgs.msg import Float64
 
-from fleet_manager.client.client import DEFAULT_URI
-from fleet_manager.errors import InputError, NoHiveError
+from fleet_manager.errors import InputError
+from fleet_manager.ros.client_link import demand_master
 
 if TYPE_CHECKING:
     from simenv.faults import Fault
 
 _CALLER = "/hive_fault"
-_PATIENCE = 5.0
-"""How long somebody who should be there is waited for [s]."""
-_LOOK = 0.05
-"""How often it is looked whether they are there [s]."""
-_ON_ITS_WAY = 0.3
-"""A message that was published has left this process by then [s]."""
+_PATIENCE = 5.0  # [s], the longest wait for a simulator or a robot
+_LOOK = 0.05  # [s] between two looks
+_SENDING = 0.3  # [s] until a published message has left this process
 
 
 def inject(fault: Fault) -> str:
-    """Have the simulator make a fault; return what it says.
+    """Have the simulator inject a fault; return its answer.
 
     Raises:
         InputError: The simulator refuses, or there is none.
@@ -52,7 +49,7 @@ def inject(fault: Fault) -> str:
 
 
 def drop_charge(robot: str, level: float) -> str:
-    """Let a robot's battery drop to a level from 0 to 1; return what was done.
+    """Let a robot's battery drop to a level from 0 to 1; return a report.
 
     Raises:
         InputError: There is no such robot.
@@ -64,21 +61,21 @@ def drop_charge(robot: str, level: float) -> str:
     for _ in range(round(_PATIENCE / _LOOK)):
         if publisher.get_num_connections():
             publisher.publish(Float64(level))
-            rospy.rostime.wallsleep(_ON_ITS_WAY)
+            rospy.rostime.wallsleep(_SENDING)
             return f"{robot}'s battery drops to {level:.0%}"
         rospy.rostime.wallsleep(_LOOK)
     raise InputError(f"robot '{robot}': nobody listens on /{robot}/drop_charge; see `hive robots`")
 
 
 def vanish(robot: str, *, back: bool) -> str:
-    """Stop all processes of a robot, or let them go on; return what was done.
+    """Stop all processes of a robot, or let them go on; return a report.
 
     Raises:
         InputError: There is no such robot, or it runs on another machine.
         NoHiveError: No ROS master answers.
     """
     master = _master()
-    # A process that is stopped does not tell its number, so the numbers are left with the master.
+    # A stopped process does not answer with its id, so the master keeps the ids.
     note = f"/{robot}/stopped_processes"
     stopped = master.hasParam(note)
     if back is not stopped:
@@ -104,12 +101,7 @@ def _pids(master: rosgraph.Master, robot: str) -> list[int]:
 
 
 def _master() -> rosgraph.Master:
-    os.environ.setdefault("ROS_MASTER_URI", DEFAULT_URI)
-    if not rosgraph.is_master_online():
-        raise NoHiveError(
-            f"no ROS master answers at {rosgraph.get_master_uri()}; start a hive with "
-            "`roslaunch fleet_manager fleet_manager.launch`, or set ROS_MASTER_URI"
-        )
+    demand_master()
     return rosgraph.Master(_CALLER)
 
 

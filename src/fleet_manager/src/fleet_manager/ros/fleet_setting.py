@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tells a robot that joins a running fleet how that fleet decides.
+"""Tells a robot that joins a running fleet the fleet's settings.
 
 Costs of two models cannot be compared: a robot that bids by another model than the rest would get
-every task, or none. So `launch_fleet` leaves the fleet's settings as parameters, and
-`robot.launch` asks for them here where the user gives none.
+every task, or none. So `launch_fleet` sets the fleet's settings as parameters, and `robot.launch`
+asks for them here where the user gives none.
 """
 
 from __future__ import annotations

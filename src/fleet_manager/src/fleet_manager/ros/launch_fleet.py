@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks a fleet file and becomes a roslaunch that starts its blackboard and its robots."""
+"""Checks a fleet file and replaces itself by a roslaunch that starts blackboard and robots."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _BAD_INPUT = 2
 def launch_fleet(fleet: str, sim: bool, check: bool, world: str | None, chart: str | None) -> None:
     """Start the blackboard and every robot of FLEET, a name in fleets/ or a path.
 
-    A mistake in a file is said in one line and ends this with 2, before anything starts.
+    A mistake in a file is printed in one line, and the exit code is 2, before anything starts.
     """
     try:
         wanted = read_fleet(fleet)

@@ -14,18 +14,18 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker as MarkerMsg
 from visualization_msgs.msg import MarkerArray
 
-from fleet_manager.desk.facts import Located, Moment, PlannedPath
-from fleet_manager.desk.hive import Hive
+from fleet_manager.client.hive_state import HiveState
+from fleet_manager.desk.facts import HiveMessage, PlannedPath, RobotPose
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.markers import MarkerBoard, Shape
 from fleet_manager.ros.hive_topics import HiveTopics
 
 if TYPE_CHECKING:
     from fleet_manager.desk.markers import Marker
-    from hive_common.pose import Pose as RobotPose
+    from hive_common.pose import Pose as MapPose
 
 PERIOD = 0.2  # [s, wall] between two updates, quick enough for robots at walking pace
-BATCH = 10_000  # facts that are taken in at once
+BATCH = 10_000  # facts processed at once
 
 _TYPES = {
     Shape.ARROW: MarkerMsg.ARROW,
@@ -49,29 +49,30 @@ class TaskMarkers:
     def __init__(self) -> None:
         self._inbox = Inbox()
         self._met: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._topics = HiveTopics(self._inbox, self._met.put)
-        self._hive = Hive()
+        self._topics = HiveTopics(self._inbox.put, self._met.put)
+        self._hive = HiveState(detailed=True)
         self._board = MarkerBoard()
         self._paths: dict[str, tuple[tuple[float, float], ...]] = {}
-        self._poses: dict[str, RobotPose] = {}
+        self._poses: dict[str, MapPose] = {}
         self._last: tuple[list[Marker], list[tuple[str, int]]] | None = None
         self._publisher = rospy.Publisher("task_markers", MarkerArray, latch=True, queue_size=1)
 
     def start(self) -> None:
-        """Begin to follow the hive."""
-        self._topics.listen()
+        """Start following the hive."""
+        self._topics.listen_to_all()
 
     def update(self) -> None:
-        """Take in what has arrived, and publish the markers where they changed."""
+        """Process new messages, and publish the markers where they changed."""
         self._topics.read_list()
-        moment = Moment(rospy.get_time(), time.monotonic())
+        now = time.monotonic()
         for fact in self._inbox.take(BATCH):
             if isinstance(fact, PlannedPath):
                 self._paths[fact.robot] = fact.points
-            elif isinstance(fact, Located):
+            elif isinstance(fact, RobotPose):
                 self._poses[fact.robot] = fact.pose
-            self._hive.apply(fact, moment)
-        self._hive.tick(moment)
+            elif isinstance(fact, HiveMessage):
+                self._hive.take_in(fact.report, now, fact.stamp)
+        self._hive.tick(now)
         self._hive.take_changes()
         while not self._met.empty():
             self._topics.listen_to_drive(self._met.get())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.cli.outside import pass_outside
+from fleet_manager.cli.context import pass_context
 from fleet_manager.demo.machine import machine
 from fleet_manager.ros import command_line
 from hive_lab.bench.registry import BENCHES, BenchResult, as_json
@@ -18,7 +18,7 @@ from hive_lab.bench.registry import BENCHES, BenchResult, as_json
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fleet_manager.cli.outside import Outside
+    from fleet_manager.cli.context import CliContext
     from hive_lab.bench.registry import Bench
 
 
@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     metavar="N",
     help="How large a fleet, for auction and hive.",
 )
-@pass_outside
-def bench(outside: Outside, name: str | None, file: Path | None, **counts: int | None) -> None:
+@pass_context
+def bench(context: CliContext, name: str | None, file: Path | None, **counts: int | None) -> None:
     """Measure; without a NAME, list what can be measured.
 
     \b
@@ -71,7 +71,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
         for known, entry in sorted(BENCHES.items()):
             click.echo(f"{known:<12} {entry.line}")
         return
-    result = _measure(BENCHES[name], name, outside, counts)
+    result = _measure(BENCHES[name], name, context, counts)
     here = machine()
     words = f"{here['processor']}, {here['cores']} cores, {here['memory']} GB, {here['system']}"
     date = datetime.now().astimezone().isoformat(timespec="seconds")
@@ -83,7 +83,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
 
 
 def _measure(
-    entry: Bench, name: str, outside: Outside, counts: Mapping[str, int | None]
+    entry: Bench, name: str, context: CliContext, counts: Mapping[str, int | None]
 ) -> BenchResult:
     """Measure, with the count that the user chose where there is one."""
     for option, count in counts.items():
@@ -92,7 +92,7 @@ def _measure(
         if entry.repeat is None or option != entry.counts:
             raise click.UsageError(f"{name} takes no --{option}")
         return entry.repeat(count)
-    return entry.run(outside)
+    return entry.run(context)
 
 
 def _table(result: BenchResult) -> list[str]:

@@ -19,7 +19,7 @@ from fleet_manager.errors import TimeUpError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from fleet_manager.cli.outside import Outside
+    from fleet_manager.cli.context import CliContext
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Bench:
     """
 
     line: str
-    run: Callable[[Outside], BenchResult]
+    run: Callable[[CliContext], BenchResult]
     repeat: Callable[[int], BenchResult] | None = None
     counts: str = ""
 
@@ -84,27 +84,27 @@ _soak = partial(_on_live_hive, "soak")
 _auction = partial(_on_live_hive, "auction")
 
 
-def _system(outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("hive_lab.bench.system").measure(outside.connect)
+def _system(context: CliContext) -> BenchResult:
+    result: BenchResult = import_module("hive_lab.bench.system").measure(context.connect)
     return result
 
 
-def _plan(_outside: Outside) -> BenchResult:
+def _plan(_context: CliContext) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("hive_lab.bench.plan").run()
     return BenchResult(found["figures"], found["aims"])
 
 
-def _localization(_outside: Outside) -> BenchResult:
+def _localization(_context: CliContext) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("hive_lab.bench.localization").run()
     return BenchResult(found["figures"], found["aims"])
 
 
-def _sim(outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("hive_lab.bench.simulation").measure(outside.connect)
+def _sim(context: CliContext) -> BenchResult:
+    result: BenchResult = import_module("hive_lab.bench.simulation").measure(context.connect)
     return result
 
 
-def _charge(_outside: Outside) -> BenchResult:
+def _charge(_context: CliContext) -> BenchResult:
     result: BenchResult = import_module("hive_lab.bench.charge").measure()
     return result
 
@@ -112,28 +112,28 @@ def _charge(_outside: Outside) -> BenchResult:
 _DAY = Path("day.png")
 
 
-def _day(_outside: Outside) -> BenchResult:
+def _day(_context: CliContext) -> BenchResult:
     result: BenchResult = import_module("hive_lab.bench.day").measure(picture=_DAY)
     click.echo(f"drawn in {_DAY}", err=True)
     return result
 
 
-def _mapping(_outside: Outside) -> BenchResult:
+def _mapping(_context: CliContext) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("hive_lab.bench.mapping").run()
     return BenchResult(found["figures"], found["aims"])
 
 
-def _gui(_outside: Outside) -> BenchResult:
+def _gui(_context: CliContext) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("hive_lab.windows.bench").run()
     return BenchResult(found["figures"], found["aims"])
 
 
-def _allocation(_outside: Outside) -> BenchResult:
+def _allocation(_context: CliContext) -> BenchResult:
     result: BenchResult = import_module("hive_lab.bench_allocation.measure").measure()
     return result
 
 
-def _decision(_outside: Outside) -> BenchResult:
+def _decision(_context: CliContext) -> BenchResult:
     result: BenchResult = import_module("hive_lab.live.decision").measure()
     return result
 
@@ -148,7 +148,7 @@ def _faults(schedules: int = _SCHEDULES) -> BenchResult:
     return BenchResult(found["figures"], found["aims"], found["figures"]["violations"] > 0)
 
 
-def _exchange(_outside: Outside) -> BenchResult:
+def _exchange(_context: CliContext) -> BenchResult:
     found: dict[str, dict[str, float]] = import_module("hive_lab.bench.exchange").run()
     return BenchResult(found["figures"], found["aims"])
 
@@ -174,7 +174,7 @@ BENCHES: Mapping[str, Bench] = {
     ),
     "auction": Bench(
         "from posting to ASSIGNED [s], with 4 and 10 robots or --robots, memory [MB], on ROS",
-        lambda _outside: _auction(),
+        lambda _context: _auction(),
         _auction,
         "robots",
     ),
@@ -196,19 +196,19 @@ BENCHES: Mapping[str, Bench] = {
     ),
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
-        lambda _outside: _faults(),
+        lambda _context: _faults(),
         _faults,
         "schedules",
     ),
     "failover": Bench(
         "time [s] without an active blackboard after a crash and after a freeze, on real ROS",
-        lambda _outside: _failover(),
+        lambda _context: _failover(),
         _failover,
         "runs",
     ),
     "flake": Bench(
         "passes, failures and times [s] of each case of the test plan in 20 runs, or in --runs",
-        lambda _outside: _flake(20),
+        lambda _context: _flake(20),
         _flake,
         "runs",
     ),
@@ -218,7 +218,7 @@ BENCHES: Mapping[str, Bench] = {
     ),
     "hive": Bench(
         "a simulated hive of 10 to 1000 robots, or of --robots: time [s], messages, memory [MB]",
-        lambda _outside: _hive(),
+        lambda _context: _hive(),
         _hive,
         "robots",
     ),
@@ -240,7 +240,7 @@ BENCHES: Mapping[str, Bench] = {
     ),
     "soak": Bench(
         "tasks not done [1] and growth [MB, threads, files] of a hive that is broken each minute",
-        lambda _outside: _soak(),
+        lambda _context: _soak(),
         _soak,
         "minutes",
     ),

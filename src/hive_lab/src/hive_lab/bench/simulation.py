@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from fleet_manager.client.client import Link
+    from fleet_manager.client.client import ClientLink
 
 _RTF = 6.0
 """What the whole hive is asked for: a little more than the aim. A simulator that is asked for much
@@ -41,11 +41,11 @@ _LIMIT = 300.0
 """The simulator alone is measured by then [s]."""
 
 
-def measure(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
+def measure(connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]]) -> BenchResult:
     """Measure all.
 
     Args:
-        connect: Opens the link; see `cli.outside.Outside`.
+        connect: Opens the link; see `cli.context.CliContext`.
 
     Returns:
         The figures of `hive_lab.bench.sim.run`; `speed_node_...`, simulated seconds in one on the

@@ -20,9 +20,8 @@ from blackboard.domain.task import Task, TaskType
 from fleet_manager.client.client import HiveClient
 from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.places import places_of
-from fleet_manager.demo.gathering import wait_for_everyone
 from fleet_manager.demo.history import History
-from fleet_manager.demo.local_hive import local_hive
+from fleet_manager.demo.local_hive import local_hive, wait_for_everyone
 from fleet_manager.errors import NoHiveError
 from hive_lab.bench.registry import BenchResult
 from hive_lab.bench.usage import shares, usage_of
@@ -31,8 +30,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from fleet_manager.client.client import Link
-    from fleet_manager.client.hive_view import HiveView, Report
+    from fleet_manager.client.client import ClientLink
+    from fleet_manager.client.reports import Report
+    from fleet_manager.client.words import Event
     from fleet_manager.demo.local_hive import LocalHive
 
 _WORLD = "lab"
@@ -71,7 +71,7 @@ class _Tours:
 
     def refill(self) -> None:
         """Post tours until there are enough that have not ended."""
-        states = (self._client.view.state_of(task_id) for task_id in self._ids)
+        states = (self._client.state.state_of(task_id) for task_id in self._ids)
         open_now = sum(state is None or not state.is_terminal for state in states)
         for _ in range(self._wanted - open_now):
             task_id = f"tour-{len(self._ids) + 1}"
@@ -87,11 +87,11 @@ class _Tours:
 class _Recorder:
     """Hands every report to a history, by the hive's clock."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: ClientLink) -> None:
         self.history = History(link.hive_time())
         self._link = link
 
-    def __call__(self, _view: HiveView, report: Report) -> None:
+    def __call__(self, report: Report, _events: Sequence[Event]) -> None:
         self.history.add(self._link.hive_time(), report)
 
     def distances(self) -> dict[str, float]:
@@ -100,12 +100,12 @@ class _Recorder:
 
 
 def measure(
-    connect: Callable[[Sequence[str]], AbstractContextManager[Link]], rtf: float = 1.0
+    connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]], rtf: float = 1.0
 ) -> BenchResult:
     """Run the default fleet for a minute and return what it took.
 
     Args:
-        connect: Opens the link; see `cli.outside.Outside`.
+        connect: Opens the link; see `cli.context.CliContext`.
         rtf: Real-time factor that the simulator is asked for.
 
     Returns:

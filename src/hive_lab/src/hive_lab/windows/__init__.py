@@ -1,1 +1,1 @@
-"""Measures the operator's windows and takes their pictures."""
+"""Measures the operator's windows on a fake fleet, and takes the documentation's pictures."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures whether the windows ever keep a person waiting, and what they take of the machine.
+"""Measures the longest stall of the windows, and their CPU time and memory.
 
-A made-up hive with 2,000 tasks and 50 robots speaks on a ROS master of its own; the fleet window
+A fake fleet with 2,000 tasks and 50 robots speaks on a ROS master of its own; the fleet window
 follows it in a process of its own, without a screen where there is none.
 """
 
@@ -18,16 +18,15 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fleet_manager.demo.ports import reserved_port
-from fleet_manager.demo.screen import screen_is_usable
+from fleet_manager.demo.machine import reserved_port, screen_is_usable
 from hive_lab.bench.usage import usage_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
 TASKS, ROBOTS, QUIET, BUSY = 2000, 50, 0, 500
-PHASE = 5.0  # [s] that each case is watched
-PATIENCE = 120.0  # [s] that anything may take to come up
+PHASE = 5.0  # [s] for each case
+PATIENCE = 120.0  # [s], the longest wait for anything to start
 AIMS = {
     "stall, filled with 2000 tasks [s]": 0.1,
     "stall, 500 messages a second [s]": 0.1,
@@ -38,17 +37,15 @@ AIMS = {
 
 
 class BenchError(Exception):
-    """Something that is measured did not come up; the text says what."""
+    """Something that is measured did not start."""
 
 
 class Window:
     """A fleet window in a process of its own.
 
-    Args:
-        process: What runs.
-
     Attributes:
-        longest: The longest stall that it told of while something was waited for [s].
+        process: The process.
+        longest: The longest stall during the last `wait_for` [s].
     """
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
@@ -56,7 +53,7 @@ class Window:
         self.longest = 0.0
 
     def ask(self, word: str = "") -> dict[str, Any]:
-        """Return what the window knows, and have it measure anew."""
+        """Return what the window shows, and restart its measurement."""
         assert self.process.stdin  # noqa: S101  (it was started with one)
         self.process.stdin.write(f"{word}\n")
         self.process.stdin.flush()
@@ -64,15 +61,15 @@ class Window:
         return answer
 
     def read(self) -> str:
-        """Return the next line that the window says."""
+        """Return the next line of the window's output."""
         assert self.process.stdout  # noqa: S101  (it was started with one)
         line = self.process.stdout.readline()
         if not line:
-            raise BenchError("the window has ended by itself")
+            raise BenchError("the window ended unexpectedly")
         return line.strip()
 
     def wait_for(self, **wanted: object) -> None:
-        """Wait until the window knows this."""
+        """Wait until the window shows some values."""
         end, self.longest = time.monotonic() + PATIENCE, 0.0
         while True:
             told = self.ask()
@@ -80,7 +77,7 @@ class Window:
             if wanted.items() <= told.items():
                 return
             if time.monotonic() > end:
-                raise BenchError(f"the window shows {told} and not {wanted}")
+                raise BenchError(f"the window shows {told} instead of {wanted}")
             time.sleep(0.1)
 
     def stall(self, word: str = "") -> float:
@@ -91,14 +88,13 @@ class Window:
 
 
 def run() -> dict[str, Any]:
-    """Measure everything; it takes about a minute.
+    """Measure everything in about a minute.
 
     Returns:
-        `bench`, its name; `figures`, by what they are with their unit; `aims`, what some of them
-        should be at most.
+        `bench`, its name; `figures`, by name with unit; `aims`, the upper limits of some.
 
     Raises:
-        BenchError: Something did not come up.
+        BenchError: Something did not start.
     """
     figures: dict[str, float] = {}
     with ExitStack() as stack:
@@ -111,11 +107,11 @@ def run() -> dict[str, Any]:
         window.read()
         figures["start until shown [s]"] = time.monotonic() - begin
         window.wait_for(link="UP")
-        with _crowd(environment, QUIET):
+        with _fake_fleet(environment, QUIET):
             figures |= _quiet(window)
         figures["stall, blackboard gone [s]"] = window.stall()
         window.wait_for(standing="SILENT")
-        with _crowd(environment, BUSY):
+        with _fake_fleet(environment, BUSY):
             figures |= _busy(window)
         _end(master)
         figures["stall, ROS master gone [s]"] = window.stall()
@@ -124,9 +120,9 @@ def run() -> dict[str, Any]:
 
 
 def _quiet(window: Window) -> dict[str, float]:
-    """Measure with a full list on which nothing happens."""
+    """Measure with a long task list that does not change."""
     window.ask()
-    window.wait_for(standing="ACTIVE", tasks=TASKS, robots=ROBOTS)
+    window.wait_for(standing="LEADER", tasks=TASKS, robots=ROBOTS)
     filled = window.longest
     share, memory = _usage(window)
     return {
@@ -139,7 +135,7 @@ def _quiet(window: Window) -> dict[str, float]:
 
 def _busy(window: Window) -> dict[str, float]:
     """Measure while 500 messages a second arrive."""
-    window.wait_for(standing="ACTIVE", tasks=TASKS, robots=ROBOTS)
+    window.wait_for(standing="LEADER", tasks=TASKS, robots=ROBOTS)
     share, _memory = _usage(window)
     return {
         "stall, 500 messages a second [s]": window.stall(),
@@ -163,10 +159,12 @@ def _environment(port: int, folder: Path) -> dict[str, str]:
     return {**os.environ, **mine, **screen}
 
 
-def _crowd(environment: Mapping[str, str], rate: int) -> AbstractContextManager[object]:
-    """Return a made-up hive that says `rate` messages a second."""
+def _fake_fleet(environment: Mapping[str, str], rate: int) -> AbstractContextManager[object]:
+    """Return a fake fleet that sends `rate` messages a second."""
     words = [str(TASKS), str(ROBOTS), str(rate)]
-    return _process([sys.executable, "-m", "hive_lab.windows.crowd_node", *words], environment)
+    return _process(
+        [sys.executable, "-m", "hive_lab.windows.fake_fleet_node", *words], environment
+    )
 
 
 def _window(
@@ -180,7 +178,7 @@ def _window(
 def _process(
     command: Sequence[str], environment: Mapping[str, str], stdout: int = subprocess.DEVNULL
 ) -> Iterator[subprocess.Popen[str]]:
-    """Run a program for as long as the context lasts."""
+    """Run a program while the context lasts."""
     process = subprocess.Popen(  # noqa: S603  (named above)
         command,
         env=environment,
@@ -197,7 +195,7 @@ def _process(
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    """End a program and what it has started."""
+    """End a program and its descendants."""
     if process.poll() is None:
         os.killpg(process.pid, signal.SIGINT)
         try:

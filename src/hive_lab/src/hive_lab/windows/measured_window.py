@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The fleet window with a stall watch, run by `bench` in a process of its own.
 
-It says `shown` once it has been painted; for every line on its standard input it says, as JSON,
-what it knows, and begins to measure anew.
+It prints `shown` once it is painted. For every line on its standard input it prints, as JSON, what
+it shows, and restarts the measurement.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def main(settings_file: str) -> None:
     """Run until the standard input ends.
 
     Args:
-        settings_file: Where layout and choices are kept.
+        settings_file: Keeps layout and choices.
     """
     keep_responsive()
     application = QApplication(["measured_window"])

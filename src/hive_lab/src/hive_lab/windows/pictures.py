@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Takes the pictures of docs/operator-guide.md anew, from the running programs.
+"""Takes the pictures of docs/operator-guide.md from the running programs.
 
 Run it in the environment of the workspace, with the folder for the pictures:
 `./hive shell -c "python3 -m hive_lab.windows.pictures docs/images"`. It needs no screen: it
-starts an X server, a hive in the lab with a scenario of tasks, RViz and the windows.
+starts an X server, a hive in the lab with a scenario, RViz and the windows.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from python_qt_binding.QtGui import QPixmap
 
 SIZE = (1366, 768)
-PATIENCE = 300.0  # [s] that the hive may take to come up, and robots to be at work
+PATIENCE = 300.0  # [s] for the hive to start, and for robots to be at work
 SCENARIO = "demo"
 RVIZ = 25.0  # [s] until RViz shows everything
 
@@ -47,7 +47,7 @@ class Studio:
     Args:
         application: The program.
         window: The fleet window.
-        folder: Where the pictures are kept.
+        folder: For the pictures.
     """
 
     def __init__(self, application: QApplication, window: FleetWindow, folder: Path) -> None:
@@ -56,11 +56,11 @@ class Studio:
         self.window = window
 
     def wait_until(self, seen: Callable[[], object]) -> None:
-        """Let the windows work until something is seen."""
+        """Let the windows work until a condition holds."""
         end = time.monotonic() + PATIENCE
         while not seen():
             if time.monotonic() > end:
-                sys.exit("the hive did not come as far as the pictures need; look at its log")
+                sys.exit("the hive did not get as far as the pictures need; see its log")
             self._application.processEvents(QEventLoop.AllEvents, 50)
 
     def wait(self, seconds: float) -> None:
@@ -74,7 +74,7 @@ class Studio:
         self._save(widget.grab(), name)
 
     def take_screen(self, name: str) -> None:
-        """Take a picture of all that is on the screen."""
+        """Take a picture of the whole screen."""
         self._save(self._application.primaryScreen().grabWindow(0), name)
 
     def _save(self, picture: QPixmap, name: str) -> None:
@@ -138,7 +138,7 @@ def main() -> None:
 
 
 def _at_work(desk: Desk) -> bool:
-    """Return whether there is something to see: tasks in several states, robots under way."""
+    """Return whether tasks in several states and moving robots can be seen."""
     states = [row.record.state for row in desk.hive.tasks.values()]
     return states.count(TaskState.DONE) > 1 and states.count(TaskState.STARTED) > 2  # noqa: PLR2004
 
@@ -162,7 +162,9 @@ def _picture_windows(studio: Studio, desk: Desk) -> None:
     window.appear(Appearance.DARK)
     studio.take(window, "fleet_manager_dark")
     window.appear(Appearance.LIGHT)
-    started = next(n for n, r in desk.hive.tasks.items() if desk.hive.bids(n) and r.is_open)
+    started = next(
+        n for n, r in desk.hive.tasks.items() if desk.hive.bid_book.bids(n) and r.is_open
+    )
     details = TaskDetails(desk, started, window)
     details.show()
     studio.take(details, "task_details")
@@ -181,10 +183,10 @@ def _picture_rviz(studio: Studio, stack: ExitStack) -> None:
 
 
 def _picture_takeover(studio: Studio, desk: Desk) -> None:
-    """Show who carries the blackboard after it was killed, with its tasks going on."""
+    """Show who carries the blackboard after the leader was killed."""
     window = studio.window
     window.show()
-    studio.wait_until(lambda: desk.hive.authority.epoch > 1)
+    studio.wait_until(lambda: desk.hive.leadership.epoch > 1)
     studio.wait(5.0)
     studio.take(window.view, "takeover")
     window.hide()

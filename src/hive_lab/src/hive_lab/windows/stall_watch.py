@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures for how long an event loop does not get round to its timers.
+"""Measures how late an event loop serves its timers.
 
-On a machine that is busy with other things the loop also waits for a processor. That is not the
-program's doing, so what the kernel counts as such (schedstat) is taken off.
+On a busy machine the loop also waits for a processor. That is not the program's fault, so the wait
+that the kernel counts (schedstat) is subtracted.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ SCHEDSTAT = Path("/proc/self/schedstat")  # of the main thread, which runs the e
 
 
 class StallWatch(QObject):
-    """A timer in the event loop that notices when it is called late.
+    """A timer in the event loop that notices when it is late.
 
     Attributes:
-        longest: The longest that the loop was held up since `reset` [s].
+        longest: The longest stall since `reset` [s].
     """
 
     def __init__(self) -> None:
@@ -33,7 +33,7 @@ class StallWatch(QObject):
         self._timer.setTimerType(Qt.PreciseTimer)
 
     def start(self) -> None:
-        """Begin to measure."""
+        """Start measuring."""
         self.reset()
         self._timer.start()
 
@@ -51,7 +51,7 @@ class StallWatch(QObject):
 
 
 def starved() -> float:
-    """Return how long the main thread has waited for a processor so far [s]; 0 if not known."""
+    """Return the time the main thread has waited for a processor [s]; 0 where unknown."""
     with contextlib.suppress(OSError, IndexError, ValueError):
         return int(SCHEDSTAT.read_bytes().split()[1]) / 1e9
     return 0.0

@@ -8,37 +8,37 @@ import pytest
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.desk.facts import CancelTask, Moment, PostTask, Told
-from fleet_manager.desk.outbox import REPEAT, SHOWN, Answer, Outbox
+from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
+from fleet_manager.desk.requests import MAX_SHOWN, REPEAT, Answer, RequestQueue
 from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GA, (Pose(1, 2),), frame="map")
 
 
 class Desk:
-    """An outbox, what it sent, and a clock."""
+    """A queue of requests, what it sent, and a clock."""
 
     def __init__(self):
         self.sent = []
-        self.outbox = Outbox(self.sent.append)
+        self.queue = RequestQueue(self.sent.append)
         self.time = 100.0
 
     def tick(self, after=0.0, someone_listens=True):
         self.time += after
-        return self.outbox.tick(Moment(0.0, self.time), someone_listens=someone_listens)
+        return self.queue.tick(self.time, someone_listens=someone_listens)
 
     def hear(self, report, listed=None):
-        return self.outbox.hear(Told(report, 0.0), {r.task.id: r for r in listed or ()}.get)
+        return self.queue.hear(HiveMessage(report, 0.0), {r.task.id: r for r in listed or ()}.get)
 
     @property
     def answer(self):
-        return self.outbox.letters[0].answer
+        return self.queue.sent_tasks[0].answer
 
 
 @pytest.fixture
 def desk():
     desk = Desk()
-    desk.outbox.post(TASK)
+    desk.queue.post(TASK)
     return desk
 
 
@@ -82,7 +82,7 @@ def test_a_refused_task_shows_its_reason_and_is_not_sent_again(desk):
     desk.tick(after=REPEAT)
 
     assert len(desk.sent) == 1
-    assert str(desk.outbox.letters[0]) == "T1: refused: goal A is in a wall"
+    assert str(desk.queue.sent_tasks[0]) == "T1: rejected: goal A is in a wall"
 
 
 def test_the_task_list_is_an_answer_too(desk):
@@ -110,8 +110,8 @@ def test_a_late_refusal_does_not_undo_an_answer(desk):
 
 
 def test_a_cancellation_is_repeated_until_the_task_has_ended(desk):
-    desk.outbox = Outbox(desk.sent.append)
-    desk.outbox.cancel("T1")
+    desk.queue = RequestQueue(desk.sent.append)
+    desk.queue.cancel("T1")
     desk.tick()
     desk.tick(after=REPEAT)
     assert desk.sent == [CancelTask("T1")] * 2
@@ -122,8 +122,8 @@ def test_a_cancellation_is_repeated_until_the_task_has_ended(desk):
 
 
 def test_a_cancellation_of_a_task_that_left_the_list_is_not_repeated(desk):
-    desk.outbox = Outbox(desk.sent.append)
-    desk.outbox.cancel("T1")
+    desk.queue = RequestQueue(desk.sent.append)
+    desk.queue.cancel("T1")
     desk.hear(TaskList(1, 1, ()))
     desk.tick()
 
@@ -131,11 +131,11 @@ def test_a_cancellation_of_a_task_that_left_the_list_is_not_repeated(desk):
 
 
 def test_only_the_newest_answered_tasks_are_shown_and_no_open_one_is_dropped(desk):
-    for number in range(2, SHOWN + 10):
-        desk.outbox.post(replace(TASK, id=f"T{number}"))
+    for number in range(2, MAX_SHOWN + 10):
+        desk.queue.post(replace(TASK, id=f"T{number}"))
         desk.hear(TaskUpdate(f"T{number}", TaskState.WAITING))
 
-    names = [letter.task.id for letter in desk.outbox.letters]
+    names = [sent.task.id for sent in desk.queue.sent_tasks]
     assert "T1" in names
-    assert len(names) <= SHOWN + 1
-    assert desk.outbox.unanswered == 1
+    assert len(names) <= MAX_SHOWN + 1
+    assert desk.queue.unanswered == 1

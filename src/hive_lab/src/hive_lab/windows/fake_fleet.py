@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A made-up hive with many tasks and robots, for measuring the windows and for looking at them."""
+"""A fake hive with many tasks and robots, for measuring the windows."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _WIDTH, _DEPTH = 60.0, 40.0  # of the hall [m]
 _ETA = 40.0  # [s]
 
 
-class Crowd:
+class FakeFleet:
     """Tasks and robots that change at random.
 
     Args:
-        tasks: How many tasks, T1, T2, ...
-        robots: How many robots, robot1, robot2, ...
-        now: When the newest task was posted [s].
+        tasks: The number of tasks, T1, T2, ...
+        robots: The number of robots, robot1, robot2, ...
+        now: When the newest task was posted [s]; also tells this hive from earlier ones.
         generator: Draws what happens.
     """
 
@@ -42,21 +42,23 @@ class Crowd:
         self._robots = [f"robot{number}" for number in range(1, robots + 1)]
         records = (self._record(number, now - 3.0 * number) for number in range(1, tasks + 1))
         self._records = {record.task.id: record for record in records}
+        self._hive = f"fake-{now}"
         self._version = 0
         self._progress = 0
 
     def beat(self) -> Heartbeat:
         """Return the next heartbeat."""
         self._progress += 1
-        return Heartbeat(1, "blackboard", "robot1", ("blackboard", "robot1"), self._progress)
+        members = ("blackboard", "robot1")
+        return Heartbeat(1, "blackboard", "robot1", members, self._progress, hive=self._hive)
 
     def list(self) -> TaskList:
-        """Return the whole list."""
+        """Return the whole task list."""
         self._version += 1
-        return TaskList(1, self._version, tuple(self._records.values()))
+        return TaskList(1, self._version, tuple(self._records.values()), self._hive)
 
     def change(self) -> TaskUpdate:
-        """Let something happen to some task."""
+        """Change a random task."""
         before = self._random.choice(list(self._records.values()))
         state = self._random.choice(_MOVING)
         robot = "" if state is TaskState.WAITING else self._random.choice(self._robots)
@@ -65,7 +67,7 @@ class Crowd:
         return TaskUpdate(after.task.id, state, robot, 0, after.steps, after.eta, 1, after.reason)
 
     def report(self, number: int) -> RobotStatus:
-        """Return how the robot of this number, counted from 0, is."""
+        """Return the status of a robot, by its number from 0."""
         name = self._robots[number]
         mine = [
             r.task.id

@@ -13,9 +13,10 @@ from blackboard.domain.bid import MAX_COST, Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.desk.authority import FROZEN, SILENCE, Standing
-from fleet_manager.desk.facts import LinkChange, LinkState, Moment, Noted, Told
-from fleet_manager.desk.hive import MAX_AT_ONCE, REMEMBERED, ROBOT_SILENCE, Hive
+from fleet_manager.client import hive_state
+from fleet_manager.client.hive_state import MAX_AT_ONCE, MAX_REMEMBERED, ROBOT_SILENCE, HiveState
+from fleet_manager.client.leadership import FROZEN, SILENCE, Standing
+from fleet_manager.client.words import Severity
 from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GAB, (Pose(1, 2), Pose(3, 4)))
@@ -24,38 +25,38 @@ ROBOT = RobotStatus("robot1", RobotState.IDLE, Pose(1, 2), 0.8)
 
 
 class Desk:
-    """A hive as a desk knows it, with one clock for both times."""
+    """The hive's state in a window, with one clock for both times."""
 
     def __init__(self):
-        self.hive = Hive()
+        self.hive = HiveState(detailed=True)
+        self.hive_id = "hive1"
         self.time = 100.0
         self.version = 0
         self.progress = 0
 
-    @property
-    def now(self):
-        return Moment(self.time, self.time)
-
     def hear(self, report, stamp=None):
-        self.hive.apply(Told(report, self.time if stamp is None else stamp), self.now)
+        self.hive.take_in(report, self.time, self.time if stamp is None else stamp)
 
     def hear_list(self, *records, epoch=1, stamp=None):
         self.version += 1
-        self.hear(TaskList(epoch, self.version, records), stamp)
+        self.hear(TaskList(epoch, self.version, records, self.hive_id), stamp)
 
     def beat(self, leader="blackboard", epoch=1, backup=""):
         self.progress += 1
-        self.hear(Heartbeat(epoch, leader, backup, (leader,), self.progress))
+        members = (leader,)
+        self.hear(Heartbeat(epoch, leader, backup, members, self.progress, hive=self.hive_id))
 
     def wait(self, seconds):
         self.time += seconds
-        self.hive.tick(self.now)
+        self.hive.tick(self.time)
 
     def log(self):
         return [event.text for event in self.hive.take_changes().events]
 
-    def take(self, fact):
-        self.hive.apply(fact, self.now)
+    def bootstrap_anew(self):
+        """Let another hive take the place of this one, with counters of its own."""
+        self.hive_id = "hive2"
+        self.progress = self.version = 0
 
     def state(self, task_id="T1"):
         return self.hive.record(task_id).state
@@ -96,7 +97,7 @@ def test_only_what_changed_is_said_to_have_changed(desk):
 
 def test_an_older_list_that_comes_late_changes_nothing(desk):
     desk.hear_list(replace(WAITING, state=TaskState.DONE))
-    desk.hear(TaskList(1, 0, (WAITING,)))
+    desk.hear(TaskList(1, 0, (WAITING,), "hive1"))
 
     assert desk.state() is TaskState.DONE
 
@@ -107,7 +108,7 @@ def test_a_task_that_is_no_longer_listed_goes(desk):
     desk.hear_list()
 
     assert desk.hive.tasks == {}
-    assert desk.log() == ["T1 is no longer on the list"]
+    assert desk.log() == ["task T1 is no longer on the list"]
 
 
 def test_a_task_that_has_ended_goes_without_a_word(desk):
@@ -170,7 +171,7 @@ def test_a_refused_task_is_shown_with_its_reason_beside_the_list(desk):
     desk.hear_list()
 
     assert desk.hive.record("T1").reason == "goal A is in a wall"
-    assert "T1 was refused: goal A is in a wall" in desk.log()
+    assert "task T1 was rejected: goal A is in a wall" in desk.log()
 
 
 def test_the_refusal_of_a_second_task_of_the_same_id_leaves_the_first_as_it_is(desk):
@@ -190,12 +191,12 @@ def test_a_refused_task_that_is_sent_again_and_taken_in_is_a_task_like_any_other
 
 
 def test_refused_tasks_do_not_pile_up_for_ever(desk):
-    for number in range(REMEMBERED + 50):
+    for number in range(MAX_REMEMBERED + 50):
         desk.hear(replace(TASK, id=f"T{number}"))
         desk.hear(TaskUpdate(f"T{number}", TaskState.REJECTED, reason="no", epoch=1))
     desk.hear_list()
 
-    assert len(desk.hive.tasks) == REMEMBERED
+    assert len(desk.hive.tasks) == MAX_REMEMBERED
 
 
 def test_the_view_goes_on_through_a_takeover(desk):
@@ -208,8 +209,8 @@ def test_the_view_goes_on_through_a_takeover(desk):
 
     assert desk.state() is TaskState.ASSIGNED
     log = desk.log()
-    assert "Nobody carries the blackboard: blackboard is silent" in log
-    assert "robot1 took the blackboard over from blackboard (epoch 2)" in log
+    assert "nobody carries the blackboard: blackboard is silent" in log
+    assert "robot1 carries the blackboard, epoch 2" in log
 
 
 def test_an_old_blackboard_that_wakes_up_is_not_listened_to(desk):
@@ -219,26 +220,26 @@ def test_an_old_blackboard_that_wakes_up_is_not_listened_to(desk):
     desk.hear_list(WAITING, epoch=1)
     desk.hear(TaskUpdate("T1", TaskState.FAILED, epoch=1))
 
-    assert desk.hive.authority.heartbeat.leader == "robot1"
+    assert desk.hive.leadership.heartbeat.leader == "robot1"
     assert desk.state() is TaskState.STARTED
 
 
-def test_a_blackboard_that_was_started_anew_is_followed_after_a_silence(desk):
+def test_a_blackboard_that_was_bootstrapped_anew_is_followed_after_a_silence(desk):
     desk.hear_list(WAITING)
     desk.hear_list(WAITING)
     desk.wait(SILENCE)
-    desk.progress = desk.version = 0
+    desk.bootstrap_anew()
     desk.hear_list(TaskRecord(replace(TASK, id="T9")))
     desk.beat()
 
     assert list(desk.hive.tasks) == ["T9"]
 
 
-def test_a_blackboard_that_was_started_anew_at_once_is_followed_too(desk):
+def test_a_blackboard_that_was_bootstrapped_anew_at_once_is_followed_too(desk):
     for _version in range(3):
         desk.hear_list(WAITING)
         desk.beat()
-    desk.progress = desk.version = 0
+    desk.bootstrap_anew()
     desk.hear_list(TaskRecord(replace(TASK, id="T9")))
     desk.beat()
 
@@ -246,11 +247,11 @@ def test_a_blackboard_that_was_started_anew_at_once_is_followed_too(desk):
 
 
 @pytest.mark.parametrize("listed", [(), (WAITING,)])
-def test_the_clock_of_a_blackboard_that_was_started_anew_may_be_set_back(desk, listed):
+def test_the_clock_of_a_blackboard_that_was_bootstrapped_anew_may_be_set_back(desk, listed):
     desk.hear_list(WAITING)
     desk.hear(TaskUpdate("T1", TaskState.STARTED, "robot1", epoch=1))
     desk.wait(SILENCE)
-    desk.progress = desk.version = 0
+    desk.bootstrap_anew()
     desk.hear_list(*listed, stamp=3.0)
     desk.beat()
 
@@ -259,13 +260,13 @@ def test_the_clock_of_a_blackboard_that_was_started_anew_may_be_set_back(desk, l
 
 def test_the_hive_has_a_blackboard_while_its_heart_beats():
     desk = Desk()
-    assert desk.hive.authority.standing(desk.now) is Standing.NOBODY
+    assert desk.hive.leadership.standing(desk.time) is Standing.NOBODY
 
     desk.beat()
-    assert desk.hive.authority.standing(desk.now) is Standing.LEADER
+    assert desk.hive.leadership.standing(desk.time) is Standing.LEADER
 
     desk.wait(SILENCE)
-    assert desk.hive.authority.standing(desk.now) is Standing.SILENT
+    assert desk.hive.leadership.standing(desk.time) is Standing.SILENT
 
 
 def test_a_heartbeat_without_progress_is_that_of_a_stuck_blackboard(desk):
@@ -274,15 +275,15 @@ def test_a_heartbeat_without_progress_is_that_of_a_stuck_blackboard(desk):
         desk.beat()
         desk.wait(1.0)
 
-    assert desk.hive.authority.standing(desk.now) is Standing.STUCK
-    assert "The blackboard of blackboard is stuck" in desk.log()
+    assert desk.hive.leadership.standing(desk.time) is Standing.STUCK
+    assert "the blackboard of blackboard is stuck" in desk.log()
 
 
 def test_a_robot_that_stops_reporting_is_offline_until_it_reports_again(desk):
     desk.hear(ROBOT)
     desk.wait(ROBOT_SILENCE + 1)
     assert desk.hive.robots["robot1"].state is RobotState.OFFLINE
-    assert "robot1 has not been heard of for 6 s" in desk.log()
+    assert "robot1 has not been heard for 6 s" in desk.log()
 
     desk.hear(ROBOT)
     assert desk.hive.robots["robot1"].state is RobotState.IDLE
@@ -300,22 +301,22 @@ def test_a_robot_that_says_the_same_again_changes_nothing(desk):
 def test_bids_are_kept_by_task_cheapest_first_and_a_new_auction_replaces_the_old(desk):
     desk.hear(Bids("robot1", 1, 1, (Bid("robot1", "T1", 9.0),)))
     desk.hear(Bids("robot2", 1, 1, (Bid("robot2", "T1", 5.0),)))
-    assert [bid.robot_id for bid in desk.hive.bids("T1")] == ["robot2", "robot1"]
+    assert [bid.robot_id for bid in desk.hive.bid_book.bids("T1")] == ["robot2", "robot1"]
 
     desk.hear(Bids("robot1", 1, 2, (Bid("robot1", "T1", 3.0),)))
     desk.hear(Bids("robot2", 1, 1, (Bid("robot2", "T1", 1.0),)))
-    assert [bid.cost for bid in desk.hive.bids("T1")] == [3.0]
+    assert [bid.cost for bid in desk.hive.bid_book.bids("T1")] == [3.0]
 
 
-def test_bids_that_were_not_heard_are_those_that_were_noted(desk):
-    noted = Decision("T1", 1, 2, 1, 0.0, "robot1", bids=(Bid("robot1", "T1", 4.0),))
-    desk.take(Noted(noted))
-    assert [bid.cost for bid in desk.hive.bids("T1")] == [4.0]
+def test_bids_that_were_not_heard_are_those_that_were_recorded(desk):
+    recorded = Decision("T1", 1, 2, 1, 0.0, "robot1", bids=(Bid("robot1", "T1", 4.0),))
+    desk.hive.add_bids(recorded)
+    assert [bid.cost for bid in desk.hive.bid_book.bids("T1")] == [4.0]
     assert desk.hive.take_changes().tasks == {"T1"}
 
     desk.hear(Bids("robot1", 1, 3, (Bid("robot1", "T1", 3.0),)))
-    desk.take(Noted(noted))
-    assert [bid.cost for bid in desk.hive.bids("T1")] == [3.0]
+    desk.hive.add_bids(recorded)
+    assert [bid.cost for bid in desk.hive.bid_book.bids("T1")] == [3.0]
 
 
 def test_the_log_tells_the_life_of_a_task_in_words(desk):
@@ -330,12 +331,12 @@ def test_the_log_tells_the_life_of_a_task_in_words(desk):
         desk.hear(TaskUpdate("T1", TaskState[state], "robot1", step, 2, epoch=1))
 
     assert desk.log() == [
-        "T1 was posted: GAB, priority 0",
-        "T1 waits for a robot",
-        "T1 was given to robot1 at cost 12.3 (robot2 20.0, robot3 cannot)",
-        "robot1 started T1",
-        "robot1 has done step 1 of 2 of T1",
-        "T1 is done by robot1",
+        "task T1 was posted: GAB (1.0, 2.0) -> (3.0, 4.0), 0 kg, priority 0",
+        "task T1 waits for a robot",
+        "task T1 is on the list of robot1 at cost 12.3 (robot2 20.0, robot3 cannot)",
+        "task T1 is under way by robot1, 0 of 2 steps done",
+        "task T1 is under way by robot1, 1 of 2 steps done",
+        "task T1 is done by robot1",
     ]
 
 
@@ -346,7 +347,10 @@ def test_a_start_that_overtakes_the_list_is_told_after_the_giving(desk):
     desk.hear(TaskUpdate("T1", TaskState.STARTED, "robot1", epoch=1), stamp=105.0)
     desk.hear_list(given, stamp=104.0)
 
-    assert desk.log() == ["T1 was given to robot1", "robot1 started T1"]
+    assert desk.log() == [
+        "task T1 is on the list of robot1",
+        "task T1 is under way by robot1, 0 of 2 steps done",
+    ]
 
 
 def test_a_start_that_was_never_heard_of_is_told_with_the_end(desk):
@@ -355,7 +359,10 @@ def test_a_start_that_was_never_heard_of_is_told_with_the_end(desk):
     desk.log()
     desk.hear(TaskUpdate("T1", TaskState.DONE, "robot1", 2, 2, epoch=1), stamp=105.0)
 
-    assert desk.log() == ["robot1 started T1", "T1 is done by robot1"]
+    assert desk.log() == [
+        "task T1 is under way by robot1, 0 of 2 steps done",
+        "task T1 is done by robot1",
+    ]
 
 
 def test_the_first_list_is_one_line_in_the_log_and_not_one_for_each_task(desk):
@@ -373,7 +380,7 @@ def test_a_task_nobody_can_do_says_why_it_waits_once(desk):
     desk.hear_list(waits)
     desk.hear_list(waits)
 
-    assert desk.log() == ["T1 waits: no robot lifts 90 kg"]
+    assert desk.log() == ["task T1 waits for a robot: no robot lifts 90 kg"]
 
 
 def test_the_log_tells_when_a_robot_goes_out_of_service_and_why(desk):
@@ -381,15 +388,56 @@ def test_the_log_tells_when_a_robot_goes_out_of_service_and_why(desk):
     desk.log()
     desk.hear(replace(ROBOT, state=RobotState.DEFECT, reason="an operator said so"))
 
-    assert desk.log() == ["robot1 is defect: an operator said so"]
+    assert desk.log() == ["robot1 is out of service: an operator said so"]
 
 
-def test_the_log_tells_when_the_master_comes_and_goes(desk):
-    desk.log()
-    desk.hive.apply(LinkChange(LinkState.UP, "http://hive:11311"), desk.now)
-    desk.hive.apply(LinkChange(LinkState.LOST, "http://hive:11311"), desk.now)
+def test_what_needs_a_person_is_told_with_its_severity(desk):
+    desk.hear_list(WAITING)
+    desk.hear(ROBOT)
+    desk.hive.take_changes()
+    desk.hear_list(replace(WAITING, state=TaskState.STARTED, robot="robot1"))
+    desk.hear(TaskUpdate("T1", TaskState.WAITING, "robot1", epoch=1))
+    desk.hear(TaskUpdate("T1", TaskState.FAILED, epoch=1, reason="no way to A"))
+    desk.hear(replace(ROBOT, state=RobotState.DEFECT))
 
-    assert desk.log() == [
-        "Connected to the ROS master at http://hive:11311",
-        "The ROS master at http://hive:11311 does not answer",
+    assert [event.severity for event in desk.hive.take_changes().events[-3:]] == [
+        Severity.WARNING,
+        Severity.ALARM,
+        Severity.ALARM,
     ]
+
+
+def test_how_a_task_ended_is_known_after_it_has_left_the_list():
+    state = HiveState()
+    done = TaskRecord(TASK, TaskState.DONE, "robot1", 2)
+    state.take_in(TaskList(1, 1, (done,)))
+    state.take_in(TaskList(1, 2, ()))
+
+    assert state.tasks == {}
+    assert state.state_of("T1") is TaskState.DONE
+
+
+def test_a_task_that_has_ended_does_not_come_back_by_a_late_update():
+    state = HiveState()
+    state.take_in(TaskList(1, 1, (TaskRecord(TASK, TaskState.DONE),)))
+
+    state.take_in(TaskUpdate("T1", TaskState.STARTED, "robot2"))
+
+    assert state.state_of("T1") is TaskState.DONE
+
+
+def test_the_last_words_on_tasks_that_are_on_no_list_do_not_grow_for_ever(monkeypatch):
+    monkeypatch.setattr(hive_state, "MAX_ANSWERS", 2)
+    state = HiveState()
+    for number in range(3):
+        state.take_in(TaskUpdate(f"T{number}", TaskState.REJECTED))
+
+    assert [state.last_word(f"T{number}") is None for number in range(3)] == [True, False, False]
+
+
+def test_refused_tasks_are_not_among_the_records_of_the_list(desk):
+    desk.hear(TASK)
+    desk.hear(TaskUpdate("T1", TaskState.REJECTED, reason="no", epoch=1))
+
+    assert list(desk.hive.tasks) == ["T1"]
+    assert desk.hive.records == {}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands that look at the hive and change nothing: `tasks`, `robots`, `watch`, `events`."""
+"""The commands that show the hive: `tasks`, `robots`, `watch`, `events`."""
 
 from __future__ import annotations
 
@@ -10,14 +10,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.cli.outside import open_tasks, pass_outside
+from fleet_manager.cli.context import pass_context
 from fleet_manager.client import tables
 from fleet_manager.client.client import HiveClient
-from fleet_manager.client.words import changes
 
 if TYPE_CHECKING:
-    from fleet_manager.cli.outside import Outside
-    from fleet_manager.client.hive_view import HiveView, Report
+    from collections.abc import Sequence
+
+    from blackboard.domain.record import TaskRecord
+    from fleet_manager.cli.context import CliContext
+    from fleet_manager.client.hive_state import HiveState
+    from fleet_manager.client.reports import Report
+    from fleet_manager.client.words import Event
 
 _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 _OTHER_SCREEN, _FIRST_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
@@ -25,9 +29,9 @@ _OTHER_SCREEN, _FIRST_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
 
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list instead of a table.")
-@click.option("--all", "everything", is_flag=True, help="Show tasks that have ended as well.")
-@pass_outside
-def tasks(outside: Outside, as_json: bool, everything: bool) -> None:
+@click.option("--all", "everything", is_flag=True, help="Show ended tasks as well.")
+@pass_context
+def tasks(context: CliContext, as_json: bool, everything: bool) -> None:
     """Show the tasks on the list.
 
     \b
@@ -35,23 +39,23 @@ def tasks(outside: Outside, as_json: bool, everything: bool) -> None:
       hive tasks
       hive tasks --all --json | jq '.[] | select(.state == "FAILED")'
     """  # noqa: D301  (to click, \b means: keep the lines)
-    with outside.connect(()) as link:
+    with context.connect(()) as link:
         client = HiveClient(link)
         client.fetch_tasks()
-    records = open_tasks(client.view, everything=everything)
+    records = _tasks(client.state, everything=everything)
     if as_json:
         click.echo(json.dumps([tables.task_data(record) for record in records], indent=2))
     elif records:
         click.echo("\n".join(tables.tasks_table(records)))
     else:
-        ended = len(client.view.tasks)
+        ended = len(client.state.records)
         click.echo(f"no open tasks; {ended} have ended" if ended else "no tasks", err=True)
 
 
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list instead of a table.")
-@pass_outside
-def robots(outside: Outside, as_json: bool) -> None:
+@pass_context
+def robots(context: CliContext, as_json: bool) -> None:
     """Show the robots: state, battery, load, place, task, queue.
 
     \b
@@ -59,10 +63,10 @@ def robots(outside: Outside, as_json: bool) -> None:
       hive robots
       hive robots --json | jq '.[] | select(.charge < 0.2) | .name'
     """  # noqa: D301  (to click, \b means: keep the lines)
-    with outside.connect(()) as link:
+    with context.connect(()) as link:
         client = HiveClient(link)
         client.fetch_robots()
-    known = tables.robots_of(client.view)
+    known = tables.robots_of(client.state)
     if as_json:
         click.echo(json.dumps([tables.robot_data(robot) for robot in known], indent=2))
     elif known:
@@ -72,29 +76,29 @@ def robots(outside: Outside, as_json: bool) -> None:
 
 
 @click.command()
-@click.option("--all", "everything", is_flag=True, help="Show tasks that have ended as well.")
+@click.option("--all", "everything", is_flag=True, help="Show ended tasks as well.")
 @click.option(
     "--every",
     type=click.FloatRange(0.1, 60),
     default=0.5,
     show_default=True,
-    help="Time between two pictures [s].",
+    help="Time between two updates [s].",
 )
-@pass_outside
-def watch(outside: Outside, everything: bool, every: float) -> None:
+@pass_context
+def watch(context: CliContext, everything: bool, every: float) -> None:
     """Show tasks and robots live, until Ctrl-C.
 
-    In a terminal the picture is drawn anew in its place; elsewhere the pictures follow each other.
+    A terminal is redrawn in place; other output grows with every update.
     """
     in_place = click.get_text_stream("stdout").isatty()
-    with outside.connect(()) as link:
+    with context.connect(()) as link:
         client = HiveClient(link)
         try:
             if in_place:
                 click.echo(_OTHER_SCREEN, nl=False)
             while True:
                 client.pump(lambda: False, every)
-                lines = _picture(client.view, everything, in_place)
+                lines = _screen(client.state, everything, in_place)
                 click.echo(_HOME_AND_CLEAR if in_place else "", nl=False)
                 click.echo("\n".join(lines), nl=not in_place)
         finally:
@@ -103,30 +107,34 @@ def watch(outside: Outside, everything: bool, every: float) -> None:
 
 
 @click.command()
-@pass_outside
-def events(outside: Outside) -> None:
-    """Say every change of tasks, robots and blackboard in words, until Ctrl-C.
+@pass_context
+def events(context: CliContext) -> None:
+    """Print every change of tasks, robots and blackboard in words, until Ctrl-C.
 
     The first lines say how things stand now.
     """
 
-    def tell(view: HiveView, report: Report) -> None:
-        for sentence in changes(view, report):
-            click.echo(f"{datetime.now().astimezone():%H:%M:%S}  {sentence}")
+    def tell(_report: Report, events: Sequence[Event]) -> None:
+        for event in events:
+            click.echo(f"{datetime.now().astimezone():%H:%M:%S}  {event.text}")
 
-    with outside.connect(()) as link:
+    with context.connect(()) as link:
         HiveClient(link, tell).pump(lambda: False, None)
 
 
-def _picture(view: HiveView, everything: bool, in_place: bool) -> list[str]:
-    """Return the lines of one picture, cut to the terminal where it is drawn in its place."""
-    ended = sum(record.state.is_terminal for record in view.tasks.values())
-    records = open_tasks(view, everything=everything)
-    lines = [tables.who_leads(view), ""]
-    lines += [*tables.robots_table(tables.robots_of(view)), ""]
-    lines += tables.tasks_table(records)
-    lines += ["", f"{len(view.tasks) - ended} tasks open, {ended} ended"]
+def _screen(state: HiveState, everything: bool, in_place: bool) -> list[str]:
+    """Return the lines of one update, cut to the terminal where it is redrawn in place."""
+    total, still_open = len(state.records), len(_tasks(state, everything=False))
+    lines = [tables.who_leads(state), ""]
+    lines += [*tables.robots_table(tables.robots_of(state)), ""]
+    lines += tables.tasks_table(_tasks(state, everything=everything))
+    lines += ["", f"{still_open} tasks open, {total - still_open} ended"]
     if not in_place:
         return [*lines, ""]
     size = shutil.get_terminal_size()
     return tables.fit(lines, size.columns)[: size.lines]
+
+
+def _tasks(state: HiveState, *, everything: bool) -> list[TaskRecord]:
+    """Return the open tasks, or all of them, in the order they were posted."""
+    return [r for r in state.records.values() if everything or not r.state.is_terminal]

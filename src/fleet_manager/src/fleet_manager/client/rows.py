@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A task and a robot as a desk shows them, and what of them changed."""
+"""A task and a robot as an operator sees them, and what changed."""
 
 from __future__ import annotations
 
@@ -12,31 +12,39 @@ from blackboard.domain.task import TaskState
 if TYPE_CHECKING:
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
-    from fleet_manager.desk.events import Event
+    from fleet_manager.client.words import Event
 
 
 @dataclass(frozen=True, slots=True)
 class TaskRow:
-    """A task as a desk shows it.
+    """A task as an operator sees it.
 
     Attributes:
-        record: What was posted and where it stands.
-        due: When it is predicted to be done [s, hive's time]; None where unknown.
-        stamp: When this was written [s, hive's time].
+        record: The task and its state.
+        stamp: When the record was written [s, hive's time]; 0 where unknown.
     """
 
     record: TaskRecord
-    due: float | None = None
     stamp: float = 0.0
 
     @property
     def is_open(self) -> bool:
-        """Whether it can still change."""
+        """Whether the task can still change."""
         return not self.record.state.is_terminal
 
     @property
+    def is_refused(self) -> bool:
+        """Whether the blackboard rejected the task, so that it is not on the task list."""
+        return self.record.state is TaskState.REJECTED
+
+    @property
+    def due(self) -> float | None:
+        """When the task is predicted to be done [s, hive's time]; None where unknown."""
+        return self.stamp + self.record.eta if self.record.eta > 0 and self.is_open else None
+
+    @property
     def progress(self) -> float:
-        """Share of its steps that are done, 0 to 1."""
+        """Share of the steps that are done, 0 to 1."""
         if self.record.state is TaskState.DONE:
             return 1.0
         return min(1.0, self.record.step / max(1, self.record.steps))
@@ -44,12 +52,12 @@ class TaskRow:
 
 @dataclass(frozen=True, slots=True)
 class RobotRow:
-    """A robot as a desk shows it.
+    """A robot as an operator sees it.
 
     Attributes:
-        status: Its last report.
-        heard: When that came [s, wall].
-        is_silent: Whether it should have reported since.
+        status: The robot's last report.
+        heard: When the report came [s, wall].
+        is_silent: Whether the next report is overdue.
     """
 
     status: RobotStatus
@@ -58,7 +66,7 @@ class RobotRow:
 
     @property
     def state(self) -> RobotState:
-        """How it is; OFFLINE when it is silent."""
+        """The reported state; OFFLINE while the robot is silent."""
         return RobotState.OFFLINE if self.is_silent else self.status.state
 
 
@@ -67,16 +75,11 @@ class Changes:
     """What happened since the last look.
 
     Attributes:
-        tasks: Ids of tasks that came, changed or went.
-        robots: Names of robots that came, changed or went silent.
-        events: For the log, oldest first.
+        tasks: Ids of the tasks that came, changed or went.
+        robots: Names of the robots that came, changed or went silent.
+        events: In words, oldest first.
     """
 
     tasks: set[str] = field(default_factory=set)
     robots: set[str] = field(default_factory=set)
     events: list[Event] = field(default_factory=list)
-
-
-def due(record: TaskRecord, stamp: float) -> float | None:
-    """Return when a task is predicted to be done [s]; None where nobody says."""
-    return stamp + record.eta if record.eta > 0 and not record.state.is_terminal else None

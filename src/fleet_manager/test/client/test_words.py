@@ -4,8 +4,7 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.client import hive_view
-from fleet_manager.client.hive_view import HiveView
+from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.tables import (
     fit,
     robot_data,
@@ -14,92 +13,82 @@ from fleet_manager.client.tables import (
     tasks_table,
     who_leads,
 )
-from fleet_manager.client.words import changes
 from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GAB, (Pose(1.0, 2.0), Pose(3.0, 4.0)), priority=5, payload=20.0)
 ROBOT = RobotStatus("robot1", RobotState.BUSY, Pose(1.0, 2.0), 0.5, 0.0, "T1", tasks=("T1", "T2"))
 
 
-def told(view, *reports):
-    """Return what is said about reports that come one after the other."""
-    said = []
+def told(state, *reports):
+    """Return what is told about reports that come one after the other."""
+    state.take_changes()
     for report in reports:
-        said += changes(view, report)
-        view.take_in(report)
-    return said
+        state.take_in(report)
+    return [event.text for event in state.take_changes().events]
 
 
 def test_an_older_list_changes_nothing_however_late_it_comes():
-    view = HiveView()
+    state = HiveState()
     newer = TaskList(2, 1, (TaskRecord(TASK, TaskState.DONE, "robot1"),))
     older = TaskList(1, 9, (TaskRecord(TASK),))
-    view.take_in(newer)
+    state.take_in(newer)
 
-    assert changes(view, older) == []
-    view.take_in(older)
-    assert view.state_of("T1") is TaskState.DONE
+    assert told(state, older) == []
+    assert state.state_of("T1") is TaskState.DONE
 
 
-def test_a_hive_that_was_founded_anew_begins_with_a_list_and_epochs_of_its_own():
-    view = HiveView()
-    view.take_in(TaskList(7, 30, (TaskRecord(TASK, TaskState.DONE, "robot1"),), "hive1"))
-    view.take_in(Heartbeat(7, "/robot1", hive="hive1"))
+def test_a_hive_that_was_bootstrapped_anew_begins_with_a_list_and_epochs_of_its_own():
+    state = HiveState()
+    state.take_in(TaskList(7, 30, (TaskRecord(TASK, TaskState.DONE, "robot1"),), "hive1"))
+    state.take_in(Heartbeat(7, "/robot1", hive="hive1"))
 
-    view.take_in(TaskList(1, 2, (), "hive2"))
-    view.take_in(Heartbeat(1, "/blackboard", hive="hive2"))
+    state.take_in(TaskList(1, 2, (), "hive2"))
+    state.take_in(Heartbeat(1, "/blackboard", hive="hive2"))
 
-    assert view.tasks == {}
-    assert view.heartbeat.leader == "/blackboard"
+    assert state.tasks == {}
+    assert state.heartbeat.leader == "/blackboard"
 
 
 def test_an_update_makes_the_list_newer():
-    view = HiveView()
-    view.take_in(TaskList(1, 1, (TaskRecord(TASK),)))
+    state = HiveState()
+    state.take_in(TaskList(1, 1, (TaskRecord(TASK),)))
 
-    view.take_in(TaskUpdate("T1", TaskState.STARTED, "robot2", step=1, steps=2, eta=9.0))
+    state.take_in(TaskUpdate("T1", TaskState.STARTED, "robot2", step=1, steps=2, eta=9.0))
 
-    record = view.tasks["T1"]
+    record = state.record("T1")
     assert (record.state, record.robot, record.step, record.eta) == (
         TaskState.STARTED, "robot2", 1, 9.0,
     )  # fmt: skip
 
 
-def test_a_task_that_has_ended_does_not_come_back_by_a_late_update():
-    view = HiveView()
-    view.take_in(TaskList(1, 1, (TaskRecord(TASK, TaskState.DONE),)))
-
-    view.take_in(TaskUpdate("T1", TaskState.STARTED, "robot2"))
-
-    assert view.state_of("T1") is TaskState.DONE
-
-
 def test_the_blackboards_word_that_comes_after_the_robots_own_changes_nothing():
-    view = HiveView()
-    view.take_in(TaskList(1, 1, (TaskRecord(TASK),)))
+    state = HiveState()
+    state.take_in(TaskList(1, 1, (TaskRecord(TASK),)))
     started = TaskUpdate("T1", TaskState.STARTED, "robot2", assignment=2)
     assigned = TaskUpdate("T1", TaskState.ASSIGNED, "robot2", assignment=2)
     lost_before = TaskUpdate("T1", TaskState.WAITING, assignment=1)
     lost_since = TaskUpdate("T1", TaskState.WAITING, assignment=2)
 
-    assert told(view, started, assigned, lost_before) == [
-        "task T1 is under way by robot2, 0 of 0 steps done"
+    assert told(state, started, assigned, lost_before) == [
+        "task T1 is under way by robot2, 0 of 2 steps done"
     ]
     assert (
-        told(view, TaskList(1, 2, (TaskRecord(TASK, TaskState.ASSIGNED, "robot2", assignment=2),)))
+        told(
+            state, TaskList(1, 2, (TaskRecord(TASK, TaskState.ASSIGNED, "robot2", assignment=2),))
+        )
         == []
     )
-    assert told(view, lost_since) == ["task T1 waits for a robot"]
+    assert told(state, lost_since) == ["task T1 waits for a robot"]
 
 
 def test_a_heartbeat_of_an_older_epoch_does_not_count():
-    view = HiveView()
-    view.take_in(Heartbeat(3, "/robot1"))
+    state = HiveState()
+    state.take_in(Heartbeat(3, "/robot1"))
 
-    view.take_in(Heartbeat(2, "/blackboard"))
+    state.take_in(Heartbeat(2, "/blackboard"))
 
-    assert view.heartbeat.leader == "/robot1"
-    assert who_leads(view) == "robot1 carries the blackboard (epoch 3), nobody is its backup"
+    assert state.heartbeat.leader == "/robot1"
+    assert who_leads(state) == "robot1 carries the blackboard (epoch 3), nobody is its backup"
 
 
 def test_the_life_of_a_task_is_told_in_words_and_each_thing_once():
@@ -109,7 +98,7 @@ def test_the_life_of_a_task_is_told_in_words_and_each_thing_once():
     done = TaskUpdate("T1", TaskState.DONE, "robot1", step=2, steps=2)
 
     said = told(
-        HiveView(), waiting, waiting, TaskList(1, 1, (TaskRecord(TASK),)), assigned, started,
+        HiveState(), waiting, waiting, TaskList(1, 1, (TaskRecord(TASK),)), assigned, started,
         started, done, TaskList(1, 2, (TaskRecord(TASK, TaskState.DONE, "robot1", 2),)), started,
     )  # fmt: skip
 
@@ -124,14 +113,15 @@ def test_the_life_of_a_task_is_told_in_words_and_each_thing_once():
 def test_a_rejection_tells_its_reason():
     update = TaskUpdate("T1", TaskState.REJECTED, reason="goal A is inside a wall")
 
-    assert told(HiveView(), update) == ["task T1 was rejected: goal A is inside a wall"]
+    assert told(HiveState(), update) == ["task T1 was rejected: goal A is inside a wall"]
 
 
 def test_robots_and_the_blackboard_are_told_when_they_change():
     defect = RobotStatus("robot1", RobotState.DEFECT, Pose(1, 2), 0.5, reason="set by an operator")
 
     said = told(
-        HiveView(), ROBOT, ROBOT, defect, Heartbeat(1, "/blackboard"), Heartbeat(1, "/blackboard"),
+        HiveState(), ROBOT, ROBOT, defect,
+        Heartbeat(1, "/blackboard"), Heartbeat(1, "/blackboard"),
         Heartbeat(2, "/robot2", "/robot1", ("/robot1", "/robot2")),
     )  # fmt: skip
 
@@ -182,30 +172,36 @@ def test_lines_that_are_too_wide_are_cut_with_an_ellipsis():
 
 
 def test_how_a_task_ended_is_known_after_it_has_left_the_list():
-    view = HiveView()
+    state = HiveState()
     done = TaskRecord(TASK, TaskState.DONE, "robot1", 2)
-    view.take_in(TaskList(1, 1, (done,)))
+    state.take_in(TaskList(1, 1, (done,)))
 
-    assert told(view, TaskList(1, 2, ()), done.told(1)) == []
-    assert view.tasks == {}
-    assert view.state_of("T1") is TaskState.DONE
+    assert told(state, TaskList(1, 2, ()), done.told(1)) == []
+    assert state.tasks == {}
+    assert state.state_of("T1") is TaskState.DONE
 
 
 def test_a_task_that_is_posted_anew_is_another_one():
-    view = HiveView()
-    view.take_in(TaskList(1, 1, (TaskRecord(TASK, TaskState.DONE, "robot1", 2),)))
-    view.take_in(TaskList(1, 2, ()))
+    state = HiveState()
+    state.take_in(TaskList(1, 1, (TaskRecord(TASK, TaskState.DONE, "robot1", 2),)))
+    state.take_in(TaskList(1, 2, ()))
 
-    said = told(view, TaskList(1, 3, (TaskRecord.new(TASK, 1),)))
+    said = told(state, TaskList(1, 3, (TaskRecord.new(TASK, 1),)))
 
     assert said == ["task T1 waits for a robot"]
-    assert view.state_of("T1") is TaskState.WAITING
+    assert state.state_of("T1") is TaskState.WAITING
 
 
-def test_the_last_words_on_tasks_that_are_on_no_list_do_not_grow_for_ever(monkeypatch):
-    monkeypatch.setattr(hive_view, "MAX_ANSWERS", 2)
-    view = HiveView()
-    for number in range(3):
-        view.take_in(TaskUpdate(f"T{number}", TaskState.REJECTED))
+def test_a_repeated_rejection_is_told_once():
+    update = TaskUpdate("T1", TaskState.REJECTED, reason="goal A is inside a wall")
 
-    assert list(view.answers) == ["T1", "T2"]
+    assert len(told(HiveState(), update, update)) == 1
+
+
+def test_an_update_of_an_older_epoch_than_the_leaders_changes_nothing():
+    state = HiveState()
+    state.take_in(TaskList(2, 1, (TaskRecord(TASK),)))
+    state.take_in(Heartbeat(2, "/robot1"))
+
+    assert told(state, TaskUpdate("T1", TaskState.FAILED, epoch=1)) == []
+    assert state.state_of("T1") is TaskState.WAITING

@@ -5,8 +5,7 @@ from blackboard.costing.bid_basis import Bids
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskType
-from fleet_manager.desk.bid_book import BidBook
-from fleet_manager.desk.bid_words import HEADS, bid_cells, story
+from fleet_manager.client.bids import HEADS, BidBook, bid_cells, story
 from hive_common.pose import Pose
 
 RECORD = TaskRecord(Task("T1", TaskType.GPA, (Pose(0.0, 0.0),), payload=40.0))
@@ -38,12 +37,12 @@ def test_where_nobody_can_it_is_said_what_would_help():
     assert story(RECORD, [ABLE, EMPTY], 0) == ""
 
 
-def test_it_is_told_how_often_a_task_was_offered_given_out_and_tried():
+def test_it_is_told_how_often_a_task_was_offered_assigned_and_tried():
     record = TaskRecord(RECORD.task, assignment=3, tried=("robot1", "robot2", "robot1"))
 
     assert story(record, [ABLE], 4).splitlines() == [
-        "Auctions it was seen in: 4. Times given out: 3.",
-        "Tried in vain by robot1 (2x), robot2.",
+        "Auctions it was seen in: 4. Times assigned: 3.",
+        "Tried without success by robot1 (2x), robot2.",
     ]
 
 

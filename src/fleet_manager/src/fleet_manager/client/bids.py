@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The bids on every task, and in words why a task went to a robot or to none."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from blackboard.auction.decision import what_would_help
+from fleet_manager.client import formats
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from blackboard.auction.decision import Decision
+    from blackboard.costing.bid_basis import Bids
+    from blackboard.domain.bid import Bid
+    from blackboard.domain.record import TaskRecord
+
+HEADS = (
+    "Robot", "Cost (0 to 1000)", "Way", "Place", "Charge", "Charge left", "Done in", "Why not",
+)  # fmt: skip
+"""The heads of the columns of `bid_cells`."""
+
+
+@dataclass
+class _Auctions:
+    """The auctions of one task: how many were seen, and the newest with its bids."""
+
+    count: int = 0
+    newest: tuple[int, int] = (-1, -1)
+    bids: dict[str, Bid] = field(default_factory=dict)
+
+
+class BidBook:
+    """Keeps what the robots bid in the newest auction of every task."""
+
+    def __init__(self) -> None:
+        self._tasks: dict[str, _Auctions] = {}
+
+    def bids(self, task_id: str) -> tuple[Bid, ...]:
+        """Return the bids on a task, cheapest first."""
+        known = self._tasks.get(task_id, _Auctions()).bids.values()
+        return tuple(sorted(known, key=lambda bid: (bid.cost, bid.robot_id)))
+
+    def auctions(self, task_id: str) -> int:
+        """Return how many auctions of a task were seen."""
+        return self._tasks.get(task_id, _Auctions()).count
+
+    def add(self, answer: Bids | Decision) -> list[str]:
+        """Take in a robot's bids, or all bids of a recorded decision; return the task ids."""
+        auction = (answer.epoch, answer.auction)
+        for bid in answer.bids:
+            known = self._tasks.setdefault(bid.task_id, _Auctions())
+            if auction > known.newest:
+                self._tasks[bid.task_id] = known = _Auctions(known.count + 1, auction)
+            if auction == known.newest:
+                known.bids[bid.robot_id] = bid
+        return [bid.task_id for bid in answer.bids]
+
+    def forget(self, task_id: str) -> None:
+        """Drop the bids on a task that has left the task list."""
+        self._tasks.pop(task_id, None)
+
+
+def bid_cells(bid: Bid, holder: str) -> tuple[str, ...]:
+    """Return the cells of a bid's row; `holder` is the robot that has the task."""
+    robot = f"{bid.robot_id} (has it)" if bid.robot_id == holder else bid.robot_id
+    terms = bid.terms if bid.is_able else None
+    return (
+        robot,
+        f"{bid.cost:.1f}",
+        f"+{formats.length(terms.way)}" if terms else formats.UNKNOWN,
+        str(terms.place) if terms else formats.UNKNOWN,
+        formats.charge_used(bid.energy_cost) if bid.is_able else formats.UNKNOWN,
+        formats.charge_used(terms.charge_left) if terms else formats.UNKNOWN,
+        formats.duration(bid.eta) if bid.is_able else formats.UNKNOWN,
+        bid.reason,
+    )
+
+
+def story(record: TaskRecord, bids: Sequence[Bid], auctions: int) -> str:
+    """Return what would help a task that no robot can take, and how often it was offered.
+
+    Args:
+        record: The task.
+        bids: Of its newest auction.
+        auctions: The number of its auctions that were seen.
+    """
+    lines = []
+    able = any(bid.is_able for bid in bids)
+    if bids and not able and (helps := what_would_help(record.task, bids)):
+        lines.append(f"What would help: {helps}")
+    if auctions:
+        times = record.times_assigned
+        lines.append(f"Auctions it was seen in: {auctions}. Times assigned: {times}.")
+    if record.tried:
+        tries = Counter(record.tried).items()
+        names = (f"{robot} ({count}x)" if count > 1 else robot for robot, count in tries)
+        lines.append(f"Tried without success by {', '.join(names)}.")
+    return "\n".join(lines)

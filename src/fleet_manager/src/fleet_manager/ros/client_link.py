@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command line's link to the hive on ROS; see `fleet_manager.client.client.ClientLink`."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import queue
+import time
+from functools import partial
+from typing import TYPE_CHECKING
+
+import rosgraph
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState
+from std_msgs.msg import UInt32
+
+from fleet_manager.client.client import DEFAULT_URI
+from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
+from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
+from fleet_manager.errors import NoHiveError
+from fleet_manager.ros.hive_topics import QUEUE_SIZE, HiveTopics
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterator, Sequence
+
+    from blackboard.domain.task import Task
+    from fleet_manager.client.reports import Report
+    from fleet_manager.desk.facts import Fact
+
+
+@contextlib.contextmanager
+def connect(record: Sequence[str] = ()) -> Iterator[RosClientLink]:
+    """Open a link to the hive whose ROS master is at ROS_MASTER_URI; close it at the end.
+
+    Args:
+        record: Robots whose ground truth and battery are reported too, with the collisions that
+            the simulator counts.
+
+    Raises:
+        NoHiveError: No ROS master answers.
+    """
+    demand_master()
+    rospy.init_node("hive", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
+    link = RosClientLink()
+    link.record(record)
+    try:
+        yield link
+    finally:
+        rospy.signal_shutdown("the command has ended")
+
+
+def demand_master() -> None:
+    """Raise NoHiveError unless the ROS master of ROS_MASTER_URI answers."""
+    os.environ.setdefault("ROS_MASTER_URI", DEFAULT_URI)
+    if not rosgraph.is_master_online():
+        raise NoHiveError(
+            f"no ROS master answers at {rosgraph.get_master_uri()}; start a hive with "
+            "`roslaunch fleet_manager fleet_manager.launch`, or set ROS_MASTER_URI"
+        )
+
+
+class RosClientLink:
+    """Hands over what the hive says, one report at a time, and posts tasks.
+
+    ROS Subscribers and Publishers:
+        Those of `HiveTopics`, and of the robots that are recorded ROBOT/ground_truth
+        (nav_msgs/Odometry), ROBOT/battery_state (sensor_msgs/BatteryState), and
+        simenv/collisions (std_msgs/UInt32).
+    """
+
+    def __init__(self) -> None:
+        self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
+        self._topics = HiveTopics(self._put)
+        self._topics.advertise()
+        self._topics.listen_to_state()
+
+    def record(self, robots: Sequence[str]) -> None:
+        """Report, from now on, what the simulator and these robots tell a recorder."""
+        for robot in robots:
+            for name, message, hear in (
+                ("ground_truth", Odometry, self._hear_place),
+                ("battery_state", BatteryState, self._hear_battery),
+            ):
+                topic = f"{robot}/{name}"
+                rospy.Subscriber(topic, message, partial(hear, robot), queue_size=QUEUE_SIZE)
+        if robots:
+            rospy.Subscriber("simenv/collisions", UInt32, self._hear_collisions)
+
+    def now(self) -> float:
+        """Return a monotonic time [s]."""
+        return time.monotonic()
+
+    def hive_time(self) -> float:
+        """Return the hive's time [s]."""
+        return float(rospy.get_time())
+
+    def post(self, task: Task) -> None:
+        """Publish a task on `new_task`, once."""
+        self._topics.speak(PostTask(task))
+
+    def cancel(self, task_id: str) -> None:
+        """Publish a task's id on `task_cancel`, once."""
+        self._topics.speak(CancelTask(task_id))
+
+    def receive(self, timeout: float) -> Report | None:
+        """Return the next report, or None after `timeout` [s]."""
+        with contextlib.suppress(queue.Empty):
+            return self._reports.get(timeout=max(timeout, 0.0))
+        return None
+
+    def _put(self, fact: Fact, _supersedes: Hashable = None) -> None:
+        if isinstance(fact, HiveMessage):
+            self._reports.put(fact.report)
+
+    def _hear_place(self, robot: str, msg: Odometry) -> None:
+        position = msg.pose.pose.position
+        self._reports.put(TruePlace(robot, position.x, position.y))
+
+    def _hear_battery(self, robot: str, msg: BatteryState) -> None:
+        self._reports.put(BatteryReading(robot, msg.voltage, msg.charge))
+
+    def _hear_collisions(self, msg: UInt32) -> None:
+        self._reports.put(Collisions(msg.data))
