@@ -12,7 +12,7 @@ from blackboard.domain.bid import Bid, CostTerms
 from blackboard.domain.record import Broadcast, Order, OrderKind
 from blackboard.domain.talker import BB_ACK, TASK_ASSIGN, TASK_BROADCAST, TASK_COST
 from blackboard.domain.task import Task, TaskType
-from blackboard.ros.codec.conversions import WIRES
+from blackboard.ros.codec.tables import WIRES
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT
 

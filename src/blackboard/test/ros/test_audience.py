@@ -5,7 +5,9 @@ from threading import Lock
 
 import pytest
 
-from blackboard.ros.rospy_patches.audience import Audience
+pytest.importorskip("rospy", reason="the package of the border needs ROS")
+
+from blackboard.ros.rospy_patches.sending import Audience
 
 NODES = {"robot1": "/robot1/robot", "robot2": "/robot2/robot"}
 WINDOW = "/task_view"

@@ -3,10 +3,10 @@
 
 import pytest
 
-pytest.importorskip("rospy", reason="the package of the border needs ROS")
+pytest.importorskip("blackboard.msg", reason="the talker needs generated messages")
 
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.ros.speakers import SILENCE, Speakers
+from blackboard.ros.talker import SPEAKER_TIMEOUT, Speakers
 from hive_common.pose import Pose
 
 IDLE = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), charge=1.0)
@@ -28,7 +28,7 @@ def test_a_node_that_has_fallen_silent_gives_the_name_up():
     speakers = Speakers()
     speakers.why_refused(IDLE, "/robot1/robot", 0.0)
 
-    assert not speakers.why_refused(IDLE, "/other/robot", SILENCE)
+    assert not speakers.why_refused(IDLE, "/other/robot", SPEAKER_TIMEOUT)
 
 
 def test_what_the_blackboard_says_about_a_lost_robot_is_believed():

@@ -17,7 +17,7 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import UInt32
 
 from blackboard.domain import talker as topics
-from blackboard.ros.codec.conversions import WIRES
+from blackboard.ros.codec.tables import WIRES
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.client.samples import BatteryReading, Collisions, TruePlace
 from fleet_manager.errors import NoHiveError

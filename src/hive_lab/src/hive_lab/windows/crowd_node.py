@@ -10,7 +10,7 @@ import time
 import rospy
 
 from blackboard.domain import talker as topics
-from blackboard.ros.codec.conversions import WIRES
+from blackboard.ros.codec.tables import WIRES
 from hive_lab.windows.crowd import Crowd
 
 SPEAKS = (topics.SYNC, topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)

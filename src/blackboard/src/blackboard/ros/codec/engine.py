@@ -100,6 +100,11 @@ class Codec:
             none; the text names the field.
     """
 
+    fields: set[str]
+    encode: Callable[[Any], Any]
+    write: Callable[[Any, Any], None]
+    decode: Callable[[Any], Any]
+
     def __init__(
         self,
         message: type,
@@ -119,12 +124,13 @@ class Codec:
         self.fields = written.union(*(row.codec.fields for row in self._within))
         written.update(*(row.codec.fields for row in self._within if not row.present))
 
-        scope = {"message": message, "kind": kind, "check": check, "located": self._located}
+        scope: dict[str, Any] = {"message": message, "kind": kind, "check": check}
         scope |= {f"write{i}": row.write for i, row in enumerate(self._rows)}
         scope |= {f"read{i}": row.read for i, row in enumerate(self._rows)}
         scope |= {f"write_{row.attribute}": row.codec.write for row in self._within}
         scope |= {f"read_{row.attribute}": row.codec.decode for row in self._within}
-        scope |= {"errors": (BlackboardError, ValueError), "new": message.__new__}
+        scope |= {"errors": (BlackboardError, ValueError), "located": self._located}
+        scope["new"] = message.__new__
         store, load = self._store_lines(), self._load_lines()
         # The constructor of a message looks at every field twice; this does not call it.
         blank = ["msg = new(message)", *_default_lines(message, written)]
