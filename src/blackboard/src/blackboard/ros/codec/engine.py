@@ -160,8 +160,9 @@ class Codec:
         found = {attribute: f"msg.{field}" for attribute, field in self._same}
         for i, row in enumerate(self._rows):
             if row.read is not None:
-                lines.append(f"{', '.join(row.attributes)} = read{i}({_of('msg', row.fields)})")
-                found |= {attribute: attribute for attribute in row.attributes}
+                names = {attribute: f"{attribute}_" for attribute in row.attributes}
+                lines.append(f"{', '.join(names.values())} = read{i}({_of('msg', row.fields)})")
+                found |= names
         for part in self._within:
             otherwise = f" if msg.{part.present} else None" if part.present else ""
             found[part.attribute] = f"read_{part.attribute}(msg){otherwise}"
