@@ -9,7 +9,6 @@ import threading
 import time
 import xmlrpc.client
 from collections import defaultdict
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import genpy
@@ -31,7 +30,7 @@ from hive_common.ros.onward_clock import OnwardClock
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
 
-    from blackboard.domain.talker import Subscription, Timer
+    from blackboard.domain.talker import Subscription
 
     _Listener = tuple[Callable[[Any], None], Callable[[], bool] | None]
 
@@ -76,12 +75,14 @@ class RosTalker:
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
         self._spins = False
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
-        self._clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
-        self._timers = Timers(self.now)
+        clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
+        self._timers = Timers(clock.now)
+        self.now, self.every, self.after = clock.now, self._timers.every, self._timers.after
         self._liveness: LivenessWatch | None = None
         self._speakers = Speakers()
         self._handlers: dict[str, list[_Listener]] = defaultdict(list)
         self.refusals = Refusals(rospy.logwarn)
+        self.refuse = self.refusals.refuse
         self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
         self._audience = Audience(self._speakers.node_of)
@@ -89,10 +90,6 @@ class RosTalker:
         self._audience.speaks = self._publishers.get(BB_ENTRIES if self._is_voter else BB_ACK)
         # Wakes `spin`, so that it sees the shutdown.
         rospy.on_shutdown(lambda: self.call(lambda: None))
-
-    def now(self) -> float:
-        """Return the time [s]: simulated time if there is one, else the monotonic clock."""
-        return self._clock.now()
 
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
         """Publish to all subscribers, or without the members that `to` leaves out."""
@@ -121,7 +118,7 @@ class RosTalker:
             threading.Thread(target=self._listen, args=(topic,), daemon=True).start()
         elif is_new:
             self._listen(topic)
-        return _Listening(lambda: handlers.remove(listener))
+        return _Subscription(lambda: handlers.remove(listener))
 
     def _listen(self, topic: str) -> None:
         # Without tcp_nodelay, Linux holds small messages back until earlier ones are acknowledged.
@@ -161,14 +158,6 @@ class RosTalker:
         """Run an action in the talker's own thread; any thread may call this."""
         self._queue.put(action)
 
-    def every(self, period: float, action: Callable[[], None]) -> Timer:
-        """Call repeatedly, the first time after one period [s]."""
-        return self._timers.start(period, period, action)
-
-    def after(self, delay: float, action: Callable[[], None]) -> Timer:
-        """Call once after a delay [s]."""
-        return self._timers.start(delay, None, action)
-
     def ping(self, member: str) -> bool:
         """Return whether the node of that name answers within a second."""
         socket_timeout = socket.getdefaulttimeout()
@@ -191,10 +180,6 @@ class RosTalker:
     def warn(self, text: str) -> None:
         """Log a warning; the same text at most every ten seconds."""
         rospy.logwarn_throttle_identical(10, text)
-
-    def refuse(self, topic: str, reason: str) -> None:
-        """Count and log a refused message; see `blackboard.board.refusals`."""
-        self.refusals.refuse(topic, reason)
 
     def spin(self) -> None:
         """Run the queue and the timers until the node is shut down."""
@@ -223,13 +208,6 @@ class RosTalker:
         return min(wait for wait in waits if wait is not None)
 
 
-@dataclass(frozen=True)
-class _Listening:
-    """See `blackboard.domain.talker.Subscription`."""
-
-    cancel: Callable[[], None]
-
-
 class SteadyTalker:
     """The same talker on the machine's own clock.
 
@@ -244,26 +222,16 @@ class SteadyTalker:
     """
 
     def __init__(self, talker: RosTalker) -> None:
-        self._talker = talker
         self.timers = Timers(time.monotonic)
-        self.publish = talker.publish
-        self.subscribe = talker.subscribe
-        self.ping = talker.ping
-        self.watch = talker.watch
-        self.warn = talker.warn
-        self.refuse = talker.refuse
+        self.now, self.every, self.after = self.timers.now, self.timers.every, self.timers.after
+        self.publish, self.subscribe = talker.publish, talker.subscribe
+        self.ping, self.watch = talker.ping, talker.watch
+        self.warn, self.refuse = talker.warn, talker.refuse
 
-    def now(self) -> float:
-        """Return the time [s] of the monotonic clock."""
-        return time.monotonic()
 
-    def every(self, period: float, action: Callable[[], None]) -> Timer:
-        """Call repeatedly, the first time after one period [s]."""
-        return self.timers.start(period, period, action)
-
-    def after(self, delay: float, action: Callable[[], None]) -> Timer:
-        """Call once after a delay [s]."""
-        return self.timers.start(delay, None, action)
+class _Subscription:
+    def __init__(self, cancel: Callable[[], None]) -> None:
+        self.cancel = cancel
 
 
 class Speakers:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Timers on one clock, which whoever owns them runs."""
+"""Timers on one clock, which their owner runs."""
 
 from __future__ import annotations
 
@@ -33,21 +33,25 @@ class Timers:
     """
 
     def __init__(self, now: Callable[[], float]) -> None:
-        self._now = now
+        self.now = now
         self._queue: list[tuple[float, int, RosTimer]] = []
         self._order = itertools.count()
 
-    def start(self, delay: float, period: float | None, action: Callable[[], None]) -> RosTimer:
-        """Call after a delay [s] and, with a period [s], repeatedly after that."""
-        return self._schedule(RosTimer(self._now() + delay, period, action))
+    def every(self, period: float, action: Callable[[], None]) -> RosTimer:
+        """Call repeatedly, the first time after one period [s]."""
+        return self._schedule(RosTimer(self.now() + period, period, action))
+
+    def after(self, delay: float, action: Callable[[], None]) -> RosTimer:
+        """Call once after a delay [s]."""
+        return self._schedule(RosTimer(self.now() + delay, None, action))
 
     def next_due(self) -> float | None:
         """Return the time until the next call [s]; None if there is none."""
-        return max(0.0, self._queue[0][0] - self._now()) if self._queue else None
+        return max(0.0, self._queue[0][0] - self.now()) if self._queue else None
 
     def call_due(self) -> None:
         """Make all calls that are due."""
-        now = self._now()
+        now = self.now()
         while self._queue and self._queue[0][0] <= now:
             _, _, timer = heapq.heappop(self._queue)
             if timer.cancelled:

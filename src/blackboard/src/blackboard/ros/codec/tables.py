@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which fields of which message stand for what in the core, and which message each topic carries.
+"""Tables of which message field holds which attribute of the core, and each topic's message.
 
-The messages themselves are described in `msg/*.msg`. A field that a table says nothing special
-about has the name and the type of the attribute. `header` is stamped here, so the core knows no
-ROS time.
+`msg/*.msg` describes the messages. Fields named in one string have the type of the attribute.
+`header` is stamped here, so the core knows no ROS time.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from itertools import starmap
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import rospy
 from geometry_msgs.msg import Pose2D
@@ -47,11 +46,11 @@ def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion
     return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
 
 
-# Converters: rows for what is a type of its own in the core.
+# Rows for attributes of other types than their fields.
 
 
 def _one_of(name: str, kind: type[Enum]) -> Row:
-    """Return the row of a constant of an enumeration."""
+    """Return the row of a member of an enumeration."""
     return Row(name, write=lambda each: each, read=_Constants(kind).__getitem__)
 
 
@@ -66,12 +65,12 @@ class _Constants(dict[int, Enum]):
 
 
 def _tuples(names: str) -> list[Row]:
-    """Return the rows of tuples of numbers or texts."""
+    """Return the rows of tuples that are arrays of numbers or texts."""
     return [Row(name, write=list, read=tuple) for name in names.split()]
 
 
 def _many(codec: Codec, attribute: str, field: str = "") -> Row:
-    """Return the row of a tuple of values, each a message of its own."""
+    """Return the row of a tuple of values that is an array of messages."""
     encode, decode = codec.encode, codec.decode
     return Row(
         attribute,
@@ -108,7 +107,7 @@ def _pairs(name: str, first: str, second: str, pack: Callable[[Iterable[Any]], A
 
 
 def _stamped(frame: str = "") -> Row:
-    """Return the row of the header of a message that is stamped when it is sent."""
+    """Return the row of a header that is stamped when the message is made."""
     return Row("", "header", write=lambda: _header(frame), read=None)
 
 
@@ -118,7 +117,7 @@ def _header(frame: str = "") -> Header:
 
 POSE = Codec(Pose2D, Pose, "x y yaw=theta")
 
-# Tasks, and what is said about them.
+# Tasks.
 
 TASK = Codec(
     bb_msgs.TaskMsg,
@@ -132,7 +131,7 @@ TASK = Codec(
         read=lambda header: (header.stamp.to_sec(), header.frame_id),
     ),
 )
-"""Whatever a TaskMsg holds: the blackboard checks it."""
+"""It decodes any content; the blackboard checks what is posted."""
 
 _ORDERS = MappingProxyType(
     {
@@ -240,7 +239,7 @@ BID = Codec(
     Row("size", write=lambda size: size, read=lambda size: size or 1),
     Within("terms", TERMS, present="place"),
 )
-"""One of a robot's bids; whose it is stands in the array, as do the epoch and the header."""
+"""One bid; the array around it knows whose it is and writes the epoch and the header."""
 
 BATTERY = Codec(
     bb_msgs.BidBasis,
@@ -301,7 +300,7 @@ BIDS = Codec(
     ),
 )
 
-# What robots say of themselves.
+# Robots.
 
 STATUS = Codec(
     bb_msgs.RobotStatus,
@@ -323,7 +322,7 @@ CLAIM = Codec(
     _pairs("conceded", "conceded", "conceded_since"),
 )
 
-# What members say to each other.
+# Members.
 
 HEARTBEAT = Codec(
     bb_msgs.BbBackup,
@@ -405,15 +404,14 @@ BALLOT = Codec(
 # Topics.
 
 
-@dataclass(frozen=True)
-class Wire:
-    """How the messages of one topic are made and read.
+class Wire(NamedTuple):
+    """The messages of one topic.
 
     Attributes:
         message: The message class.
-        to_msg: Makes a message of a core value.
-        from_msg: Makes a core value of a message; raises ValueError where none can be made.
-        latched: Whether newcomers get the last message.
+        to_msg: Makes a message from a core value.
+        from_msg: Makes a core value from a message; raises ValueError, which names the field.
+        latched: Whether new subscribers get the last message.
     """
 
     message: type
@@ -446,4 +444,4 @@ WIRES: Mapping[str, Wire] = MappingProxyType(
         topics.CHARGER_CLAIM: _wire(CLAIM),
     }
 )
-"""How the messages of every topic of the hive are made and read."""
+"""The messages of every topic of the hive."""
