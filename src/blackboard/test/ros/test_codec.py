@@ -19,7 +19,7 @@ from blackboard.domain import talker as topics
 from blackboard.domain.battery import BatteryModel
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotCharacteristics, RobotState, RobotStatus
-from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.charger_claims import Claim
 from blackboard.ros.codec import tables
@@ -55,9 +55,7 @@ SNAPSHOT = Snapshot(Position(2, 8), {"T1": RECORD}, ("robot1#1",), 6)
 FULL = {
     "POSE": HERE,
     "TASK": TASK,
-    "ORDER": Order(
-        *(TASK, "robot1", True, 1, 2, 3, True, 4.5, "hive"), if_unbegun=True, forgotten=False
-    ),
+    "ORDER": Order(TASK, "robot1", OrderKind.HAND_BACK_UNBEGUN, 1, 2, 3, 4.5, "hive"),
     "RECORD": RECORD,
     "UPDATE": TaskUpdate(
         *("T1", TaskState.STARTED, "robot1", 1, 2, 3.5, 4, "slow", 5, 6.5), put_off_for="T9"
@@ -108,10 +106,10 @@ BY_THE_ARRAY = {"epoch"}
 """Fields of a TaskCost that the array around it writes."""
 
 OTHERS = {
-    "an order to take a task": ("ORDER", Order(TASK, "robot1", assignment=3)),
-    "an order to drop a task": ("ORDER", Order(TASK, "robot1", take_back=True)),
-    "an order to hand a task back": ("ORDER", Order(TASK, "robot1", True, hand_back=True)),
-    "an order to forget a task": ("ORDER", Order(TASK, "robot1", True, forgotten=True)),
+    **{
+        f"an order of the kind {kind.name}": ("ORDER", Order(TASK, "robot1", kind, assignment=3))
+        for kind in OrderKind
+    },
     "a call for bids to all": ("BROADCAST", Broadcast(2, 3, ((TASK, 0),))),
     "bids instead of a basis": ("BIDS", Bids("robot1", 2, 3, (BID,))),
     "a bid without terms": ("BID", Bid("robot1", "T5", MAX_COST, reason="heavy")),
@@ -181,8 +179,8 @@ def test_every_attribute_of_the_values_above_differs_from_its_default(name):
     }
     alike = {each for each, default in defaults.items() if getattr(value, each) == default}
 
-    # Three combinations of flags are left to OTHERS; `to` is not told in a message.
-    assert alike - {"to", "forgotten", "voter"} == set()
+    # A reply that is not a voter's is in OTHERS; `to` is not told in a message.
+    assert alike - {"to", "voter"} == set()
 
 
 @pytest.mark.parametrize(

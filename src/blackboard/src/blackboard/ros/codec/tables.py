@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 from enum import Enum
 from itertools import starmap
+from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,7 +28,7 @@ from blackboard.domain import talker as topics
 from blackboard.domain.battery import BatteryModel
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotCharacteristics, RobotState, RobotStatus
-from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.charger_claims import Claim
 from blackboard.ros.codec.engine import Codec, Row, Within
@@ -49,9 +50,9 @@ def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion
 # Rows for attributes of other types than their fields.
 
 
-def _one_of(name: str, kind: type[Enum]) -> Row:
-    """Return the row of a member of an enumeration."""
-    return Row(name, write=lambda each: each, read=_Constants(kind).__getitem__)
+def _one_of(attribute: str, kind: type[Enum], field: str = "") -> Row:
+    """Return the row of a member of an enumeration, whose value is the message's constant."""
+    return Row(attribute, field, write=attrgetter("value"), read=_Constants(kind).__getitem__)
 
 
 class _Constants(dict[int, Enum]):
@@ -133,35 +134,11 @@ TASK = Codec(
 )
 """It decodes any content; the blackboard checks what is posted."""
 
-_ORDERS = MappingProxyType(
-    {
-        # take_back, hand_back, if_unbegun, forgotten
-        (False, False, False, False): bb_msgs.TaskMsg.ASSIGN,
-        (True, False, False, False): bb_msgs.TaskMsg.TAKE_BACK,
-        (True, True, False, False): bb_msgs.TaskMsg.HAND_BACK,
-        (True, True, True, False): bb_msgs.TaskMsg.HAND_BACK_UNBEGUN,
-        (True, False, False, True): bb_msgs.TaskMsg.FORGOTTEN,
-    }
-)
-
-
-def _order_kind(number: int) -> tuple[bool, ...]:
-    for flags, each in _ORDERS.items():
-        if each == number:
-            return flags
-    raise ValueError(f"{number} is unknown; allowed: 0 to {max(_ORDERS.values())}")
-
-
 ORDER = Codec(
     bb_msgs.TaskMsg,
     Order,
     "robot_id step epoch assignment heard hive",
-    Row(
-        "take_back hand_back if_unbegun forgotten",
-        "order",
-        write=lambda *flags: _ORDERS[flags],
-        read=_order_kind,
-    ),
+    _one_of("kind", OrderKind, "order"),
     Within("task", TASK),
 )
 
