@@ -104,7 +104,7 @@ def few_members(original):
 
 def in_the_root(original):
     """Speak in the root namespace, whatever the hive's own is."""
-    return lambda self, _hive, speaks: original(self, "/", speaks)
+    return lambda self, _hive, advertises: original(self, "/", advertises)
 
 
 def from_the_third_second(original):
@@ -265,7 +265,7 @@ BREAKS = {
         "plan_tasks",
         "test_an_unknown_robot_joins_works_and_leaves",
         "a hive takes no more than five members",
-        "blackboard.ros.params:read",
+        "hive_common.ros.params:read",
         few_members,
     ),
     "second fleet": Break(

@@ -6,15 +6,7 @@ import pytest
 import rospy
 from geometry_msgs.msg import Pose2D
 
-from blackboard.consensus.messages import AppendReply
-from blackboard.costing.bid_basis import BidBasis, Bids
-from blackboard.domain.bid import Bid, CostTerms
-from blackboard.domain.record import Broadcast, Order, OrderKind
-from blackboard.domain.talker import BB_ACK, TASK_ASSIGN, TASK_BROADCAST, TASK_COST
-from blackboard.domain.task import Task, TaskType
-from blackboard.ros.codec.conversions import WIRES
-from hive_common.pose import Pose
-from hive_lab.virtual.hive import SMALL_ROBOT
+from blackboard.domain.task import TaskType
 
 # Name and type of the fields that other people's programs use. Further fields may follow them.
 FIELDS = {
@@ -134,51 +126,3 @@ def test_a_task_arrives_over_a_topic_as_it_was_sent():
     received = rospy.wait_for_message("new_task", bb_msgs.TaskMsg, timeout=10)
 
     assert received == sent
-
-
-@pytest.mark.parametrize("kind", OrderKind, ids=lambda kind: kind.name)
-def test_an_order_of_any_kind_is_read_as_it_was_given(kind):
-    given = Order(Task("T1", TaskType.GA, (Pose(1.0, 2.0),)), "robot1", kind, assignment=3)
-    wire = WIRES[TASK_ASSIGN]
-    msg = wire.to_msg(given)
-
-    assert msg.order == getattr(msg, kind.name)
-    assert wire.from_msg(msg) == given
-
-
-def test_a_call_for_bids_is_read_as_it_was_made():
-    tasks = tuple((Task(f"T{step}", TaskType.GA, (Pose(1.0, 2.0),)), step) for step in range(3))
-    asked = {"robot1": "", "robot2": "T7"}
-    given = Broadcast(2, 3, tasks, "hive", round=4, asked=asked, basis=True, sizes=(2, 1))
-    wire = WIRES[TASK_BROADCAST]
-
-    assert wire.from_msg(wire.to_msg(given)) == given
-
-
-def test_bids_are_read_as_they_were_made():
-    terms = CostTerms(0.5, 7.0, 2, 11.0, 13.0, 17.0, 19.0, 0.25)
-    taken = Bid("robot1", "T1", 300.0, 0.5, 13.0, terms=terms, size=3)
-    begun = Bid("robot1", "T4", 9.0, 0.0, 5.0, under_way="T2", interrupt_cost=20.0)
-    refused = Bid("robot1", "T5", 1000.0, reason="heavy", most_payload=4.0, exclusion="payload")
-    given = Bids("robot1", 2, 3, (taken, begun, refused), 4, None)
-    wire = WIRES[TASK_COST]
-
-    assert wire.from_msg(wire.to_msg(given)) == given
-
-
-@pytest.mark.parametrize("stands_by", [True, False])
-def test_an_acknowledgement_is_read_as_it_was_given(stands_by):
-    given = AppendReply("robot1#1", 2, 3, 4.0, "hive", stands_by)
-    wire = WIRES[BB_ACK]
-
-    assert wire.from_msg(wire.to_msg(given)) == given
-
-
-def test_what_a_robot_tells_of_itself_is_read_as_it_was_told():
-    tasks, chargers = (("T1", 0), ("T2", 3)), (Pose(1.0, 2.0, 3.0),)
-    what = (SMALL_ROBOT, "latency", 60.0, Pose(4.0, 5.0), 0.7, True, "it charges")
-    told = BidBasis(*what, tasks, chargers, (2.0, 1.4, 0.6))
-    given = Bids("robot1", 2, 3, (), 4, told)
-    wire = WIRES[TASK_COST]
-
-    assert wire.from_msg(wire.to_msg(given)) == given

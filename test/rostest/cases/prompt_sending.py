@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from blackboard.ros.rospy_patches.prompt_sending import PromptConnection
+from blackboard.ros.rospy_patches.sending import PromptConnection
 
 MEGABYTE = bytes(1_000_000)
 PATIENCE = 60.0

@@ -11,7 +11,7 @@ import pytest
 from rospy.impl.tcpros_pubsub import TCPROSSub
 from std_msgs.msg import String, UInt32
 
-from blackboard.ros.rospy_patches.shared_reading import Reader, SharedConnection
+from blackboard.ros.rospy_patches.reading import Reader, SharedConnection
 
 PATIENCE = 60.0
 

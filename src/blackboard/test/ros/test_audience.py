@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which of a publisher's connections a message is written to, with the test in rospy's place."""
+"""Which of a publisher's connections get a message; the test stands in for rospy."""
 
 from threading import Lock
 
 import pytest
 
-from blackboard.ros.rospy_patches.audience import Audience
+pytest.importorskip("rospy", reason="needs ROS")
+
+from blackboard.ros.rospy_patches.sending import Audience
 
 NODES = {"robot1": "/robot1/robot", "robot2": "/robot2/robot"}
 WINDOW = "/task_view"
 
 
 class Link:
-    """A connection; the name at its other end, and what was written to it."""
+    """A connection: the name at its other end, and what was written to it."""
 
     def __init__(self, node):
         self.endpoint_id = self.callerid_pub = node
@@ -29,7 +31,7 @@ class Link:
 
 
 class Topic:
-    """A publisher or a subscriber, as far as it is looked into."""
+    """A publisher or a subscriber, as far as an audience looks into it."""
 
     def __init__(self, *nodes):
         self.impl = self
@@ -48,7 +50,7 @@ class Topic:
 
 @pytest.fixture
 def audience():
-    """The audience of a node that votes together with two robots; a window is there too."""
+    """The audience of a voter beside two robots that vote, with a window."""
     audience = Audience(lambda robot: NODES.get(robot, ""))
     audience.speaks = Topic(*NODES.values())
     audience.listens = Topic(*NODES.values(), "/talks/nonsense")
@@ -57,12 +59,12 @@ def audience():
 
 @pytest.fixture
 def publisher():
-    """A publisher that all listen to."""
+    """A publisher that all subscribe to."""
     return Topic(*NODES.values(), WINDOW, "/talks/nonsense")
 
 
 @pytest.mark.parametrize("name", ["robot1", "/robot1/robot"])
-def test_a_message_goes_to_the_member_it_concerns_and_to_all_who_are_none(
+def test_a_message_goes_to_the_member_it_concerns_and_to_all_that_are_not_members(
     audience, publisher, name
 ):
     audience.tell(publisher, "news", (name,))
@@ -76,19 +78,19 @@ def test_a_message_that_concerns_no_member_goes_to_the_others(audience, publishe
     assert publisher.heard_by() == [WINDOW, "/talks/nonsense"]
 
 
-def test_a_name_that_is_not_there_is_left_out(audience, publisher):
+def test_an_empty_name_is_ignored(audience, publisher):
     audience.tell(publisher, "news", ("/robot1/robot", ""))
 
     assert publisher.heard_by() == ["/robot1/robot", WINDOW, "/talks/nonsense"]
 
 
-def test_a_robot_whose_node_is_not_known_is_told_with_all_others(audience, publisher):
+def test_a_message_to_a_robot_whose_node_is_unknown_goes_to_all(audience, publisher):
     audience.tell(publisher, "news", ("robot9",))
 
     assert len(publisher.heard_by()) == 4
 
 
-def test_a_member_that_is_not_known_as_one_yet_hears_everything(audience, publisher):
+def test_a_member_that_is_not_known_as_one_yet_gets_everything(audience, publisher):
     audience.listens.connections[1].callerid_pub = "unknown"  # until it has said its name
     audience.tell(publisher, "first", ("robot1",))
     early = publisher.heard_by()
@@ -99,7 +101,7 @@ def test_a_member_that_is_not_known_as_one_yet_hears_everything(audience, publis
     assert publisher.connections[1].written == ["first"]
 
 
-def test_who_joins_later_is_found(audience, publisher):
+def test_a_member_that_joins_later_is_found(audience, publisher):
     audience.tell(publisher, "first", ("robot1",))
     for topic in (audience.speaks, audience.listens):
         topic.connections = [*topic.connections, Link("/robot3/robot")]
@@ -109,7 +111,7 @@ def test_who_joins_later_is_found(audience, publisher):
     assert publisher.connections[-1].written == []
 
 
-def test_a_broken_connection_is_closed_and_keeps_nobody_from_hearing(audience, publisher):
+def test_a_broken_connection_is_closed_and_the_others_get_the_message(audience, publisher):
     publisher.connections[0].broken = True
     audience.tell(publisher, "news", ("robot1",))
 
@@ -117,7 +119,7 @@ def test_a_broken_connection_is_closed_and_keeps_nobody_from_hearing(audience, p
     assert WINDOW in publisher.heard_by()
 
 
-def test_in_a_node_that_is_no_member_everyone_hears_everything(publisher):
+def test_a_node_that_is_not_a_member_publishes_everything_to_all(publisher):
     Audience(lambda _: "").tell(publisher, "news", ("/robot1/robot",))
 
     assert len(publisher.heard_by()) == 4

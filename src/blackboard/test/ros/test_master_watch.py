@@ -1,36 +1,36 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A master that goes, comes back, and is told of the node that watches it."""
+"""A master that goes and comes back, and the node that registers with it again."""
 
 import pytest
 
-pytest.importorskip("rospy", reason="the package of the border needs ROS")
+pytest.importorskip("rospy", reason="needs ROS")
 
 from blackboard.ros.master_watch import MasterState, MasterWatch
 
 
-class WatchOfATalk(MasterWatch):
-    """A watch whose talk with the master the test plays.
+class FakeMasterWatch(MasterWatch):
+    """A watch on a master that the test plays.
 
     Attributes:
         pid: What the master answers; None while there is none.
-        takes_nodes: Whether the master takes what is registered.
-        told: The masters that were told of the node, taken or not.
+        accepts: Whether the master accepts registrations.
+        asked: The masters that the node has registered with, accepted or not.
     """
 
     def __init__(self):
         super().__init__("/watcher")
-        self.pid, self.takes_nodes, self.told = 1, True, []
+        self.pid, self.accepts, self.asked = 1, True, []
 
     def _ask(self):
         return self.pid
 
     def _register_again(self):
-        self.told.append(self.pid)
-        return self.takes_nodes
+        self.asked.append(self.pid)
+        return self.accepts
 
 
-def test_a_new_master_is_told_of_the_node_once():
-    watch = WatchOfATalk()
+def test_the_node_registers_with_a_new_master_once():
+    watch = FakeMasterWatch()
     watch.look()
     watch.pid = None
     lost = [watch.look(), watch.look()]
@@ -39,17 +39,17 @@ def test_a_new_master_is_told_of_the_node_once():
 
     assert lost == [MasterState.LOST, None]
     assert back == [MasterState.BACK, None]
-    assert watch.told == [2]
+    assert watch.asked == [2]
 
 
-def test_a_new_master_that_is_too_busy_to_take_the_node_is_told_again():
-    watch = WatchOfATalk()
+def test_the_node_registers_again_with_a_master_that_was_too_busy():
+    watch = FakeMasterWatch()
     watch.look()
-    watch.pid, watch.takes_nodes = 2, False
+    watch.pid, watch.accepts = 2, False
     lost = [watch.look(), watch.look()]
-    watch.takes_nodes = True
+    watch.accepts = True
 
     assert lost == [MasterState.LOST, None]
     assert watch.look() is MasterState.BACK
     assert watch.look() is None
-    assert watch.told == [2, 2, 2]
+    assert watch.asked == [2, 2, 2]

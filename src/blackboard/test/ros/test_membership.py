@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a node keeps its journal when nobody says where."""
+"""Where a node keeps its journal if no parameter says where."""
 
 import socket
 
 import pytest
 
-pytest.importorskip("rospy", reason="the package of the border needs ROS")
+pytest.importorskip("rospy", reason="needs ROS")
 
 from blackboard.ros.membership import default_folder
 

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Two nodes that speak as the same robot."""
+"""Two nodes that speak for the same robot."""
 
 import pytest
 
-pytest.importorskip("rospy", reason="the package of the border needs ROS")
+pytest.importorskip("blackboard.msg", reason="the talker needs generated messages")
 
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.ros.speakers import SILENCE, Speakers
+from blackboard.ros.talker import SPEAKER_TIMEOUT, Speakers
 from hive_common.pose import Pose
 
 IDLE = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), charge=1.0)
 OFFLINE = RobotStatus("robot1", RobotState.OFFLINE, Pose(0.0, 0.0), charge=1.0)
 
 
-def test_the_first_node_that_speaks_as_a_robot_is_believed_and_the_second_refused():
+def test_the_first_node_that_speaks_for_a_robot_is_believed_and_a_second_one_refused():
     speakers = Speakers()
 
     assert not speakers.why_refused(IDLE, "/robot1/robot", 0.0)
@@ -24,14 +24,14 @@ def test_the_first_node_that_speaks_as_a_robot_is_believed_and_the_second_refuse
     assert not speakers.why_refused(IDLE, "/robot1/robot", 2.0)
 
 
-def test_a_node_that_has_fallen_silent_gives_the_name_up():
+def test_a_silent_node_gives_up_the_name():
     speakers = Speakers()
     speakers.why_refused(IDLE, "/robot1/robot", 0.0)
 
-    assert not speakers.why_refused(IDLE, "/other/robot", SILENCE)
+    assert not speakers.why_refused(IDLE, "/other/robot", SPEAKER_TIMEOUT)
 
 
-def test_what_the_blackboard_says_about_a_lost_robot_is_believed():
+def test_the_blackboard_is_believed_about_a_lost_robot():
     speakers = Speakers()
     speakers.why_refused(IDLE, "/robot1/robot", 0.0)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which members a message is handed to: docs/decisions/070-who-hears-what.md."""
+"""Which members get a message: docs/decisions/070."""
 
 from dataclasses import replace
 from random import Random
@@ -45,11 +45,11 @@ from hive_lab.virtual.hive import SMALL_ROBOT, Network, NetworkTalker, TimedComm
 
 GO = Task("T1", TaskType.GA, (Pose(6.0, 0.0),))
 LEADER, CARRIERS = ("blackboard",), ("blackboard", "robot2")
-SOON = 0.01  # more than any message needs [s]
+SOON = 0.01  # longer than any message takes [s]
 
 
-class Noting(NetworkTalker):
-    """A talker that notes whom every message concerns."""
+class Recorder(NetworkTalker):
+    """A talker that records whom every message concerns."""
 
     def __init__(self, network, member):
         super().__init__(network, member)
@@ -61,7 +61,7 @@ class Noting(NetworkTalker):
 
 
 class Beside:
-    """A member that follows `blackboard`, whose backup is robot2; see `blackboard.consensus.hive_filter.HiveFilter`."""
+    """A HiveFilter that follows `blackboard`, whose backup is robot2."""
 
     hive, leader, carriers = "", LEADER, CARRIERS
 
@@ -76,9 +76,9 @@ class Beside:
 
 
 def robot():
-    """Return a robot's talker after it has bid, begun, and done a task; and its network."""
+    """Return a robot's talker after it has bid on, begun and done a task; and its network."""
     network = Network()
-    talker = Noting(network, "robot1")
+    talker = Recorder(network, "robot1")
     controller = Controller(
         dict.fromkeys(StepKind, TimedCommand(network, lambda _: 1.0)),
         talker,
@@ -95,7 +95,7 @@ def robot():
     return talker, network
 
 
-def test_bids_and_reports_concern_the_active_member_only():
+def test_bids_and_reports_concern_the_leader_only():
     talker, network = robot()
 
     said = {message.state for topic, message in network.heard if topic == TASK_STATE}
@@ -103,13 +103,13 @@ def test_bids_and_reports_concern_the_active_member_only():
     assert set(talker.concerned[TASK_COST] + talker.concerned[TASK_STATE]) == {LEADER}
 
 
-def test_a_status_concerns_the_backup_too_which_may_have_to_know_all_robots_at_once():
+def test_a_status_also_concerns_the_backup_which_may_need_to_know_all_robots_at_once():
     talker, _ = robot()
 
     assert set(talker.concerned[ROBOT_STATUS]) == {CARRIERS}
 
 
-def test_a_robot_says_how_it_is_at_once_when_another_member_has_become_the_active_one():
+def test_a_robot_sends_its_status_at_once_when_another_member_becomes_leader():
     talker, network = robot()
     before = len(talker.concerned[ROBOT_STATUS])
     network.send(BACKUP, Heartbeat(2, "robot2", heard={"robot1": network.now}))
@@ -120,11 +120,11 @@ def test_a_robot_says_how_it_is_at_once_when_another_member_has_become_the_activ
 
 
 class Desk:
-    """A blackboard, and whom it has told what."""
+    """A blackboard, and whom its messages concern."""
 
     def __init__(self):
         self.network = Network()
-        self.talker = Noting(self.network, "blackboard")
+        self.talker = Recorder(self.network, "blackboard")
         backup = lone_backup(self.talker)
         Blackboard(self.talker, backup, EuclideanLengths(), BlackboardSettings()).start()
         backup.start()
@@ -142,7 +142,7 @@ class Desk:
         self.say(TASK_COST, Bids(robot, 1, asked.auction, bids, asked.round))
 
 
-def test_what_becomes_of_a_task_concerns_no_member_and_its_refusal_all():
+def test_the_state_of_a_task_concerns_no_member_and_its_rejection_concerns_all():
     desk = Desk()
     desk.say(NEW_TASK, GO)
     desk.say(NEW_TASK, replace(GO, priority=3))
@@ -150,7 +150,7 @@ def test_what_becomes_of_a_task_concerns_no_member_and_its_refusal_all():
     assert desk.talker.concerned[TASK_STATE] == [(), None]
 
 
-def test_an_order_concerns_its_robot_and_a_round_those_who_have_to_bid_and_may_have_won():
+def test_an_order_concerns_its_robot_and_a_round_the_robots_that_have_to_bid():
     desk = Desk()
     for name in ("T1", "T2", "T3"):
         desk.say(NEW_TASK, replace(GO, id=name))
@@ -167,14 +167,14 @@ def test_an_order_concerns_its_robot_and_a_round_those_who_have_to_bid_and_may_h
 def follower():
     """Return the talker of a member that has heard epoch 4 of hive1, and the network."""
     network = Network()
-    talker = Noting(network, "robot9")
+    talker = Recorder(network, "robot9")
     RaftNode(talker, "robot9", RaftSettings(), MemoryJournal(), Random(1)).start()
     network.send(BACKUP, Heartbeat(4, "robot1", hive="hive1"))
     network.run(SOON)
     return talker, network
 
 
-def test_an_acknowledgement_concerns_whom_it_answers():
+def test_an_acknowledgement_concerns_the_member_it_answers():
     talker, network = follower()
     network.send(BB_ENTRIES, AppendEntries(4, "robot1#1", Position(), (), 0, 0.0, hive="hive1"))
     network.run(SOON)
@@ -182,7 +182,7 @@ def test_an_acknowledgement_concerns_whom_it_answers():
     assert talker.concerned[BB_ACK] == [("robot1",), ("robot1",)]
 
 
-def test_an_active_one_of_an_epoch_that_is_over_is_told_so():
+def test_a_leader_of_an_earlier_epoch_gets_an_answer():
     talker, network = follower()
     network.send(BACKUP, Heartbeat(3, "blackboard", hive="hive1"))
     network.run(SOON)
@@ -190,7 +190,7 @@ def test_an_active_one_of_an_epoch_that_is_over_is_told_so():
     assert talker.concerned[BB_ACK][-1] == ("blackboard",)
 
 
-def test_a_founder_that_asks_who_is_there_is_answered_by_every_member_of_a_hive():
+def test_every_member_answers_a_node_that_bootstraps_and_asks_who_is_there():
     talker, network = follower()
     network.send(BB_ACK, AppendReply("blackboard#2", 0, 0, 0.0))
     network.run(SOON)
@@ -222,7 +222,7 @@ def ears():
     return {"robot1": [], "robot2": [], "operator": []}
 
 
-def test_the_network_hands_a_message_to_the_members_it_concerns_and_to_operators(ears):
+def test_the_network_delivers_a_message_to_the_members_it_concerns_and_to_operators(ears):
     network = Network()
     for name in ("robot1", "robot2"):
         NetworkTalker(network, name).subscribe("topic", ears[name].append)
@@ -234,7 +234,7 @@ def test_the_network_hands_a_message_to_the_members_it_concerns_and_to_operators
     assert ears == {"robot1": ["news"], "robot2": [], "operator": ["news"]}
 
 
-def test_the_network_of_simulated_schedules_does_so_too(ears):
+def test_the_network_of_fault_schedules_does_so_too(ears):
     network = simulated.Network(Random(1))
     talkers = {name: HostTalker(network.add_host(name)) for name in ears}
     for name, talker in talkers.items():

@@ -11,7 +11,7 @@ class SetClock:
         return self.time
 
 
-def test_it_runs_with_the_other_clock():
+def test_it_advances_with_the_other_clock():
     other = SetClock()
     clock = OnwardClock(other.read)
     other.time += 2.5
@@ -19,7 +19,7 @@ def test_it_runs_with_the_other_clock():
     assert clock.now() == 1102.5
 
 
-def test_it_goes_on_where_the_other_clock_is_reset():
+def test_it_goes_on_when_the_other_clock_is_reset():
     other = SetClock()
     clock = OnwardClock(other.read)
     other.time = 500.0
@@ -30,7 +30,7 @@ def test_it_goes_on_where_the_other_clock_is_reset():
     assert clock.now() == 1102.5
 
 
-def test_a_reset_is_not_taken_for_one_twice():
+def test_it_counts_each_reset_once():
     other = SetClock()
     clock = OnwardClock(other.read)
     for other.time in (500.0, 500.0, 3.0, 4.0):

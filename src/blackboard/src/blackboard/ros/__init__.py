@@ -1,4 +1,4 @@
-"""The nodes of this package: parameters, topics and actions around the plain-Python folders.
+"""The nodes of this package, and what connects the plain-Python folders to ROS.
 
-The only modules of this package that import rospy. Logic belongs in the other folders.
+Only modules here import rospy. Decisions belong in the other folders.
 """

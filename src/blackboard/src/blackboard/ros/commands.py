@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands of a robot on ROS: actionlib clients of `move_base` and `pick`."""
+"""A robot's commands on ROS: actionlib clients of `move_base` and `pick`."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ _CHECKS_PER_TIMEOUT = 5
 
 
 def _never_back(generate: Callable[[], GoalID]) -> Callable[[], GoalID]:
-    """Return what makes ids of goals whose stamps never go back, even where the clock does.
+    """Wrap a generator of goal ids so that stamps grow even if the clock goes back.
 
-    actionlib's simple server cancels a goal that looks older than the one before it.
+    actionlib's simple server cancels a goal that looks older than the previous one.
     """
     last = rospy.Time()
 
@@ -50,18 +50,18 @@ def _never_back(generate: Callable[[], GoalID]) -> Callable[[], GoalID]:
 
 
 class ActionCommand:
-    """Sends steps as goals to one action server, and notices when the server is gone.
+    """Sends steps as goals to one action server, and notices if the server is gone.
 
-    An actionlib client in Python is never told that its server has died, nor that a goal was lost
-    on the way, so this one listens to the server's own status messages. It is not actionlib's
-    simple client, which overhears what the server says of a goal before `send_goal` has returned:
-    on a busy machine that may be everything up to the result.
+    A Python actionlib client does not learn that its server has died or that a goal was lost, so
+    this one listens to the server's status messages. It does not use actionlib's simple client,
+    which misses what the server says about a goal before `send_goal` returns: on a busy machine
+    that may be everything up to the result.
 
     Args:
-        name: Of the action, in the robot's namespace.
-        action: The action's type.
-        make_goal: Makes a goal of a step.
-        talker: Whose thread the results come in.
+        name: Name of the action in the robot's namespace.
+        action: Type of the action.
+        make_goal: Makes a goal from a step.
+        talker: Its thread gets the results.
         server_timeout: A server that is silent for longer counts as lost [s].
 
     ROS Actions: client of `name`.
@@ -89,12 +89,12 @@ class ActionCommand:
         rospy.Subscriber(f"{name}/status", GoalStatusArray, self._hear, queue_size=1)
 
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
-        """Send a step as a goal, once the server is there; see `Command.start`."""
+        """Send a step as a goal as soon as the server is there; see `Command.start`."""
         self._run += 1
         self._wait_for_server(self._run, step, done, self._talker.now() + self._timeout)
 
     def cancel(self) -> None:
-        """Cancel the goal, if there is one; see `Command.cancel`."""
+        """Cancel the goal if there is one; see `Command.cancel`."""
         self._run += 1
         if self._goal is not None:
             self._goal.cancel()
@@ -131,19 +131,19 @@ class ActionCommand:
         goal: actionlib.ClientGoalHandle,
         done: Callable[[CommandResult], None],
         sent: float,
-        looked: float,
+        checked: float,
     ) -> None:
-        """Look again and again whether the server still lives and has taken the goal.
+        """Check periodically that the server lives and has accepted the goal.
 
-        A look that comes late says that this node was held up, and what it has not read yet may
-        be what the server has said: then the next look judges.
+        A check that comes late shows that this node was held up and may not have read yet what
+        the server said, so it leaves the verdict to the next check.
         """
         if run != self._run:
             return
         now, period = self._talker.now(), self._timeout / _CHECKS_PER_TIMEOUT
         waiting = goal.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK
         is_silent = not self._is_alive() or (waiting and now - sent > self._timeout)
-        if is_silent and now - looked < 2 * period:
+        if is_silent and now - checked < 2 * period:
             goal.cancel()
             self._give_up(run, done)
             return
@@ -167,14 +167,14 @@ class ActionCommand:
 
 
 class MoveBaseCommand(ActionCommand):
-    """Drives: a client of `move_base` (move_base_msgs/MoveBaseAction)."""
+    """Drives: client of `move_base` (move_base_msgs/MoveBaseAction)."""
 
     def __init__(self, talker: RosTalker, server_timeout: float) -> None:
         super().__init__("move_base", MoveBaseAction, _move_goal, talker, server_timeout)
 
 
 class PickCommand(ActionCommand):
-    """Picks and puts down: a client of `pick` (blackboard/PickAction)."""
+    """Picks and places: client of `pick` (blackboard/PickAction)."""
 
     def __init__(self, talker: RosTalker, server_timeout: float) -> None:
         super().__init__("pick", bb_msgs.PickAction, _pick_goal, talker, server_timeout)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Says on /diagnostics how a member of the hive is, for rqt_runtime_monitor and the like.
+"""Publishes the health of a member on /diagnostics, for rqt_runtime_monitor and the like.
 
-The messages are made here and not by diagnostic_updater, which asks the ROS master for a parameter
-at every update: a member has to go on without one.
+It does without diagnostic_updater, which asks the ROS master for a parameter at every update: a
+member has to go on without a master.
 """
 
 from __future__ import annotations
@@ -21,51 +21,51 @@ if TYPE_CHECKING:
     from blackboard.ros.talker import RosTalker
 
 _PERIOD = 1.0
-"""Between two messages, as is usual on /diagnostics [s]."""
+"""Time between two messages, as is usual on /diagnostics [s]."""
 
 
 class Diagnostics:
-    """Tells everyone who carries the blackboard here, what is missing, and what was refused.
+    """Publishes a member's role, what its hive lacks, and what it refused.
 
     Args:
-        talker: Whose thread it lives in.
-        backup: The member.
-        standstill: Knows whether the hive waits.
+        talker: Its thread makes all calls.
+        node: The member.
+        no_quorum: Knows whether the hive waits.
 
     ROS Publishers: `/diagnostics` (diagnostic_msgs/DiagnosticArray): OK; WARN while the ROS master
-        is gone; ERROR while the hive stands still or the member's disk cannot be written.
+        is gone; ERROR while the hive has no quorum or the member cannot write to its disk.
     """
 
-    def __init__(self, talker: RosTalker, backup: RaftNode, no_quorum: NoQuorum) -> None:
+    def __init__(self, talker: RosTalker, node: RaftNode, no_quorum: NoQuorum) -> None:
         self._talker = talker
-        self._backup = backup
+        self._node = node
         self._no_quorum = no_quorum
         self._master_is_lost = False
         self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
 
     def start(self) -> None:
-        """Begin to speak, and to watch the master."""
+        """Begin to publish and to watch the master."""
         watch_master(lambda state: self._talker.call(lambda: self._hear_master(state)))
-        self._talker.steady.every(_PERIOD, self._speak)
-        rospy.on_shutdown(self._sum_up)
+        self._talker.steady.every(_PERIOD, self._publish)
+        rospy.on_shutdown(self._log_refusals)
 
     def _hear_master(self, state: MasterState) -> None:
         self._master_is_lost = state is MasterState.LOST
         if self._master_is_lost:
             rospy.logerr(
-                "the ROS master does not answer: the hive goes on without it and fails over, but "
-                "nobody who is started now can join; start a master again at the same address"
+                "the ROS master does not answer: the hive goes on and fails over without it, but "
+                "nodes that start now cannot join; start a master again at the same address"
             )
         else:
-            rospy.logwarn("the ROS master answers again, and knows this node")
+            rospy.logwarn("the ROS master answers again and knows this node")
 
-    def _speak(self) -> None:
+    def _publish(self) -> None:
         message = DiagnosticArray(status=[self._status()])
         message.header.stamp = rospy.Time.now()
         self._publisher.publish(message)
 
     def _status(self) -> DiagnosticStatus:
-        member = self._backup.member
+        member = self._node.member
         refusals = self._talker.refusals
         level, text = self._verdict()
         values = {
@@ -85,7 +85,7 @@ class Diagnostics:
         )
 
     def _verdict(self) -> tuple[int, str]:
-        member = self._backup.member
+        member = self._node.member
         if self._no_quorum.text:
             return DiagnosticStatus.ERROR, self._no_quorum.text
         if self._master_is_lost:
@@ -94,6 +94,6 @@ class Diagnostics:
             return DiagnosticStatus.OK, "carries the blackboard"
         return DiagnosticStatus.OK, f"follows {member.leader}" if member.leader else "waits"
 
-    def _sum_up(self) -> None:
+    def _log_refusals(self) -> None:
         for (topic, reason), count in self._talker.refusals.counts.items():
             rospy.loginfo(f"refused on {topic}, {count} times: {reason}")

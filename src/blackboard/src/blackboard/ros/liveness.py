@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Proof that a node's process has ended: its connection is gone and its port refuses a new one."""
+"""Proves that a node's process has ended: its connection is gone and its port refuses new ones."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     import rospy
 
 PERIOD = 0.03
-"""Time between two looks at the connection [s]; rospy closes it about 25 ms after a `kill -9`."""
+"""Time between two checks of the connection [s]; rospy closes it about 25 ms after `kill -9`."""
 
 _PATIENCE = 0.2
-"""Time that a port may take to refuse [s]; a host that is cut off says nothing at all."""
+"""Time that a port may take to refuse [s]; a host that is cut off never answers."""
 
 
 class LivenessWatch:
-    """Watches the connection that one subscriber has to one node.
+    """Watches a subscriber's connection to one node.
 
-    The port to ask is learnt from the connection while it stands, so no ROS master is needed.
+    The connection tells the node's port while it lasts, so this needs no ROS master.
 
     Args:
-        subscriber: Of a topic that every member publishes on.
+        subscriber: Its topic is one that every voter publishes on.
     """
 
     def __init__(self, subscriber: rospy.Subscriber) -> None:
@@ -35,10 +35,10 @@ class LivenessWatch:
         self._uri = ""
 
     def watch(self, member: str, died: Callable[[], None]) -> None:
-        """Watch a node, by its name, instead of the one before."""
+        """Watch the node of that name instead of the previous one."""
         self._member, self._died, self._uri = member, died, ""
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Call `died` once the node is proved dead."""
         if self._died is None:
             return
@@ -50,7 +50,7 @@ class LivenessWatch:
             died()
 
     def _connected_to(self) -> str:
-        """Return the address of the node while there is a connection to it; else empty."""
+        """Return the node's address while there is a connection to it; else empty."""
         connections: tuple[Any, ...] = tuple(self._subscriber.impl.connections)
         for each in connections:
             if each.callerid_pub == self._member and each.socket is not None and not each.done:
@@ -59,7 +59,7 @@ class LivenessWatch:
 
 
 def _refuses(uri: str) -> bool:
-    """Return whether a port refuses connections, which only a machine that lives can do."""
+    """Return whether a port refuses connections; only a machine that is up can do that."""
     address = urlsplit(uri)
     place = (address.hostname or "", address.port or 0)
     try:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Notices when the ROS master goes and comes, and makes a node known to a new one.
+"""Notices when the ROS master goes and comes back, and registers the node with a new one.
 
-A master that was started anew knows nobody. The connections between nodes live on, but nobody new
-would find this node, so all its topics are registered again, without cutting what is connected.
+A master that was restarted knows no node. Connections between nodes last, but no new node would
+find this one, so it registers all its topics again without closing a connection.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 PATIENCE = 2.0
-"""Time that a master may take to answer [s]."""
+"""Time that the master may take to answer [s]."""
 
 PERIOD = 2.0
-"""Time between two looks at the master [s]; a look costs it and us well under a millisecond."""
+"""Time between two checks [s]; one costs master and node well under a millisecond each."""
 
 
 class MasterState(Enum):
-    """What has become of the master."""
+    """What changed about the master."""
 
     LOST = "lost"
-    """It does not answer any more."""
+    """It no longer answers."""
     BACK = "back"
     """It answers again."""
 
 
 class _Transport(xmlrpc.client.Transport):
-    """A connection that does not wait for ever for a master that is frozen."""
+    """A connection that does not wait forever for a frozen master."""
 
     def make_connection(self, host: object) -> object:  # type: ignore[override]  # typed loosely
         connection = super().make_connection(host)  # type: ignore[arg-type]  # typed loosely
@@ -48,13 +48,13 @@ class _Transport(xmlrpc.client.Transport):
 class MasterWatch:
     """Asks the master for its process id.
 
-    Not for several threads. A call takes at most `PATIENCE`.
+    It is not thread-safe. A call takes at most `PATIENCE`.
 
     Args:
-        caller: Name that the master is told.
+        caller: The name that the master gets.
 
     Attributes:
-        address: Of the master, for a person.
+        address: The master's address, for a person.
     """
 
     def __init__(self, caller: str) -> None:
@@ -71,9 +71,9 @@ class MasterWatch:
         return pid is not None
 
     def look(self) -> MasterState | None:
-        """Return what changed since the last look; a new master is told of this node.
+        """Return what changed since the last check, and register with a new master.
 
-        A master that does not take this node counts as lost, and is told again at the next look.
+        A master that does not accept this node counts as lost; the next check tries again.
         """
         pid = self._ask()
         is_new = pid is not None and self._pid is not None and pid != self._pid
@@ -93,10 +93,7 @@ class MasterWatch:
         return int(answer[2])
 
     def _register_again(self) -> bool:
-        """Tell a new master of this node's topics, and connect to those who did the same.
-
-        Returns whether it took all of them.
-        """
+        """Register all topics and connect to nodes that did the same; return whether it worked."""
         name, uri, topics = rospy.get_name(), rospy.get_node_uri(), get_topic_manager()
         try:
             with xmlrpc.client.ServerProxy(self.address, _Transport()) as master:
@@ -107,16 +104,18 @@ class MasterWatch:
                     with xmlrpc.client.ServerProxy(uri, _Transport()) as node:
                         node.publisherUpdate("/master", topic, answer[2])
         except (OSError, xmlrpc.client.Error) as error:
-            rospy.logwarn(f"the new ROS master at {self.address} did not take this node: {error}")
+            rospy.logwarn(
+                f"the new ROS master at {self.address} did not accept this node: {error}"
+            )
             return False
         return True
 
 
 def watch_master(tell: Callable[[MasterState], None]) -> None:
-    """Watch the master in a thread of its own for as long as this node runs.
+    """Watch the master in a thread of its own while this node runs.
 
     Args:
-        tell: Called from that thread when the master is lost and when it is back.
+        tell: That thread calls it when the master is lost and when it is back.
     """
     watch = MasterWatch(rospy.get_name())
     watch.is_up()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What makes a node a member of the hive: a disk, a `RaftNode`, and a blackboard that stands by."""
+"""Makes a node a member of the hive: a journal, a `RaftNode` and, for voters, a blackboard."""
 
 from __future__ import annotations
 
@@ -21,43 +21,38 @@ from blackboard.consensus.node import RaftNode
 from blackboard.domain import talker as topics
 from blackboard.domain.settings import BlackboardSettings, RaftSettings
 from blackboard.errors import SettingsError
-from blackboard.ros import params
 from blackboard.ros.diagnostics import Diagnostics
+from hive_common.ros import params
 
 if TYPE_CHECKING:
     from blackboard.ros.path_lengths import RosPathLengths
     from blackboard.ros.talker import RosTalker
 
-SPEAKS = (
+LEARNER_TOPICS = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BB_ACK)
+"""What a robot that cannot lead may publish."""
+
+VOTER_TOPICS = (
+    *LEARNER_TOPICS,
     topics.NEW_TASK,
     topics.TASK_BROADCAST,
     topics.TASK_ASSIGN,
-    topics.TASK_STATE,
-    topics.ROBOT_STATUS,
     topics.BACKUP,
     topics.SYNC,
     topics.BB_ENTRIES,
-    topics.BB_ACK,
     topics.BB_VOTE,
 )
-"""What a member may have to publish; all of it is advertised before it has to."""
+"""What a member that can lead may publish; it advertises all of it before it has to."""
 
-SPEAKS_ASIDE = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BB_ACK)
-"""The same for a robot that would not carry the blackboard."""
-
-_LOOK_EVERY = 1.0
-"""Time between two looks whether the hive stands still [s]."""
+_CHECK_PERIOD = 1.0
+"""Time between two checks that the hive has a quorum [s]."""
 
 
 def open_journal() -> SqliteJournal:
-    """Open this node's journal in the folder that the parameters name.
+    """Open this node's journal in `journal_folder`.
 
     Raises:
-        SettingsError: The parameter is no text.
+        SettingsError: The parameter is not a text.
         JournalError: The file cannot be used.
-
-    ROS Parameters: `~journal`, else `journal` of the hive: the folder. Default: a folder of this
-        ROS master below ROS_HOME.
     """
     journal = SqliteJournal(_file(".sqlite3"))
     if journal.set_aside is not None:
@@ -69,18 +64,17 @@ def open_journal() -> SqliteJournal:
 
 
 def _file(ending: str) -> Path:
-    """Return the path of a file of this node in the folder that the parameters name."""
     name = rospy.get_name().strip("/").replace("/", "-")
     return journal_folder() / f"{name}{ending}"
 
 
 def journal_folder() -> Path:
-    """Return the folder that the parameters name for the journals.
+    """Return the folder of the journals.
 
     Raises:
-        SettingsError: The parameter is no text.
+        SettingsError: The parameter is not a text.
 
-    ROS Parameters: `~journal`, else `/journal`: the folder. Default: `default_folder`.
+    ROS Parameters: `~journal`, else `/journal`. Default: `default_folder`.
     """
     folder = rospy.get_param("~journal", "") or rospy.get_param("/journal", "")
     if not isinstance(folder, str):
@@ -89,9 +83,9 @@ def journal_folder() -> Path:
 
 
 def default_folder() -> Path:
-    """Return the folder of the journals where no parameter names one, by the ROS master.
+    """Return the folder of the journals if no parameter names one; each ROS master has its own.
 
-    A machine has several names for itself, and who asks may use another than the nodes.
+    A machine has several names for itself, and whoever asks may use another one than the nodes.
     """
     address = urlsplit(rosgraph.get_master_uri())
     is_here = rosgraph.network.is_local_address(address.hostname)
@@ -102,47 +96,47 @@ def default_folder() -> Path:
 def join(
     talker: RosTalker,
     hive: str,
-    ways: RosPathLengths,
+    path_lengths: RosPathLengths,
     journal: SqliteJournal,
     *,
-    founds: bool = False,
+    bootstraps: bool = False,
     stands_by: bool = True,
 ) -> RaftNode:
-    """Make this node a member; call `start` of what is returned when all else is wired up.
+    """Make this node a member; the caller starts what is returned once everything is connected.
 
-    The timers of the hive are those of the node `blackboard`, so that all members keep the same.
+    All members read the hive's settings where the node `blackboard` does, so they agree.
 
     Args:
-        talker: How it hears and speaks.
+        talker: Messages and time.
         hive: Namespace of the hive, ending in a slash.
-        ways: Knows where a robot can stand, and how far it is for each.
-        journal: Its disk.
-        founds: Whether it founds a hive where there is none.
-        stands_by: Whether it would carry the blackboard; the talker has to speak on `SPEAKS` then,
-            and else on `SPEAKS_ASIDE`.
+        path_lengths: Where a robot can stand and how far it drives.
+        journal: The member's disk.
+        bootstraps: Whether it bootstraps a hive where there is none.
+        stands_by: Whether it can lead; its talker then publishes `VOTER_TOPICS`, else
+            `LEARNER_TOPICS`.
 
     Raises:
-        SettingsError: A parameter is not allowed; the text names it.
+        ParameterError: A parameter is not allowed; the text names it.
         JournalError: The file for decisions cannot be used.
     """
-    node = f"{hive}blackboard"
-    settings = params.read(RaftSettings, node)
-    backup = RaftNode(
+    namespace = f"{hive}blackboard"
+    node = RaftNode(
         talker.steady,
         rospy.get_name(),
-        settings,
+        params.read(RaftSettings, namespace),
         journal,
         random.SystemRandom(),
-        bootstrap=founds,
+        bootstrap=bootstraps,
         voter=stands_by,
     )
     if stands_by:
-        book = SqliteBook(_file(ENDING))
-        decides = params.read(BlackboardSettings, node)
+        settings = params.read(BlackboardSettings, namespace)
+        lengths_of = path_lengths.of
+        log = SqliteBook(_file(ENDING))
         Blackboard(
-            talker, backup, ways.of(0.0), decides, note=book.note, path_lengths_for=ways.of
+            talker, node, lengths_of(0.0), settings, note=log.note, path_lengths_for=lengths_of
         ).start()
-    no_quorum = NoQuorum(talker.steady, lambda: backup.member, str(_file(".sqlite3")))
-    talker.steady.every(_LOOK_EVERY, no_quorum.look)
-    Diagnostics(talker, backup, no_quorum).start()
-    return backup
+    no_quorum = NoQuorum(talker.steady, lambda: node.member, str(_file(".sqlite3")))
+    talker.steady.every(_CHECK_PERIOD, no_quorum.look)
+    Diagnostics(talker, node, no_quorum).start()
+    return node

@@ -1,36 +1,38 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Ways on the hive's map topic."""
+"""Path lengths on the hive's map topic."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 import rospy
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
-from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
-from blackboard.ros.codec.conversions import grid_from_msg
+from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
 
 if TYPE_CHECKING:
-    from blackboard.costing.path_lengths import Grid
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.settings import PathSettings
     from blackboard.ros.talker import RosTalker
 
+_OCCUPIED_FROM = 50
+"""Cells at least this occupied [%] are blocked, and so are unknown ones."""
+
 _PATIENCE = 5.0
-"""Wall time after which it is said again that there is no map yet [s]."""
+"""Wall time between two warnings that the map is missing [s]."""
 
 
 class RosPathLengths:
-    """The ways of robots of any radius, on one copy of the map.
+    """Path lengths for robots of any radius, on one copy of the map.
 
-    Making it waits for the map where the settings need one.
+    If the settings need a map, the constructor waits for it.
 
     Args:
-        talker: Whose thread later maps are taken in by.
+        talker: Its thread takes in later maps.
         hive: Namespace of the hive, ending in a slash.
-        settings: How the length of a way is measured.
+        settings: How path lengths are measured.
 
     Raises:
         rospy.ROSInterruptException: The node was shut down before there was a map.
@@ -47,16 +49,16 @@ class RosPathLengths:
         first = None
         while first is None:
             first = _next_map(topic)
-        self._grid = grid_from_msg(first)
+        self._grid = _grid(first)
         rospy.Subscriber(
             topic,
             numpy_msg(OccupancyGrid),
-            lambda msg: talker.call(lambda: self._use(grid_from_msg(msg))),
+            lambda msg: talker.call(lambda: self._use(_grid(msg))),
             queue_size=1,
         )
 
     def of(self, radius: float) -> PathLengths:
-        """Return the ways of a robot whose middle comes so close to what is blocked [m]."""
+        """Return the path lengths of a robot that keeps a radius [m] from what is blocked."""
         if self._grid is None:
             return EuclideanLengths()
         if radius not in self._made:
@@ -65,12 +67,20 @@ class RosPathLengths:
 
     def _use(self, grid: Grid) -> None:
         self._grid = grid
-        for ways in self._made.values():
-            ways.use(grid)
+        for lengths in self._made.values():
+            lengths.use(grid)
+
+
+def _grid(msg: OccupancyGrid) -> Grid:
+    """Read a map; the heading of its origin has to be 0, as map_server writes it."""
+    occupied = np.asarray(msg.data, dtype=np.int8).reshape(msg.info.height, msg.info.width)
+    blocked = (occupied < 0) | (occupied >= _OCCUPIED_FROM)
+    corner = msg.info.origin.position
+    return Grid(blocked, msg.info.resolution, corner.x, corner.y)
 
 
 def _next_map(topic: str) -> OccupancyGrid | None:
-    """Return a map, or None after a while, having said what is missing."""
+    """Return the next map, or None after a while and a warning."""
     try:
         return rospy.wait_for_message(topic, numpy_msg(OccupancyGrid), timeout=_PATIENCE)
     except rospy.ROSInterruptException:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Talker on ROS: every callback of a node goes through one queue, in one thread."""
+"""The Talker on ROS: all callbacks of a node go through one queue and one thread."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import threading
 import time
 import xmlrpc.client
 from collections import defaultdict
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import genpy
@@ -18,79 +17,82 @@ import rospy
 
 from blackboard.board.intake import why_refused
 from blackboard.board.refusals import Refusals
+from blackboard.costing.bid_basis import Bids
+from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE
-from blackboard.ros.codec.conversions import WIRES
+from blackboard.ros.codec.tables import WIRES
 from blackboard.ros.liveness import PERIOD, LivenessWatch
-from blackboard.ros.rospy_patches.audience import Audience
-from blackboard.ros.rospy_patches.unread import unread
-from blackboard.ros.speakers import Speakers
+from blackboard.ros.rospy_patches.reading import unread
+from blackboard.ros.rospy_patches.sending import Audience
 from blackboard.ros.timers import Timers
 from hive_common.ros.onward_clock import OnwardClock
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
 
-    from blackboard.domain.talker import Subscription, Timer
+    from blackboard.domain.talker import Subscription
 
     _Listener = tuple[Callable[[Any], None], Callable[[], bool] | None]
 
 _QUEUE_SIZE = 1000
-"""Messages that wait for a slow subscriber; more are dropped, the oldest first."""
+"""Messages that wait for a slow subscriber; then the oldest are dropped."""
 
 _FOR_OTHERS = frozenset({BB_ENTRIES, BB_ACK, BB_VOTE})
-"""Topics on which a member only tells others what it knows itself."""
+"""Topics on which a member ignores its own messages."""
 
 _CLOCK_POLL = 0.02
-"""Wall time between two looks at a simulated clock [s]; 50 Hz costs well under 1 % of a core."""
+"""Wall time between two checks of a simulated clock [s]; costs well under 1 % of a core."""
 
 _PING_TIMEOUT = 1.0
 """Wall time that a node may take to answer a ping [s]."""
 
+SPEAKER_TIMEOUT = 5.0
+"""A node that is silent for longer has given up its robot's name [s]; as long as the default of
+`reassign`."""
+
 
 class RosTalker:
-    """Speaks and listens on the hive's topics; see `blackboard.domain.talker.Talker`.
+    """Publishes and subscribes on the hive's topics; see `blackboard.domain.talker.Talker`.
 
-    Make it after `rospy.init_node`, wire up the core, then `spin`. Publishers are made at once
-    because ROS drops what is published before a subscriber has connected.
+    Make it after `rospy.init_node`, connect the core to it, then call `spin`. It advertises at
+    once because ROS drops what is published before a subscriber has connected.
 
     Args:
         hive: Namespace of the hive, ending in a slash.
-        speaks: Topics that will be published on.
+        advertises: The topics that may be published on.
 
     Attributes:
         refusals: What was refused so far.
-        steady: The same talker by the machine's own clock.
+        steady: The same talker on the machine's own clock.
 
-    ROS Publishers and Subscribers: as the core asks, with the types of `conversions.WIRES`.
+    ROS Publishers and Subscribers: as the core asks, with the types in `codec.tables.WIRES`.
     """
 
-    def __init__(self, hive: str, speaks: Iterable[str]) -> None:
+    def __init__(self, hive: str, advertises: Iterable[str]) -> None:
         self._hive = hive
-        # Not a SimpleQueue: in Python 3.11 its get() waits for ever, whatever the timeout, once a
-        # signal handler has taken longer than that.
+        # Not a SimpleQueue: in Python 3.11 its get() never times out once a signal handler has
+        # taken longer than the timeout.
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
         self._spins = False
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
-        self._clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
-        self._timers = Timers(self.now)
-        self._death: LivenessWatch | None = None
+        clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
+        self._timers = Timers(clock.now)
+        self.now, self.every, self.after = clock.now, self._timers.every, self._timers.after
+        self._liveness: LivenessWatch | None = None
         self._speakers = Speakers()
         self._handlers: dict[str, list[_Listener]] = defaultdict(list)
         self.refusals = Refusals(rospy.logwarn)
+        self.refuse = self.refusals.refuse
         self.steady = SteadyTalker(self)
-        self._publishers = {topic: self._advertise(topic) for topic in speaks}
+        self._publishers = {topic: self._advertise(topic) for topic in advertises}
         self._audience = Audience(self._speakers.node_of)
-        self._stands_by = BB_ENTRIES in self._publishers
-        self._audience.speaks = self._publishers.get(BB_ENTRIES if self._stands_by else BB_ACK)
-        # Whoever waits for the queue is to see that the node is shut down.
+        self._is_voter = BB_ENTRIES in self._publishers
+        self._audience.speaks = self._publishers.get(BB_ENTRIES if self._is_voter else BB_ACK)
+        # Wakes `spin`, so that it sees the shutdown.
         rospy.on_shutdown(lambda: self.call(lambda: None))
 
-    def now(self) -> float:
-        """Return the time [s]: of the simulation where there is one, else the monotonic clock."""
-        return self._clock.now()
-
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
-        """Tell everyone who listens to a topic and is not left out."""
+        """Publish to all subscribers, or without the members that `to` leaves out."""
         publisher, msg = self._publishers[topic], WIRES[topic].to_msg(message)
         if to is None:
             publisher.publish(msg)
@@ -103,37 +105,37 @@ class RosTalker:
         handler: Callable[[Any], None],
         when: Callable[[], bool] | None = None,
     ) -> Subscription:
-        """Have the messages of a topic handed over; what cannot be read is named and dropped.
+        """Pass on the messages of a topic; those that cannot be decoded are refused.
 
-        A message is read once, however many want it, and not at all where nobody does.
+        A message is decoded once for all handlers, and not at all if none wants it.
         """
         is_new = topic not in self._handlers
         handlers = self._handlers[topic]
         listener = (handler, when)
         handlers.append(listener)
         if is_new and self._spins:
-            # The ROS master has to be asked, which may be slow, or gone.
+            # This asks the ROS master, which may be slow or gone.
             threading.Thread(target=self._listen, args=(topic,), daemon=True).start()
         elif is_new:
             self._listen(topic)
-        return _Listening(lambda: handlers.remove(listener))
+        return _Subscription(lambda: handlers.remove(listener))
 
     def _listen(self, topic: str) -> None:
-        # Otherwise the system holds small messages back until those before are acknowledged.
+        # Without tcp_nodelay, Linux holds small messages back until earlier ones are acknowledged.
         subscriber = rospy.Subscriber(
             self._name(topic),
             unread(WIRES[topic].message),
-            lambda msg: self.call(lambda: self._take_in(topic, msg)),
+            lambda msg: self.call(lambda: self._receive(topic, msg)),
             queue_size=_QUEUE_SIZE,
             tcp_nodelay=True,
         )
-        if topic == BACKUP and self._stands_by:
-            self._death = LivenessWatch(subscriber)
-            self.steady.every(PERIOD, self._death.look)
-        elif topic == (BB_ACK if self._stands_by else BB_ENTRIES):
+        if topic == BACKUP and self._is_voter:
+            self._liveness = LivenessWatch(subscriber)
+            self.steady.every(PERIOD, self._liveness.check)
+        elif topic == (BB_ACK if self._is_voter else BB_ENTRIES):
             self._audience.listens = subscriber
 
-    def _take_in(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
+    def _receive(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
         sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
         if topic in _FOR_OTHERS and sender == rospy.get_name():
             return
@@ -153,16 +155,8 @@ class RosTalker:
             handler(value)
 
     def call(self, action: Callable[[], None]) -> None:
-        """Have something done by the talker's own thread; may be called from any thread."""
+        """Run an action in the talker's own thread; any thread may call this."""
         self._queue.put(action)
-
-    def every(self, period: float, action: Callable[[], None]) -> Timer:
-        """Call again and again, the first time after one period [s]."""
-        return self._timers.start(period, period, action)
-
-    def after(self, delay: float, action: Callable[[], None]) -> Timer:
-        """Call once, after a delay [s]."""
-        return self._timers.start(delay, None, action)
 
     def ping(self, member: str) -> bool:
         """Return whether the node of that name answers within a second."""
@@ -179,20 +173,16 @@ class RosTalker:
         return True
 
     def watch(self, member: str, died: Callable[[], None]) -> None:
-        """Call once when the node of that name is proved dead; see `death`."""
-        if self._death is not None:
-            self._death.watch(member, died)
+        """Call once when the node of that name is proved dead; see `liveness`."""
+        if self._liveness is not None:
+            self._liveness.watch(member, died)
 
     def warn(self, text: str) -> None:
-        """Tell the person who runs this node; the same text at most every ten seconds."""
+        """Log a warning; the same text at most every ten seconds."""
         rospy.logwarn_throttle_identical(10, text)
 
-    def refuse(self, topic: str, reason: str) -> None:
-        """Note that a message of a topic was refused; see `blackboard.domain.talker.Talker.refuse`."""
-        self.refusals.refuse(topic, reason)
-
     def spin(self) -> None:
-        """Work through the queue and the timers until the node is shut down."""
+        """Run the queue and the timers until the node is shut down."""
         self._spins = True
         while not rospy.is_shutdown():
             self._timers.call_due()
@@ -212,50 +202,71 @@ class RosTalker:
         return topic if topic == SET_STATE else self._hive + topic
 
     def _patience(self) -> float:
-        """Return how long to wait for the queue before the next timer is due [s of wall time]."""
+        """Return how long to wait for the queue until the next timer is due [s, wall time]."""
         waits = [1.0, self.steady.timers.next_due()]
         waits.append(_CLOCK_POLL if self._simulated else self._timers.next_due())
         return min(wait for wait in waits if wait is not None)
 
 
-@dataclass(frozen=True)
-class _Listening:
-    """A topic that is listened to; see `blackboard.domain.talker.Subscription`."""
-
-    cancel: Callable[[], None]
-
-
 class SteadyTalker:
-    """The same talker by the machine's own clock, which no simulation slows down or speeds up.
+    """The same talker on the machine's own clock.
 
-    A network does not get faster with simulated time, so who is missed, and when, is a matter of
+    A network does not get faster with simulated time, so elections and leases between members use
     this clock.
 
     Args:
-        talker: Who speaks and listens.
+        talker: Publishes and subscribes.
 
     Attributes:
-        timers: What is going to happen.
+        timers: The timers on this clock.
     """
 
     def __init__(self, talker: RosTalker) -> None:
-        self._talker = talker
         self.timers = Timers(time.monotonic)
-        self.publish = talker.publish
-        self.subscribe = talker.subscribe
-        self.ping = talker.ping
-        self.watch = talker.watch
-        self.warn = talker.warn
-        self.refuse = talker.refuse
+        self.now, self.every, self.after = self.timers.now, self.timers.every, self.timers.after
+        self.publish, self.subscribe = talker.publish, talker.subscribe
+        self.ping, self.watch = talker.ping, talker.watch
+        self.warn, self.refuse = talker.warn, talker.refuse
 
-    def now(self) -> float:
-        """Return the time [s] by the monotonic clock."""
-        return time.monotonic()
 
-    def every(self, period: float, action: Callable[[], None]) -> Timer:
-        """Call again and again, the first time after one period [s]."""
-        return self.timers.start(period, period, action)
+class _Subscription:
+    def __init__(self, cancel: Callable[[], None]) -> None:
+        self.cancel = cancel
 
-    def after(self, delay: float, action: Callable[[], None]) -> Timer:
-        """Call once, after a delay [s]."""
-        return self.timers.start(delay, None, action)
+
+class Speakers:
+    """Refuses a second node that speaks for a robot while the first still does.
+
+    It is thread-safe: ROS calls back in one thread for each connection.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._heard: dict[str, tuple[str, float]] = {}
+
+    def node_of(self, robot_id: str) -> str:
+        """Return the name of the node that speaks for a robot; empty if unknown."""
+        with self._lock:
+            return self._heard.get(robot_id, ("", 0.0))[0]
+
+    def why_refused(self, message: object, node: str, now: float) -> str:
+        """Return why a message is refused; empty if it is not.
+
+        Args:
+            message: Only a robot's status and bids are checked.
+            node: The node that sent it.
+            now: The time [s].
+        """
+        if not isinstance(message, RobotStatus | Bids):
+            return ""
+        if isinstance(message, RobotStatus) and message.state is RobotState.OFFLINE:
+            return ""  # published by the blackboard, about the robot
+        with self._lock:
+            first, heard = self._heard.get(message.robot_id, (node, now))
+            if first != node and now - heard < SPEAKER_TIMEOUT:
+                return (
+                    f"{node} speaks as {message.robot_id[:64]}, which {first} does already; "
+                    "give the robots names of their own"
+                )
+            self._heard[message.robot_id] = (node, now)
+        return ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calls that are going to happen, by one clock."""
+"""Timers on one clock, which their owner runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class RosTimer:
-    """A call that is going to happen; see `blackboard.domain.talker.Timer`."""
+    """See `blackboard.domain.talker.Timer`."""
 
     def __init__(self, due: float, period: float | None, action: Callable[[], None]) -> None:
         self.due = due
@@ -21,39 +21,43 @@ class RosTimer:
         self.cancelled = False
 
     def cancel(self) -> None:
-        """Make it not happen."""
+        """Prevent the call."""
         self.cancelled = True
 
 
 class Timers:
-    """The timers that run by one clock.
+    """The timers on one clock.
 
     Args:
         now: The clock [s].
     """
 
     def __init__(self, now: Callable[[], float]) -> None:
-        self._now = now
+        self.now = now
         self._queue: list[tuple[float, int, RosTimer]] = []
         self._order = itertools.count()
 
-    def start(self, delay: float, period: float | None, action: Callable[[], None]) -> RosTimer:
-        """Have something called after a delay [s], and then again after every period [s]."""
-        return self._schedule(RosTimer(self._now() + delay, period, action))
+    def every(self, period: float, action: Callable[[], None]) -> RosTimer:
+        """Call repeatedly, the first time after one period [s]."""
+        return self._schedule(RosTimer(self.now() + period, period, action))
+
+    def after(self, delay: float, action: Callable[[], None]) -> RosTimer:
+        """Call once after a delay [s]."""
+        return self._schedule(RosTimer(self.now() + delay, None, action))
 
     def next_due(self) -> float | None:
-        """Return the time until the next call [s]; None where there is none."""
-        return max(0.0, self._queue[0][0] - self._now()) if self._queue else None
+        """Return the time until the next call [s]; None if there is none."""
+        return max(0.0, self._queue[0][0] - self.now()) if self._queue else None
 
     def call_due(self) -> None:
-        """Make the calls whose time has come."""
-        now = self._now()
+        """Make all calls that are due."""
+        now = self.now()
         while self._queue and self._queue[0][0] <= now:
             _, _, timer = heapq.heappop(self._queue)
             if timer.cancelled:
                 continue
             if timer.period is not None:
-                # A clock that ran ahead must not bring a burst of calls.
+                # A clock that jumps ahead must not cause a burst of calls.
                 timer.due = max(timer.due + timer.period, now)
                 self._schedule(timer)
             timer.action()

@@ -17,7 +17,7 @@ from rospy.numpy_msg import numpy_msg
 
 from blackboard.domain import talker as topics
 from blackboard.domain.characteristics import RobotStatus
-from blackboard.ros.codec.conversions import WIRES, yaw_of
+from blackboard.ros.codec.tables import WIRES, yaw_of
 from fleet_manager.desk.facts import (
     CancelTask,
     Clicked,

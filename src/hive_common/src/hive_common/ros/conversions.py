@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The one border between ROS messages and the values of navigation."""
+"""Converts between ROS messages and the values of navigation and simulation."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ if TYPE_CHECKING:
     from hive_common.pose import Velocity
 
 OCCUPIED_FROM = 50
-"""Cells of a map at least this occupied [%] count as blocked, and so do unknown ones."""
+"""Cells at least this occupied [%] are blocked, and so are unknown ones."""
 
 PLANAR = (0, 1, 5)
-"""Where x, y and yaw are in a covariance of x, y, z, roll, pitch, yaw."""
+"""Indices of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw."""
 
 SMALL = 1e-9
-"""An eigenvalue this far below 0 is rounding."""
+"""An eigenvalue this little below 0 is a rounding error."""
 
 
 def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)
-    """Return the heading [rad] that a quaternion stands for in the plane.
+    """Return the heading [rad] of a quaternion in the plane.
 
     Raises:
-        ValueError: It is no rotation: all zero, or not made of finite numbers.
+        ValueError: It is not a rotation: all zero, or not finite.
     """
     q = quaternion
     length = math.hypot(q.x, q.y, q.z, q.w)
     if not length > 0 or not math.isfinite(length):
         raise ValueError(
-            f"orientation ({q.x:g}, {q.y:g}, {q.z:g}, {q.w:g}) is no rotation; "
+            f"orientation ({q.x:g}, {q.y:g}, {q.z:g}, {q.w:g}) is not a rotation; "
             "for a heading send (0, 0, sin(yaw/2), cos(yaw/2))"
         )
     return math.atan2(2 * (q.w * q.z + q.x * q.y), q.w**2 + q.x**2 - q.y**2 - q.z**2)
@@ -60,11 +60,11 @@ def pose_from_msg(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Pose)
     """Read a geometry_msgs/Pose.
 
     Raises:
-        ValueError: It is not made of finite numbers, or its orientation is no rotation.
+        ValueError: Its position is not finite, or its orientation is not a rotation.
     """
     x, y = msg.position.x, msg.position.y
     if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError(f"position ({x:g}, {y:g}) is not made of finite numbers; send [m]")
+        raise ValueError(f"position ({x:g}, {y:g}) is not finite; send numbers [m]")
     return Pose(x, y, yaw_of(msg.orientation))
 
 
@@ -75,7 +75,7 @@ def planar_pose(pose: Sequence[float]) -> PoseMsg:
 
 
 def covariance_to_msg(covariance: NDArray[np.float64]) -> list[float]:
-    """Return the 36 numbers of a PoseWithCovariance for (3, 3) of x, y, yaw [m^2, rad^2]."""
+    """Return the 36 numbers of a PoseWithCovariance from (3, 3) of x, y, yaw [m^2, rad^2]."""
     full = np.zeros((6, 6))
     full[np.ix_(PLANAR, PLANAR)] = covariance
     return [float(value) for value in full.ravel()]
@@ -85,14 +85,14 @@ def covariance_from_msg(msg: Any) -> NDArray[np.float64]:  # noqa: ANN401  (Pose
     """Return the covariance (3, 3) of x, y, yaw [m^2, rad^2].
 
     Raises:
-        ValueError: It is none: not symmetric, or with a variance below 0.
+        ValueError: It is not a covariance: not symmetric, or with a variance below 0.
     """
     full = np.array(msg.covariance, dtype=np.float64).reshape(6, 6)
     found: NDArray[np.float64] = full[np.ix_(PLANAR, PLANAR)]
     good = np.isfinite(found).all() and np.allclose(found, found.T)
     if not good or np.linalg.eigvalsh(found).min() < -SMALL:
         raise ValueError(
-            "the covariance is none; send variances of at least 0 for x, y and yaw [m^2, rad^2]"
+            "this is not a covariance; send variances of at least 0 for x, y and yaw [m^2, rad^2]"
         )
     return found
 
@@ -108,7 +108,7 @@ def cells_from_msg(msg: Any) -> NDArray[np.int8]:  # noqa: ANN401  (OccupancyGri
 
 
 def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with numpy data)
-    """Read a nav_msgs/OccupancyGrid whose origin is not turned, as map_server writes it."""
+    """Read a nav_msgs/OccupancyGrid; the yaw of its origin must be 0, as map_server writes it."""
     occupied = cells_from_msg(msg)
     blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)
     corner = msg.info.origin.position
@@ -124,7 +124,7 @@ def pose_to_msg(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:
 
 
 def transform_to_msg(pose: Pose, frame: str, child: str, stamp: rospy.Time) -> TransformStamped:
-    """Make a TransformStamped: where the frame `child` is in `frame`."""
+    """Make a TransformStamped: the pose of the frame `child` in `frame`."""
     msg = TransformStamped(header=Header(stamp=stamp, frame_id=frame), child_frame_id=child)
     msg.transform.translation.x, msg.transform.translation.y = pose.x, pose.y
     msg.transform.rotation = quaternion_of(pose.yaw)
@@ -132,7 +132,7 @@ def transform_to_msg(pose: Pose, frame: str, child: str, stamp: rospy.Time) -> T
 
 
 def path_to_msg(points: Iterable[tuple[float, float]], frame: str, stamp: rospy.Time) -> Path:
-    """Make a Path whose poses look along it."""
+    """Make a Path whose poses head along it."""
     corners = [(float(x), float(y)) for x, y in points]
     yaw = 0.0
     poses = []
@@ -152,7 +152,7 @@ def twist_from(velocity: Velocity) -> Twist:
 
 
 def map_msg(header: Header, grid: map_file.GridMap) -> OccupancyGrid:
-    """Return a map as a message; `header` says its frame and when it was loaded."""
+    """Make an OccupancyGrid; `header` holds its frame and when it was loaded."""
     message = OccupancyGrid(header=header)
     message.info.map_load_time = header.stamp
     message.info.resolution = grid.resolution
@@ -165,10 +165,10 @@ def map_msg(header: Header, grid: map_file.GridMap) -> OccupancyGrid:
 
 
 def map_from_msg(message: OccupancyGrid) -> map_file.GridMap:
-    """Return the map that a message holds.
+    """Read an OccupancyGrid.
 
     Raises:
-        MapError: It holds none.
+        MapError: It does not hold a map.
     """
     info = message.info
     if not (info.resolution > 0 and 0 < info.width * info.height == len(message.data)):

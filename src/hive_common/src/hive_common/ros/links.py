@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes the connections that rospy loses while a whole system starts.
+"""Restores the connections that rospy loses while a whole system starts.
 
-A node that subscribes is told by the master who publishes, and from then on is sent the news.
-rospy puts both into one queue and believes what was put in last. Where the first publisher
-registers in between, the older answer, "nobody", is put in last: then it is never connected, and
-nothing says so. So every node looks again a few times after its start. The nodes of the
-blackboard do the same with a copy of their own, because neither package knows the other.
+The master answers a node that subscribes with the list of publishers, and later sends it changes.
+rospy queues both and believes whichever it queued last. If the first publisher registers in
+between, the older answer, "nobody", may be last: the node then never connects, and nothing says
+so. Every node therefore checks its connections a few times after its start
+(docs/decisions/042).
 
-And rospy lets five callers wait at its door. Of more that come at once the system leaves out some,
-which call again a second later, then after two more; so a node has room for as many as it may.
+rospy also lets only five callers wait to be accepted. If more come at once, Linux drops some, which
+try again one second later and then after two more. A node here has room for as many as allowed.
+Written for rospy 1.15.15 (Debian 12).
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.tcpros_base import init_tcpros_server
 
 PAUSES = (4.0, 4.0, 8.0, 16.0, 32.0)
-"""Between the start of a node and its looks at its connections [s, wall clock]."""
+"""Pauses before the checks after a node's start [s, wall clock]."""
 
 
 def mend_links() -> None:
-    """Let all in who call, and look a few times for lost connections; after `rospy.init_node`."""
+    """Accept many callers, and check for lost connections; call it after `rospy.init_node`."""
     init_tcpros_server().tcp_ros_server.server_sock.listen(socket.SOMAXCONN)
-    threading.Thread(target=_keep_looking, name="links", daemon=True).start()
+    threading.Thread(target=_keep_checking, name="links", daemon=True).start()
 
 
-def _keep_looking() -> None:
+def _keep_checking() -> None:
     ended = threading.Event()
     rospy.on_shutdown(ended.set)
     lacked: set[tuple[str, str]] = set()
@@ -44,21 +45,21 @@ def _keep_looking() -> None:
             return
         with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             lacking = overlooked()
-            # What rospy is about to connect by itself must not be connected twice: of two
-            # connections each side may drop another one.
+            # A connection that rospy is about to make must not be made twice: each side may then
+            # drop a different one.
             connect(lacking & lacked)
             lacked = lacking
 
 
 def overlooked() -> set[tuple[str, str]]:
-    """Return topics, and on each the address of a node, that should be heard and is not.
+    """Return topics with the address of a publisher that this node should hear and does not.
 
-    Addresses are asked for only of nodes that no connection bears the name of: all nodes look at
-    once after a start, and the master answers one call after the other.
+    This asks for the addresses only of nodes that no connection names: all nodes check at once
+    after a start, and the master answers one call at a time.
 
     Raises:
         OSError: The master cannot be reached.
-        rosgraph.MasterException: The master knows less than it has just said.
+        rosgraph.MasterException: A node has just ended.
     """
     master = rosgraph.Master(rospy.get_name())
     address = functools.cache(master.lookupNode)
@@ -71,10 +72,10 @@ def overlooked() -> set[tuple[str, str]]:
 
 
 def connect(lacking: set[tuple[str, str]]) -> None:
-    """Connect this node to others, and keep the connections that it has.
+    """Connect this node to others and keep its connections.
 
     Args:
-        lacking: Topics, and on each the address of a node.
+        lacking: Topics with the address of a publisher.
 
     Raises:
         OSError: This node cannot be reached.
@@ -87,13 +88,13 @@ def connect(lacking: set[tuple[str, str]]) -> None:
 
 
 def _heard(topic: str) -> set[str]:
-    """Return the names of the nodes that this node is connected to and hears on a topic."""
+    """Return the names of the publishers that this node is connected to on a topic."""
     subscription = get_topic_manager().get_impl(Registration.SUB, topic)
     return {each.callerid_pub for each in subscription.connections} if subscription else set()
 
 
 def _linked() -> dict[str, set[str]]:
-    """Return the addresses that this node is connected to, by topic."""
+    """Return the addresses of the publishers that this node is connected to, by topic."""
     linked = defaultdict(set)
     for _, address, direction, _, topic, *_ in get_topic_manager().get_pub_sub_info():
         if direction == "i":

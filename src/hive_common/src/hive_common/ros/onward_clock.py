@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A clock that goes on where the simulation that it shows is reset."""
+"""A clock that goes on when the simulation it shows is reset."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _RESET = 1.0
-"""A clock that goes back by more than this has been reset [s]."""
+"""A clock that goes back by more than this was reset [s]."""
 
 
 class OnwardClock:
-    """The time since some moment by another clock, of which no reset takes anything away.
+    """Shows the time of another clock, but never goes back when that is reset.
 
-    Leases, deadlines and timers count how long something takes. With a clock that is set back they
-    would wait until it has caught up.
+    Leases, deadlines and timers measure durations. On a clock that is set back they would wait
+    until it catches up.
 
     Args:
         read: The other clock [s].
@@ -30,7 +30,7 @@ class OnwardClock:
         self._ahead = 0.0
 
     def now(self) -> float:
-        """Return the time [s]; may be called from any thread."""
+        """Return the time [s]; any thread may call this."""
         with self._lock:
             time = self._read()
             if time < self._last - _RESET:

@@ -1,25 +1,79 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads private parameters of a node, each checked where it is read."""
+"""Reads a node's private parameters once, and checks each where it is read."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import rospy
 
-from hive_common.errors import ParameterError
+from hive_common.errors import HiveError, ParameterError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+Settings = TypeVar("Settings")
+
+_KINDS = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+
+
+def read(kind: type[Settings], namespace: str = "") -> Settings:
+    """Read the parameters that a class of settings has fields for.
+
+    A field's default is the parameter's default and sets its type.
+
+    Args:
+        kind: The class, made by dataclasses or attrs; its errors are HiveErrors.
+        namespace: Where the parameters are; by default this node's name.
+
+    Raises:
+        ParameterError: A value has the wrong type or is not allowed; the text names it.
+    """
+    prefix = f"{namespace or rospy.get_name()}/"
+    values = {
+        name: _typed(prefix + name, rospy.get_param(prefix + name, default), type(default))
+        for name, default in _defaults(kind).items()
+    }
+    try:
+        return kind(**values)
+    except HiveError as error:
+        raise ParameterError(f"{prefix}{error}") from None
+
+
+def refuse_unknown(kinds: Iterable[type], others: Iterable[str] = ()) -> None:
+    """Refuse private parameters that nothing reads; most likely they are typos.
+
+    Args:
+        kinds: The classes of settings that this node reads.
+        others: Names of the other private parameters that it reads.
+
+    Raises:
+        ParameterError: There is one; the text names it and those that exist.
+    """
+    known = sorted({name for kind in kinds for name in _defaults(kind)} | set(others))
+    for name in rospy.get_param(rospy.get_name(), {}):
+        if name not in known:
+            allowed = ", ".join(known)
+            raise ParameterError(f"{rospy.get_name()}/{name} is unknown; allowed: {allowed}")
 
 
 def text(name: str, default: str | None = None) -> str:
-    """Return a private parameter that is a text; without a default it must be there."""
+    """Return a private parameter that is a text; without a default it must be set."""
     value = str(rospy.get_param(f"~{name}", "" if default is None else default))
     if not value:
         raise ParameterError(f"parameter ~{name} is missing; give it as _{name}:=...")
     return value
 
 
+def flag(name: str, *, default: bool) -> bool:
+    """Return a private parameter that is true or false."""
+    return bool(_typed(rospy.resolve_name(f"~{name}"), rospy.get_param(f"~{name}", default), bool))
+
+
 def number(name: str, *, least: float, most: float, default: float | None = None) -> float:
-    """Return a private parameter that is a number; without a default it must be there."""
+    """Return a private parameter that is a number; without a default it must be set."""
     value = rospy.get_param(f"~{name}", default)
     if value is None:
         raise ParameterError(f"parameter ~{name} is missing; give it as _{name}:=...")
@@ -37,3 +91,16 @@ def whole_number(name: str, *, least: int, most: int, default: int) -> int:
     if value != int(value):
         raise ParameterError(f"parameter ~{name}: {value}; allowed: a whole number")
     return int(value)
+
+
+def _defaults(kind: Any) -> dict[str, Any]:  # noqa: ANN401  (a class made by dataclasses or attrs)
+    fields = getattr(kind, "__attrs_attrs__", None) or dataclasses.fields(kind)
+    return {field.name: field.default for field in fields}
+
+
+def _typed(name: str, value: Any, wanted: type) -> Any:  # noqa: ANN401  (what a parameter holds)
+    if wanted is float and type(value) is int:
+        return float(value)
+    if type(value) is not wanted:
+        raise ParameterError(f"{name} is {value!r}; allowed: {_KINDS[wanted]}")
+    return value

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Has Ctrl-C end a node from a thread of its own.
+"""Shuts a node down on Ctrl-C from a thread of its own.
 
-rospy shuts a node down inside the signal's handler, and Python runs that in the main thread,
-between any two steps of what it was doing. Where it just held a lock that the shutdown takes too,
-such as that of the queue it waits for, the node hangs until it is killed.
+rospy shuts a node down inside the signal handler, which Python runs in the main thread between any
+two steps. If the main thread holds a lock that the shutdown needs, such as that of its queue, the
+node hangs until it is killed.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from types import FrameType
 
 _PATIENCE = 5.0
-"""The process waits so long for the shutdown to have told the master [s]."""
+"""Time that the process waits for the shutdown to tell the master [s]."""
 
 
 def end_on_signals() -> None:
-    """Have SIGINT and SIGTERM shut this node down.
+    """Shut this node down on SIGINT and SIGTERM.
 
-    In the main thread, beside `rospy.init_node(..., disable_signals=True)`.
+    Call it in the main thread, with `rospy.init_node(..., disable_signals=True)`.
     """
     shutdown = _Shutdown()
     for each in (signal.SIGINT, signal.SIGTERM):
@@ -37,7 +37,7 @@ def end_on_signals() -> None:
 
 class _Shutdown:
     def __init__(self) -> None:
-        # No lock of Python's may be taken in a signal handler, and a pipe has none.
+        # A signal handler must not take a lock of Python's; a pipe has none.
         self._asked, self._ask = os.pipe()
         self._has_begun = False
         self._is_done = threading.Event()
@@ -52,6 +52,6 @@ class _Shutdown:
         self._is_done.set()
 
     def finish(self) -> None:
-        """Let a shutdown come to its end, although the main thread has ended already."""
+        """Let a shutdown finish even though the main thread has ended."""
         if self._has_begun:
             self._is_done.wait(_PATIENCE)

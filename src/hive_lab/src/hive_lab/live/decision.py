@@ -20,7 +20,7 @@ from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.ros.codec.conversions import WIRES
+from blackboard.ros.codec.tables import WIRES
 from hive_common.pose import Pose
 from hive_lab.bench.registry import BenchResult
 from hive_lab.bench_allocation.instances import Floor

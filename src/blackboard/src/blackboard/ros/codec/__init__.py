@@ -1,1 +1,4 @@
-"""Translates between ROS messages and the values of the core, and nothing else."""
+"""Messages to core values and back: tables of fields, and the engine that follows them.
+
+Nothing here subscribes, publishes or decides.
+"""

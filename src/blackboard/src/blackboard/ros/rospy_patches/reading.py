@@ -1,9 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads all that a node hears in one thread.
+"""Accepts callers one thread each, reads all connections in one thread, and decodes on demand.
 
-rospy keeps a thread for each topic and each node that is heard on it. Every member of a hive hears
-all others on eleven topics, so fifty robots on one machine would take thirty thousand threads
-(docs/decisions/072-one-thread-reads.md).
+`handshake_apart`: rospy 1.15 accepts connections in one thread, which also reads who calls and
+why. A caller that freezes, or whose host vanishes, before its first words blocks that thread: a
+robot that had just come back stayed shut out for a minute, and its hive had no majority. Here each
+caller has a thread for its first words.
+
+`read_together`: rospy 1.15 has a thread for each topic and each node heard on it. Every member
+listens to all others on eleven topics: ten robots had 120 threads each, and fifty on one machine
+needed 29,000 of the 32,768 that Linux allows (docs/decisions/072). Here one thread reads all.
+
+`unread`: rospy 1.15 decodes every message. What an operator posts reaches every member but matters
+to the leader only, and decoding it is most of the cost of hearing it. Here a message stays bytes
+until somebody asks for it.
 """
 
 from __future__ import annotations
@@ -17,23 +26,64 @@ from typing import TYPE_CHECKING, Any
 
 import rospy.impl.tcpros_pubsub
 from rospy.exceptions import TransportTerminated
-from rospy.impl.tcpros_base import TCPROSTransport, recv_buff
+from rospy.impl.tcpros_base import TCPROSTransport, init_tcpros_server, recv_buff
 
 if TYPE_CHECKING:
+    import socket
     from collections.abc import Callable
 
     _Hear = Callable[[list[Any], Any], None]
 
 
-def read_together() -> None:
-    """Have what is heard over connections made from now on read by one thread.
+def handshake_apart() -> None:
+    """Give each caller a thread for its handshake; call it after `rospy.init_node`."""
+    server = init_tcpros_server()
+    server.start_server()
+    take = server.tcp_ros_server.inbound_handler
 
-    To be called after `rospy.init_node`. Callbacks of subscribers must not wait for each other.
+    def take_apart(caller: socket.socket, address: tuple[str, int]) -> None:
+        threading.Thread(
+            target=take, args=(caller, address), name=f"handshake {address}", daemon=True
+        ).start()
+
+    server.tcp_ros_server.inbound_handler = take_apart
+
+
+def read_together() -> None:
+    """Read all connections from now on in one thread; call it after `rospy.init_node`.
+
+    Callbacks of subscribers must not wait for each other.
     """
-    # Each connection is an open file; the usual limit is reached with about forty members.
+    # Each connection is an open file; about forty members reach the usual limit.
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
     rospy.impl.tcpros_pubsub.TCPROSTransport = functools.partial(SharedConnection, Reader())
+
+
+@functools.cache
+def unread(kind: type) -> type:
+    """Return a stand-in for a message class whose messages stay bytes until `read` is called.
+
+    `read` returns the message; it raises genpy.DeserializationError if the bytes are not one.
+
+    Args:
+        kind: The message class.
+    """
+
+    class Unread(kind):  # type: ignore[misc]  # genpy classes are not typed
+        __slots__ = ("_data",)
+
+        def __init__(self) -> None:
+            """Leave out all fields, which the constructor of the message class would fill."""
+
+        def deserialize(self, data: bytes) -> Any:  # noqa: ANN401  (itself, as genpy's does)
+            self._data = data
+            return self
+
+        def read(self) -> Any:  # noqa: ANN401  (a message of the class)
+            return kind().deserialize(self._data)
+
+    return Unread
 
 
 class Reader:
@@ -45,10 +95,10 @@ class Reader:
         threading.Thread(target=self._run, name="reading", daemon=True).start()
 
     def add(self, connection: SharedConnection, hear: _Hear) -> None:
-        """Read a connection until it is closed; here what the other side has sent already.
+        """Read a connection until it is closed, beginning in this thread with what has arrived.
 
         Args:
-            connection: It.
+            connection: The connection.
             hear: Called with the messages and the connection.
         """
         if self._read(connection, hear):
@@ -58,7 +108,7 @@ class Reader:
                 self._ready.register(connection.number, select.EPOLLIN)
 
     def drop(self, connection: SharedConnection) -> None:
-        """Read a connection no longer; harmless for one that is not read here."""
+        """Stop reading a connection; harmless if it is not read here."""
         known = self._open.get(connection.number)
         if known is not None and known[0] is connection:
             del self._open[connection.number]
@@ -73,17 +123,17 @@ class Reader:
                     self._read(*known)
 
     def _read(self, connection: SharedConnection, hear: _Hear) -> bool:
-        """Hand over what is there now; return whether there may be more."""
+        """Hand over what has arrived; return whether more may come."""
         try:
             messages = connection.read()
         except TransportTerminated:
             connection.close()
             return False
-        except Exception:  # noqa: BLE001  (whatever it is: rospy connects anew then)
+        except Exception:  # noqa: BLE001  (whatever it is, rospy then reconnects)
             self.drop(connection)
             if not connection.done:
-                begin = connection.begin_anew
-                threading.Thread(target=begin, args=(hear,), daemon=True).start()
+                reconnect = connection.reconnect
+                threading.Thread(target=reconnect, args=(hear,), daemon=True).start()
             return False
         if messages:
             hear(messages, connection)
@@ -91,14 +141,14 @@ class Reader:
 
 
 class SharedConnection(TCPROSTransport):  # type: ignore[misc]  # rospy is not typed
-    """What a topic is heard over, in place of `rospy.impl.tcpros_base.TCPROSTransport`.
+    """The connection to one publisher, in place of `rospy.impl.tcpros_base.TCPROSTransport`.
 
     Args:
-        reader: Who reads it.
-        arguments: As for rospy's.
+        reader: Reads it.
+        arguments: rospy's own.
 
     Attributes:
-        number: The number of its open file, once it is read.
+        number: Its file descriptor, once the reader has it.
     """
 
     socket: Any
@@ -110,14 +160,14 @@ class SharedConnection(TCPROSTransport):  # type: ignore[misc]  # rospy is not t
         self.number = -1
 
     def receive_loop(self, msgs_callback: _Hear) -> None:
-        """Leave the connection to the reader; rospy's thread that has made it ends then."""
+        """Leave the connection to the reader; the thread in which rospy made it ends."""
         self._reader.add(self, msgs_callback)
 
     def read(self) -> list[Any]:
-        """Return the messages that are complete with what is there now.
+        """Return the messages that have arrived completely.
 
         Raises:
-            TransportTerminated: The other side has ended.
+            TransportTerminated: The publisher has ended.
             Exception: A message cannot be read, or the connection was closed a moment ago.
         """
         self.socket.setblocking(False)
@@ -131,14 +181,14 @@ class SharedConnection(TCPROSTransport):  # type: ignore[misc]  # rospy is not t
         self.stat_num_msg += len(messages)
         return messages
 
-    def begin_anew(self, hear: _Hear) -> None:
-        """Connect again and read in this thread, as rospy does after a message it cannot read."""
+    def reconnect(self, hear: _Hear) -> None:
+        """Connect again and read in this thread, as rospy does after an unreadable message."""
         with contextlib.suppress(OSError, AttributeError):
             self.socket.close()
         self.socket = None
         super().receive_loop(hear)
 
     def close(self) -> None:
-        """Close the connection; its number may be another's at once."""
+        """Close the connection; its file descriptor may be reused at once."""
         self._reader.drop(self)
         super().close()

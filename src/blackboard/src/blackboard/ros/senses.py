@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a robot senses on ROS: where it is, how far it has driven, and how full its battery is."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState
+from std_msgs.msg import Float64
+
+from blackboard.errors import BlackboardError
+from blackboard.ros.codec.tables import yaw_of
+from hive_common.pose import Pose
+
+if TYPE_CHECKING:
+    from blackboard.domain.battery import Battery
+    from blackboard.robot.robot import Robot
+    from blackboard.ros.talker import RosTalker
+
+_MAX_STEP = 1.0
+"""Two odometry messages further apart than this are a reset, not a drive [m]."""
+
+_PATIENCE = 5.0
+"""Wall time between two warnings that the pose is missing [s]."""
+
+
+def wait_for_pose() -> Pose:
+    """Wait until localization says where the robot is; warn while it does not.
+
+    Raises:
+        rospy.ROSInterruptException: The node was shut down first.
+    """
+    while True:
+        try:
+            message = rospy.wait_for_message(
+                "amcl_pose", PoseWithCovarianceStamped, timeout=_PATIENCE
+            )
+        except rospy.ROSInterruptException:
+            raise
+        except rospy.ROSException:
+            topic = rospy.resolve_name("amcl_pose")
+            rospy.logwarn(f"no pose on {topic} yet; start the robot's localization")
+        else:
+            return _pose(message)
+
+
+def _pose(msg: PoseWithCovarianceStamped) -> Pose:
+    here = msg.pose.pose
+    return Pose(here.position.x, here.position.y, yaw_of(here.orientation))
+
+
+class Senses:
+    """Feeds a robot with its poses and drives, and publishes the state of its battery.
+
+    Args:
+        talker: Its thread makes all calls.
+        robot: The robot.
+        battery: Its battery.
+        period: Time between two battery states [s].
+
+    ROS Subscribers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), `odom`
+        (nav_msgs/Odometry), `drop_charge` (std_msgs/Float64): the level to which the battery
+        drops, to test how the hive copes.
+    ROS Publishers: `battery_state` (sensor_msgs/BatteryState).
+    """
+
+    def __init__(self, talker: RosTalker, robot: Robot, battery: Battery, period: float) -> None:
+        self._talker = talker
+        self._robot = robot
+        self._battery = battery
+        self._period = period
+        self._odometry: tuple[float, float] | None = None
+        self._publisher = rospy.Publisher("battery_state", BatteryState, queue_size=1)
+
+    def start(self) -> None:
+        """Begin to listen and to publish."""
+        rospy.Subscriber(
+            "amcl_pose",
+            PoseWithCovarianceStamped,
+            lambda msg: self._talker.call(lambda: self._robot.set_pose(_pose(msg))),
+            queue_size=1,
+        )
+        rospy.Subscriber("odom", Odometry, lambda msg: self._talker.call(lambda: self._drive(msg)))
+        rospy.Subscriber(
+            "drop_charge", Float64, lambda msg: self._talker.call(lambda: self._drop(msg.data))
+        )
+        self._talker.every(self._period, self._publish_battery)
+
+    def _drive(self, msg: Odometry) -> None:
+        here = (msg.pose.pose.position.x, msg.pose.pose.position.y)
+        distance = math.dist(here, self._odometry or here)
+        self._odometry = here
+        if distance <= _MAX_STEP:
+            self._robot.add_travel(distance)
+
+    def _drop(self, level: float) -> None:
+        try:
+            self._battery.drop_to(level)
+        except BlackboardError as error:
+            rospy.logwarn(str(error))
+
+    def _publish_battery(self) -> None:
+        battery = self._battery
+        message = BatteryState(
+            voltage=battery.get_volts(),
+            charge=battery.charge_left,
+            capacity=battery.capacity,
+            design_capacity=battery.capacity,
+            percentage=battery.level,
+            current=math.nan,
+            power_supply_status=BatteryState.POWER_SUPPLY_STATUS_CHARGING
+            if self._robot.charging.is_charging
+            else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
+            power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN,
+            present=True,
+        )
+        message.header.stamp = rospy.Time.now()
+        self._publisher.publish(message)

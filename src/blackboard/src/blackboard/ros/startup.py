@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs a node of this package: what comes before its first line and after its last one."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import rospy
+
+from blackboard.ros.rospy_patches.reading import handshake_apart, read_together
+from blackboard.ros.rospy_patches.sending import send_promptly
+from hive_common.errors import HiveError
+from hive_common.ros.links import mend_links
+from hive_common.ros.signals import end_on_signals
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+def run_node(name: str, run: Callable[[], None]) -> None:
+    """Make this process a node and run it until it is shut down.
+
+    An error that a person has to mend ends the process with its text and exit code 1.
+
+    Args:
+        name: Of the node.
+        run: Builds the node and spins.
+    """
+    end_on_signals()
+    rospy.init_node(name, disable_signals=True)
+    handshake_apart()
+    send_promptly()
+    read_together()
+    mend_links()
+    try:
+        run()
+    except HiveError as error:
+        rospy.logfatal(str(error))
+        sys.exit(1)
+    except rospy.ROSInterruptException:
+        return
