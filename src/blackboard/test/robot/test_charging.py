@@ -14,7 +14,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import SettingsError
 from blackboard.robot.charger_claims import SILENCE, Claim, Claims
 from blackboard.robot.charging import ChargingPlan
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
 

@@ -95,7 +95,7 @@ class Pace:
 
 
 class DriveWatch:
-    """Times a robot's drives and lets its pace learn from them; see `controller.StepWatch`.
+    """Times a robot's drives and lets its pace learn from them; see `executor.StepWatch`.
 
     Args:
         pace: What learns.

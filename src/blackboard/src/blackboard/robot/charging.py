@@ -14,7 +14,7 @@ from blackboard.domain.settings import ChargingSettings
 from blackboard.domain.talker import CHARGER_CLAIM
 from blackboard.domain.task import Task, TaskType
 from blackboard.robot.charger_claims import NEAR, Claim, Claims
-from blackboard.robot.controller import CommandState
+from blackboard.robot.executor import CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.talker import Talker
-    from blackboard.robot.controller import CommandResult, Controller
+    from blackboard.robot.executor import CommandResult, Controller
     from blackboard.robot.service import Service
     from hive_common.pose import Pose
 

@@ -28,7 +28,7 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import TaskState, is_picked, load_during, split_task
 from blackboard.robot.answering import Answering
 from blackboard.robot.charging import Charging, ChargingPlan
-from blackboard.robot.controller import CommandState
+from blackboard.robot.executor import CommandState
 from blackboard.robot.handback import Handback
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.reports import Reports
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from blackboard.domain.settings import RobotSettings
     from blackboard.domain.talker import Talker
     from blackboard.domain.task import Task
-    from blackboard.robot.controller import CommandResult, Controller
+    from blackboard.robot.executor import CommandResult, Controller
     from hive_common.pose import Pose
 
 __all__ = ["Robot", "RobotCharacteristics", "RobotState", "RobotStatus"]

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.costing.schedule import Entry, Schedule
-    from blackboard.robot.controller import CommandResult, Controller
+    from blackboard.robot.executor import CommandResult, Controller
 
 
 class Worker:

@@ -19,7 +19,7 @@ from blackboard.domain.characteristics import characteristics_from
 from blackboard.domain.settings import ControllerSettings, PathSettings, RobotSettings
 from blackboard.domain.task import StepKind
 from blackboard.errors import BlackboardError
-from blackboard.robot.controller import Controller
+from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from blackboard.ros import membership, params
 from blackboard.ros.codec.charger_conversions import read_charging_plan

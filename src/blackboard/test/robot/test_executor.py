@@ -5,7 +5,7 @@ import pytest
 
 from blackboard.domain.settings import ControllerSettings
 from blackboard.domain.task import StepKind, Task, TaskType
-from blackboard.robot.controller import CommandResult, CommandState, Controller
+from blackboard.robot.executor import CommandResult, CommandState, Controller
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Network, NetworkTalker
 
