@@ -1,11 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the steps of a task are executed, and what is done when one fails."""
+"""How the controller executes the steps of a task, and what it does when one fails."""
+
+from random import Random
 
 import pytest
 
 from blackboard.domain.settings import ControllerSettings
 from blackboard.domain.task import StepKind, Task, TaskType
-from blackboard.robot.executor import CommandResult, CommandState, Controller
+from blackboard.robot.executor import (
+    TRANSITIONS,
+    CommandResult,
+    CommandState,
+    Controller,
+    Event,
+    State,
+)
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Network, NetworkTalker
 
@@ -22,14 +31,21 @@ class Motor:
     def __init__(self):
         self.started = []
         self.cancelled = 0
+        self.running = False
         self.done = None
 
     def start(self, step, done):
+        def end(result):
+            self.running = False
+            done(result)
+
         self.started.append(step)
-        self.done = done
+        self.running = True
+        self.done = end
 
     def cancel(self):
         self.cancelled += 1
+        self.running = False
 
 
 class Bench:
@@ -44,13 +60,134 @@ class Bench:
             NetworkTalker(self.network, "robot1"),
             ControllerSettings(attempts=attempts, retry_delay=3.0),
         )
+        self.may_go = True
         self.steps, self.ends = [], []
 
     def stands_at(self, pose):
-        self.controller.look_at(lambda: pose)
+        self.controller.observe(lambda: pose)
 
-    def run(self, task=CARRY, first_step=0, **asked):
-        self.controller.run(task, first_step, self.steps.append, self.ends.append, **asked)
+    def run(self, task=CARRY, first_step=0, on_step=None):
+        on_step = on_step or self.steps.append
+        self.controller.run(task, first_step, on_step, self.ends.append, lambda: self.may_go)
+
+    def bring_to(self, state):
+        """Give the controller a task and bring it to a state in which it stays."""
+        self.may_go = state is not State.HALTED
+        self.stands_at(B if state is State.RETURNING else A)
+        self.run(first_step=1 if state in {State.RETURNING, State.ACTING} else 0)
+        if state is State.RETRYING:
+            self.drive.done(FAILED)
+        self.may_go = True
+
+    def happen(self, event):
+        self.controller._handle(event)  # noqa: SLF001  (some events only come from within)
+
+    def commands(self):
+        """Return (steps begun, commands cancelled)."""
+        motors = (self.drive, self.arm)
+        return sum(len(each.started) for each in motors), sum(each.cancelled for each in motors)
+
+
+AT_WORK = {State.DRIVING, State.RETURNING, State.ACTING}
+GOES_ON = {
+    State.DRIVING: State.ACTING,
+    State.ACTING: State.DRIVING,
+    State.RETRYING: State.DRIVING,
+    State.HALTED: State.DRIVING,
+}
+"""What follows `READY`, from each state to which `Bench.bring_to` leads."""
+PAIRS = [
+    (state, event) for state in State for event in Event if state not in {State.IDLE, State.READY}
+]
+
+
+def test_the_table_says_what_every_event_does_in_every_state():
+    assert set(TRANSITIONS) == set(State)
+    assert all(set(row) == set(Event) for row in TRANSITIONS.values())
+
+
+def test_every_state_is_reached_from_idle_and_can_be_stopped():
+    reached, ahead = set(), [State.IDLE]
+    while ahead:
+        state = ahead.pop()
+        reached.add(state)
+        ahead += {after for after in TRANSITIONS[state].values() if after} - reached
+
+    assert reached == set(State)
+    assert {row[Event.STOP] for row in TRANSITIONS.values()} == {State.IDLE, None}
+    assert [state for state in State if TRANSITIONS[state][Event.STOP] is None] == [State.IDLE]
+
+
+@pytest.mark.parametrize(("state", "event"), PAIRS)
+def test_the_controller_does_what_the_table_says(state, event):
+    bench = Bench()
+    bench.bring_to(state)
+    begun, cancelled = bench.commands()
+    bench.happen(event)
+
+    after = TRANSITIONS[state][event]
+    if after is State.READY:  # where it does not stay
+        after = GOES_ON[state]
+    drops = state in AT_WORK and event in {Event.HALT, Event.STOP} and after is not None
+    assert bench.controller.state is (after or state)
+    assert bench.commands() == (begun + (after in AT_WORK), cancelled + drops)
+    assert len(bench.ends) == (event is Event.GAVE_UP and state in AT_WORK)
+
+
+@pytest.mark.parametrize("event", Event)
+def test_without_a_task_no_event_does_anything(event):
+    bench = Bench()
+    bench.happen(event)
+
+    assert bench.controller.state is State.IDLE
+    assert bench.commands() == (0, 0)
+
+
+@pytest.mark.parametrize("event", Event)
+def test_between_two_steps_the_controller_does_what_the_table_says(event):
+    bench = Bench()
+    bench.stands_at(A)
+    bench.run(on_step=lambda _: bench.happen(event))
+    bench.drive.done(OK)
+
+    after = TRANSITIONS[State.READY][event] or State.ACTING
+    assert bench.controller.state is after
+    assert bench.commands() == (1 + (after in AT_WORK), 0)
+    assert len(bench.ends) == (event is Event.COMPLETED)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_whatever_happens_one_command_runs_at_most_and_only_while_the_robot_may_work(seed):
+    dice, bench = Random(seed), Bench(attempts=2)
+    bench.stands_at(A)
+
+    def finish():
+        for motor in (bench.drive, bench.arm):
+            if motor.running:
+                motor.done(dice.choice([OK, OK, FAILED]))
+                return
+
+    def change_mind():
+        bench.may_go = not bench.may_go
+        bench.controller.go_on()
+
+    def displace():
+        bench.stands_at(dice.choice([A, B]))
+
+    def begin():
+        if not bench.controller.task_id or dice.random() < 0.2:
+            bench.run()
+
+    actions = [begin, bench.controller.stop, bench.controller.go_on, change_mind, displace]
+    actions += [finish] * 15 + [lambda: bench.network.run(2.0)] * 3
+    for _ in range(500):
+        dice.choice(actions)()
+
+        at_work = bench.controller.state in AT_WORK
+        assert (bench.drive.running, bench.arm.running).count(True) == at_work
+        assert bench.may_go or not bench.drive.running
+    assert bench.steps
+    assert bench.ends
 
 
 def test_the_steps_are_done_one_after_the_other_and_each_is_reported():
@@ -107,8 +244,9 @@ def test_a_step_that_fails_is_tried_again_after_a_pause():
 
 def test_a_step_that_may_not_be_tried_again_stays_undone_and_nothing_is_reported():
     bench = Bench()
-    bench.run(GO, may_try_again=lambda: False)
+    bench.run(GO)
     bench.drive.done(FAILED)
+    bench.may_go = False
     bench.network.run(3.1)
 
     assert len(bench.drive.started) == 1
@@ -244,14 +382,14 @@ def test_a_robot_that_had_to_move_aside_drives_back_before_its_arm_begins():
     bench.run()
     bench.drive.done(OK)
 
-    assert bench.controller.drives
+    assert bench.controller.state is State.RETURNING
     assert [step.kind for step in bench.drive.started] == [StepKind.MOVE] * 2
     assert [step.goal for step in bench.drive.started] == [A, A]
     assert bench.arm.started == []
 
     bench.drive.done(OK)
 
-    assert not bench.controller.drives
+    assert bench.controller.state is State.ACTING
     assert [step.kind for step in bench.arm.started] == [StepKind.PICK]
     assert bench.steps == [1]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's leave to work, as its timers see it."""
+"""A robot's lease, as its timers see it."""
 
 from random import Random
 
@@ -26,15 +26,15 @@ def last_word(begin, length):
     network.run(begin)
     said = []
     talker = SlowClock(network, "robot1")
-    leave = LeaseKeeper(
+    keeper = LeaseKeeper(
         talker,
         "robot1",
         1.0,
-        changed=lambda: said.append(leave.holds()),
+        changed=lambda: said.append(keeper.holds()),
         unheard=lambda: None,
-        fence=NoFilter(talker),
+        hive_filter=NoFilter(talker),
     )
-    leave.start()
+    keeper.start()
     beat = Heartbeat(1, "blackboard", heard={"robot1": 0.997 * begin}, robot_lease=length)
     network.send(BACKUP, beat)
     network.run(2 * length)

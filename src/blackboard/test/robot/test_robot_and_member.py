@@ -18,7 +18,7 @@ WAITING, STARTED, DONE, FAILED = (
 
 
 class Beside:
-    """The member beside a robot, as the test tells it to be; see `blackboard.consensus.hive_filter.HiveFilter`."""
+    """The member beside a robot, as the test tells it to be; see `HiveFilter`."""
 
     hive = ""
     leader = carriers = None

@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Executes the steps of one task, one after the other, without blocking (the report's Controller).
+"""Executes the steps of one task without blocking, as one state machine (the report's Controller).
 
-What a step needs from the robot stands behind the `Command` port: on ROS these are actionlib
-clients (`ros.commands`). A command that fails is tried again a few times before the task is given
-up, because most failures of a drive pass by themselves: somebody stood in the way.
+Every step goes through a `Command`; on ROS these are actionlib clients (`ros.commands`). A command
+that fails is retried before the task is given up, because most failed drives resolve by
+themselves: somebody stood in the way.
 
-Between a drive and what the arm does at its end, a robot may have had to move aside for another
-one. So it is looked at where it stands before its arm begins, and it drives back where need be.
+Between a drive and the arm's work at its end, a robot may have to move aside for another. So the
+controller checks where the robot is before the arm begins, and drives back if need be.
+
+`TRANSITIONS` is total: every state answers every event, so whatever comes late or twice changes
+nothing. A transition comes before its effects, and the callbacks come last of all: they find the
+machine at rest and may stop it or give it another task.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
-from enum import Enum
+from enum import Enum, auto
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.domain.task import StepKind, split_task
@@ -21,15 +25,16 @@ from blackboard.domain.task import StepKind, split_task
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from blackboard.costing.pace import DriveWatch
     from blackboard.domain.settings import ControllerSettings
     from blackboard.domain.talker import Talker, Timer
     from blackboard.domain.task import Task, TaskStep
     from hive_common.pose import Pose
 
 
-AWAY = 0.3
-"""From here on a robot has to drive back before its arm begins [m]. It is further than where a
-drive ends and what a pose that is heard a little late is off, and nearer than a robot moves aside
+DISPLACEMENT = 0.3
+"""A robot further than this from where its arm is to work drives back first [m]. The distance is
+more than a drive's tolerance and the age of a pose explain, and less than a robot moves aside
 (`robot_navigation.traffic.passing_place.DISTANCES`)."""
 
 
@@ -56,6 +61,9 @@ class CommandResult:
     text: str = ""
 
 
+_SUCCESS = CommandResult(CommandState.SUCCEEDED)
+
+
 class Command(Protocol):
     """Makes the robot do one kind of step."""
 
@@ -63,29 +71,122 @@ class Command(Protocol):
         """Begin a step; `done` is called once, from the talker's thread, unless cancelled."""
 
     def cancel(self) -> None:
-        """Stop; harmless when nothing is going on. `done` is not called any more."""
+        """Stop; harmless when nothing runs. `done` is not called any more."""
 
 
-class StepWatch(Protocol):
-    """Is told of drives as they happen, to time them."""
+class State(Enum):
+    """What the controller is doing."""
 
-    def begin(self, step: TaskStep) -> None:
-        """Note that a drive begins."""
+    IDLE = auto()
+    """It has no task."""
+    READY = auto()
+    """It is between two steps."""
+    DRIVING = auto()
+    """The robot drives to the goal of a step."""
+    RETURNING = auto()
+    """The robot drives back to where its arm is to work."""
+    ACTING = auto()
+    """The arm works."""
+    RETRYING = auto()
+    """It pauses before it retries a step."""
+    HALTED = auto()
+    """It has begun a task and may not work."""
 
-    def drop(self) -> None:
-        """Note that what was begun was stopped, or is tried again: its time says nothing."""
 
-    def end(self) -> None:
-        """Note that what was begun has been done."""
+class Event(Enum):
+    """What can happen to a controller."""
+
+    START = auto()
+    """It is given a task."""
+    DRIVE = auto()
+    """The next step is a drive."""
+    ACT = auto()
+    """The next step is the arm's, and the robot is in place."""
+    DISPLACED = auto()
+    """The next step is the arm's, and the robot is somewhere else."""
+    COMPLETED = auto()
+    """No step is left."""
+    SUCCEEDED = auto()
+    """The command succeeded."""
+    FAILED = auto()
+    """The command failed, and attempts are left."""
+    GAVE_UP = auto()
+    """The command failed, and no attempt is left."""
+    TIMED_OUT = auto()
+    """The pause before a retry is over."""
+    HALT = auto()
+    """The robot may not work now, for example because its lease ended."""
+    RESUME = auto()
+    """The robot may work now."""
+    STOP = auto()
+    """The task is dropped."""
+
+
+_NOTHING: dict[Event, State | None] = dict.fromkeys(Event)
+_AT_WORK = _NOTHING | {
+    Event.SUCCEEDED: State.READY,
+    Event.FAILED: State.RETRYING,
+    Event.GAVE_UP: State.IDLE,
+    Event.HALT: State.HALTED,
+    Event.STOP: State.IDLE,
+}
+
+TRANSITIONS: Mapping[State, Mapping[Event, State | None]] = MappingProxyType(
+    {
+        State.IDLE: _NOTHING | {Event.START: State.READY},
+        State.READY: _NOTHING
+        | {
+            Event.DRIVE: State.DRIVING,
+            Event.ACT: State.ACTING,
+            Event.DISPLACED: State.RETURNING,
+            Event.COMPLETED: State.IDLE,
+            Event.HALT: State.HALTED,
+            Event.STOP: State.IDLE,
+        },
+        State.DRIVING: _AT_WORK,
+        State.RETURNING: _AT_WORK | {Event.SUCCEEDED: State.ACTING},
+        # Nobody can tell what a gripper that was stopped half-way holds.
+        State.ACTING: _AT_WORK | {Event.HALT: None},
+        State.RETRYING: _NOTHING
+        | {
+            Event.TIMED_OUT: State.READY,
+            Event.HALT: State.HALTED,
+            Event.STOP: State.IDLE,
+        },
+        State.HALTED: _NOTHING | {Event.RESUME: State.READY, Event.STOP: State.IDLE},
+    }
+)
+"""The next state for every state and event; None where the event changes nothing."""
+
+_WORKING = (State.DRIVING, State.RETURNING, State.ACTING)
+
+
+@dataclass
+class _Run:
+    """One task under way, `step` and `attempts` (at that step) as they stand."""
+
+    task: Task
+    step: int
+    on_step: Callable[[int], None]
+    on_end: Callable[[CommandResult], None]
+    may_go: Callable[[], bool]
+    attempts: int = 0
+
+    @property
+    def steps(self) -> tuple[TaskStep, ...]:
+        return split_task(self.task)
 
 
 class Controller:
-    """Runs one task at a time.
+    """Executes one task at a time.
 
     Args:
         commands: What makes the robot do each kind of step.
-        talker: For the pause between two tries.
+        talker: For the pause before a retry.
         settings: How patient it is.
+
+    Attributes:
+        state: What it is doing.
     """
 
     def __init__(
@@ -98,21 +199,21 @@ class Controller:
         self._talker = talker
         self._settings = settings
         self._run: _Run | None = None
-        self._watch: StepWatch | None = None
-        self._pose: Callable[[], Pose] | None = None
+        self._command: Command | None = None
+        self._started = 0
+        self._pause: Timer | None = None
+        self._here: Callable[[], Pose] | None = None
+        self._watch: DriveWatch | None = None
+        self.state = State.IDLE
 
     @property
-    def drives(self) -> bool:
-        """Whether a drive is under way, or is to be tried again."""
-        return self._run is not None and self._run.doing.kind is StepKind.MOVE
+    def task_id(self) -> str:
+        """Id of the task that has begun and not ended; empty if there is none."""
+        return self._run.task.id if self._run is not None else ""
 
-    def look_at(self, pose: Callable[[], Pose]) -> None:
-        """Have it looked at from now on where the robot stands, before its arm begins."""
-        self._pose = pose
-
-    def watch(self, watch: StepWatch) -> None:
-        """Have every drive timed from now on."""
-        self._watch = watch
+    def observe(self, here: Callable[[], Pose], watch: DriveWatch | None = None) -> None:
+        """Check from now on where the robot is before its arm begins, and have drives timed."""
+        self._here, self._watch = here, watch
 
     def run(
         self,
@@ -120,105 +221,100 @@ class Controller:
         first_step: int,
         on_step: Callable[[int], None],
         on_end: Callable[[CommandResult], None],
-        may_try_again: Callable[[], bool] = lambda: True,
+        may_go: Callable[[], bool] = lambda: True,
     ) -> None:
-        """Execute a task; what was going on is stopped first.
+        """Execute a task; whatever is under way is stopped first.
 
         Args:
             task: A task that `analyze_task` has passed.
             first_step: The first step that is still to be done.
             on_step: Called with the number of steps done, whenever one is.
-            on_end: Called once with the last result, unless the run is stopped.
-            may_try_again: Asked before a step that has failed is tried again; where it says no,
-                the run is stopped.
+            on_end: Called once with the last result, unless the task is stopped.
+            may_go: Says whether the next step may begin, or go on, now.
         """
         self.stop()
-        steps = split_task(task)
-        doing = steps[min(first_step, len(steps) - 1)]
-        self._run = _Run(steps, first_step, doing, on_step, on_end, may_try_again)
-        self._start_step(self._run)
+        self._run = _Run(task, first_step, on_step, on_end, may_go)
+        self._handle(Event.START)
+
+    def go_on(self) -> None:
+        """Halt or resume, as `may_go` says now; an arm finishes its step before it halts."""
+        if self._run is not None:
+            self._handle(Event.RESUME if self._run.may_go() else Event.HALT)
 
     def stop(self) -> None:
-        """Stop the robot; nothing is reported of this run any more."""
-        run, self._run = self._run, None
-        if run is None:
-            return
-        if self._watch is not None:
-            self._watch.drop()
-        if run.retry is not None:
-            run.retry.cancel()
-        if run.command is not None:
-            run.command.cancel()
+        """Drop the task; nothing more is reported of it."""
+        self._handle(Event.STOP)
 
-    def _start_step(self, run: _Run) -> None:
-        if run.step == len(run.steps):
-            self._end(run, CommandResult(CommandState.SUCCEEDED))
+    def _handle(self, event: Event, result: CommandResult = _SUCCESS) -> None:
+        run, before, after = self._run, self.state, TRANSITIONS[self.state][event]
+        if run is None or after is None:
             return
+        self.state = after
+        self._exit(before, event)
+        if event is Event.SUCCEEDED and after is State.READY:
+            run.step, run.attempts = run.step + 1, 0
+            run.on_step(run.step)
+        if after is State.READY and self.state is State.READY:
+            self._handle(self._next_event(run))
+        elif after in _WORKING:
+            if before is State.READY:
+                run.attempts += 1
+            self._start_command(run, after)
+        elif after is State.RETRYING:
+            delay = self._settings.retry_delay
+            self._pause = self._talker.after(delay, lambda: self._handle(Event.TIMED_OUT))
+        elif after is State.HALTED:
+            run.attempts = 0
+        elif after is State.IDLE:
+            self._run = None
+            if event is not Event.STOP:
+                run.on_end(result)
+
+    def _exit(self, state: State, event: Event) -> None:
+        """End what a state has under way."""
+        if state is State.DRIVING and self._watch is not None:
+            (self._watch.end if event is Event.SUCCEEDED else self._watch.drop)()
+        if event in {Event.HALT, Event.STOP}:
+            if state in _WORKING and self._command is not None:
+                self._command.cancel()
+            elif state is State.RETRYING and self._pause is not None:
+                self._pause.cancel()
+
+    def _next_event(self, run: _Run) -> Event:
+        """Return how the task goes on from `READY`."""
+        if run.step == len(run.steps):
+            return Event.COMPLETED
+        if not run.may_go():
+            return Event.HALT
         step = run.steps[run.step]
-        run.tries += 1
-        if step.kind is not StepKind.MOVE and self._is_away_from(step.goal):
-            step = replace(step, kind=StepKind.MOVE, payload=0.0)
-        self._do(run, step)
+        if step.kind is StepKind.MOVE:
+            return Event.DRIVE
+        return Event.DISPLACED if self._is_away_from(step.goal) else Event.ACT
 
     def _is_away_from(self, goal: Pose) -> bool:
-        if self._pose is None:
-            return False
-        here = self._pose()
-        return math.dist((here.x, here.y), (goal.x, goal.y)) > AWAY
+        return self._here is not None and self._here().distance_to(goal) > DISPLACEMENT
 
-    def _do(self, run: _Run, step: TaskStep) -> None:
-        run.doing = step
-        command = self._commands.get(step.kind)
-        if command is None:
+    def _start_command(self, run: _Run, state: State) -> None:
+        step = run.steps[run.step]
+        if state is State.RETURNING:
+            step = replace(step, kind=StepKind.MOVE, payload=0.0)
+        self._command = self._commands.get(step.kind)
+        if self._command is None:
             text = f"this robot has no command for {step.kind.name}"
-            self._end(run, CommandResult(CommandState.REJECTED, text))
+            self._handle(Event.GAVE_UP, CommandResult(CommandState.REJECTED, text))
             return
-        run.command = command
-        if self._watch is not None and step is run.steps[run.step] and step.kind is StepKind.MOVE:
+        if state is State.DRIVING and self._watch is not None:
             self._watch.begin(step)
-        command.start(step, lambda result: self._step_ended(run, result))
+        self._started += 1
+        number = self._started
+        self._command.start(step, lambda result: self._command_ended(number, result))
 
-    def _step_ended(self, run: _Run, result: CommandResult) -> None:
-        if run is not self._run:
+    def _command_ended(self, number: int, result: CommandResult) -> None:
+        if self._run is None or number != self._started:
             return
-        if self._watch is not None:
-            (self._watch.end if result.state is CommandState.SUCCEEDED else self._watch.drop)()
-        if result.state is CommandState.SUCCEEDED and run.doing is not run.steps[run.step]:
-            self._do(run, run.steps[run.step])
-        elif result.state is CommandState.SUCCEEDED:
-            run.step += 1
-            run.tries = 0
-            run.on_step(run.step)
-            if run is self._run:
-                self._start_step(run)
-        elif run.tries < self._settings.attempts:
-            run.retry = self._talker.after(
-                self._settings.retry_delay, lambda: self._try_again(run)
-            )
+        if result.state is CommandState.SUCCEEDED:
+            self._handle(Event.SUCCEEDED)
+        elif self._run.attempts < self._settings.attempts:
+            self._handle(Event.FAILED)
         else:
-            self._end(run, result)
-
-    def _try_again(self, run: _Run) -> None:
-        if run.may_try_again():
-            self._start_step(run)
-        else:
-            self._run = None
-
-    def _end(self, run: _Run, result: CommandResult) -> None:
-        self._run = None
-        run.on_end(result)
-
-
-@dataclass
-class _Run:
-    """One task on its way."""
-
-    steps: tuple[TaskStep, ...]
-    step: int
-    doing: TaskStep
-    on_step: Callable[[int], None]
-    on_end: Callable[[CommandResult], None]
-    may_try_again: Callable[[], bool]
-    tries: int = 0
-    command: Command | None = None
-    retry: Timer | None = None
+            self._handle(Event.GAVE_UP, result)
