@@ -93,7 +93,7 @@ def test_what_it_has_begun_it_does_not_offer():
 
     (bid,) = harness.bids(GO).bids
 
-    assert (bid.cost, bid.reason) == (MAX_COST, "has begun with it")
+    assert (bid.cost, bid.reason) == (MAX_COST, "has begun it already")
 
 
 def test_a_task_is_begun_at_once_and_reported_step_by_step():

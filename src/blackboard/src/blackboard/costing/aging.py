@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a second of waiting counts for a task, so that none waits for ever.
+"""What a second of waiting counts for a task, so that no task waits forever.
 
-Where short tasks go before long ones, new short ones might do so again and again. The longer a
-task has waited the more its waiting counts, until it goes before all that is new.
+Where short tasks go before long ones, new short ones might keep doing so. The longer a task has
+waited, the more its waiting counts, until it goes before everything new.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
 
 _MAX_DOUBLINGS = 20.0
-"""A million times is more than any list is long."""
+"""A factor of a million is more than any schedule is long."""
 
 
 class Aging:
@@ -24,7 +24,7 @@ class Aging:
 
     Args:
         now: Gives the time on the clock of `Task.posted` [s].
-        doubling: Time in which it doubles [s]; infinite where age does not count.
+        doubling: Time in which it doubles [s]; infinite if age does not count.
     """
 
     def __init__(self, now: Callable[[], float] = lambda: 0.0, doubling: float = math.inf) -> None:
@@ -32,7 +32,7 @@ class Aging:
         self._doubling = doubling
 
     def weight(self, task: Task) -> float:
-        """Return what a second counts: 1 for a task that is new or does not say how old it is."""
+        """Return what a second counts; 1 for a task that is new or does not say how old it is."""
         if task.posted <= 0.0:
             return 1.0
         age = max(0.0, self._now() - task.posted)
