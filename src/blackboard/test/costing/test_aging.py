@@ -3,7 +3,7 @@
 
 import pytest
 
-from blackboard.costing.aging import Aging
+from blackboard.costing.insertion import Aging
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 

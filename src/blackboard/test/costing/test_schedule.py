@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.costing.aging import Aging
 from blackboard.costing.effort import Predictor
+from blackboard.costing.insertion import Aging
 from blackboard.costing.pace import MEAN_SPEED_SHARE
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.costing.schedule import Entry, Schedule

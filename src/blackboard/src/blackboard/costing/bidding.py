@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.costing.aging import Aging
 from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.costing.cost import COST_MODELS
 from blackboard.costing.effort import charge_to_reach
+from blackboard.costing.insertion import Aging
 from blackboard.costing.pace import Pace
 from blackboard.costing.preemption import interruption, may_put_off
 from blackboard.costing.schedule import Entry, Schedule

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 from blackboard.costing.cost import friction_force
 from blackboard.costing.pace import Pace
 from blackboard.domain.task import StepKind, load_during, split_task
-from hive_common.pose import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.task import Task
+    from hive_common.pose import Pose
 
 
 class Effort(NamedTuple):
@@ -120,37 +120,6 @@ class Job:
         if self._begin is None:
             return self._rest
         return self._predictor.drive(start, self._begin, self._load).then(self._rest)
-
-    def end_from(self, start: Pose) -> Pose:
-        """Return where the robot is afterwards."""
-        return start if self._rest is None else self._rest.end
-
-
-class Series:
-    """Jobs that a robot does one after the other, inserted into its schedule as one.
-
-    Args:
-        jobs: One at least, each of a task of which something is left to do.
-        weights: What a second of waiting for each counts.
-
-    Attributes:
-        weight: What a second of waiting for all counts.
-        waiting: The weighted sum of the times from the end of the first until each is done [s].
-    """
-
-    def __init__(self, jobs: Sequence[Job], weights: Sequence[float]) -> None:
-        self._first, *others = jobs
-        self._rest: Effort | None = None
-        self.weight, self.waiting = sum(weights), 0.0
-        for job, weight in zip(others, weights[1:], strict=True):
-            done = self._rest or Effort(0.0, 0.0, 0.0, self._first.end_from(Pose(0.0, 0.0)))
-            self._rest = done.then(job.effort_from(done.end))
-            self.waiting += weight * self._rest.duration
-
-    def effort_from(self, start: Pose) -> tuple[Effort, float]:
-        """Return what all take from a place on, and the duration of the first alone [s]."""
-        first = self._first.effort_from(start)
-        return (first if self._rest is None else first.then(self._rest)), first.duration
 
 
 def charge_to_reach(

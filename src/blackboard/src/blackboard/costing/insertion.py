@@ -11,15 +11,41 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from blackboard.costing.effort import Effort, Job, Series
+from blackboard.costing.effort import Effort, Job
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.costing.aging import Aging
     from blackboard.costing.effort import Predictor
     from blackboard.domain.task import Task
     from hive_common.pose import Pose
+
+
+_MAX_DOUBLINGS = 20.0
+"""A factor of a million is more than any schedule is long."""
+
+
+class Aging:
+    """Says what a second of waiting counts for a task now, so that no task waits forever.
+
+    Where short tasks go before long ones, new short ones might keep doing so. The longer a task
+    has waited, the more its waiting counts, until it goes before everything new.
+
+    Args:
+        now: Gives the time on the clock of `Task.posted` [s].
+        doubling: Time in which it doubles [s]; infinite if age does not count.
+    """
+
+    def __init__(self, now: Callable[[], float] = lambda: 0.0, doubling: float = math.inf) -> None:
+        self._now = now
+        self._doubling = doubling
+
+    def weight(self, task: Task) -> float:
+        """Return what a second counts; 1 for a task that is new or does not say how old it is."""
+        if task.posted <= 0.0:
+            return 1.0
+        age = max(0.0, self._now() - task.posted)
+        return float(2.0 ** min(age / self._doubling, _MAX_DOUBLINGS))
 
 
 class Insertion(NamedTuple):
@@ -33,7 +59,7 @@ class Insertion(NamedTuple):
         added_energy: How much more the robot draws because of it [J]; at least 0.
         finish: Time from now until the whole schedule is done with it [s].
         added_waiting: How much longer all tasks of the schedule wait until they are done, its own
-            wait included, summed [s]; old tasks count more, see `aging`.
+            wait included, summed [s]; old tasks count more, see `Aging`.
     """
 
     position: int
@@ -131,12 +157,11 @@ class Route:
             if stop.priority > task.priority or (self._keep_first and index == 0)
         )
         equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
-        series = Series(
-            [Job(each, step, self._predictor) for each, step in bundle],
-            [self._aging.weight(each) for each, _ in bundle],
-        )
+        jobs = [
+            (Job(each, step, self._predictor), self._aging.weight(each)) for each, step in bundle
+        ]
         positions = range(ahead, ahead + equals + 1)
-        insertions = [self._insertion(position, series) for position in positions]
+        insertions = [self._insertion(position, jobs) for position in positions]
         best, least = insertions[0], math.inf
         for insertion in insertions:
             value = round(self._rule(insertion), _DIGITS)
@@ -144,9 +169,13 @@ class Route:
                 best, least = insertion, value
         return best
 
-    def _insertion(self, position: int, series: Series) -> Insertion:
+    def _insertion(self, position: int, jobs: Sequence[tuple[Job, float]]) -> Insertion:
+        """Return what inserting some jobs takes, each with what a second of waiting counts."""
         before = self.before[position]
-        own, first = series.effort_from(before.end)
+        own, waiting = Effort(0.0, 0.0, 0.0, before.end), 0.0
+        for job, weight in jobs:
+            own = own.then(job.effort_from(own.end))
+            waiting += weight * (before.duration + own.duration)
         distance, energy, longer = own.distance, own.energy, own.duration
         if position < len(self._stops):
             earlier = self._own[position]
@@ -154,7 +183,6 @@ class Route:
             distance += later.distance - earlier.distance
             energy = max(0.0, energy + later.energy - earlier.energy)
             longer += later.duration - earlier.duration
-        waiting = series.weight * (before.duration + first) + series.waiting
         if behind := self._weight_behind[position]:
             waiting += behind * longer
         finish = self.before[-1].duration + longer

@@ -17,10 +17,8 @@ import numpy as np
 from blackboard.errors import CharacteristicsError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
-    from blackboard.domain.path_lengths import PathLengths
-    from blackboard.domain.task import TaskStep
     from hive_common.pose import Pose
 
 MEAN_SPEED_SHARE = 0.6
@@ -94,46 +92,6 @@ class Pace:
         self._covariance = (
             self._covariance - np.outer(gain, share @ self._covariance)
         ) / _FORGETTING
-
-
-class DriveWatch:
-    """Times a robot's drives and lets its pace learn from them.
-
-    Args:
-        pace: What learns.
-        path_lengths: Measures the drives.
-        now: Gives the time [s].
-        here: Says where the robot is.
-    """
-
-    def __init__(
-        self,
-        pace: Pace,
-        path_lengths: PathLengths,
-        now: Callable[[], float],
-        here: Callable[[], Pose],
-    ) -> None:
-        self._pace = pace
-        self._path_lengths = path_lengths
-        self._now = now
-        self._here = here
-        self._begun: tuple[TaskStep, Pose, float] | None = None
-
-    def begin(self, step: TaskStep) -> None:
-        """Note that a drive begins."""
-        self._begun = (step, self._here(), self._now())
-
-    def drop(self) -> None:
-        """Note that the drive was stopped or failed: its duration says nothing."""
-        self._begun = None
-
-    def end(self) -> None:
-        """Note that the drive has succeeded."""
-        if self._begun is not None:
-            step, start, since = self._begun
-            distance = self._path_lengths.length(start, step.goal)
-            self._pace.learn(start, step.goal, distance, self._now() - since)
-        self._begun = None
 
 
 def _turns(start: Pose, goal: Pose) -> float:

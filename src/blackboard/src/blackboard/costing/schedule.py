@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from blackboard.costing.aging import Aging
 from blackboard.costing.effort import Effort, Job, Predictor
-from blackboard.costing.insertion import Route, Stop, insertion_rule
+from blackboard.costing.insertion import Aging, Route, Stop, insertion_rule
 from blackboard.costing.pace import Pace
 from blackboard.domain.record import OrderKind, TaskUpdate
 from blackboard.domain.task import StepKind, TaskState, is_picked, split_task, step_to_go_on

@@ -25,7 +25,6 @@ from blackboard.domain.task import StepKind, split_task
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from blackboard.costing.pace import DriveWatch
     from blackboard.domain.settings import ControllerSettings
     from blackboard.domain.talker import Talker, Timer
     from blackboard.domain.task import Task, TaskStep
@@ -148,11 +147,7 @@ TRANSITIONS: Mapping[State, Mapping[Event, State | None]] = MappingProxyType(
         # Nobody can tell what a gripper that was stopped half-way holds.
         State.ACTING: _AT_WORK | {Event.HALT: None},
         State.RETRYING: _NOTHING
-        | {
-            Event.TIMED_OUT: State.READY,
-            Event.HALT: State.HALTED,
-            Event.STOP: State.IDLE,
-        },
+        | {Event.TIMED_OUT: State.READY, Event.HALT: State.HALTED, Event.STOP: State.IDLE},
         State.HALTED: _NOTHING | {Event.RESUME: State.READY, Event.STOP: State.IDLE},
     }
 )
@@ -190,10 +185,7 @@ class Controller:
     """
 
     def __init__(
-        self,
-        commands: Mapping[StepKind, Command],
-        talker: Talker,
-        settings: ControllerSettings,
+        self, commands: Mapping[StepKind, Command], talker: Talker, settings: ControllerSettings
     ) -> None:
         self._commands = commands
         self._talker = talker
@@ -203,7 +195,8 @@ class Controller:
         self._started = 0
         self._pause: Timer | None = None
         self._here: Callable[[], Pose] | None = None
-        self._watch: DriveWatch | None = None
+        self._on_drive: Callable[[Pose, Pose, float], None] = lambda *_: None
+        self._departure: tuple[Pose, float] | None = None
         self.state = State.IDLE
 
     @property
@@ -211,9 +204,18 @@ class Controller:
         """Id of the task that has begun and not ended; empty if there is none."""
         return self._run.task.id if self._run is not None else ""
 
-    def observe(self, here: Callable[[], Pose], watch: DriveWatch | None = None) -> None:
-        """Check from now on where the robot is before its arm begins, and have drives timed."""
-        self._here, self._watch = here, watch
+    def observe(
+        self,
+        here: Callable[[], Pose],
+        on_drive: Callable[[Pose, Pose, float], None] = lambda *_: None,
+    ) -> None:
+        """Check from now on where the robot is before its arm begins, and report drives.
+
+        Args:
+            here: Says where the robot is.
+            on_drive: Called with start, goal and duration [s] of every drive that succeeds.
+        """
+        self._here, self._on_drive = here, on_drive
 
     def run(
         self,
@@ -250,7 +252,7 @@ class Controller:
         if run is None or after is None:
             return
         self.state = after
-        self._exit(before, event)
+        self._exit(run, before, event)
         if event is Event.SUCCEEDED and after is State.READY:
             run.step, run.attempts = run.step + 1, 0
             run.on_step(run.step)
@@ -270,11 +272,12 @@ class Controller:
             if event is not Event.STOP:
                 run.on_end(result)
 
-    def _exit(self, state: State, event: Event) -> None:
+    def _exit(self, run: _Run, state: State, event: Event) -> None:
         """End what a state has under way."""
-        if state is State.DRIVING and self._watch is not None:
-            (self._watch.end if event is Event.SUCCEEDED else self._watch.drop)()
-        if event in {Event.HALT, Event.STOP}:
+        if state is State.DRIVING and event is Event.SUCCEEDED and self._departure is not None:
+            start, since = self._departure
+            self._on_drive(start, run.steps[run.step].goal, self._talker.now() - since)
+        elif event in {Event.HALT, Event.STOP}:
             if state in _WORKING and self._command is not None:
                 self._command.cancel()
             elif state is State.RETRYING and self._pause is not None:
@@ -303,8 +306,8 @@ class Controller:
             text = f"this robot has no command for {step.kind.name}"
             self._handle(Event.GAVE_UP, CommandResult(CommandState.REJECTED, text))
             return
-        if state is State.DRIVING and self._watch is not None:
-            self._watch.begin(step)
+        if self._here is not None:
+            self._departure = self._here(), self._talker.now()
         self._started += 1
         number = self._started
         self._command.start(step, lambda result: self._command_ended(number, result))

@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.hive_filter import NoFilter
-from blackboard.costing.aging import Aging
 from blackboard.costing.cost import friction_force
-from blackboard.costing.pace import DriveWatch, Pace
+from blackboard.costing.insertion import Aging
+from blackboard.costing.pace import Pace
 from blackboard.costing.preemption import may_put_off
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.characteristics import RobotState, RobotStatus
@@ -96,8 +96,12 @@ class Robot:
         self._last_order = ""
         aging = Aging(talker.now, settings.aging)
         pace = Pace(characteristics.max_speed)
-        watch = DriveWatch(pace, path_lengths, talker.now, lambda: self._pose)
-        controller.observe(lambda: self._pose, watch)
+        controller.observe(
+            lambda: self._pose,
+            lambda start, goal, duration: pace.learn(
+                start, goal, path_lengths.length(start, goal), duration
+            ),
+        )
         self._schedule = Schedule(characteristics, path_lengths, settings.cost_model, aging, pace)
         self._service = Service()
         self._filter = hive_filter or NoFilter(talker)
