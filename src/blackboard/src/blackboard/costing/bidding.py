@@ -38,10 +38,7 @@ class Bidder:
     """Computes a robot's bids.
 
     Args:
-        robot_id: Who bids.
-        characteristics: What the robot is.
-        battery: Its battery.
-        schedule: What it has to do already.
+        schedule: What the robot has to do already.
         model: Turns the terms of a task into its cost.
         reserve: Says what it takes to reach a charger from a pose [Ah].
     """
@@ -65,13 +62,8 @@ class Bidder:
     def answer(self, broadcast: Broadcast, here: Pose, refusal: str, *, at_work: bool) -> Bids:
         """Return the bids on everything that was broadcast.
 
-        Tasks on its own schedule are offered to others: it bids for the schedule without them.
-
-        Args:
-            broadcast: What is offered.
-            here: Where the robot is.
-            refusal: Why it takes nothing now; empty if it is in service.
-            at_work: Whether the first task on its schedule is under way.
+        Tasks on its own schedule are offered to others: it bids for the schedule without them. A
+        `refusal` says why it takes nothing now; `at_work`, that its first task is under way.
         """
         offered = {task.id for task, _ in broadcast.tasks}
         first = self._schedule.first() if at_work else None
@@ -86,14 +78,7 @@ class Bidder:
         return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids, broadcast.round)
 
     def bid(self, task: Task, step: int, here: Pose, *, at_work: bool) -> Bid:
-        """Return the bid on a task at its best position in the robot's schedule.
-
-        Args:
-            task: A task that `analyze_task` has passed.
-            step: Its first step that is still to be done.
-            here: Where the robot is.
-            at_work: Whether the first task on its schedule is under way.
-        """
+        """Return the bid on a task, from a step on, at its best position in the schedule."""
         route = self._schedule.route(here, at_work=at_work)
         return self._bid(((task, step),), here, route, at_work=at_work)
 

@@ -49,7 +49,6 @@ class Predictor:
     """Predicts the effort of one robot's drives and tasks.
 
     Args:
-        robot: What the robot is.
         path_lengths: Measures its drives.
         pace: Knows how long they take; the rule of thumb by default.
     """
@@ -88,9 +87,7 @@ class Job:
     positions in a schedule that the task could have.
 
     Args:
-        task: A task that `analyze_task` has passed.
         first_step: The first step that is still to be done.
-        predictor: Of the robot.
         steps: How many steps count; by default all that are left.
     """
 

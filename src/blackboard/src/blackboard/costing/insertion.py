@@ -74,17 +74,15 @@ class Insertion(NamedTuple):
 InsertionRule = Callable[[Insertion], float]
 """What is least at the best position."""
 
-_RULES: Mapping[str, InsertionRule] = MappingProxyType(
+shortest: InsertionRule = attrgetter("added_distance")
+
+INSERTION_RULES: Mapping[str, InsertionRule] = MappingProxyType(
     {"makespan": attrgetter("finish"), "latency": attrgetter("added_waiting")}
 )
+"""By the names of cost models; the others go by `shortest`."""
 
 _DIGITS = 6
 """Positions that differ by less than a micrometre or a microsecond are equally good."""
-
-
-def insertion_rule(cost_model: str) -> InsertionRule:
-    """Return what is least at the best position under a cost model, by its name."""
-    return _RULES.get(cost_model, attrgetter("added_distance"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,10 +106,8 @@ class Route:
     Args:
         here: Where the robot is.
         stops: What it has to do, in this order.
-        predictor: Of the robot.
         rule: What is least at the best position.
         keep_first: Whether the first stop is under way and stays first.
-        aging: Says what a second of waiting counts.
 
     Attributes:
         before: What the robot has done from here before each stop, and after the last one.

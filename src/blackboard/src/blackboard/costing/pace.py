@@ -66,13 +66,7 @@ class Pace:
         return tuple(self._times.tolist())
 
     def duration(self, start: Pose, goal: Pose, distance: float) -> float:
-        """Return how long a drive takes [s].
-
-        Args:
-            start: Where it begins.
-            goal: Where it ends.
-            distance: Its length [m]; infinite if there is no path.
-        """
+        """Return how long a drive over a distance [m] takes [s]; infinite if there is no path."""
         if distance == 0.0 or math.isinf(distance):
             return distance
         per_drive, per_metre, per_radian = self._times.tolist()

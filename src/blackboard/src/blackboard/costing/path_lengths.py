@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
+from functools import cache, lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -96,8 +97,8 @@ class GridPathLengths:
         """Use another map from now on."""
         self._floor = grid
         self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
-        self._stands: dict[tuple[float, float], _Stand | None] = {}
-        self._made: _Roads | None = None
+        self._stand = lru_cache(_MAX_STANDS)(self._find_stand)
+        self._roads = cache(partial(_make_roads, grid, self._radius))  # made when first needed
 
     def length(self, start: Pose, goal: Pose) -> float:
         """Return the length of the shortest path [m]; infinite if there is none."""
@@ -142,12 +143,6 @@ class GridPathLengths:
             return "is inside a wall or in unknown space; choose a free place of the map"
         return ""
 
-    def _roads(self) -> _Roads:
-        """Return where the robot can drive, computed when first needed."""
-        if self._made is None:
-            self._made = _make_roads(self._floor, self._radius)
-        return self._made
-
     def _field(self, node: int) -> NDArray[np.float64]:
         """Return the distance from every node of the coarse grid to one node [m]."""
         field = self._fields.pop(node, None)
@@ -158,16 +153,8 @@ class GridPathLengths:
             self._fields.popitem(last=False)
         return field
 
-    def _stand(self, pose: Pose) -> _Stand | None:
-        """Return where on the free floor a pose is; None if it is not close to it."""
-        place = pose.x, pose.y
-        if place not in self._stands:
-            if len(self._stands) >= _MAX_STANDS:
-                self._stands.clear()
-            self._stands[place] = self._find_stand(pose)
-        return self._stands[place]
-
     def _find_stand(self, pose: Pose) -> _Stand | None:
+        """Return where on the free floor a pose is; None if it is not close to it."""
         cell = self._floor.cell(pose)
         if cell is None:
             return None

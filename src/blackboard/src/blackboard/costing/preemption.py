@@ -45,14 +45,6 @@ def interruption(
 
     That is the urgent task from here, and how much longer the rest of the other one becomes by
     beginning where the urgent one ends.
-
-    Args:
-        urgent: A task that `analyze_task` has passed.
-        step: Its first step that is still to be done.
-        current: What is under way.
-        here: Where the robot is.
-        predictor: Of the robot.
-        battery: Turns energy into charge.
     """
     own = predictor.effort(urgent, step, here)
     resumed = step_to_resume(current.task, current.step)
@@ -78,10 +70,6 @@ def best_bid(record: TaskRecord, able: Iterable[Bid]) -> Bid | None:
     Robots that have tried it in vain come last; otherwise the cheapest bid wins. A task of the
     highest priority goes to a robot that can begin at once. If none can, it goes to the one that
     costs least to interrupt; if none may be interrupted, to the cheapest.
-
-    Args:
-        record: The task.
-        able: The bids of robots that would take it.
     """
 
     def rank(bid: Bid) -> tuple[int, float, float, str]:

@@ -12,7 +12,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from blackboard.costing.effort import Effort, Job, Predictor
-from blackboard.costing.insertion import Aging, Route, Stop, insertion_rule
+from blackboard.costing.insertion import INSERTION_RULES, Aging, Route, Stop, shortest
 from blackboard.costing.pace import Pace
 from blackboard.domain.record import OrderKind, TaskUpdate
 from blackboard.domain.task import StepKind, TaskState, is_picked, split_task, step_to_go_on
@@ -63,12 +63,7 @@ class Entry:
         return max(self.known, self.order.step) >= self.step
 
     def yields_to(self, order: Order, under_way: Entry | None) -> bool:
-        """Return whether an order to take back its task means this assignment, as it is.
-
-        Args:
-            order: To drop the task, or to hand it back.
-            under_way: What the robot has begun.
-        """
+        """Return whether an order to take back its task means this assignment, as it stands."""
         begun = self is under_way
         return self.order.assignment <= order.assignment and not (
             begun and order.kind is OrderKind.HAND_BACK_UNBEGUN
@@ -76,7 +71,7 @@ class Entry:
 
     def update(self, state: TaskState, **fields: object) -> TaskUpdate:
         """Return what the robot reports about it; further fields by name."""
-        report = TaskUpdate(
+        return TaskUpdate(
             task_id=self.task.id,
             state=state,
             robot_id=self.order.robot_id,
@@ -84,22 +79,21 @@ class Entry:
             steps=self.steps,
             epoch=self.order.epoch,
             assignment=self.order.assignment,
+            **fields,  # type: ignore[arg-type]  # fields by name
         )
-        return replace(report, **fields)  # type: ignore[arg-type]  # fields by name
 
 
 class Schedule:
     """A robot's tasks in the order it will do them.
 
     Args:
-        robot: What the robot is.
-        path_lengths: Measures its drives.
+        path_lengths: Measures the robot's drives.
         cost_model: By its name; says what is least at the best position for one more task.
         aging: Says what a second of waiting counts; by default the same for all.
         pace: Knows how long the robot's drives take; the rule of thumb by default.
 
     Attributes:
-        pace: As given.
+        pace: See above.
         predictor: Predicts what tasks take the robot.
     """
 
@@ -113,7 +107,7 @@ class Schedule:
     ) -> None:
         self.pace = pace or Pace(robot.max_speed)
         self.predictor = Predictor(robot, path_lengths, self.pace)
-        self._rule = insertion_rule(cost_model)
+        self._rule = INSERTION_RULES.get(cost_model, shortest)
         self._aging = aging or Aging()
         self._entries: list[Entry] = []
 
@@ -167,10 +161,8 @@ class Schedule:
     def route(self, here: Pose, *, at_work: bool, without: Collection[str] = ()) -> Route:
         """Return the schedule as it is now, to find where one more task goes best.
 
-        Args:
-            here: Where the robot is.
-            at_work: Whether the first task is under way and stays first.
-            without: Ids of tasks that are left out.
+        `at_work` says whether the first task is under way and stays first; `without` holds the ids
+        of tasks that are left out.
         """
         stops = [
             Stop(

@@ -50,7 +50,6 @@ class Claims:
         holds: Whether all others have conceded it.
 
     Args:
-        robot_id: Whose part it is.
         chargers: Where a robot stands at each charger, by name [map frame].
         now: When it begins to listen [s].
     """

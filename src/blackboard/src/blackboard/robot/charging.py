@@ -64,11 +64,6 @@ class Charging:
 
     Args:
         talker: How it agrees with the other robots.
-        robot_id: Its name.
-        body: What it is.
-        battery: Its battery.
-        path_lengths: Measures the drives to the chargers.
-        controller: Drives it.
         service: Told when it leaves service to charge, and when it comes back.
         plan: Where and when it charges; by default only where a person sets it to.
     """

@@ -173,16 +173,7 @@ class _Run:
 
 
 class Controller:
-    """Executes one task at a time.
-
-    Args:
-        commands: What makes the robot do each kind of step.
-        talker: For the pause before a retry.
-        settings: How patient it is.
-
-    Attributes:
-        state: What it is doing.
-    """
+    """Executes one task at a time, with a command for each kind of step."""
 
     def __init__(
         self, commands: Mapping[StepKind, Command], talker: Talker, settings: ControllerSettings
@@ -209,11 +200,9 @@ class Controller:
         here: Callable[[], Pose],
         on_drive: Callable[[Pose, Pose, float], None] = lambda *_: None,
     ) -> None:
-        """Check from now on where the robot is before its arm begins, and report drives.
+        """Check from now on where the robot is before its arm begins, and time its drives.
 
-        Args:
-            here: Says where the robot is.
-            on_drive: Called with start, goal and duration [s] of every drive that succeeds.
+        `on_drive` is called with start, goal and duration [s] of every drive that succeeds.
         """
         self._here, self._on_drive = here, on_drive
 

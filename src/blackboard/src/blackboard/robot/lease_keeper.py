@@ -33,8 +33,6 @@ class LeaseKeeper:
     """Knows whether a robot may work now.
 
     Args:
-        talker: How it hears and knows the time.
-        robot_id: Whose lease it keeps.
         period: Between two statuses [s].
         changed: Called when the robot may work again, and when it may no longer.
         unheard: Called when the status is to be sent again: with every heartbeat while one got

@@ -25,8 +25,6 @@ class Reports:
     """Sends each report at once, and again until the hive acknowledges it.
 
     Args:
-        talker: How it speaks.
-        robot_id: Whose reports they are.
         journal: Keeps the open reports, so that a robot which restarts still sends them.
         hive_filter: Knows the leader, who has to hear them; without one, everybody has to.
     """

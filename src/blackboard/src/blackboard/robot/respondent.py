@@ -20,16 +20,7 @@ if TYPE_CHECKING:
 
 
 class Respondent:
-    """Answers calls for bids in one robot's name.
-
-    Args:
-        robot_id: Its name.
-        body: What it is.
-        battery: Its battery.
-        schedule: What it has to do already.
-        charging: Says whether it takes tasks, and which charge it keeps to reach a charger.
-        settings: By which cost model it bids.
-    """
+    """Answers calls for bids in one robot's name."""
 
     def __init__(
         self,
@@ -50,12 +41,9 @@ class Respondent:
         self._bidder = Bidder(robot_id, body, battery, schedule, model, charging.reserve)
 
     def answer(self, broadcast: Broadcast, here: Pose, *, at_work: bool) -> Bids:
-        """Return what is asked for.
+        """Return what a broadcast asks for.
 
-        Args:
-            broadcast: The call for bids.
-            here: Where the robot is.
-            at_work: Whether the first task on its schedule is under way.
+        `at_work` says whether the first task on the schedule is under way.
         """
         refusal = self._charging.refusal
         if not broadcast.basis:

@@ -55,13 +55,9 @@ class Robot:
 
     Args:
         talker: How it hears and speaks.
-        robot_id: Its name.
-        characteristics: What it is.
-        battery: Its battery.
         path_lengths: Measures its drives.
         controller: Executes its tasks.
         pose: Where it is [map frame].
-        settings: How it bids and speaks.
         journal: Keeps the reports that nobody has acknowledged yet.
         hive_filter: The member beside it; without one it obeys every blackboard and reads
             `bb_sync`.
@@ -103,26 +99,19 @@ class Robot:
             ),
         )
         self._schedule = Schedule(characteristics, path_lengths, settings.cost_model, aging, pace)
-        self._service = Service()
-        self._filter = hive_filter or NoFilter(talker)
-        self._reports = Reports(talker, robot_id, journal, self._filter)
+        self._service = service = Service()
+        self._filter = hive_filter = hive_filter or NoFilter(talker)
+        self._reports = Reports(talker, robot_id, journal, hive_filter)
         self._lease = LeaseKeeper(
             talker,
             robot_id,
             settings.status_period,
             self._go_on,
             self._publish_status,
-            self._filter,
+            hive_filter,
         )
         self.charging = Charging(
-            talker,
-            robot_id,
-            characteristics,
-            battery,
-            path_lengths,
-            controller,
-            self._service,
-            plan,
+            talker, robot_id, characteristics, battery, path_lengths, controller, service, plan
         )
         self._respondent = Respondent(
             robot_id, characteristics, battery, self._schedule, self.charging, settings
@@ -294,19 +283,16 @@ class Robot:
                 self._hand_back(held, reason)
         elif self._current is not None:
             self._controller.go_on()
-        elif entry is not None and self._may_begin(entry):
+        elif entry is not None and self._may_go():
             self._report_start(entry)
             self._controller.run(
                 entry.task, entry.step, self._step_done, self._task_ended, self._may_go
             )
 
-    def _may_begin(self, entry: Entry) -> bool:
-        """Return whether the next step of a task may be done now."""
-        return self._lease.holds() and entry.is_announced
-
     def _may_go(self) -> bool:
-        current = self._current
-        return current is not None and self._may_begin(current)
+        """Return whether the next step of the first task may be done now."""
+        entry = self._schedule.first()
+        return entry is not None and self._lease.holds() and entry.is_announced
 
     def _step_done(self, step: int) -> None:
         entry = self._schedule.first()
@@ -350,10 +336,7 @@ class Robot:
     def _hand_back(self, entry: Entry, reason: str, put_off_for: str = "") -> None:
         """Give a task back to the hive; one whose load is on board needs a person.
 
-        Args:
-            entry: The task.
-            reason: Why, in words.
-            put_off_for: Id of the more urgent task that it makes room for.
+        `put_off_for` is the id of the more urgent task that it makes room for.
         """
         state = TaskState.WAITING
         if self._drop(entry):
