@@ -64,10 +64,8 @@ class Entry:
 
     def yields_to(self, order: Order, under_way: Entry | None) -> bool:
         """Return whether an order to take back its task means this assignment, as it stands."""
-        begun = self is under_way
-        return self.order.assignment <= order.assignment and not (
-            begun and order.kind is OrderKind.HAND_BACK_UNBEGUN
-        )
+        keeps = self is under_way and order.kind is OrderKind.HAND_BACK_UNBEGUN
+        return self.order.assignment <= order.assignment and not keeps
 
     def update(self, state: TaskState, **fields: object) -> TaskUpdate:
         """Return what the robot reports about it; further fields by name."""
