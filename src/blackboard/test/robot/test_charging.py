@@ -70,7 +70,7 @@ def test_a_robot_takes_the_nearest_charger():
     assert goals(hive) == [WEST]
 
 
-def test_a_robot_that_finds_no_way_to_one_charger_tries_another():
+def test_a_robot_that_finds_no_path_to_one_charger_tries_another():
     hive = alone(0.25, TWO)
     lost = CommandResult(CommandState.ABORTED, "no way")
     hive.commands["robot1"].results = [lost] * 3
@@ -101,7 +101,7 @@ def test_a_full_robot_goes_back_to_where_it_started():
     assert status(hive).state is RobotState.IDLE
 
 
-def test_a_critical_robot_hands_back_what_it_has_not_on_board_and_charges_at_once():
+def test_a_critical_robot_without_a_load_hands_back_its_task_and_charges_at_once():
     hive = alone(0.16)
     hive.post(Task("T1", TaskType.GAB, (A, B)))
     hive.network.run(1.0)

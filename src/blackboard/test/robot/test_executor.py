@@ -211,7 +211,7 @@ def test_a_step_begins_only_when_the_one_before_has_ended():
     assert not bench.ends
 
 
-def test_steps_that_are_done_are_left_out():
+def test_steps_that_are_done_are_skipped():
     bench = Bench()
     bench.run(first_step=2)
     bench.drive.done(OK)
@@ -228,7 +228,7 @@ def test_a_task_that_is_done_already_ends_at_once():
     assert not bench.drive.started
 
 
-def test_a_step_that_fails_is_tried_again_after_a_pause():
+def test_a_step_that_fails_is_retried_after_a_pause():
     bench = Bench()
     bench.run(GO)
     bench.drive.done(FAILED)
@@ -242,7 +242,7 @@ def test_a_step_that_fails_is_tried_again_after_a_pause():
     assert not bench.ends
 
 
-def test_a_step_that_may_not_be_tried_again_stays_undone_and_nothing_is_reported():
+def test_a_step_that_may_not_be_retried_stays_undone_and_nothing_is_reported():
     bench = Bench()
     bench.run(GO)
     bench.drive.done(FAILED)
@@ -265,7 +265,7 @@ def test_a_step_that_keeps_failing_ends_the_task_with_its_last_result():
     assert not bench.steps
 
 
-def test_each_step_has_its_own_tries():
+def test_each_step_has_attempts_of_its_own():
     bench = Bench(attempts=2)
     bench.run()
     for motor in (bench.drive, bench.arm):
@@ -280,7 +280,7 @@ def test_each_step_has_its_own_tries():
 @pytest.mark.parametrize(
     "state", [state for state in CommandState if state is not CommandState.SUCCEEDED]
 )
-def test_whatever_is_no_success_is_tried_again(state):
+def test_everything_but_success_is_retried(state):
     bench = Bench()
     bench.run(GO)
 
@@ -300,7 +300,7 @@ def test_a_robot_without_a_command_for_a_step_says_so():
     ]
 
 
-def test_to_stop_cancels_the_command_under_way_and_reports_nothing():
+def test_stopping_cancels_the_command_under_way_and_reports_nothing():
     bench = Bench()
     bench.run()
 
@@ -324,7 +324,7 @@ def test_a_result_that_comes_after_the_stop_is_ignored(late):
     assert len(bench.drive.started) == 1
 
 
-def test_a_stop_in_the_pause_ends_the_tries():
+def test_a_stop_in_the_pause_ends_the_attempts():
     bench = Bench()
     bench.run(GO)
     bench.drive.done(FAILED)
@@ -335,7 +335,7 @@ def test_a_stop_in_the_pause_ends_the_tries():
     assert len(bench.drive.started) == 1
 
 
-def test_to_stop_when_nothing_is_going_on_is_harmless():
+def test_stopping_an_idle_controller_is_harmless():
     bench = Bench()
 
     bench.controller.stop()
@@ -357,7 +357,7 @@ def test_a_new_task_stops_the_old_one_whose_results_no_longer_count():
     assert bench.ends == [OK]
 
 
-def test_a_task_may_be_stopped_by_who_hears_of_its_step():
+def test_the_callback_for_a_step_may_stop_the_task():
     bench = Bench()
     bench.controller.run(CARRY, 0, lambda _: bench.controller.stop(), bench.ends.append)
 
@@ -367,7 +367,7 @@ def test_a_task_may_be_stopped_by_who_hears_of_its_step():
     assert not bench.ends
 
 
-def test_the_next_task_may_be_begun_by_who_hears_of_the_end():
+def test_the_callback_for_the_end_may_begin_the_next_task():
     bench = Bench()
     bench.controller.run(GO, 0, bench.steps.append, lambda _: bench.run(CARRY))
 
@@ -404,7 +404,7 @@ def test_a_robot_that_stands_where_it_is_to_pick_does_not_drive_back():
     assert [step.kind for step in bench.arm.started] == [StepKind.PICK]
 
 
-def test_an_arm_that_was_moved_away_at_work_tries_again_where_it_is_to_pick():
+def test_an_arm_that_was_moved_away_at_work_retries_at_the_place_of_its_step():
     bench = Bench()
     bench.stands_at(A)
     bench.run()
@@ -418,7 +418,7 @@ def test_an_arm_that_was_moved_away_at_work_tries_again_where_it_is_to_pick():
     assert [step.kind for step in bench.arm.started] == [StepKind.PICK] * 2
 
 
-def test_a_drive_back_that_fails_counts_as_a_try_of_what_the_arm_was_to_do():
+def test_a_drive_back_that_fails_counts_as_an_attempt_of_the_arm_s_step():
     bench = Bench(attempts=2)
     bench.stands_at(B)
     bench.run()
