@@ -429,3 +429,43 @@ def test_a_drive_back_that_fails_counts_as_an_attempt_of_the_arm_s_step():
 
     assert bench.ends == [FAILED]
     assert bench.arm.started == []
+
+
+def test_a_halt_stops_a_drive_at_once_and_resuming_begins_it_again():
+    bench = Bench()
+    bench.run()
+    bench.may_go = False
+    bench.controller.go_on()
+    halted = bench.controller.state, bench.drive.cancelled
+    bench.may_go = True
+    bench.controller.go_on()
+
+    assert halted == (State.HALTED, 1)
+    assert [step.goal for step in bench.drive.started] == [A, A]
+
+
+def test_an_arm_finishes_its_step_before_a_halt():
+    bench = Bench()
+    bench.run(first_step=1)
+    bench.may_go = False
+    bench.controller.go_on()
+    at_work = bench.controller.state, bench.arm.cancelled
+    bench.arm.done(OK)
+
+    assert at_work == (State.ACTING, 0)
+    assert bench.controller.state is State.HALTED
+    assert bench.steps == [2]
+
+
+def test_a_late_result_of_a_halted_drive_does_not_count_for_the_resumed_one():
+    bench = Bench()
+    bench.run()
+    late = bench.drive.done
+    bench.may_go = False
+    bench.controller.go_on()
+    bench.may_go = True
+    bench.controller.go_on()
+    late(OK)
+
+    assert bench.controller.state is State.DRIVING
+    assert bench.steps == []
