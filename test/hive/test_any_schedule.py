@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from blackboard.domain.talker import NEW_TASK, SET_STATE, TASK_CANCEL, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive, Network
 from hive_lab.virtual.properties import Properties

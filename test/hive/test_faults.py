@@ -16,7 +16,7 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive, Network
 from hive_lab.virtual.properties import Properties

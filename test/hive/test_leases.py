@@ -56,7 +56,7 @@ def test_a_robot_stops_within_its_lease_and_waits():
     status = hive.robots["robot1"].status
     assert hive.commands["robot1"].running is None
     assert (status.state, status.tasks) == (RobotState.BUSY, ("T1",))
-    assert status.reason.startswith("stands still until an active blackboard")
+    assert status.reason.startswith("stopped until the leader acknowledges")
 
 
 def test_a_robot_that_is_back_in_time_goes_on_where_it_stopped():

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
 from hive_lab.virtual.properties import Properties

@@ -186,7 +186,7 @@ BREAKS = {
         "plan_tasks",
         "test_the_goals_of_a_task_are_reached_in_their_order",
         "the goals are driven to in reverse",
-        "blackboard.robot.controller:split_task",
+        "blackboard.robot.executor:split_task",
         backwards,
     ),
     "6b": Break(

@@ -10,7 +10,7 @@ import rospy
 from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult
 
 from blackboard.domain.task import StepKind, TaskStep
-from blackboard.robot.controller import CommandState
+from blackboard.robot.executor import CommandState
 from blackboard.ros.commands import MoveBaseCommand
 from hive_common.pose import Pose
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from blackboard.auction.central import Central
-from blackboard.costing.aging import Aging
 from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.costing.cost import COST_MODELS
+from blackboard.costing.insertion import Aging
 from blackboard.costing.pace import Pace
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.costing.schedule import Entry, Schedule

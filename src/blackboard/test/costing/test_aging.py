@@ -3,7 +3,7 @@
 
 import pytest
 
-from blackboard.costing.aging import Aging
+from blackboard.costing.insertion import Aging
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 
@@ -14,7 +14,7 @@ def posted(at):
 
 
 @pytest.mark.parametrize(("waited", "weight"), [(0.0, 1.0), (60.0, 2.0**0.5), (240.0, 4.0)])
-def test_it_doubles_with_every_while(waited, weight):
+def test_it_doubles_again_and_again(waited, weight):
     assert Aging(lambda: 1000.0, 120.0).weight(posted(1000.0 - waited)) == pytest.approx(weight)
 
 
@@ -29,5 +29,5 @@ def test_a_task_without_a_time_or_from_the_future_counts_as_new():
     assert aging.weight(posted(2000.0)) == 1.0
 
 
-def test_without_a_while_age_does_not_count():
+def test_without_a_doubling_time_age_does_not_count():
     assert Aging().weight(posted(5.0)) == 1.0

@@ -35,7 +35,7 @@ def bid(
     here=HERE,
     at_work=False,
 ):
-    """Return what a robot bids that has some tasks on its list already."""
+    """Return what a robot bids that has some tasks on its schedule already."""
     schedule = Schedule(robot, path_lengths or EuclideanLengths(), model)
     for earlier in before:
         schedule.insert(Order(earlier, "robot1"), here, keep_first=at_work)
@@ -45,7 +45,7 @@ def bid(
 
 
 def halved():
-    """Return ways on a floor of 10 m x 10 m from (-5, -5), cut in two along x = 0.5 m."""
+    """Return path lengths on a floor of 10 m x 10 m from (-5, -5), cut in two along x = 0.5 m."""
     blocked = np.zeros((100, 100), dtype=bool)
     blocked[:, 54:56] = True
     return GridPathLengths(Grid(blocked, 0.1, -5.0, -5.0), 0.3)
@@ -67,12 +67,12 @@ def test_behind_another_task_the_place_doubles_the_cost_and_less_charge_is_left(
 
     offer = bid(back, before=[earlier], at_work=True)
 
-    # Both ways are 12 m long; the second begins with the charge that the first has left.
+    # Both drives are 12 m long; the second begins with the charge that the first has left.
     assert offer.cost == pytest.approx(1000.0 * GO_CHARGE * 2 / (20.0 - GO_CHARGE))
     assert offer.eta == pytest.approx(40.0)
 
 
-def test_by_energy_what_waits_before_only_lessens_the_charge_that_is_left():
+def test_by_energy_earlier_tasks_only_reduce_the_charge_that_is_left():
     earlier = Task("T0", TaskType.GA, (Pose(12.0, 0.0),), priority=5)
     back = Task("T1", TaskType.GA, (Pose(0.0, 0.0),))
 
@@ -132,11 +132,11 @@ def test_what_a_robot_can_never_do_costs_the_most_and_says_why(task, robot, reas
     assert not offer.is_able
 
 
-def test_a_low_battery_refuses_what_would_take_it_under_a_tenth():
+def test_a_low_battery_refuses_what_would_take_it_below_a_tenth():
     offer = bid(GO, charge=0.1001)
 
     assert offer.cost == MAX_COST
-    assert offer.reason == "its charge would fall to 10%, it keeps 10%"
+    assert offer.reason == "its charge would fall to 10%; it keeps 10%"
 
 
 def test_a_battery_just_above_the_tolerance_still_bids():
@@ -146,7 +146,7 @@ def test_a_battery_just_above_the_tolerance_still_bids():
     assert bid(GO, charge=0.1 + 1.01 * taken).is_able
 
 
-def test_what_waits_before_counts_for_the_charge_at_the_time_of_execution():
+def test_earlier_tasks_count_for_the_charge_at_the_time_of_execution():
     there = Task("T0", TaskType.GA, (Pose(6.0, 0.0),), priority=9)
     taken = 517.6798 / (3600.0 * Battery(SMALL_ROBOT.battery, 0.101).get_volts()) / 20.0
     charge = 0.1 + 1.2 * taken
@@ -155,14 +155,14 @@ def test_what_waits_before_counts_for_the_charge_at_the_time_of_execution():
     assert not bid(replace(GO, goals=(Pose(-6.0, 0.0),)), charge=charge, before=[there]).is_able
 
 
-def test_a_place_without_a_way_is_refused_with_the_radius_that_does_not_fit():
+def test_a_goal_without_a_path_is_refused_with_the_radius_that_does_not_fit():
     offer = bid(replace(GO, goals=(Pose(3.0, 0.0),)), path_lengths=halved(), here=Pose(-2.0, 0.0))
 
     assert offer.cost == MAX_COST
-    assert offer.reason == "finds no way there from (-2.00, 0.00) for its radius of 0.30 m"
+    assert offer.reason == "finds no path there from (-2.00, 0.00) for its radius of 0.30 m"
 
 
-def test_behind_a_task_without_a_way_nothing_is_promised():
+def test_behind_a_task_without_a_path_nothing_is_promised():
     lost = Task("T0", TaskType.GA, (Pose(3.0, 0.0),), priority=9)
 
     offer = bid(
@@ -173,7 +173,7 @@ def test_behind_a_task_without_a_way_nothing_is_promised():
     )
 
     assert offer.cost == MAX_COST
-    assert "no way" in offer.reason
+    assert "no path" in offer.reason
 
 
 def test_a_cost_at_the_end_of_the_scale_is_a_refusal():
@@ -188,7 +188,7 @@ def test_a_cost_at_the_end_of_the_scale_is_a_refusal():
 
     offer = bidder.bid(GO, 0, HERE, at_work=False)
 
-    assert (offer.cost, offer.reason) == (MAX_COST, "its cost of 1001 is not under 1000")
+    assert (offer.cost, offer.reason) == (MAX_COST, "its cost of 1001 is not below 1000")
 
 
 def test_steps_that_are_done_cost_nothing():

@@ -31,7 +31,7 @@ def test_by_the_report_an_idle_robot_is_not_free():
     assert COST_MODELS["report"].cost(first) == pytest.approx(50.0)
 
 
-def test_by_energy_it_is_the_charge_that_the_list_takes_more_wherever_the_task_goes():
+def test_by_energy_it_is_the_charge_that_the_schedule_takes_more_wherever_the_task_goes():
     model = COST_MODELS["energy"]
 
     # 1000 * 0.3 Ah / 10 Ah.

@@ -16,19 +16,19 @@ HERE = Pose(0.0, 0.0, 0.0)
 
 
 def drives(number, seed=1):
-    """Return drives from here: a goal, the length of the way, and the turning [rad]."""
+    """Return drives from here: a goal, its length, and the turning [rad]."""
     chance = random.Random(seed)
     for _ in range(number):
-        bearing, way = chance.uniform(-3.0, 3.0), chance.uniform(1.0, 15.0)
-        goal = Pose(way * math.cos(bearing), way * math.sin(bearing), bearing)
-        yield goal, 1.1 * way, abs(bearing)
+        bearing, distance = chance.uniform(-3.0, 3.0), chance.uniform(1.0, 15.0)
+        goal = Pose(distance * math.cos(bearing), distance * math.sin(bearing), bearing)
+        yield goal, 1.1 * distance, abs(bearing)
 
 
-def real(way, turn):
-    return 2.0 + 1.4 * way + 0.6 * turn
+def real(distance, turn):
+    return 2.0 + 1.4 * distance + 0.6 * turn
 
 
-def test_before_its_first_drive_a_robot_goes_by_the_rule_of_thumb():
+def test_before_its_first_drive_a_robot_uses_the_rule_of_thumb():
     pace = Pace(max_speed=1.5)
 
     assert pace.duration(HERE, Pose(9.0, 0.0), 9.0) == pytest.approx(9.0 / 1.5 / MEAN_SPEED_SHARE)
@@ -36,17 +36,17 @@ def test_before_its_first_drive_a_robot_goes_by_the_rule_of_thumb():
 
 def test_after_ten_drives_it_knows_what_a_drive_takes():
     pace = Pace(max_speed=1.5)
-    for goal, way, turn in drives(10):
-        pace.learn(HERE, goal, way, real(way, turn))
+    for goal, distance, turn in drives(10):
+        pace.learn(HERE, goal, distance, real(distance, turn))
 
-    for goal, way, turn in drives(20, seed=2):
-        assert pace.duration(HERE, goal, way) == pytest.approx(real(way, turn), rel=0.03)
+    for goal, distance, turn in drives(20, seed=2):
+        assert pace.duration(HERE, goal, distance) == pytest.approx(real(distance, turn), rel=0.03)
 
 
-def test_a_drive_that_was_held_up_for_minutes_hardly_counts():
+def test_a_drive_that_was_delayed_for_minutes_hardly_counts():
     pace = Pace(max_speed=1.5)
-    for goal, way, turn in drives(20):
-        pace.learn(HERE, goal, way, real(way, turn))
+    for goal, distance, turn in drives(20):
+        pace.learn(HERE, goal, distance, real(distance, turn))
     goal = Pose(8.0, 0.0)
     before = pace.duration(HERE, goal, 8.0)
 
@@ -57,16 +57,16 @@ def test_a_drive_that_was_held_up_for_minutes_hardly_counts():
 
 def test_no_drive_is_thought_to_be_faster_than_the_robot():
     pace = Pace(max_speed=1.5)
-    for goal, way, _ in drives(20):
-        pace.learn(HERE, goal, way, 0.01)
+    for goal, distance, _ in drives(20):
+        pace.learn(HERE, goal, distance, 0.01)
 
     assert pace.duration(HERE, Pose(3.0, 0.0), 3.0) == pytest.approx(2.0)
 
 
-def test_what_is_no_drive_takes_no_time_and_what_has_no_way_for_ever():
+def test_no_drive_takes_no_time_and_one_without_a_path_takes_forever():
     pace = Pace(max_speed=1.5)
-    for goal, way, turn in drives(10):
-        pace.learn(HERE, goal, way, real(way, turn))
+    for goal, distance, turn in drives(10):
+        pace.learn(HERE, goal, distance, real(distance, turn))
     before = pace.duration(HERE, Pose(3.0, 0.0), 3.0)
     pace.learn(HERE, Pose(3.0, 0.0), math.inf, 10.0)
     pace.learn(HERE, Pose(0.1, 0.0), 0.1, 10.0)
@@ -78,8 +78,8 @@ def test_what_is_no_drive_takes_no_time_and_what_has_no_way_for_ever():
 
 def test_what_was_learned_can_be_handed_on():
     pace = Pace(max_speed=1.5)
-    for goal, way, turn in drives(5):
-        pace.learn(HERE, goal, way, real(way, turn))
+    for goal, distance, turn in drives(5):
+        pace.learn(HERE, goal, distance, real(distance, turn))
     goal = Pose(4.0, 2.0, 1.0)
 
     assert Pace(1.5, pace.times).duration(HERE, goal, 5.0) == pace.duration(HERE, goal, 5.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far it is, on floors that can be measured with a ruler."""
+"""Path lengths on floors that can be measured with a ruler."""
 
 import math
 from collections import deque
@@ -44,7 +44,7 @@ INSIDE = st.builds(Pose, st.floats(1.0, 12.0), st.floats(1.0, 12.0))
 
 @settings(max_examples=15)
 @given(INSIDE, INSIDE)
-def test_in_the_open_the_way_is_the_straight_line_within_3_percent(start, goal):
+def test_in_the_open_the_path_is_the_straight_line_within_3_percent(start, goal):
     straight = start.distance_to(goal)
     cell = 0.1  # of the coarse grid: both ends lie somewhere in their cells
 
@@ -53,13 +53,13 @@ def test_in_the_open_the_way_is_the_straight_line_within_3_percent(start, goal):
 
 @settings(max_examples=10)
 @given(INSIDE, INSIDE)
-def test_the_way_back_is_as_long(start, goal):
+def test_the_path_back_is_as_long(start, goal):
     there, back = OPEN.length(start, goal), OPEN.length(goal, start)
 
     assert there == pytest.approx(back, rel=1e-9)
 
 
-def test_the_way_back_is_as_long_when_nothing_was_asked_before():
+def test_the_path_back_is_as_long_when_nothing_was_asked_before():
     grid = two_rooms(10.0, 8.0, 1.2)
     start, goal = Pose(1.0, 1.0), Pose(9.0, 7.0)
 
@@ -71,12 +71,12 @@ def test_the_way_back_is_as_long_when_nothing_was_asked_before():
     assert there == pytest.approx(back, rel=1e-9)
 
 
-def test_a_place_is_nowhere_from_itself():
+def test_a_place_is_no_distance_from_itself():
     assert OPEN.length(Pose(3.0, 3.0), Pose(3.0, 3.0)) == 0.0
 
 
 @pytest.mark.parametrize("side", [10.0, 16.0])  # on the map's own cells, and on coarse ones
-def test_around_a_wall_the_way_bends_at_its_end(side):
+def test_around_a_wall_the_path_bends_at_its_end(side):
     grid = floor(side, side)
     block(grid, 5.0, 0.0, 5.1, 7.0)
     start, goal = Pose(2.0, 2.0), Pose(8.1, 2.0)
@@ -90,7 +90,7 @@ def test_around_a_wall_the_way_bends_at_its_end(side):
 @pytest.mark.parametrize(
     ("size", "radius"), [((8.0, 6.0), 0.05), ((8.0, 6.0), 0.3), ((20.0, 12.0), 0.3)]
 )
-def test_through_a_wall_there_is_no_way(size, radius):
+def test_through_a_wall_there_is_no_path(size, radius):
     grid = two_rooms(*size, door=0.0)
     left, right = Pose(size[0] / 4, size[1] / 2), Pose(size[0] * 3 / 4, size[1] / 2)
 
@@ -110,9 +110,9 @@ def test_a_door_is_open_for_a_robot_that_fits_and_closed_for_one_that_does_not(s
     left, right = Pose(size[0] / 4, size[1] / 2), Pose(size[0] * 3 / 4, size[1] / 2)
     wide, narrow = (two_rooms(*size, 2 * radius + margin) for margin in (0.1, -0.1))
 
-    way = GridPathLengths(wide, radius).length(left, right)
+    length = GridPathLengths(wide, radius).length(left, right)
 
-    assert way == pytest.approx(size[0] / 2, rel=0.03)
+    assert length == pytest.approx(size[0] / 2, rel=0.03)
     assert GridPathLengths(narrow, radius).length(left, right) == math.inf
 
 
@@ -148,16 +148,16 @@ def reachable(blocked, start, goal):
 
 
 @given(MAPS, CORNERS, CORNERS)
-def test_on_any_map_there_is_a_way_exactly_where_one_can_walk(cells, start, goal):
+def test_on_any_map_there_is_a_path_exactly_where_one_can_walk(cells, start, goal):
     blocked = np.array(cells)
     blocked[start] = blocked[goal] = False
     path_lengths = GridPathLengths(Grid(blocked, 1.0))
 
-    way = path_lengths.length(
+    length = path_lengths.length(
         Pose(start[1] + 0.5, start[0] + 0.5), Pose(goal[1] + 0.5, goal[0] + 0.5)
     )
 
-    assert math.isfinite(way) == reachable(blocked, start, goal)
+    assert math.isfinite(length) == reachable(blocked, start, goal)
 
 
 @pytest.mark.parametrize(("clearance", "found"), [(0.2, True), (0.1, False)])
@@ -167,12 +167,12 @@ def test_a_pose_a_little_too_near_to_a_wall_counts_as_free_and_one_in_it_does_no
     grid = floor(8.0, 6.0)
     block(grid, 4.0, 0.0, 4.1, 6.0)
 
-    way = GridPathLengths(grid, 0.3).length(Pose(4.0 - clearance, 3.0), Pose(1.0, 3.0))
+    length = GridPathLengths(grid, 0.3).length(Pose(4.0 - clearance, 3.0), Pose(1.0, 3.0))
 
-    assert math.isfinite(way) == found
+    assert math.isfinite(length) == found
 
 
-def test_outside_the_map_there_is_no_way():
+def test_outside_the_map_there_is_no_path():
     assert OPEN.length(Pose(1.0, 1.0), Pose(14.0, 1.0)) == math.inf
     assert OPEN.length(Pose(-1.0, 1.0), Pose(1.0, 1.0)) == math.inf
 
@@ -196,7 +196,7 @@ def test_a_map_may_begin_anywhere():
     assert path_lengths.length(Pose(-1.5, -2.5), Pose(1.5, -2.5)) == pytest.approx(3.0, rel=0.03)
 
 
-def test_another_map_is_gone_by_from_then_on():
+def test_another_map_counts_from_then_on():
     path_lengths = GridPathLengths(two_rooms(8.0, 6.0, 1.2), 0.3)
     left, right = Pose(2.0, 3.0), Pose(6.0, 3.0)
     before = path_lengths.length(left, right)

@@ -51,22 +51,22 @@ def interrupt_cost(
     return bidder.bid(urgent, 0, here, at_work=at_work).interrupt_cost
 
 
-def test_only_the_highest_priority_pushes_others_aside():
+def test_only_the_highest_priority_interrupts_others():
     assert may_put_off(entry(LESSER), URGENT)
     assert not may_put_off(entry(LESSER), replace(URGENT, priority=9))
     assert not may_put_off(entry(replace(LESSER, priority=0)), replace(URGENT, priority=9))
 
 
-def test_the_highest_priority_never_pushes_itself_aside():
+def test_the_highest_priority_never_interrupts_itself():
     assert not may_put_off(entry(replace(LESSER, priority=10)), URGENT)
 
 
 @pytest.mark.parametrize(("step", "may"), [(0, True), (1, False), (2, False), (3, False)])
-def test_who_picks_or_carries_is_not_interrupted(step, may):
+def test_a_robot_that_picks_or_carries_is_not_interrupted(step, may):
     assert may_put_off(entry(CARRY, step), URGENT) is may
 
 
-def test_who_carries_what_people_have_loaded_is_not_interrupted():
+def test_a_robot_that_carries_what_people_loaded_is_not_interrupted():
     assert not may_put_off(entry(replace(LESSER, payload=3.0)), URGENT)
 
 
@@ -92,7 +92,7 @@ def test_robots_that_have_tried_it_in_vain_come_last_even_where_they_are_idle():
     assert wins(*bids, tried=("robot1",)) == "robot2"
 
 
-def test_under_the_highest_priority_only_the_cost_counts():
+def test_below_the_highest_priority_only_the_cost_counts():
     bids = idle("robot1", 50.0), busy("robot2", 2.0, 1.0)
 
     assert wins(*bids, task=replace(URGENT, priority=9)) == "robot2"
@@ -110,7 +110,7 @@ def test_a_detour_costs_what_it_is_longer():
     assert behind > on_the_way
 
 
-def test_it_costs_the_urgent_way_and_the_way_back():
+def test_it_costs_the_urgent_drive_and_the_drive_back():
     one_way = interrupt_cost(replace(URGENT, goals=(Pose(-10.0, 0.0),)), LESSER)
     twice = interrupt_cost(replace(URGENT, goals=(Pose(-20.0, 0.0),)), LESSER)
 

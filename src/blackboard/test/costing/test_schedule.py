@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The order of a robot's list, and what a task takes: figures by hand on a straight road."""
+"""The order of a robot's schedule, and what a task takes: figures by hand on a straight road."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.costing.aging import Aging
-from blackboard.costing.effort import effort
+from blackboard.costing.effort import Predictor
+from blackboard.costing.insertion import Aging
 from blackboard.costing.pace import MEAN_SPEED_SHARE
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.costing.schedule import Entry, Schedule
@@ -20,9 +20,10 @@ from hive_lab.allocation.testing import figures, on_a_road
 from hive_lab.virtual.hive import SMALL_ROBOT
 
 HERE = Pose(0.0, 0.0)
-WAYS = EuclideanLengths()
+LENGTHS = EuclideanLengths()
 # 50 kg, Cf = 0.02, 1 m/s at most, of which 60 % in the mean; 20 W all the time, 100 W for the arm.
 ROBOT = SMALL_ROBOT
+PREDICTOR = Predictor(ROBOT, LENGTHS)
 
 
 def go(name, x, priority=0):
@@ -31,32 +32,32 @@ def go(name, x, priority=0):
 
 
 def listed(*tasks, keep_first=False):
-    """Return an itinerary that was given some tasks one after the other."""
-    schedule = Schedule(ROBOT, WAYS)
+    """Return a schedule that was given some tasks one after the other."""
+    schedule = Schedule(ROBOT, LENGTHS)
     for task in tasks:
         schedule.insert(Order(task, "robot1"), HERE, keep_first=keep_first)
     return schedule
 
 
 def ids(schedule):
-    """Return the names of the tasks on a list, in their order."""
+    """Return the ids of the tasks on a schedule, in their order."""
     return [entry.task.id for entry in schedule]
 
 
 def test_a_drive_takes_friction_and_idle_power_over_its_length():
-    taken = effort(go("T", 12.0), 0, HERE, ROBOT, WAYS)
+    taken = PREDICTOR.effort(go("T", 12.0), 0, HERE)
 
     # 0.02 * 50 kg * 9.80665 m/s² * 12 m = 117.68 J; 12 m at 0.6 m/s are 20 s at 20 W = 400 J.
-    assert taken.way == pytest.approx(12.0)
+    assert taken.distance == pytest.approx(12.0)
     assert taken.duration == pytest.approx(20.0)
     assert taken.energy == pytest.approx(117.6798 + 400.0)
     assert taken.end == Pose(12.0, 0.0)
 
 
-def test_a_load_makes_the_way_with_it_harder_and_the_arm_takes_time_and_power():
+def test_a_load_makes_its_drive_harder_and_the_arm_takes_time_and_power():
     task = Task("T", TaskType.GPAB, (Pose(6.0, 0.0), Pose(12.0, 0.0)), payload=5.0)
 
-    taken = effort(task, 0, HERE, ROBOT, WAYS)
+    taken = PREDICTOR.effort(task, 0, HERE)
 
     # 6 m with 50 kg and 6 m with 55 kg; pick 5 s, place 4 s, driving 20 s.
     friction = 0.02 * 9.80665 * (50.0 * 6.0 + 55.0 * 6.0)
@@ -67,9 +68,9 @@ def test_a_load_makes_the_way_with_it_harder_and_the_arm_takes_time_and_power():
 def test_steps_that_are_done_take_nothing():
     task = Task("T", TaskType.GPAB, (Pose(6.0, 0.0), Pose(12.0, 0.0)), payload=5.0)
 
-    taken = effort(task, 2, Pose(6.0, 0.0), ROBOT, WAYS)
+    taken = PREDICTOR.effort(task, 2, Pose(6.0, 0.0))
 
-    assert taken.way == pytest.approx(6.0)
+    assert taken.distance == pytest.approx(6.0)
     assert taken.duration == pytest.approx(10.0 + 4.0)
 
 
@@ -79,7 +80,7 @@ def test_a_higher_priority_goes_before_and_a_lower_one_behind():
     assert ids(schedule) == ["high", "middle", "low"]
 
 
-def test_among_equals_a_task_goes_where_it_lengthens_the_way_least():
+def test_among_equals_a_task_goes_where_it_lengthens_the_path_least():
     schedule = listed(go("near", 2.0), go("far", 10.0), go("between", 6.0))
 
     assert ids(schedule) == ["near", "between", "far"]
@@ -104,25 +105,25 @@ def test_what_is_not_under_way_yields_to_a_higher_priority():
     assert ids(schedule) == ["urgent", "waiting"]
 
 
-def test_a_place_in_the_list_knows_what_comes_before():
+def test_an_insertion_knows_what_comes_before_it():
     schedule = listed(go("first", 6.0, 5))
 
-    place = schedule.route(HERE, at_work=True).best_place((go("second", 12.0, 1), 0))
+    best = schedule.route(HERE, at_work=True).best_insertion((go("second", 12.0, 1), 0))
 
-    assert place.index == 1
-    assert place.before.way == pytest.approx(6.0)
-    assert place.before.end == Pose(6.0, 0.0)
-    assert place.effort.way == pytest.approx(6.0)
-    assert place.added_way == pytest.approx(6.0)
+    assert best.position == 1
+    assert best.before.distance == pytest.approx(6.0)
+    assert best.before.end == Pose(6.0, 0.0)
+    assert best.effort.distance == pytest.approx(6.0)
+    assert best.added_distance == pytest.approx(6.0)
 
 
-def test_a_task_on_the_way_adds_nothing_to_it():
+def test_a_task_on_the_path_adds_nothing_to_it():
     schedule = listed(go("far", 10.0))
 
-    place = schedule.route(HERE, at_work=False).best_place((go("on the way", 4.0), 0))
+    best = schedule.route(HERE, at_work=False).best_insertion((go("on the way", 4.0), 0))
 
-    assert place.index == 0
-    assert place.added_way == pytest.approx(0.0)
+    assert best.position == 0
+    assert best.added_distance == pytest.approx(0.0)
 
 
 def test_a_task_that_is_begun_is_counted_from_its_next_step():
@@ -130,17 +131,17 @@ def test_a_task_that_is_begun_is_counted_from_its_next_step():
 
     schedule.advance("T", 1)
 
-    assert schedule.ahead(Pose(5.0, 0.0))[0].way == pytest.approx(4.0)
+    assert schedule.ahead(Pose(5.0, 0.0))[0].distance == pytest.approx(4.0)
 
 
 def test_what_lies_ahead_adds_up_task_by_task():
     schedule = listed(go("one", 6.0), go("two", 12.0))
 
-    assert [total.way for total in schedule.ahead(HERE)] == pytest.approx([6.0, 12.0])
+    assert [total.distance for total in schedule.ahead(HERE)] == pytest.approx([6.0, 12.0])
     assert [total.duration for total in schedule.ahead(HERE)] == pytest.approx([10.0, 20.0])
 
 
-def test_a_task_is_found_and_taken_off_by_its_name():
+def test_a_task_is_found_and_removed_by_its_id():
     schedule = listed(go("one", 1.0), go("two", 2.0))
 
     schedule.remove("one")
@@ -151,7 +152,7 @@ def test_a_task_is_found_and_taken_off_by_its_name():
     assert len(schedule) == 1
 
 
-def test_an_empty_list_has_no_first_task():
+def test_an_empty_schedule_has_no_first_task():
     assert listed().first() is None
 
 
@@ -159,28 +160,28 @@ def test_an_empty_list_has_no_first_task():
     st.lists(st.tuples(st.integers(-20, 20), st.integers(-20, 20)), min_size=1, max_size=6),
     st.sampled_from(["makespan", "latency"]),
 )
-def test_the_best_place_is_the_one_that_the_allocation_of_whole_fleets_finds(legs, name):
+def test_the_best_insertion_is_the_one_that_the_allocation_of_whole_fleets_finds(legs, name):
     tasks = [
         Task(f"T{index}", TaskType.GAB, (Pose(start, 0.0), Pose(end, 0.0)))
         for index, (start, end) in enumerate(legs)
     ]
-    schedule = Schedule(ROBOT, WAYS, name)
+    schedule = Schedule(ROBOT, LENGTHS, name)
     for task in tasks[:-1]:
         schedule.insert(Order(task, "robot1"), HERE, keep_first=False)
     starts, ends = ([task.goals[goal].x for task in tasks] for goal in (0, 1))
     instance = on_a_road([0.0], starts, ends, speed=[MEAN_SPEED_SHARE * ROBOT.max_speed])
     plan = (tuple(int(entry.task.id[1:]) for entry in schedule),)
 
-    place = schedule.route(HERE, at_work=False).best_place((tasks[-1], 0))
+    best = schedule.route(HERE, at_work=False).best_insertion((tasks[-1], 0))
 
     lists = []
     for index in range(len(tasks)):
         row = [*plan[0]]
         row.insert(index, len(tasks) - 1)
         lists.append(figures(instance, (tuple(row),))[name])
-    best = min(lists) - (figures(instance, plan)[name] if name == "latency" else 0.0)
-    found = place.added_waiting if name == "latency" else place.finish
-    assert found == pytest.approx(best)
+    least = min(lists) - (figures(instance, plan)[name] if name == "latency" else 0.0)
+    found = best.added_waiting if name == "latency" else best.finish
+    assert found == pytest.approx(least)
 
 
 TASKS = st.lists(
@@ -189,7 +190,7 @@ TASKS = st.lists(
 
 
 @given(TASKS)
-def test_whatever_is_given_the_list_is_ordered_by_priority(tasks):
+def test_whatever_is_given_the_schedule_is_ordered_by_priority(tasks):
     priorities = [entry.task.priority for entry in listed(*tasks)]
 
     assert priorities == sorted(priorities, reverse=True)
@@ -206,79 +207,80 @@ def test_whatever_is_given_the_task_under_way_stays_first(tasks):
 
 
 @given(TASKS, st.floats(-20.0, 20.0))
-def test_no_other_place_among_equals_lengthens_the_way_less(tasks, x):
+def test_no_other_position_among_equals_lengthens_the_path_less(tasks, x):
     equals = [replace(task, priority=5) for task in tasks]
     schedule = listed(*equals)
-    before = schedule.ahead(HERE)[-1].way
+    before = schedule.ahead(HERE)[-1].distance
     order = [entry.task for entry in schedule]
 
-    place = schedule.route(HERE, at_work=False).best_place((go("new", x, 5), 0))
+    best = schedule.route(HERE, at_work=False).best_insertion((go("new", x, 5), 0))
 
     added = []
     for index in range(len(order) + 1):
         road = [HERE, *(task.goals[0] for task in order)]
         road.insert(index + 1, Pose(x, 0.0))
-        way = sum(a.distance_to(b) for a, b in pairwise(road))
-        added.append(way - before)
-    assert place.added_way == pytest.approx(min(added), abs=1e-6)
+        length = sum(a.distance_to(b) for a, b in pairwise(road))
+        added.append(length - before)
+    assert best.added_distance == pytest.approx(min(added), abs=1e-6)
 
 
 def taken(tasks):
-    """Return way, energy, time until all are done, and how long all wait in all, from HERE on."""
-    way, energy, time, waiting, here = 0.0, 0.0, 0.0, 0.0, HERE
+    """Return distance, energy, time until all are done, and the sum of their waits, from HERE."""
+    distance, energy, time, waiting, here = 0.0, 0.0, 0.0, 0.0, HERE
     for task in tasks:
-        own = effort(task, 0, here, ROBOT, WAYS)
-        way, energy, time, here = way + own.way, energy + own.energy, time + own.duration, own.end
+        own = PREDICTOR.effort(task, 0, here)
+        distance, energy = distance + own.distance, energy + own.energy
+        time, here = time + own.duration, own.end
         waiting += time
-    return way, energy, time, waiting
+    return distance, energy, time, waiting
 
 
 @pytest.mark.parametrize("model", ["energy", "makespan", "latency"])
 @given(tasks=TASKS, xs=st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=3))
-def test_what_a_piece_adds_is_what_the_list_takes_more_with_it_and_nowhere_less(model, tasks, xs):
+def test_a_bundle_adds_what_the_schedule_takes_more_with_it_and_nowhere_less(model, tasks, xs):
     order = [replace(task, priority=5) for task in tasks]
     bundle = [Task(f"N{i}", TaskType.GAB, (Pose(x, 0.0), HERE), 5) for i, x in enumerate(xs)]
-    schedule = Schedule(ROBOT, WAYS, model)
+    schedule = Schedule(ROBOT, LENGTHS, model)
     schedule.restore(Entry(Order(task, "robot1")) for task in order)
 
-    place = schedule.route(HERE, at_work=False).best_place(*((each, 0) for each in bundle))
+    best = schedule.route(HERE, at_work=False).best_insertion(*((each, 0) for each in bundle))
 
     before = taken(order)
-    there = taken(order[: place.index] + bundle + order[place.index :])
-    assert place.added_way == pytest.approx(there[0] - before[0], abs=1e-6)
-    assert place.added_energy == pytest.approx(there[1] - before[1], abs=1e-6)
-    assert place.finish == pytest.approx(there[2], abs=1e-6)
-    assert place.added_waiting == pytest.approx(there[3] - before[3], abs=1e-6)
+    there = taken(order[: best.position] + bundle + order[best.position :])
+    assert best.added_distance == pytest.approx(there[0] - before[0], abs=1e-6)
+    assert best.added_energy == pytest.approx(there[1] - before[1], abs=1e-6)
+    assert best.finish == pytest.approx(there[2], abs=1e-6)
+    assert best.added_waiting == pytest.approx(there[3] - before[3], abs=1e-6)
     number = {"energy": 0, "makespan": 2, "latency": 3}[model]
     others = [taken(order[:i] + bundle + order[i:])[number] for i in range(len(order) + 1)]
     assert there[number] == pytest.approx(min(others), abs=1e-5)
 
 
-def test_a_piece_keeps_its_order_and_counts_what_each_task_of_it_waits():
+def test_a_bundle_keeps_its_order_and_counts_what_each_task_of_it_waits():
     bundle = [(go("N1", 6.0), 0), (go("N2", 12.0), 0)]
 
-    place = listed().route(HERE, at_work=False).best_place(*bundle)
+    best = listed().route(HERE, at_work=False).best_insertion(*bundle)
 
     # 10 s until the first is done, 20 s until the second.
-    assert place.added_waiting == pytest.approx(30.0)
-    assert place.effort == effort(go("N", 12.0), 0, HERE, ROBOT, WAYS)
+    assert best.added_waiting == pytest.approx(30.0)
+    assert best.effort == PREDICTOR.effort(go("N", 12.0), 0, HERE)
 
 
-def test_among_places_that_are_as_good_a_task_does_not_pass_what_is_on_the_list_already():
+def test_of_equally_good_positions_a_task_takes_the_last():
     schedule = listed(go("first", 8.0))
 
-    place = schedule.route(HERE, at_work=False).best_place((go("same place", 8.0), 0))
+    best = schedule.route(HERE, at_work=False).best_insertion((go("same place", 8.0), 0))
 
-    assert place.index == 1
+    assert best.position == 1
 
 
 def test_what_has_waited_long_is_not_passed_by_what_is_new():
     def place_of_the_new(waited):
-        schedule = Schedule(ROBOT, WAYS, "latency", Aging(lambda: 1000.0, 120.0))
+        schedule = Schedule(ROBOT, LENGTHS, "latency", Aging(lambda: 1000.0, 120.0))
         old = replace(go("old", 60.0), posted=1000.0 - waited)
         schedule.insert(Order(old, "robot1"), HERE, keep_first=False)
         new = replace(go("new", -12.0), posted=1000.0)
-        return schedule.route(HERE, at_work=False).best_place((new, 0)).index
+        return schedule.route(HERE, at_work=False).best_insertion((new, 0)).position
 
     assert place_of_the_new(waited=0.0) == 0
     assert place_of_the_new(waited=600.0) == 1

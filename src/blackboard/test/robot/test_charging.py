@@ -8,13 +8,13 @@ from itertools import combinations
 import pytest
 
 from blackboard.domain.characteristics import RobotState
-from blackboard.domain.settings import ChargingSettings
+from blackboard.domain.settings import BlackboardSettings, ChargingSettings
 from blackboard.domain.talker import ROBOT_STATUS
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import SettingsError
-from blackboard.robot.charger_claims import SILENCE, Claim, Claims
+from blackboard.robot.charger_claims import Claim, Claims
 from blackboard.robot.charging import ChargingPlan
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
 
@@ -27,6 +27,7 @@ CARRY = Task("T2", TaskType.GPAB, (A, B), payload=5.0)
 FAR = Task("T3", TaskType.GA, (Pose(200.0, 0.0),))
 HERE = Pose(0.0, 0.0)
 HOUR = 3600.0
+SILENCE = 5.0
 LEVELS = ("critical", "low", "enough", "full")
 
 
@@ -69,7 +70,7 @@ def test_a_robot_takes_the_nearest_charger():
     assert goals(hive) == [WEST]
 
 
-def test_a_robot_that_finds_no_way_to_one_charger_tries_another():
+def test_a_robot_that_finds_no_path_to_one_charger_tries_another():
     hive = alone(0.25, TWO)
     lost = CommandResult(CommandState.ABORTED, "no way")
     hive.commands["robot1"].results = [lost] * 3
@@ -100,7 +101,7 @@ def test_a_full_robot_goes_back_to_where_it_started():
     assert status(hive).state is RobotState.IDLE
 
 
-def test_a_critical_robot_hands_back_what_it_has_not_on_board_and_charges_at_once():
+def test_a_critical_robot_without_a_load_hands_back_its_task_and_charges_at_once():
     hive = alone(0.16)
     hive.post(Task("T1", TaskType.GAB, (A, B)))
     hive.network.run(1.0)
@@ -187,6 +188,30 @@ def test_of_two_robots_one_waits_until_the_other_has_left_the_charger():
     assert goals(hive, "robot2")[0] == EAST
 
 
+def test_a_robot_that_works_on_in_silence_keeps_its_charger_as_long_as_its_lease_may_last():
+    hive = Hive(BlackboardSettings(robot_lease=20.0, reassign=25.0))
+    for name in ("robot1", "robot2"):
+        hive.add_robot(name, HERE, charge=0.25, charging=ONE)
+        hive.commands[name].duration = lambda _: 60.0
+    on_the_way = set()
+
+    def look():
+        driving = {name for name in hive.robots if hive.commands[name].running}
+        on_the_way.add(frozenset(driving))
+
+    hive.network.watch(look)
+    hive.network.run_until(lambda: hive.commands["robot1"].running, limit=60.0)
+    hive.talkers["robot1"].connected = False
+    hive.network.run(18.0)
+
+    assert hive.commands["robot1"].running
+
+    hive.network.run(12.0)
+
+    # The lease of robot1 has ended: it has halted, and only then has robot2 gone.
+    assert on_the_way == {frozenset(), frozenset({"robot1"}), frozenset({"robot2"})}
+
+
 def test_a_robot_that_starts_again_at_a_charger_goes_on_charging():
     hive = Hive()
     hive.add_robot("robot1", EAST, charge=0.25, charging=ONE)
@@ -229,9 +254,9 @@ class Lossy:
     def act(self, claims):
         if claims.holds and self.dice.random() < 0.1:
             claims.release()
-        elif not claims.charger and claims.free(self.now) and self.dice.random() < 0.3:
+        elif not claims.charger and claims.free(self.now, SILENCE) and self.dice.random() < 0.3:
             claims.claim("charger 1", self.now)
-        claims.settle(self.now)
+        claims.settle(self.now, SILENCE)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -252,12 +277,12 @@ def test_a_robot_that_fell_silent_on_its_way_keeps_no_charger_but_one_at_it_does
     claims = Claims("robot1", {"charger 1": EAST}, 0.0)
     claims.hear(Claim("robot2", "charger 1", 1.0, HERE), 10.0)
 
-    assert claims.free(10.1) == ()
-    assert claims.free(10.0 + SILENCE) == ("charger 1",)
+    assert claims.free(10.1, SILENCE) == ()
+    assert claims.free(10.0 + SILENCE, SILENCE) == ("charger 1",)
 
     claims.hear(Claim("robot2", "charger 1", 1.0, EAST), 20.0)
 
-    assert claims.free(60.0) == ()
+    assert claims.free(60.0, SILENCE) == ()
 
 
 @pytest.mark.parametrize(("lower", "upper"), combinations(LEVELS, 2))

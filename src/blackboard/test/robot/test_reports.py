@@ -50,7 +50,7 @@ def repeated(report, record):
     return len(desk.said()) == 2
 
 
-def test_a_report_is_told_at_once_and_again_until_it_is_known():
+def test_a_report_is_sent_at_once_and_again_until_it_is_known():
     desk = Desk()
     desk.reports.add(DONE)
     desk.reports.repeat()
@@ -71,12 +71,12 @@ def test_every_report_is_repeated_while_the_list_still_shows_the_robot_at_work(r
 
 
 @pytest.mark.parametrize("record", [RELEASED, ANOTHER_S, MINE_AGAIN])
-def test_that_a_task_is_done_is_repeated_whoever_has_it_by_now(record):
+def test_a_report_of_done_is_repeated_whoever_has_the_task_by_now(record):
     assert repeated(DONE, record)
 
 
 @pytest.mark.parametrize("record", [RELEASED, ANOTHER_S, MINE_AGAIN])
-def test_that_a_task_is_handed_back_is_known_once_the_assignment_is_over(record):
+def test_a_report_of_a_handback_is_known_once_the_assignment_is_over(record):
     assert not repeated(BACK, record)
 
 
@@ -98,7 +98,7 @@ def test_an_order_that_was_answered_already_is_answered_with_the_report():
     assert desk.said() == [DONE, DONE]
 
 
-def test_an_order_of_a_later_assignment_is_none_that_was_answered():
+def test_an_order_of_a_later_assignment_has_not_been_answered():
     desk = Desk()
     desk.reports.add(BACK)
 
@@ -123,7 +123,7 @@ def test_an_order_that_the_task_list_agrees_with_or_does_not_know_yet_stands(rec
     assert not desk.reports.answer(ORDER)
 
 
-def test_another_hive_hears_of_what_is_done_and_of_nothing_else():
+def test_another_hive_hears_only_what_is_done():
     desk = Desk()
     desk.reports.add(DONE)
     desk.reports.add(replace(BACK, task_id="T2"))

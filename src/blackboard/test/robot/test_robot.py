@@ -26,7 +26,7 @@ WAITING, STARTED, DONE, FAILED = (
 )
 
 
-def test_a_robot_says_how_it_is_at_the_start_and_then_once_a_second():
+def test_a_robot_publishes_its_status_at_the_start_and_then_once_a_second():
     harness = RobotHarness()
     harness.wait(3.0)
 
@@ -37,7 +37,7 @@ def test_a_robot_says_how_it_is_at_the_start_and_then_once_a_second():
     assert statuses[0].charge == 1.0
 
 
-def test_it_bids_on_all_that_is_broadcast_in_one_answer():
+def test_it_bids_on_everything_that_is_broadcast_in_one_answer():
     harness = RobotHarness()
 
     answer = harness.bids(GO, CARRY)
@@ -76,7 +76,7 @@ def test_asked_for_a_task_that_has_begun_it_keeps_it():
     assert harness.status.task_id == "T1"
 
 
-def test_what_is_on_its_own_list_it_bids_on_for_the_list_without_it():
+def test_on_a_task_of_its_own_schedule_it_bids_as_if_it_did_not_have_it():
     harness = RobotHarness()
     harness.order(GO)
     alone = harness.bids(CARRY).bids[0].eta
@@ -87,13 +87,13 @@ def test_what_is_on_its_own_list_it_bids_on_for_the_list_without_it():
     assert offered == pytest.approx(alone)
 
 
-def test_what_it_has_begun_it_does_not_offer():
+def test_it_does_not_bid_on_what_it_has_begun():
     harness = RobotHarness()
     harness.order(GO)
 
     (bid,) = harness.bids(GO).bids
 
-    assert (bid.cost, bid.reason) == (MAX_COST, "has begun with it")
+    assert (bid.cost, bid.reason) == (MAX_COST, "has begun it already")
 
 
 def test_a_task_is_begun_at_once_and_reported_step_by_step():
@@ -123,7 +123,7 @@ def test_every_step_promises_when_the_task_will_be_done():
     assert etas == pytest.approx([20.0, 10.0])
 
 
-def test_the_status_shows_what_it_is_doing_and_all_that_is_on_its_list():
+def test_the_status_shows_the_current_task_and_the_whole_schedule():
     harness = RobotHarness()
     harness.order(GO)
     harness.order(CARRY)
@@ -144,7 +144,7 @@ def test_the_next_task_is_begun_when_the_one_before_is_done():
     assert harness.reports(ROUND) == [(STARTED, 0)]
 
 
-def test_a_task_that_another_robot_has_begun_goes_on_where_it_was_left():
+def test_a_task_that_another_robot_has_begun_continues_where_it_was_left():
     harness = RobotHarness()
     harness.order(ROUND, step=1)
     harness.wait(STEP)

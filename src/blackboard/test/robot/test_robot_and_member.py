@@ -18,7 +18,7 @@ WAITING, STARTED, DONE, FAILED = (
 
 
 class Beside:
-    """The member beside a robot, as the test tells it to be; see `blackboard.consensus.hive_filter.HiveFilter`."""
+    """The member beside a robot, as the test tells it to be; see `HiveFilter`."""
 
     hive = ""
     leader = carriers = None
@@ -36,7 +36,7 @@ class Beside:
         self.asked += 1
 
 
-def test_a_robot_beside_a_member_believes_that_one_and_not_what_is_told_to_everyone():
+def test_a_robot_beside_a_member_believes_its_member_and_not_bb_sync():
     member = Beside()
     harness = RobotHarness(fence=member)
     harness.order(GO)
@@ -69,7 +69,7 @@ def test_a_robot_drops_a_task_that_the_hive_has_forgotten():
     assert harness.command.running is None
 
 
-def test_a_robot_reports_no_more_on_a_task_that_the_hive_has_forgotten():
+def test_a_robot_stops_reporting_on_a_task_that_the_hive_has_forgotten():
     harness = RobotHarness()
     harness.order(GO)
     harness.wait(STEP + 1.5)
@@ -81,7 +81,7 @@ def test_a_robot_reports_no_more_on_a_task_that_the_hive_has_forgotten():
     assert len(harness.reports(GO)) == said
 
 
-def test_a_report_is_kept_that_is_on_a_later_task_than_the_forgotten_one():
+def test_a_report_on_a_later_task_than_the_forgotten_one_is_kept():
     harness = RobotHarness()
     harness.order(GO, assignment=3)
     harness.wait(STEP + 1.5)
@@ -92,7 +92,7 @@ def test_a_report_is_kept_that_is_on_a_later_task_than_the_forgotten_one():
     assert len(harness.reports(GO)) > said
 
 
-def test_that_a_task_is_forgotten_counts_only_while_it_is_news():
+def test_an_old_order_to_forget_a_task_is_ignored():
     harness = RobotHarness()
     harness.order(GO)
     harness.order(GO, assignment=9, kind=OrderKind.FORGOTTEN, heard=-10.0)
@@ -100,7 +100,7 @@ def test_that_a_task_is_forgotten_counts_only_while_it_is_news():
     assert harness.status.tasks == ("T1",)
 
 
-def test_what_was_done_is_done_again_as_another_task_once_it_is_forgotten():
+def test_a_forgotten_task_may_be_done_again_under_the_same_id():
     harness = RobotHarness()
     harness.order(GO)
     harness.wait(STEP + 1.5)

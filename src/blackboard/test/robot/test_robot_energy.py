@@ -34,7 +34,7 @@ def test_driving_with_a_load_takes_more_than_without():
     assert taken(loaded) == pytest.approx(1.1 * taken(empty), rel=1e-3)
 
 
-def test_the_arm_takes_its_power_for_its_time():
+def test_the_arm_draws_its_power_while_it_works():
     harness = RobotHarness()
     harness.order(replace(CARRY, payload=0.0))
     harness.wait(4 * STEP)
@@ -45,7 +45,7 @@ def test_the_arm_takes_its_power_for_its_time():
     assert used == pytest.approx(energy / (3600.0 * 28.0), rel=2e-3)
 
 
-def test_standing_still_takes_the_idle_power():
+def test_a_parked_robot_draws_its_idle_power():
     harness = RobotHarness()
     harness.wait(100.0)
 

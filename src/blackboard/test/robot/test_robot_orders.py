@@ -20,7 +20,7 @@ WAITING, STARTED, DONE, FAILED = (
 )
 
 
-def test_another_robot_s_order_is_none_of_its_business():
+def test_a_robot_ignores_another_robot_s_order():
     harness = RobotHarness()
     harness.order(GO, robot_id="robot2")
 
@@ -41,7 +41,7 @@ def test_an_order_that_comes_twice_is_carried_out_once():
     assert harness.status.tasks == ()
 
 
-def test_an_order_that_comes_after_its_end_is_not_carried_out_though_an_old_list_came_between():
+def test_an_order_for_a_finished_task_is_ignored_even_after_an_old_task_list():
     harness = RobotHarness()
     harness.order(GO)
     harness.wait(2 * STEP)
@@ -76,7 +76,7 @@ def test_an_order_that_was_answered_already_is_answered_with_the_report():
     assert len(harness.command.started) == 1
 
 
-def test_an_order_that_was_slower_than_the_task_list_begins_nothing_anew():
+def test_an_order_slower_than_the_task_list_begins_nothing():
     harness = RobotHarness()
     harness.order(GO)
     harness.wait(STEP)
@@ -125,7 +125,7 @@ def test_a_task_that_is_taken_back_before_its_turn_disturbs_nothing():
     assert harness.reports(ROUND) == []
 
 
-def test_to_take_back_what_it_does_not_have_is_harmless():
+def test_taking_back_what_it_does_not_have_is_harmless():
     harness = RobotHarness()
 
     harness.order(GO, kind=OrderKind.TAKE_BACK)
@@ -133,7 +133,7 @@ def test_to_take_back_what_it_does_not_have_is_harmless():
     assert harness.status.state is RobotState.IDLE
 
 
-def test_to_take_back_an_earlier_assignment_leaves_the_later_one():
+def test_taking_back_an_earlier_assignment_leaves_the_later_one():
     harness = RobotHarness()
     harness.order(GO, assignment=2)
 
@@ -151,7 +151,7 @@ def test_to_take_back_an_earlier_assignment_leaves_the_later_one():
         (STARTED, "robot2", 2),
     ],
 )
-def test_what_the_list_shows_to_be_no_longer_its_own_is_dropped(state, robot, assignment):
+def test_a_task_that_the_list_no_longer_shows_as_its_own_is_dropped(state, robot, assignment):
     harness = RobotHarness()
     harness.order(GO)
 

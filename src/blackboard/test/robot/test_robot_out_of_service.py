@@ -9,7 +9,7 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import Task, TaskState, TaskType
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import STEP, RobotHarness
 
@@ -55,7 +55,7 @@ def test_a_robot_that_is_set_defect_stops_and_hands_all_its_tasks_back():
     assert harness.status.reason == "defect, set by an operator"
 
 
-def test_what_it_is_given_while_out_of_service_it_hands_back():
+def test_a_task_given_to_a_robot_out_of_service_is_handed_back():
     harness = RobotHarness()
     harness.set_state("defect")
 
@@ -118,7 +118,7 @@ def test_a_cancelled_task_whose_load_is_on_board_takes_the_robot_out_of_service(
     assert "take it off" in harness.status.reason
 
 
-def test_set_idle_it_is_in_service_again_and_empty():
+def test_a_robot_set_idle_is_in_service_and_empty():
     harness = RobotHarness()
     harness.order(CARRY)
     harness.wait(2 * STEP)
@@ -131,7 +131,7 @@ def test_set_idle_it_is_in_service_again_and_empty():
     assert harness.bids(GO).bids[0].is_able
 
 
-def test_to_set_a_robot_idle_that_is_at_work_disturbs_nothing():
+def test_setting_a_robot_idle_that_is_at_work_disturbs_nothing():
     harness = RobotHarness()
     harness.order(GO)
     harness.wait(STEP / 2)
@@ -142,7 +142,7 @@ def test_to_set_a_robot_idle_that_is_at_work_disturbs_nothing():
     assert harness.reports(GO) == [(STARTED, 0), (DONE, 1)]
 
 
-def test_an_unknown_state_is_refused_with_those_there_are():
+def test_an_unknown_state_is_refused_and_the_known_ones_are_named():
     harness = RobotHarness()
 
     harness.set_state("sleepy")

@@ -36,7 +36,7 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
-from blackboard.robot.controller import Controller
+from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from hive_common.pose import Pose
 from hive_lab.fault_schedules import network as simulated

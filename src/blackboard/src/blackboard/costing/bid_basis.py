@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All that a robot's bids are worked out from, and the bids that come of it.
+"""What a robot's bids are computed from, and the bids themselves.
 
-A robot that bids works its bids out from what it is and has. Where the fleet decides centrally it
-tells that instead, and the blackboard makes the same bidder of it.
+A robot computes its bids from what it is and has. In a fleet that decides centrally it sends that
+instead, and the blackboard computes the same bids.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ class BidBasis:
         body: What it is.
         cost_model: A name of `COST_MODELS`.
         aging: See `RobotSettings` [s].
-        pose: Where it stands [map frame].
+        pose: Where it is [map frame].
         charge: From 0 to 1.
-        at_work: Whether the first task on its list is being done.
-        refusal: Why it takes nothing now; empty where it is in service.
-        tasks: Its list, each by its id with the first step that is still to be done.
+        at_work: Whether the first task on its schedule is under way.
+        refusal: Why it takes nothing now; empty if it is in service.
+        tasks: Its schedule, each task by its id with the first step that is still to be done.
         chargers: Where it can charge [map frame].
-        pace: What it has learned of its drives, see `Pace.times`; empty where nothing.
+        pace: What it has learned of its drives, see `Pace.times`; may be empty.
     """
 
     body: RobotCharacteristics
@@ -47,15 +47,15 @@ class BidBasis:
 
 @dataclass(frozen=True, slots=True)
 class Bids:
-    """One robot's bids on all tasks of one broadcast (message TaskCostArray).
+    """One robot's bids on everything in one broadcast (message TaskCostArray).
 
     Attributes:
         robot_id: Who bids.
         epoch: Of the broadcast that is answered.
         auction: Of the broadcast that is answered.
-        bids: One for each task.
+        bids: One for each bundle.
         round: Of the broadcast that is answered.
-        basis: What the bids are to be worked out from, where the blackboard does so; else None.
+        basis: What the blackboard is to compute the bids from; None if `bids` holds them.
     """
 
     robot_id: str

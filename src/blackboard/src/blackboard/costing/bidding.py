@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What one robot answers when it is asked what a task would cost it."""
+"""What one robot bids when it is asked what a task would cost it."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
-from blackboard.costing.aging import Aging
 from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.costing.cost import COST_MODELS
 from blackboard.costing.effort import charge_to_reach
+from blackboard.costing.insertion import Aging
 from blackboard.costing.pace import Pace
 from blackboard.costing.preemption import interruption, may_put_off
 from blackboard.costing.schedule import Entry, Schedule
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import Broadcast
-    from blackboard.domain.task import Task
     from hive_common.pose import Pose
 
     Bundle = tuple[tuple[Task, int], ...]
@@ -39,10 +38,7 @@ class Bidder:
     """Computes a robot's bids.
 
     Args:
-        robot_id: Who bids.
-        characteristics: What the robot is.
-        battery: Its battery.
-        itinerary: What it has to do already.
+        schedule: What the robot has to do already.
         model: Turns the terms of a task into its cost.
         reserve: Says what it takes to reach a charger from a pose [Ah].
     """
@@ -64,22 +60,17 @@ class Bidder:
         self._reserve = reserve
 
     def answer(self, broadcast: Broadcast, here: Pose, refusal: str, *, at_work: bool) -> Bids:
-        """Return the bids on all that was broadcast.
+        """Return the bids on everything that was broadcast.
 
-        What is on its own list is offered to others: it bids for the list without all of these.
-
-        Args:
-            broadcast: What is offered.
-            here: Where the robot stands.
-            refusal: Why it takes nothing now; empty where it is in service.
-            at_work: Whether the first task on its list is being done.
+        Tasks on its own schedule are offered to others: it bids for the schedule without them. A
+        `refusal` says why it takes nothing now; `at_work`, that its first task is under way.
         """
         offered = {task.id for task, _ in broadcast.tasks}
         first = self._schedule.first() if at_work else None
         kept = {first.task.id} if first is not None else set()
         route = self._schedule.route(here, at_work=at_work, without=offered - kept)
         bids = tuple(
-            self.refuse(bundle, refusal or "has begun with it", Exclusion.SERVICE)
+            self._refuse(bundle, refusal or "has begun it already", Exclusion.SERVICE)
             if refusal or any(task.id in kept for task, _ in bundle)
             else self._bid(bundle, here, route, at_work=at_work)
             for bundle in broadcast.bundles
@@ -87,19 +78,11 @@ class Bidder:
         return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids, broadcast.round)
 
     def bid(self, task: Task, step: int, here: Pose, *, at_work: bool) -> Bid:
-        """Return the cost of a task at its best place in the robot's list.
-
-        Args:
-            task: A task that `analyze_task` has passed.
-            step: Its first step that is still to be done.
-            here: Where the robot stands.
-            at_work: Whether the first task on its list is being done.
-        """
+        """Return the bid on a task, from a step on, at its best position in the schedule."""
         route = self._schedule.route(here, at_work=at_work)
         return self._bid(((task, step),), here, route, at_work=at_work)
 
-    def refuse(self, bundle: Bundle, reason: str, exclusion: Exclusion) -> Bid:
-        """Return the bid of a robot that cannot or should not do a task, or some as one."""
+    def _refuse(self, bundle: Bundle, reason: str, exclusion: Exclusion) -> Bid:
         task, _ = bundle[0]
         return Bid(
             self._robot_id,
@@ -116,35 +99,36 @@ class Bidder:
             if reason := self._characteristics.excludes(task):
                 does_such = TaskType(task.type) in self._characteristics.capabilities
                 exclusion = Exclusion.PAYLOAD if does_such else Exclusion.TYPE
-                return self.refuse(bundle, reason, exclusion)
-        place = route.best_place(*bundle)
-        if not math.isfinite(place.before.way + place.effort.way):
+                return self._refuse(bundle, reason, exclusion)
+        best = route.best_insertion(*bundle)
+        if not math.isfinite(best.before.distance + best.effort.distance):
             radius = self._characteristics.radius
-            reason = f"finds no way there from {place.before.end} for its radius of {radius:.2f} m"
-            return self.refuse(bundle, reason, Exclusion.WAY)
-        charge_left = self._battery.charge_left - self._battery.charge_for(place.before.energy)
-        charge = self._battery.charge_for(place.effort.energy)
-        reserve = self._reserve(place.effort.end)
+            reason = f"finds no path there from {best.before.end} for its radius of {radius:.2f} m"
+            return self._refuse(bundle, reason, Exclusion.WAY)
+        charge_left = self._battery.charge_left - self._battery.charge_for(best.before.energy)
+        charge = self._battery.charge_for(best.effort.energy)
+        reserve = self._reserve(best.effort.end)
         share = (charge_left - charge - reserve) / self._battery.capacity
         if share < CHARGE_TOLERANCE:
-            way = " on the way to a charger" if reserve else ""
-            reason = f"its charge would fall to {share:.0%}{way}, it keeps {CHARGE_TOLERANCE:.0%}"
-            return self.refuse(bundle, reason, Exclusion.CHARGE)
-        eta = place.before.duration + place.effort.duration
+            drive = " on the way to a charger" if reserve else ""
+            reason = (
+                f"its charge would fall to {share:.0%}{drive}; it keeps {CHARGE_TOLERANCE:.0%}"
+            )
+            return self._refuse(bundle, reason, Exclusion.CHARGE)
         terms = CostTerms(
-            charge,
-            charge_left,
-            place.index + 1,
-            place.added_way,
-            eta,
-            place.finish,
-            place.added_waiting,
-            self._battery.charge_for(place.added_energy),
+            energy_charge=charge,
+            charge_left=charge_left,
+            place=best.position + 1,
+            way=best.added_distance,
+            eta=best.before.duration + best.effort.duration,
+            finish=best.finish,
+            waiting=best.added_waiting,
+            added_charge=self._battery.charge_for(best.added_energy),
         )
         cost = self._model.cost(terms)
         if cost >= MAX_COST:
-            reason = f"its cost of {cost:.0f} is not under {MAX_COST:.0f}"
-            return self.refuse(bundle, reason, Exclusion.COST)
+            reason = f"its cost of {cost:.0f} is not below {MAX_COST:.0f}"
+            return self._refuse(bundle, reason, Exclusion.COST)
         under_way = self._schedule.first() if at_work else None
         task, step = bundle[0]
         return Bid(
@@ -152,7 +136,7 @@ class Bidder:
             task.id,
             cost,
             charge,
-            eta,
+            terms.eta,
             under_way=under_way.task.id if under_way else "",
             interrupt_cost=self._interrupt_cost(task, step, here, under_way),
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
@@ -163,7 +147,8 @@ class Bidder:
     def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:
         if under_way is None or not may_put_off(under_way, task):
             return MAX_COST
-        terms = interruption(task, step, under_way, here, self._schedule.predict, self._battery)
+        predictor = self._schedule.predictor
+        terms = interruption(task, step, under_way, here, predictor, self._battery)
         share = (terms.charge_left - terms.energy_charge) / self._battery.capacity
         return min(self._model.cost(terms), MAX_COST) if share >= CHARGE_TOLERANCE else MAX_COST
 
@@ -181,9 +166,9 @@ def bids_from(
     Args:
         basis: What it is and has.
         robot_id: Its name.
-        tasks: Those of its list, in the same order.
+        tasks: Those of its schedule, in the same order.
         broadcast: What is offered.
-        ways: Knows how far it is for a robot of its radius.
+        path_lengths: For a robot of its radius.
         now: The time on the clock of `Task.posted` [s].
 
     Raises:

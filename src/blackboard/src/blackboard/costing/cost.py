@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a task costs a robot: the physics, the bids, and the cost models by name.
+"""What a task costs a robot: friction, and the cost models by name.
 
-Follows the report's cost calculation with the units put right: friction force times way is an
-energy [J], an energy over 3600 s/h and the voltage is a charge [Ah].
+Follows the report's cost calculation with its units corrected: friction force times distance is an
+energy [J]; an energy over 3600 s/h and the voltage is a charge [Ah].
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
@@ -29,7 +31,7 @@ class CostModel(Protocol):
     """Turns the terms of one task for one robot into one number that the auction compares."""
 
     def cost(self, terms: CostTerms) -> float:
-        """Return a cost of at least 0; what reaches `MAX_COST` counts as cannot."""
+        """Return a cost of at least 0; `MAX_COST` or more means that the robot cannot."""
 
 
 class ReportCost:
@@ -41,65 +43,47 @@ class ReportCost:
 
 
 class EnergyCost:
-    """Least charge for the fleet: `1000 * C / Xe`, C what the robot's whole list takes more."""
+    """Least charge for the fleet: `1000 * C / Xe`, C what the whole schedule takes more."""
 
     def cost(self, terms: CostTerms) -> float:
         """Return the final cost; see `CostModel`."""
         return MAX_COST * terms.added_charge / terms.charge_left
 
 
-class TimeCost:
-    """Soonest done: grows with the time until then and never reaches `MAX_COST`.
+@dataclass(frozen=True)
+class DurationCost:
+    """Grows with a duration and never reaches `MAX_COST`: `1000 * t / (t + half_scale)`.
 
-    `1000 * t / (t + 600 s)`: half of the scale at ten minutes, so that minutes and hours differ
-    alike.
+    Attributes:
+        duration: Takes the duration out of the terms [s].
+        half_scale: The duration that costs half of `MAX_COST`; shorter and longer ones differ well
+            on this scale [s].
     """
 
-    HALF_SCALE = 600.0
+    duration: Callable[[CostTerms], float]
+    half_scale: float
 
     def cost(self, terms: CostTerms) -> float:
         """Return the final cost; see `CostModel`."""
-        return MAX_COST * terms.eta / (terms.eta + self.HALF_SCALE)
-
-
-class MakespanCost:
-    """All done soonest: `1000 * t / (t + 3600 s)`, t until the robot has done its whole list.
-
-    The robot whose list ends first takes the task, so that no list becomes much longer than the
-    others.
-    """
-
-    HALF_SCALE = 3600.0
-
-    def cost(self, terms: CostTerms) -> float:
-        """Return the final cost; see `CostModel`."""
-        return MAX_COST * terms.finish / (terms.finish + self.HALF_SCALE)
-
-
-class LatencyCost:
-    """Shortest mean time to done: `1000 * w / (w + 3600 s)`, w what all wait longer in all."""
-
-    HALF_SCALE = 3600.0
-
-    def cost(self, terms: CostTerms) -> float:
-        """Return the final cost; see `CostModel`."""
-        return MAX_COST * terms.waiting / (terms.waiting + self.HALF_SCALE)
+        duration = self.duration(terms)
+        return MAX_COST * duration / (duration + self.half_scale)
 
 
 COST_MODELS: Mapping[str, CostModel] = MappingProxyType(
     {
         "report": ReportCost(),
         "energy": EnergyCost(),
-        "time": TimeCost(),
-        "makespan": MakespanCost(),
-        "latency": LatencyCost(),
+        "time": DurationCost(attrgetter("eta"), 600.0),
+        # The robot whose schedule ends first takes the task, so that none becomes much longer.
+        "makespan": DurationCost(attrgetter("finish"), 3600.0),
+        "latency": DurationCost(attrgetter("waiting"), 3600.0),
     }
 )
 """The cost models by the names that fleet files use."""
 
 
 LATEST_COUNT = 12
-"""Power of the times at which lists end: a high one makes the latest outweigh all others."""
+"""Power of the times at which schedules end; a high one makes the latest outweigh all others."""
 
 MEASURES: Mapping[str, Callable[[CostTerms], float]] = MappingProxyType(
     {
@@ -108,10 +92,10 @@ MEASURES: Mapping[str, Callable[[CostTerms], float]] = MappingProxyType(
         "waiting": lambda terms: terms.waiting,
     }
 )
-"""What a whole fleet may make small by exchanging tasks, by the names that parameter files use:
-how much of it one task adds to the list of a robot."""
+"""What a whole fleet may minimize by reallocation, by the names that parameter files use: how much
+of it one task adds to the schedule of a robot."""
 
 
 def measure_for(cost_model: str) -> str:
-    """Return the name in `MEASURES` of what a cost model makes small, or comes closest to."""
+    """Return the name in `MEASURES` of what a cost model minimizes, or comes closest to."""
     return {"energy": "way", "makespan": "makespan"}.get(cost_model, "waiting")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where in a robot's list one more task goes best, and what it takes there."""
+"""Where in a robot's schedule one more task goes best, and what it takes there."""
 
 from __future__ import annotations
 
@@ -11,73 +11,83 @@ from operator import attrgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from blackboard.costing.effort import Effort, Job, Series
+from blackboard.costing.effort import Effort, Job
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.costing.aging import Aging
-    from blackboard.costing.pace import Pace
-    from blackboard.domain.characteristics import RobotCharacteristics
-    from blackboard.domain.path_lengths import PathLengths
+    from blackboard.costing.effort import Predictor
     from blackboard.domain.task import Task
     from hive_common.pose import Pose
 
 
-@dataclass(frozen=True, slots=True)
-class Insertion:
-    """A place for one more task.
+_MAX_DOUBLINGS = 20.0
+"""A factor of a million is more than any schedule is long."""
 
-    Attributes:
-        index: In the list, 0 is first.
-        effort: What the task itself takes there.
-        added_energy: How much more the robot draws because of it [J]; at least 0.
-        added_way: How much further the robot drives because of it [m].
-        before: What the robot does before its turn comes.
-        finish: Time from now until the whole list is done with it [s].
-        added_waiting: How much longer all tasks of the list wait until they are done, the wait
-            of the task itself included, summed [s]; old tasks count more, see `aging`.
+
+class Aging:
+    """Says what a second of waiting counts for a task now, so that no task waits forever.
+
+    Where short tasks go before long ones, new short ones might keep doing so. The longer a task
+    has waited, the more its waiting counts, until it goes before everything new.
+
+    Args:
+        now: Gives the time on the clock of `Task.posted` [s].
+        doubling: Time in which it doubles [s]; infinite if age does not count.
     """
 
-    index: int
+    def __init__(self, now: Callable[[], float] = lambda: 0.0, doubling: float = math.inf) -> None:
+        self._now = now
+        self._doubling = doubling
+
+    def weight(self, task: Task) -> float:
+        """Return what a second counts; 1 for a task that is new or does not say how old it is."""
+        if task.posted <= 0.0:
+            return 1.0
+        age = max(0.0, self._now() - task.posted)
+        return float(2.0 ** min(age / self._doubling, _MAX_DOUBLINGS))
+
+
+class Insertion(NamedTuple):
+    """One position for one more task.
+
+    Attributes:
+        position: In the schedule; 0 is first.
+        effort: What the task itself takes there.
+        before: What the robot does before its turn comes.
+        added_distance: How much further the robot drives because of it [m].
+        added_energy: How much more the robot draws because of it [J]; at least 0.
+        finish: Time from now until the whole schedule is done with it [s].
+        added_waiting: How much longer all tasks of the schedule wait until they are done, its own
+            wait included, summed [s]; old tasks count more, see `Aging`.
+    """
+
+    position: int
     effort: Effort
-    added_energy: float
-    added_way: float
     before: Effort
+    added_distance: float
+    added_energy: float
     finish: float
     added_waiting: float
 
 
-_DIGITS = 6
-"""Places are as good as each other if they differ by less than a micrometre or a microsecond."""
+InsertionRule = Callable[[Insertion], float]
+"""What is least at the best position."""
 
+shortest: InsertionRule = attrgetter("added_distance")
 
-class Gain(NamedTuple):
-    """What a place changes; see `Insertion`."""
-
-    added_way: float
-    finish: float
-    added_waiting: float
-
-
-PlaceRule = Callable[[Gain], float]
-"""What is to be least at the best place."""
-
-_MIN_WAY: PlaceRule = attrgetter("added_way")
-
-_PLACE_RULES: Mapping[str, PlaceRule] = MappingProxyType(
+INSERTION_RULES: Mapping[str, InsertionRule] = MappingProxyType(
     {"makespan": attrgetter("finish"), "latency": attrgetter("added_waiting")}
 )
+"""By the names of cost models; the others go by `shortest`."""
 
-
-def place_rule(cost_model: str) -> PlaceRule:
-    """Return what is to be least at the best place under a cost model, by its name."""
-    return _PLACE_RULES.get(cost_model, _MIN_WAY)
+_DIGITS = 6
+"""Positions that differ by less than a micrometre or a microsecond are equally good."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A task on the list.
+    """A task on the schedule.
 
     Attributes:
         priority: Of the task.
@@ -91,42 +101,33 @@ class Stop:
 
 
 class Route:
-    """A robot's list at one moment, for all bids on what is offered then.
+    """A robot's schedule at one moment, for all bids on what is offered then.
 
     Args:
-        here: Where the robot stands.
+        here: Where the robot is.
         stops: What it has to do, in this order.
-        robot: What the robot is.
-        ways: Knows how far it is.
-        rule: What is to be least at the best place.
-        keep_first: Whether the first stop is being done and stays there.
-        aging: Says what a second of waiting counts.
-        pace: Knows how long the robot's drives take.
+        rule: What is least at the best position.
+        keep_first: Whether the first stop is under way and stays first.
 
     Attributes:
-        before: What the robot has done from here before each place of the list, and before the
-            place behind all.
+        before: What the robot has done from here before each stop, and after the last one.
     """
 
     def __init__(
         self,
         here: Pose,
         stops: Sequence[Stop],
-        robot: RobotCharacteristics,
-        path_lengths: PathLengths,
-        rule: PlaceRule,
+        predictor: Predictor,
+        rule: InsertionRule,
         *,
         keep_first: bool,
         aging: Aging,
-        pace: Pace,
     ) -> None:
         self._stops = stops
-        self._robot = robot
-        self._path_lengths = path_lengths
+        self._predictor = predictor
         self._rule = rule
         self._keep_first = keep_first
         self._aging = aging
-        self._pace = pace
         weights = [stop.weight for stop in reversed(stops)]
         self._weight_behind = [*accumulate(weights, initial=0.0)][::-1]
         self._own: list[Effort] = []
@@ -135,15 +136,15 @@ class Route:
             self._own.append(stop.job.effort_from(self.before[-1].end))
             self.before.append(self.before[-1].then(self._own[-1]))
 
-    def best_place(self, *bundle: tuple[Task, int]) -> Insertion:
-        """Find the best place for one more task, or for several that follow each other.
+    def best_insertion(self, *bundle: tuple[Task, int]) -> Insertion:
+        """Find the best position for one more task, or for several that follow each other.
 
-        They do not pass a higher priority, and where several places are as good, nothing that is
-        on the list already.
+        They do not pass a higher priority. Of equally good positions they take the last, so that
+        they pass nothing that is on the schedule already.
 
         Args:
-            piece: Tasks of one priority that `analyze_task` has passed, each with its first step
-                that is still to be done.
+            *bundle: Tasks of one priority that `analyze_task` has passed, each with its first
+                step that is still to be done.
         """
         task, _ = bundle[0]
         ahead = sum(
@@ -152,38 +153,33 @@ class Route:
             if stop.priority > task.priority or (self._keep_first and index == 0)
         )
         equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
-        series = Series(
-            [
-                Job(each, step, self._robot, self._path_lengths, pace=self._pace)
-                for each, step in bundle
-            ],
-            [self._aging.weight(each) for each, _ in bundle],
-        )
-        gains = [self._gain(index, series) for index in range(ahead, ahead + equals + 1)]
-        best, nearest = 0, math.inf
-        for number, gain in enumerate(gains):
-            value = round(self._rule(gain), _DIGITS)
-            if value <= nearest:
-                best, nearest = number, value
-        index, gain = ahead + best, gains[best]
-        before = self.before[index]
-        own = series.effort_from(before.end)
-        added = own.energy
-        if index < len(self._stops):
-            behind = self._stops[index].job.effort_from(own.end)
-            added = max(0.0, added + behind.energy - self._own[index].energy)
-        return Insertion(
-            index, own, added, gain.added_way, before, gain.finish, gain.added_waiting
-        )
+        jobs = [
+            (Job(each, step, self._predictor), self._aging.weight(each)) for each, step in bundle
+        ]
+        positions = range(ahead, ahead + equals + 1)
+        insertions = [self._insertion(position, jobs) for position in positions]
+        best, least = insertions[0], math.inf
+        for insertion in insertions:
+            value = round(self._rule(insertion), _DIGITS)
+            if value <= least:
+                best, least = insertion, value
+        return best
 
-    def _gain(self, index: int, series: Series) -> Gain:
-        before = self.before[index]
-        added, longer, first = series.reach(before.end)
-        if index < len(self._stops):
-            way, duration = self._stops[index].job.reach(series.end_from(before.end))
-            added += way - self._own[index].way
-            longer += duration - self._own[index].duration
-        waiting = series.weight * (before.duration + first) + series.waiting
-        if behind := self._weight_behind[index]:
+    def _insertion(self, position: int, jobs: Sequence[tuple[Job, float]]) -> Insertion:
+        """Return what inserting some jobs takes, each with what a second of waiting counts."""
+        before = self.before[position]
+        own, waiting = Effort(0.0, 0.0, 0.0, before.end), 0.0
+        for job, weight in jobs:
+            own = own.then(job.effort_from(own.end))
+            waiting += weight * (before.duration + own.duration)
+        distance, energy, longer = own.distance, own.energy, own.duration
+        if position < len(self._stops):
+            earlier = self._own[position]
+            later = self._stops[position].job.effort_from(own.end)
+            distance += later.distance - earlier.distance
+            energy = max(0.0, energy + later.energy - earlier.energy)
+            longer += later.duration - earlier.duration
+        if behind := self._weight_behind[position]:
             waiting += behind * longer
-        return Gain(added, self.before[-1].duration + longer, waiting)
+        finish = self.before[-1].duration + longer
+        return Insertion(position, own, before, distance, energy, finish, waiting)

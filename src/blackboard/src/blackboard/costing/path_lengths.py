@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far it is from one place to another, as a robot would have to drive."""
+"""The lengths of paths that robots can drive, as the crow flies or on a map."""
 
 from __future__ import annotations
 
 import math
 from collections import OrderedDict
 from dataclasses import dataclass
+from functools import cache, lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,22 +20,22 @@ if TYPE_CHECKING:
 
     from hive_common.pose import Pose
 
-# Sixteen directions keep the length of a way on a grid within 3 % of the straight line.
 _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
+"""Sixteen directions keep the length of a path on a grid within 3 % of the straight line."""
 
-# As many cells as one distance field is worth: about 50 ms on one core.
 _MAX_CELLS = 60_000
+"""One distance field over so many cells takes about 50 ms on one core."""
 
-_FIELDS_KEPT = 200
+_MAX_FIELDS = 200
 
-_STANDS_KEPT = 4000
+_MAX_STANDS = 4000
 
-# A pose this close to the free floor [m] counts as on it: no robot knows exactly where it is.
 _STEP_ASIDE = 0.15
+"""A pose this close to the free floor counts as on it: no robot knows exactly where it is [m]."""
 
 
 class EuclideanLengths:
-    """As the crow flies, as in the report; knows of no wall."""
+    """Straight-line distances, as in the report; knows of no wall."""
 
     def length(self, start: Pose, goal: Pose) -> float:
         """Return the distance [m]."""
@@ -48,7 +49,7 @@ class EuclideanLengths:
         return lengths
 
     def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
-        """Return the empty text: without a map, one can stand anywhere."""
+        """Return an empty text: without a map, a robot can stand anywhere."""
         return ""
 
 
@@ -57,11 +58,11 @@ class Grid:
     """What is known of the floor.
 
     Attributes:
-        blocked: (rows, columns) array of bool, row 0 at the lowest y, frame map; True where nobody
-            can stand (occupied or unknown).
+        blocked: (rows, columns) array of bool, row 0 at the lowest y; True where no robot can
+            stand, because the cell is occupied or unknown.
         resolution: Side of a cell [m].
-        x: Of the lower left corner [m, frame map].
-        y: Of the lower left corner [m, frame map].
+        x: Of the lower left corner [m, map frame].
+        y: Of the lower left corner [m, map frame].
     """
 
     blocked: NDArray[np.bool_]
@@ -70,7 +71,7 @@ class Grid:
     y: float = 0.0
 
     def cell(self, pose: Pose) -> tuple[int, int] | None:
-        """Return the (row, column) that a pose falls into, or None outside the map."""
+        """Return the (row, column) that a pose falls into; None outside the map."""
         row = math.floor((pose.y - self.y) / self.resolution)
         column = math.floor((pose.x - self.x) / self.resolution)
         rows, columns = self.blocked.shape
@@ -78,14 +79,14 @@ class Grid:
 
 
 class GridPathLengths:
-    """The shortest way on a map for a round robot, from distance fields kept per goal.
+    """Shortest paths on a map for a round robot, from a distance field per goal.
 
-    One field holds the distance from every cell to one goal, so all bids on a task share one
-    search. Ways are symmetric: a field of either end answers.
+    A field holds the distance from every cell to one goal, so all bids on a task share one search.
+    Paths are symmetric: the field of either end answers.
 
     Args:
         grid: What is known of the floor.
-        radius: How close the middle of the robot may come to what is blocked [m].
+        radius: How close the robot's centre may come to a blocked cell [m].
     """
 
     def __init__(self, grid: Grid, radius: float = 0.0) -> None:
@@ -93,14 +94,14 @@ class GridPathLengths:
         self.use(grid)
 
     def use(self, grid: Grid) -> None:
-        """Go by another map from now on."""
+        """Use another map from now on."""
         self._floor = grid
         self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
-        self._stands: dict[tuple[float, float], _Stand | None] = {}
-        self._made: _Roads | None = None
+        self._stand = lru_cache(_MAX_STANDS)(self._find_stand)
+        self._roads = cache(partial(_make_roads, grid, self._radius))  # made when first needed
 
     def length(self, start: Pose, goal: Pose) -> float:
-        """Return the length of the shortest way [m]; infinite where there is none."""
+        """Return the length of the shortest path [m]; infinite if there is none."""
         first, last = self._stand(start), self._stand(goal)
         if first is None or last is None or first.part != last.part:
             return math.inf
@@ -110,9 +111,9 @@ class GridPathLengths:
         return max(float(self._field(ends[1])[ends[0]]), start.distance_to(goal))
 
     def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
-        """Return the lengths of all ways, (starts, goals) [m]; see `length`.
+        """Return the lengths of all paths, (starts, goals) [m]; see `length`.
 
-        One field for each goal answers for all starts, so there should be fewer goals than starts.
+        One field per goal answers for all starts, so there should be fewer goals than starts.
         """
         straight = EuclideanLengths().lengths(starts, goals)
         stands = [self._stand(pose) for pose in starts]
@@ -128,7 +129,7 @@ class GridPathLengths:
         return found
 
     def refusal(self, pose: Pose) -> str:
-        """Say why nobody can stand at a pose; empty where one can."""
+        """Say why no robot can stand at a pose; empty if one can."""
         floor = self._floor
         cell = floor.cell(pose)
         if cell is None:
@@ -142,32 +143,18 @@ class GridPathLengths:
             return "is inside a wall or in unknown space; choose a free place of the map"
         return ""
 
-    def _roads(self) -> _Roads:
-        """Return where the robot can drive, worked out when first needed."""
-        if self._made is None:
-            self._made = _make_roads(self._floor, self._radius)
-        return self._made
-
     def _field(self, node: int) -> NDArray[np.float64]:
-        """Return the distance from every node of the coarse grid to one [m]."""
+        """Return the distance from every node of the coarse grid to one node [m]."""
         field = self._fields.pop(node, None)
         if field is None:
             field = csgraph.dijkstra(self._roads().graph, directed=False, indices=node)
         self._fields[node] = field
-        if len(self._fields) > _FIELDS_KEPT:
+        if len(self._fields) > _MAX_FIELDS:
             self._fields.popitem(last=False)
         return field
 
-    def _stand(self, pose: Pose) -> _Stand | None:
-        """Return where on the free floor a pose is, or None where it is nowhere near."""
-        place = pose.x, pose.y
-        if place not in self._stands:
-            if len(self._stands) >= _STANDS_KEPT:
-                self._stands.clear()
-            self._stands[place] = self._find_stand(pose)
-        return self._stands[place]
-
     def _find_stand(self, pose: Pose) -> _Stand | None:
+        """Return where on the free floor a pose is; None if it is not close to it."""
         cell = self._floor.cell(pose)
         if cell is None:
             return None
@@ -194,11 +181,11 @@ class _Roads:
     """Where a round robot can drive.
 
     Attributes:
-        parts: On the map's own cells, the number of the connected part of the free floor that a
-            cell belongs to; 0 where it is not free.
-        factor: How many of the map's cells are one side of a coarse cell.
+        parts: For each cell of the map, the number of the connected part of the free floor that it
+            belongs to; 0 if it is not free.
+        factor: How many of the map's cells make one side of a coarse cell.
         columns: Of the coarse grid.
-        graph: Of the moves between the coarse cells [m], numbered row by row.
+        graph: Moves between the coarse cells [m], which are numbered row by row.
     """
 
     parts: NDArray[np.int32]
@@ -208,10 +195,10 @@ class _Roads:
 
 
 def _make_roads(grid: Grid, radius: float) -> _Roads:
-    """Work out where a robot can drive, and how far it is on a grid of about `_MAX_CELLS`.
+    """Compute where a robot can drive, and the moves on a grid of about `_MAX_CELLS`.
 
-    A coarse cell is free if any part of it is, which keeps narrow doors open. Whether there is a
-    way at all is decided on the map's own cells, so that none opens where the robot does not fit.
+    A coarse cell is free if any part of it is, which keeps narrow doors open. The map's own cells
+    decide whether there is a path at all, so that none opens where the robot does not fit.
     """
     padded = np.pad(grid.blocked, 1, constant_values=True)
     clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * grid.resolution
@@ -230,7 +217,7 @@ def _make_roads(grid: Grid, radius: float) -> _Roads:
 def _nearest(
     parts: NDArray[np.int32], cell: tuple[int, int], reach: int
 ) -> tuple[int, int] | None:
-    """Return the free cell nearest to one, up to some cells away in each direction, or None."""
+    """Return the free cell nearest to one, at most `reach` cells away in each direction."""
     top, left = max(0, cell[0] - reach), max(0, cell[1] - reach)
     window = parts[top : cell[0] + reach + 1, left : cell[1] + reach + 1]
     rows, columns = np.nonzero(window)
@@ -242,7 +229,7 @@ def _nearest(
 
 
 def _graph(free: NDArray[np.bool_]) -> sparse.csr_matrix:
-    """Return the graph of moves between free cells, each as long as it is in cells."""
+    """Return the graph of moves between free cells, their lengths in cells."""
     rows, columns = free.shape
     index = np.arange(rows * columns).reshape(rows, columns)
     starts, ends, lengths = [], [], []
@@ -261,7 +248,7 @@ def _graph(free: NDArray[np.bool_]) -> sparse.csr_matrix:
 
 
 def _cells_touched(i: int, j: int) -> tuple[tuple[int, int], ...]:
-    """Return the offsets of the cells that a move passes over, its end included."""
+    """Return the offsets of the cells that a move passes over, including its end."""
     side = 1 if j > 0 else -1
     between = {
         (1, 1): ((0, side), (1, 0)),

@@ -12,9 +12,9 @@ from blackboard.errors import CharacteristicsError
 
 SECONDS_PER_HOUR = 3600.0
 
-# Share of the voltage range that is left at a charge: steep near full, flat in the middle, a knee
-# near empty. The shape is that of a lithium-ion cell's discharge curve at 0.2 C as cell makers
-# publish it; the end points are the robot's own.
+# The voltage at a charge, as a share of its range: steep near full, flat in the middle, a knee
+# near empty. Makers of lithium-ion cells publish discharge curves of this shape for 0.2 C; the end
+# points are the robot's own.
 _CHARGE_POINTS = (0.0, 0.05, 0.10, 0.20, 0.50, 0.80, 0.95, 1.0)
 _VOLTAGE_SHARES = (0.0, 0.30, 0.42, 0.52, 0.65, 0.80, 0.93, 1.0)
 
@@ -52,7 +52,7 @@ class BatteryModel:
 
 
 class Battery:
-    """How full a battery is, and what drawing from it does.
+    """One battery and how full it is.
 
     Args:
         model: What kind of battery it is.
@@ -75,16 +75,16 @@ class Battery:
 
     @property
     def charge_left(self) -> float:
-        """What is left in it [Ah]."""
+        """The charge that is left [Ah]."""
         return self._charge * self._model.capacity
 
     @property
     def capacity(self) -> float:
-        """What it holds when full [Ah]."""
+        """The charge when it is full [Ah]."""
         return self._model.capacity
 
     def get_volts(self, level: float | None = None) -> float:
-        """Return the voltage [V] at a level from 0 to 1, now where none is given."""
+        """Return the voltage [V] at a level from 0 to 1; by default at the present one."""
         share = np.interp(
             self._charge if level is None else level, _CHARGE_POINTS, _VOLTAGE_SHARES
         )
@@ -92,7 +92,7 @@ class Battery:
         return float(model.voltage_empty + share * (model.voltage_full - model.voltage_empty))
 
     def get_amps(self, power: float) -> float:
-        """Return the current [A] at which a power [W] is drawn now."""
+        """Return the current [A] that a power [W] draws now."""
         return power / self.get_volts()
 
     def charge_for(self, energy: float) -> float:
@@ -104,7 +104,7 @@ class Battery:
         self._charge = max(0.0, self._charge - self.charge_for(energy) / self._model.capacity)
 
     def drop_to(self, level: float) -> None:
-        """Lose charge down to a level from 0 to 1; what is lower already stays so.
+        """Lower the charge to a level from 0 to 1; a lower charge stays as it is.
 
         Raises:
             CharacteristicsError: The level is outside its range.
@@ -114,5 +114,5 @@ class Battery:
         self._charge = min(self._charge, level)
 
     def charge(self, duration: float) -> None:
-        """Charge for a time [s] at the constant rate that fills it in the charging time."""
+        """Charge for a time [s], at the constant rate that fills it in `charging_time`."""
         self._charge = min(1.0, self._charge + duration / self._model.charging_time)

@@ -33,7 +33,7 @@ class RobotState(IntEnum):
     CHARGING = 3
     """Out of service until its battery is full."""
     OFFLINE = 4
-    """Not heard of; never said by the robot itself."""
+    """Not heard from; a robot never says this itself."""
 
     @property
     def in_service(self) -> bool:
@@ -43,14 +43,14 @@ class RobotState(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class RobotCharacteristics:
-    """What a robot is, as far as bidding needs it (the report's table of characteristics).
+    """What a robot is, as far as bids need it (the report's table of characteristics).
 
     Attributes:
         mass: Of the robot alone [kg], above 0.
         payload: What it can carry [kg], at least 0.
         max_speed: [m/s], above 0.
         friction_coefficient: Rolling friction of its wheels on the floor, above 0.
-        radius: Of the circle around its base that must fit through a door [m], above 0.
+        radius: Of the circle around its base that has to fit through doors [m], above 0.
         battery: What kind of battery it has.
         capabilities: The types of tasks it can do.
         arm_payload: What its arm can lift [kg]; 0 without an arm.
@@ -93,12 +93,12 @@ class RobotCharacteristics:
         return times.get(kind, 0.0)
 
     def most_payload(self, kind: TaskType) -> float:
-        """Return the most it can carry of a type of task [kg]; -1 where it can carry nothing."""
+        """Return its greatest payload in a type of task [kg]; -1 if it can carry nothing."""
         most = min(self.payload, self.arm_payload) if kind.picks else self.payload
         return most if kind in self.capabilities and most > 0 else -1.0
 
     def excludes(self, task: Task) -> str:
-        """Say why the robot can never do a task; empty where it can."""
+        """Say why the robot can never do a task; empty if it can."""
         kind = TaskType(task.type)
         if kind not in self.capabilities:
             return f"does not do {kind.name}"
@@ -168,11 +168,11 @@ class RobotStatus:
         pose: Of its base in the map frame.
         charge: From 0 to 1.
         payload: On board now [kg].
-        task_id: What it is doing; empty when nothing.
-        reason: Why it is out of service, or stands still with work to do; empty otherwise.
-        tasks: Its whole list, in the order it will do them.
+        task_id: What it is doing; empty if nothing.
+        reason: Why it is out of service, or stopped with work to do; empty otherwise.
+        tasks: Its schedule, in the order it will do them.
         sent: When it was sent, by the robot's own clock [s].
-        hive: Id of its hive; empty where it belongs to none yet.
+        hive: Id of its hive; empty if it belongs to none yet.
     """
 
     robot_id: str

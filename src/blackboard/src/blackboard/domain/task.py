@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What an operator asks for, and how a robot goes about it (the report's Task).
 
-A `Task` is exactly what was posted and may hold anything; `analyze_task` says whether the hive can
-take it in, and only what passes becomes a `TaskRecord` (see `record`). `split_task` turns it into
-the `TaskStep`s that a controller executes one after the other.
+A `Task` is exactly what was posted and may hold anything. `analyze_task` checks whether the hive
+can accept it, and only what passes becomes a `TaskRecord` (see `record`). `split_task` turns it
+into the `TaskStep`s that a controller executes one after the other.
 
-`TRANSITIONS` is total: every state answers every event, with the next state or with the word that
-the event changes nothing. So a message that comes late, twice or out of order is answered by the
-table and not by whoever happens to handle it.
+`TRANSITIONS` is total: every state answers every event, with the next state or with None for "no
+change". So the table decides about messages that come late, twice or out of order, not whoever
+happens to handle them.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MAX_ID_LENGTH = 64
 MAX_GOALS = 100
 
 _TASKS_SPLIT = 4096
-"""So many are kept: everybody asks again and again for the steps of the tasks at hand."""
+"""Tasks whose steps are cached; everybody asks for them again and again."""
 
 
 class TaskType(IntEnum):
@@ -45,16 +45,16 @@ class TaskType(IntEnum):
     GPA = 2
     """Go to A and pick there."""
     GPAB = 3
-    """Pick at A, bring it to B and put it down there; goals between are passed on the way."""
+    """Pick at A, pass the goals between, and put down at the last goal."""
 
     @property
     def picks(self) -> bool:
-        """Whether it takes an arm."""
+        """Whether it needs an arm."""
         return self in {TaskType.GPA, TaskType.GPAB}
 
     @property
     def goals_needed(self) -> int:
-        """The least number of goals."""
+        """The minimum number of goals."""
         return 2 if self in {TaskType.GAB, TaskType.GPAB} else 1
 
 
@@ -62,17 +62,17 @@ class TaskState(IntEnum):
     """Where a task stands. DONE and what follows are terminal."""
 
     WAITING = 0
-    """On the list, with no robot."""
+    """On the task list, without a robot."""
     ASSIGNED = 1
-    """In a robot's list, not begun."""
+    """On a robot's schedule, not begun."""
     STARTED = 2
     """Being done."""
     DONE = 3
     """Done (terminal)."""
     REJECTED = 4
-    """Never entered the list (terminal)."""
+    """Never entered the task list (terminal)."""
     CANCELLED = 5
-    """Taken off by an operator (terminal)."""
+    """Cancelled by an operator (terminal)."""
     FAILED = 6
     """Will not be done; a person has to look (terminal)."""
 
@@ -83,10 +83,10 @@ class TaskState(IntEnum):
 
 
 class TaskEvent(Enum):
-    """What can happen to a task that is on the list."""
+    """What can happen to a task on the task list."""
 
     ASSIGN = "assign"
-    """The blackboard gives it to a robot."""
+    """The leader gives it to a robot."""
     START = "start"
     """Its robot begins, or goes on to another step."""
     FINISH = "finish"
@@ -96,7 +96,7 @@ class TaskEvent(Enum):
     FAIL = "fail"
     """It cannot be done any more."""
     CANCEL = "cancel"
-    """An operator takes it off."""
+    """An operator cancels it."""
 
 
 _UNFINISHED = {TaskEvent.FINISH: TaskState.DONE, TaskEvent.FAIL: TaskState.FAILED}
@@ -110,7 +110,7 @@ TRANSITIONS: Mapping[TaskState, Mapping[TaskEvent, TaskState | None]] = MappingP
             TaskEvent.ASSIGN: TaskState.ASSIGNED,
             TaskEvent.START: None,
             TaskEvent.RELEASE: None,
-            **_UNFINISHED,  # a robot that finished before it was told to stop is believed
+            **_UNFINISHED,  # a robot may finish before it hears that it is to stop
         },
         TaskState.ASSIGNED: {TaskEvent.ASSIGN: None, **_HELD},
         TaskState.STARTED: {TaskEvent.ASSIGN: None, **_HELD},
@@ -145,7 +145,7 @@ class Task:
         priority: 0 to 10, where 10 is the highest.
         payload: What is to be carried [kg], at least 0.
         frame: Frame of the goals; empty means the map frame.
-        posted: When it was posted [s]; not part of what was asked for.
+        posted: When it was posted [s]; not part of the request.
     """
 
     id: str
@@ -157,7 +157,7 @@ class Task:
     posted: float = 0.0
 
     def asks_the_same_as(self, other: Task) -> bool:
-        """Return whether both ask for the same; when they were posted does not matter."""
+        """Return whether both request the same; `posted` does not matter."""
         return self._content() == other._content()
 
     def _content(self) -> tuple[object, ...]:
@@ -182,36 +182,36 @@ class TaskStep:
 
 
 def used_goals(task: Task) -> tuple[Pose, ...]:
-    """Return the goals that the task's type visits: GA and GPA end at A, whatever follows it."""
+    """Return the goals that the task's type visits: GA and GPA end at A, whatever follows."""
     return task.goals[:1] if TaskType(task.type).goals_needed == 1 else task.goals
 
 
 def unused_goals(task: Task) -> str:
-    """Say which goals the task's type does not visit; empty where it visits all."""
+    """Say which goals the task's type does not visit; empty if it visits all."""
     unused = len(task.goals) - len(used_goals(task))
     name = TaskType(task.type).name
     return f"{name} goes to A only; the {unused} goals after it are not used" if unused else ""
 
 
 def step_to_resume(task: Task, step: int) -> int:
-    """Return where another robot goes on when `step` steps are done and nothing is on board.
+    """Return where another robot continues after `step` steps with nothing on board.
 
-    A place that has been visited stays visited, but whoever is to pick has to drive there first.
+    A visited goal stays visited, but a robot that is to pick has to drive there first.
     """
     return 0 if TaskType(task.type).picks else step
 
 
 def step_to_go_on(task: Task, step: int) -> int:
-    """Return where the robot that has done `step` steps goes on when it was somewhere since.
+    """Return where the robot that has done `step` steps continues after it was elsewhere.
 
-    Whoever has not picked yet drives there again.
+    A robot that has not picked yet drives there again.
     """
     return step if is_picked(task, step) else step_to_resume(task, step)
 
 
 @lru_cache(maxsize=_TASKS_SPLIT)
 def split_task(task: Task) -> tuple[TaskStep, ...]:
-    """Return the steps of a task that `analyze_task` has passed, in the order of execution."""
+    """Return the steps of a task that `analyze_task` has passed, in order."""
     kind = TaskType(task.type)
     goals = used_goals(task)
     steps = []
@@ -232,8 +232,8 @@ def is_picked(task: Task, step: int) -> bool:
 def load_during(task: Task, step: int) -> float:
     """Return what is on board while a step is executed [kg].
 
-    A GA or GAB is loaded by a person before it starts, a GPA or GPAB by the robot's own pick. What
-    a GPA has picked is taken off at A when it is done.
+    A person loads a GA or GAB before it starts; the robot's arm loads a GPA or GPAB. A person
+    takes the load of a GPA off at A when it is done.
 
     Args:
         task: A task that `analyze_task` has passed.
@@ -245,14 +245,14 @@ def load_during(task: Task, step: int) -> float:
 
 
 def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
-    """Check that a posted task can enter the list.
+    """Check that a posted task may enter the task list.
 
     Args:
         task: As it was posted.
-        ways: Knows where a robot can stand; without it that is not looked at.
+        path_lengths: Knows where a robot can stand; without it, goals are not checked for that.
 
     Raises:
-        TaskRefusedError: Something about it is not allowed; the text says what is.
+        TaskRefusedError: Something is not allowed; the text says what is.
     """
     _check_id(task.id)
     kinds = {kind.value: kind for kind in TaskType}
@@ -293,5 +293,5 @@ def _check_goals(task: Task, kind: TaskType, path_lengths: PathLengths | None) -
 
 
 def goal_name(number: int) -> str:
-    """Return the operator's name of a goal: A, B, ... Z, then 27, 28, ..."""
+    """Return a goal's name for operators: A, B, ... Z, then 27, 28, ..."""
     return chr(ord("A") + number) if number < 26 else str(number + 1)  # noqa: PLR2004 (letters)

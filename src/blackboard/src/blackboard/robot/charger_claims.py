@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Agrees among robots whose charger is whose, so that two never drive to the same one.
+"""Agrees among robots whose charger is whose, so that no two drive to the same one.
 
-There is nobody to ask: who carries the blackboard may change at any moment, and a charger is no
-task. So a robot asks all others, and goes once every one of them has conceded (Ricart and
-Agrawala, "An optimal algorithm for mutual exclusion in computer networks", CACM 24(1), 1981).
-Instead of waiting for ever for a robot that is gone, it leaves out those that have been silent for
-so long that they have lost their lease and stand still.
+No one else can decide: the leader may change at any moment, and a charger is no task. So a robot
+asks all others, and goes once every one of them has conceded (Ricart and Agrawala, "An optimal
+algorithm for mutual exclusion in computer networks", CACM 24(1), 1981). It does not wait forever
+for a robot that is gone: one that has been silent for longer than a lease lasts has stopped.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -19,23 +17,20 @@ if TYPE_CHECKING:
 
     from hive_common.pose import Pose
 
-SILENCE = 5.0
-"""A robot that has said nothing for so long has stopped: `BlackboardSettings.reassign` [s]."""
-
 NEAR = 1.0
-"""A robot that stands so near to a charger is in the way of others there [m]."""
+"""A robot that is this close to a charger is in the way of others there [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What one robot says of chargers (message ChargerClaim).
+    """What one robot says about chargers (message ChargerClaim).
 
     Attributes:
         robot_id: Who says it.
-        charger: The charger that it claims, drives to or stands at; empty when none.
-        since: When it began to claim it, by its own clock [s].
-        pose: Where it stands [map frame].
-        conceded: For each robot whose claim it does not dispute: the `since` of that claim [s].
+        charger: The charger that it claims, drives to or stands at; empty if none.
+        since: When it claimed it, by its own clock [s].
+        pose: Where it is [map frame].
+        conceded: For each robot whose claim it does not dispute, the `since` of that claim [s].
     """
 
     robot_id: str
@@ -48,14 +43,15 @@ class Claim:
 class Claims:
     """One robot's part in the agreement.
 
+    `silence` in its methods is the time after which a robot that says nothing has stopped [s].
+
     Attributes:
-        charger: What this robot claims or holds; empty when nothing.
+        charger: What this robot claims or holds; empty if nothing.
         holds: Whether all others have conceded it.
 
     Args:
-        robot_id: Whose part it is.
         chargers: Where a robot stands at each charger, by name [map frame].
-        now: The time [s]; it has to listen for `SILENCE` before it knows who else there is.
+        now: When it begins to listen [s].
     """
 
     def __init__(self, robot_id: str, chargers: Mapping[str, Pose], now: float) -> None:
@@ -70,10 +66,10 @@ class Claims:
         self.holds = False
 
     def hear(self, claim: Claim, now: float) -> bool:
-        """Take in what another robot says, and drop the own claim where it goes before it.
+        """Take in what another robot says; drop the own claim if the other one goes first.
 
         Returns:
-            Whether there is something new to say to it.
+            Whether there is something new to tell that robot.
         """
         self._others[claim.robot_id] = claim
         self._heard[claim.robot_id] = now
@@ -85,24 +81,35 @@ class Claims:
         self._conceded[claim.robot_id] = claim.since
         return before != claim.since
 
-    def free(self, now: float) -> tuple[str, ...]:
-        """Return the chargers that no robot claims or stands at."""
-        taken = {other.charger for other in self._others.values() if self._counts(other, now)}
+    def free(self, now: float, silence: float) -> tuple[str, ...]:
+        """Return the chargers that no robot claims or occupies.
+
+        A robot that fell silent on its way has stopped there; one that fell silent at its charger
+        is in the way.
+        """
+        taken = {
+            other.charger
+            for robot, other in self._others.items()
+            if now - self._heard[robot] < silence or self._is_at_charger(other)
+        }
         return tuple(name for name in self._chargers if name not in taken)
 
     def claim(self, charger: str, now: float, *, holds: bool = False) -> None:
-        """Begin to claim a charger; a robot that stands at it already holds it."""
+        """Claim a charger; a robot that stands at it already holds it."""
         self.charger, self._since, self.holds = charger, now, holds
 
     def release(self) -> None:
-        """Give up the charger that is claimed or held; harmless when there is none."""
+        """Give up the charger that is claimed or held; harmless if there is none."""
         self.charger, self.holds = "", False
 
-    def settle(self, now: float) -> bool:
-        """Return whether the charger that is claimed is this robot's by now."""
-        if not self.charger or now - self._listens_since < SILENCE:
+    def settle(self, now: float, silence: float) -> bool:
+        """Return whether the claimed charger is this robot's by now.
+
+        The robot has to listen for `silence` before it knows who else there is.
+        """
+        if not self.charger or now - self._listens_since < silence:
             return False
-        asked = [name for name, heard in self._heard.items() if now - heard < SILENCE]
+        asked = [name for name, heard in self._heard.items() if now - heard < silence]
         mine = (self._id, self._since)
         self.holds = self.holds or all(mine in self._others[name].conceded for name in asked)
         return self.holds
@@ -113,19 +120,11 @@ class Claims:
         return Claim(self._id, self.charger, self._since, pose, conceded)
 
     def _disputes(self, claim: Claim) -> bool:
-        """Return whether a claim is on this robot's charger and comes after its own."""
+        """Return whether a claim is on this robot's charger and goes after its own."""
         if not claim.charger or claim.charger != self.charger:
             return False
         return self.holds or self._id < claim.robot_id
 
-    def _counts(self, other: Claim, now: float) -> bool:
-        """Return whether what a robot last said still stands.
-
-        A robot that fell silent on its way has stopped there; one that fell silent at the charger
-        is in the way.
-        """
-        if not other.charger or other.charger not in self._chargers:
-            return False
-        place = self._chargers[other.charger]
-        at_it = math.hypot(other.pose.x - place.x, other.pose.y - place.y) <= NEAR
-        return at_it or now - self._heard[other.robot_id] < SILENCE
+    def _is_at_charger(self, other: Claim) -> bool:
+        place = self._chargers.get(other.charger)
+        return place is not None and other.pose.distance_to(place) <= NEAR

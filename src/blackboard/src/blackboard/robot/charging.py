@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Sends a robot to a charger in time, and back to work when it has charged enough."""
+"""Sends a robot to a charger in time, and back to work once it has charged enough."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from blackboard.domain.settings import ChargingSettings
 from blackboard.domain.talker import CHARGER_CLAIM
 from blackboard.domain.task import Task, TaskType
 from blackboard.robot.charger_claims import NEAR, Claim, Claims
-from blackboard.robot.controller import CommandState
+from blackboard.robot.executor import CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.talker import Talker
-    from blackboard.robot.controller import CommandResult, Controller
+    from blackboard.robot.executor import CommandResult, Controller
+    from blackboard.robot.lease_keeper import LeaseKeeper
     from blackboard.robot.service import Service
     from hive_common.pose import Pose
 
 _AVOID = 30.0
-"""A charger to which a robot found no way is not tried again for so long [s]."""
+"""A robot that found no path to a charger does not try it again for this long [s]."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class ChargingPlan:
     """Where a fleet's robots charge, and when.
 
     Attributes:
-        chargers: Where a robot stands at each charger, by name [map frame]; none: robots charge
-            only where a person sets them to.
+        chargers: Where a robot stands at each charger, by name [map frame]; without chargers,
+            robots charge only where a person sets them to.
         settings: The thresholds.
     """
 
@@ -46,30 +47,25 @@ class ChargingPlan:
 
 
 class Phase(Enum):
-    """What a robot is about with a charger."""
+    """Where a robot is between work and charger."""
 
     AWAY = auto()
-    """Nothing, or waiting for one."""
+    """It needs no charger, or waits for one."""
     GOING = auto()
-    """On its way to one."""
+    """It drives to a charger."""
     THERE = auto()
-    """At one, charging."""
+    """It charges."""
     LEAVING = auto()
-    """Full, and on its way back to where it started, so that others find the charger free."""
+    """It is full and drives back to where it started, so that the charger is free for others."""
 
 
 class Charging:
-    """One robot's battery between work and charger.
+    """Decides when one robot charges, and where.
 
     Args:
-        talker: How it agrees with the others.
-        robot_id: Its name.
-        body: What it is.
-        battery: Its battery.
-        ways: Knows how far the chargers are.
-        controller: Drives it.
+        talker: How it agrees with the other robots.
         service: Told when it leaves service to charge, and when it comes back.
-        plan: Where and when it charges; only where a person sets it to, where left out.
+        plan: Where and when it charges; by default only where a person sets it to.
     """
 
     def __init__(
@@ -91,24 +87,21 @@ class Charging:
         self._controller = controller
         self._service = service
         self._plan = plan = plan or ChargingPlan()
-        self._may_go: Callable[[], bool] = lambda: False
-        self._changed: Callable[[], None] = lambda: None
         self._claims = Claims(robot_id, plan.chargers, talker.now())
         self._phase = Phase.AWAY
         self._avoided: dict[str, float] = {}
         self._pose: Pose | None = None
-        self._home: Pose | None = None
 
-    def start(self, pose: Pose, may_go: Callable[[], bool], changed: Callable[[], None]) -> None:
+    def start(self, pose: Pose, lease: LeaseKeeper, changed: Callable[[], None]) -> None:
         """Begin to listen.
 
         Args:
-            pose: Where the robot stands, and goes when it is full [map frame].
-            may_go: Says whether it may drive now.
+            pose: Where the robot is, and where it goes when it is full [map frame].
+            lease: Says whether it may drive now.
             changed: Called when there is something new to consider.
         """
         self._pose = self._home = pose
-        self._may_go, self._changed = may_go, changed
+        self._lease, self._changed = lease, changed
         if not self._plan.chargers:
             return
         self._talker.subscribe(CHARGER_CLAIM, self._hear)
@@ -122,7 +115,7 @@ class Charging:
 
     @property
     def is_charging(self) -> bool:
-        """Whether it stands at a charger, or where a person set it to charge."""
+        """Whether it is at a charger, or where a person set it to charge."""
         by_hand = self._service.state is RobotState.CHARGING and not self._claims.charger
         return self._phase is Phase.THERE or (by_hand and not self._service.is_on_its_own)
 
@@ -133,7 +126,7 @@ class Charging:
 
     @property
     def refusal(self) -> str:
-        """Why it takes no new task; empty when it does."""
+        """Why it takes no new task; empty if it does."""
         if self._service.reason:
             return self._service.reason
         if self._plan.chargers and self._is_critical and self._phase is not Phase.THERE:
@@ -141,11 +134,11 @@ class Charging:
         return ""
 
     def reserve(self, end: Pose) -> float:
-        """Return the charge [Ah] that it has to keep to reach a charger from a pose."""
+        """Return the charge that it has to keep to reach a charger from a pose [Ah]."""
         return charge_to_reach(self.places, end, self._body, self._path_lengths, self._battery)
 
     def note_pose(self, pose: Pose) -> None:
-        """Note where it stands; a charger that it has left is free for others."""
+        """Note where it is; a charger that it has left is free for others."""
         self._pose = pose
         if self._phase in {Phase.THERE, Phase.LEAVING} and not self._is_at(self._claims.charger):
             self._claims.release()
@@ -153,13 +146,12 @@ class Charging:
                 self._phase = Phase.AWAY
 
     def pass_time(self, period: float) -> None:
-        """Draw what it takes to be switched on for a time [s], and charge where it charges."""
+        """Draw what being switched on for a time [s] takes, and charge if it is charging."""
         self._battery.update_level(self._body.idle_power * period)
         if self.is_charging:
             self._battery.charge(period)
-            by_hand = self._phase is not Phase.THERE
-            wanted = 1.0 if by_hand else self._plan.settings.enough
-            if self._service.state is RobotState.CHARGING and self._battery.level >= wanted:
+            enough = self._plan.settings.enough if self._phase is Phase.THERE else 1.0
+            if self._service.state is RobotState.CHARGING and self._battery.level >= enough:
                 self._service.be_charged()
         if self._battery.level <= 0.0 and self._service.state is not RobotState.DEFECT:
             self.abandon()
@@ -170,26 +162,28 @@ class Charging:
         """Decide what to do about the battery now.
 
         Args:
-            idle: Whether the robot's list is empty.
+            idle: Whether the robot's schedule is empty.
             loaded: Whether the robot's arm has taken a load on board that it has to put down.
         """
         if not self._plan.chargers or self._service.state is RobotState.DEFECT:
             return
-        if self._phase in {Phase.GOING, Phase.LEAVING} and not self._may_go():
+        at_work = not idle
+        on_its_way = self._phase in {Phase.GOING, Phase.LEAVING}
+        if on_its_way and not self._lease.holds():
             self._halt()
-        elif self._phase is Phase.GOING and not idle:
-            self._halt()  # what has just come may have stopped the drive
-        elif self._phase is Phase.LEAVING and not idle:
-            self._phase = Phase.THERE if self._is_at(self._claims.charger) else Phase.AWAY
-        elif self._phase is Phase.AWAY and self._wants(idle=idle, loaded=loaded):
+        elif self._phase is Phase.GOING and at_work:
+            self._halt()  # the new task may have stopped the drive
+        elif self._phase is Phase.LEAVING and at_work:
+            self._phase = self._phase_here()
+        elif self._phase is Phase.AWAY and self._needs_charger(idle=idle, loaded=loaded):
             self._seek(idle=idle)
         elif self._phase is Phase.AWAY:
             self._claims.release()
-        elif self._phase is Phase.THERE and idle and self._battery.level >= self._full:
-            self._lease_keeper()
+        elif self._phase is Phase.THERE and idle and self._is_full:
+            self._make_room()
 
     def abandon(self) -> None:
-        """Drop what is under way, because a person has decided otherwise."""
+        """Stop on the way to or from a charger, because a person has decided otherwise."""
         if self._phase in {Phase.GOING, Phase.LEAVING}:
             self._halt()
 
@@ -198,11 +192,10 @@ class Charging:
         return self._battery.level < self._plan.settings.critical
 
     @property
-    def _full(self) -> float:
-        return self._plan.settings.full
+    def _is_full(self) -> bool:
+        return self._battery.level >= self._plan.settings.full
 
-    def _wants(self, *, idle: bool, loaded: bool) -> bool:
-        """Return whether it should be on its way to a charger."""
+    def _needs_charger(self, *, idle: bool, loaded: bool) -> bool:
         if self._service.is_on_its_own:
             return True
         if self._service.state is not None:
@@ -215,32 +208,28 @@ class Charging:
         """Claim the nearest free charger, and go once it is this robot's."""
         if self._is_critical:
             self._leave_service("seeks a free charger")
-        now = self._talker.now()
+        now, silence = self._talker.now(), self._lease.silence
         if not self._claims.charger:
-            nearest = self._nearest(now)
+            nearest = self._nearest(now, silence)
             if nearest is not None:
                 self._claims.claim(nearest, now)
                 self._say()
-        elif idle and self._may_go() and self._claims.settle(now):
-            self._go()
+        elif idle and self._lease.holds() and self._claims.settle(now, silence):
+            self._phase = Phase.GOING
+            self._leave_service(f"goes to {self._claims.charger}")
+            self._drive(self._plan.chargers[self._claims.charger], self._arrived)
 
-    def _nearest(self, now: float) -> str | None:
-        """Return the free charger with the shortest way, or None where none can be reached."""
+    def _nearest(self, now: float, silence: float) -> str | None:
+        """Return the free charger with the shortest path; None if none can be reached."""
         here = self._pose
-        assert here is not None  # noqa: S101  (`start` has told)
-        path_lengths = {
+        assert here is not None  # noqa: S101  (set by `start`)
+        lengths = {
             name: self._path_lengths.length(here, self._plan.chargers[name])
-            for name in self._claims.free(now)
+            for name in self._claims.free(now, silence)
             if self._avoided.get(name, now) <= now
         }
-        reachable = [name for name in path_lengths if math.isfinite(path_lengths[name])]
-        return min(reachable, key=lambda name: path_lengths[name], default=None)
-
-    def _go(self) -> None:
-        charger = self._claims.charger
-        self._phase = Phase.GOING
-        self._leave_service(f"goes to {charger}")
-        self._drive(self._plan.chargers[charger], self._arrived)
+        reachable = [name for name in lengths if math.isfinite(lengths[name])]
+        return min(reachable, key=lambda name: lengths[name], default=None)
 
     def _arrived(self, result: CommandResult) -> None:
         charger = self._claims.charger
@@ -253,23 +242,25 @@ class Charging:
             self._claims.release()
         self._changed()
 
-    def _lease_keeper(self) -> None:
-        home = self._home
-        assert home is not None  # noqa: S101  (`start` has told)
+    def _make_room(self) -> None:
+        """Drive home from the charger, unless that is home."""
         place = self._plan.chargers[self._claims.charger]
-        if math.hypot(home.x - place.x, home.y - place.y) > NEAR and self._may_go():
+        if self._home.distance_to(place) > NEAR and self._lease.holds():
             self._phase = Phase.LEAVING
-            self._drive(home, self._left)
+            self._drive(self._home, self._left)
 
     def _left(self, _: CommandResult) -> None:
-        self._phase = Phase.THERE if self._is_at(self._claims.charger) else Phase.AWAY
+        self._phase = self._phase_here()
+
+    def _phase_here(self) -> Phase:
+        return Phase.THERE if self._is_at(self._claims.charger) else Phase.AWAY
 
     def _drive(self, goal: Pose, ended: Callable[[CommandResult], None]) -> None:
         task = Task(f"{self._id} charging", TaskType.GA, (goal,))
         self._controller.run(task, 0, lambda _: None, ended)
 
     def _halt(self) -> None:
-        """Stop on the way; the charger is claimed anew before the robot goes on."""
+        """Stop on the way; the robot claims the charger anew before it goes on."""
         self._controller.stop()
         if self._phase is Phase.LEAVING and self._is_at(self._claims.charger):
             self._phase = Phase.THERE
@@ -281,11 +272,8 @@ class Charging:
         self._service.go_charging(f"its battery is at {self._battery.level:.0%}: {doing}")
 
     def _is_at(self, charger: str) -> bool:
-        place = self._plan.chargers.get(charger)
-        here = self._pose
-        if place is None or here is None:
-            return False
-        return math.hypot(here.x - place.x, here.y - place.y) <= NEAR
+        place, here = self._plan.chargers.get(charger), self._pose
+        return place is not None and here is not None and here.distance_to(place) <= NEAR
 
     def _hear(self, claim: Claim) -> None:
         if claim.robot_id != self._id:

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Keeps a robot's lease: hears heartbeats, and speaks up in time when it comes or goes."""
+"""Keeps a robot's lease: hears heartbeats, and says at once when the lease comes or ends."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.lease import Lease
 from blackboard.domain.record import OrderKind
+from blackboard.domain.settings import longest_lease
 from blackboard.domain.talker import BACKUP
 
 if TYPE_CHECKING:
@@ -16,26 +18,26 @@ if TYPE_CHECKING:
     from blackboard.consensus.messages import Heartbeat
     from blackboard.domain.record import Order
     from blackboard.domain.talker import Talker, Timer
-    from blackboard.robot.worker import Worker
 
 _PERIODS_UNHEARD = 1.5
-"""A status that was not echoed by then got lost, and is sent again at every heartbeat."""
+"""A status that has not been echoed by then got lost, and is sent again at every heartbeat."""
 
 _A_MOMENT = 0.001
-"""A timer for the very end of a lease might find, by rounding, that it still holds [s]."""
+"""Without it a timer for the end of a lease might find, by rounding, that it still holds [s]."""
+
+_STOPPING_TIME = 0.5
+"""Time that a robot takes to come to a stop, the default of `lease_margin` [s]."""
 
 
 class LeaseKeeper:
     """Knows whether a robot may work now.
 
     Args:
-        talker: How it hears and knows the time.
-        robot_id: Whose leave it is.
         period: Between two statuses [s].
         changed: Called when the robot may work again, and when it may no longer.
-        unheard: Called when a status is to be sent again: with every heartbeat while one got lost,
-            and when another blackboard is the active one.
-        fence: Knows which blackboards count.
+        unheard: Called when the status is to be sent again: with every heartbeat while one got
+            lost, and when the leader changes.
+        hive_filter: Says which blackboards to obey.
     """
 
     def __init__(
@@ -45,14 +47,15 @@ class LeaseKeeper:
         period: float,
         changed: Callable[[], None],
         unheard: Callable[[], None],
-        fence: HiveFilter,
+        hive_filter: HiveFilter,
     ) -> None:
         self._talker = talker
-        self._patience = _PERIODS_UNHEARD * period
+        self._period = period
         self._changed = changed
         self._unheard = unheard
-        self._fence = fence
+        self._filter = hive_filter
         self._lease = Lease(robot_id, talker.now())
+        self._longest = -math.inf
         self._lapse: Timer | None = None
         self._last_hive = ""
         self._epoch = 0
@@ -65,48 +68,45 @@ class LeaseKeeper:
         """Return whether the robot may work now."""
         return self._lease.holds(self._talker.now())
 
-    def reason(self, work: Worker) -> str:
-        """Say why a robot that has work to do stands still; empty where it is not for this."""
-        if not work.stands_still or self.holds():
-            return ""
-        return "stands still until an active blackboard says that it has heard it"
-
     @property
-    def hive(self) -> str:
-        """The id of the robot's hive; empty where it belongs to none yet."""
-        return self._fence.hive
+    def silence(self) -> float:
+        """A robot that says nothing for longer has stopped [s]; infinite before any heartbeat.
 
-    def obeys(self, hive: str, epoch: int) -> bool:
-        """Return whether the blackboard of a hive and an epoch counts."""
-        return self._fence.obeys(hive, epoch)
+        Its lease lasts from its last status, which it sends at most a period after anything else.
+        Leases granted under earlier settings count too.
+        """
+        if self._longest < 0.0:
+            return math.inf
+        return longest_lease(self._longest) + _STOPPING_TIME + self._period
 
     def allows(self, order: Order) -> bool:
-        """Return whether an order may be carried out: who gave it counts, and it is recent.
+        """Return whether to carry out an order: its sender is to be obeyed, and it is recent.
 
-        To drop a task may come late, unless a new one of the same id may have come meanwhile.
+        An order to drop a task may come late, unless a new task may have got the same id since.
         """
-        if not self.obeys(order.hive, order.epoch):
+        if not self._filter.obeys(order.hive, order.epoch):
             return False
         drops = order.kind not in {OrderKind.ASSIGN, OrderKind.FORGOTTEN}
         return drops or self._lease.covers(order.heard, self._talker.now())
 
     def _hear_beat(self, beat: Heartbeat) -> None:
-        if not self.obeys(beat.hive, beat.epoch):
+        if not self._filter.obeys(beat.hive, beat.epoch):
             return
         now = self._talker.now()
         if self._epoch not in {0, beat.epoch}:
-            # Statuses have gone to another one; this one may never have heard of the robot. The
+            # Statuses went to another leader; this one may never have heard of the robot. The
             # member beside it has to hear the same heartbeat before it knows whom to tell.
             self._talker.after(0.0, self._unheard)
         self._epoch = beat.epoch
-        if self._last_hive not in {"", self.hive}:
+        self._longest = max(self._longest, beat.robot_lease)
+        if self._last_hive not in {"", self._filter.hive}:
             self._lease.begin_anew(now)
-        self._last_hive = self.hive
+        self._last_hive = self._filter.hive
         if self._lease.renew(beat, now):
             if self._lapse is not None:
                 self._lapse.cancel()
             lasts = self._lease.remaining(now) + _A_MOMENT
             self._lapse = self._talker.after(lasts, self._changed)
             self._changed()
-        elif not self._lease.is_echoed_within(self._patience, now):
+        elif not self._lease.is_echoed_within(_PERIODS_UNHEARD * self._period, now):
             self._unheard()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a robot has to report of tasks that have left its list, until the blackboard knows."""
+"""What a robot reports about tasks that have left its schedule, until the hive knows."""
 
 from __future__ import annotations
 
@@ -22,20 +22,22 @@ if TYPE_CHECKING:
 
 
 class Reports:
-    """Tells each report at once, and again and again until it is acknowledged.
+    """Sends each report at once, and again until the hive acknowledges it.
 
     Args:
-        talker: How it speaks.
-        robot_id: Whose reports they are.
-        journal: Keeps the open ones, so that a robot which starts again still tells them.
-        fence: Knows which member has to hear them; all have to, where it is left out.
+        journal: Keeps the open reports, so that a robot which restarts still sends them.
+        hive_filter: Knows the leader, who has to hear them; without one, everybody has to.
     """
 
     def __init__(
-        self, talker: Talker, robot_id: str, journal: Journal, fence: HiveFilter | None = None
+        self,
+        talker: Talker,
+        robot_id: str,
+        journal: Journal,
+        hive_filter: HiveFilter | None = None,
     ) -> None:
         self._talker = talker
-        self._fence = fence
+        self._filter = hive_filter
         self._robot_id = robot_id
         self._journal = journal
         self._open = {report.task_id: report for report in journal.load_reports()}
@@ -43,85 +45,84 @@ class Reports:
         self._known: Mapping[str, TaskRecord] = {}
 
     def add(self, report: TaskUpdate) -> None:
-        """Tell of a task that has left the list."""
+        """Report on a task that has left the schedule."""
         self._open[report.task_id] = report
-        self._write_down()
-        self._tell(report)
+        self._save()
+        self._send(report)
 
     def repeat(self) -> None:
-        """Tell again what nobody has acknowledged."""
+        """Send again what nobody has acknowledged."""
         for report in self._open.values():
-            self._tell(report)
+            self._send(report)
 
     def answer(self, order: Order) -> bool:
         """Return whether an order comes too late, because its task was reported on before.
 
-        What it has done a robot does not do again, under whatever number.
-        The report is told again unless the blackboard is known to have heard it: then the order
-        was only slower on its way than the task list.
+        A robot never repeats what it has done, whatever the assignment number. The report is sent
+        again, unless the hive is known to have it: then the order was just slower than the task
+        list.
         """
         report = self._open.get(order.task.id)
         if report is not None and (
             report.state is TaskState.DONE or report.assignment >= order.assignment
         ):
-            self._tell(report)
+            self._send(report)
             return True
         record = self._known.get(order.task.id)
         return record is not None and record.has_ended(self._robot_id, order.assignment)
 
     def forget(self, order: Order) -> None:
-        """Report no more on a task that the hive has forgotten, under the numbers up to its."""
+        """Stop reporting on a task that the hive has forgotten, up to the order's assignment."""
         report = self._open.get(order.task.id)
         if report is not None and report.assignment <= order.assignment:
             del self._open[order.task.id]
-            self._write_down()
+            self._save()
 
     def acknowledge(self, known: TaskList) -> None:
-        """Forget what a copy of the task list shows to be known.
+        """Drop the reports that a copy of the task list shows to be known.
 
-        One that comes after a newer one is left out: it shows orders as open that are not.
+        A copy older than one before is ignored: it shows orders as open that are not.
         """
         if self._newest is not None and known.is_before(self._newest):
             return
         if self._newest is not None and self._newest.hive not in {"", known.hive}:
-            self._go_over()
+            self._change_hive()
         self._newest = known
         self._known = known.by_id
-        heard = [report for report in self._open.values() if self._has_been_heard(report)]
+        heard = [report for report in self._open.values() if self._is_known(report)]
         for report in heard:
             del self._open[report.task_id]
         if heard:
-            self._write_down()
+            self._save()
 
-    def _go_over(self) -> None:
-        """Report to another hive only what is done: it has given no task to this robot yet."""
+    def known_of(self, task_ids: Iterable[str]) -> list[TaskRecord]:
+        """Return the records of some tasks in the newest copy of the list."""
+        return [self._known[task_id] for task_id in task_ids if task_id in self._known]
+
+    def _change_hive(self) -> None:
+        """Report to another hive only what is done: it has given this robot no task yet."""
         self._open = {
             report.task_id: replace(report, assignment=ANY_ASSIGNMENT)
             for report in self._open.values()
             if report.state is TaskState.DONE
         }
-        self._write_down()
+        self._save()
 
-    def known_of(self, task_ids: Iterable[str]) -> list[TaskRecord]:
-        """Return where some tasks stand by the newest copy of the list that was acknowledged."""
-        return [self._known[task_id] for task_id in task_ids if task_id in self._known]
-
-    def _tell(self, report: TaskUpdate) -> None:
-        to = None if self._fence is None else self._fence.leader
+    def _send(self, report: TaskUpdate) -> None:
+        to = None if self._filter is None else self._filter.leader
         self._talker.publish(TASK_STATE, report, to)
 
-    def _write_down(self) -> None:
+    def _save(self) -> None:
         try:
             self._journal.save_reports(self._open.values())
         except JournalError as error:
-            self._talker.warn(f"{self._robot_id} may forget what it reports: {error}")
+            self._talker.warn(f"{self._robot_id} may forget its reports if it restarts: {error}")
 
-    def _has_been_heard(self, report: TaskUpdate) -> bool:
+    def _is_known(self, report: TaskUpdate) -> bool:
         record = self._known.get(report.task_id)
-        return record is not None and self._is_known(report, record)
-
-    def _is_known(self, report: TaskUpdate, record: TaskRecord) -> bool:
+        if record is None:
+            return False
         if report.state is TaskState.DONE:
-            # Whoever has the task by now: that it is done is worth telling until it is believed.
+            # Whoever has the task by now: the report counts until the hive believes it.
             return record.state.is_terminal
         return record.has_ended(self._robot_id, report.assignment)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a robot answers when the blackboard asks: its bids, or what they are worked out from."""
+"""What a robot answers to a call for bids: its bids, or what they are computed from."""
 
 from __future__ import annotations
 
@@ -20,16 +20,7 @@ if TYPE_CHECKING:
 
 
 class Respondent:
-    """Answers for one robot.
-
-    Args:
-        robot_id: Its name.
-        body: What it is.
-        battery: Its battery.
-        itinerary: What it has to do already.
-        charging: Says whether it takes tasks, and what it has to keep to reach a charger.
-        settings: By which cost model it bids.
-    """
+    """Answers calls for bids in one robot's name."""
 
     def __init__(
         self,
@@ -43,36 +34,30 @@ class Respondent:
         self._id = robot_id
         self._body = body
         self._battery = battery
-        self._list = schedule
+        self._schedule = schedule
         self._charging = charging
         self._settings = settings
         model = COST_MODELS[settings.cost_model]
         self._bidder = Bidder(robot_id, body, battery, schedule, model, charging.reserve)
 
     def answer(self, broadcast: Broadcast, here: Pose, *, at_work: bool) -> Bids:
-        """Return what is asked for.
+        """Return what a broadcast asks for.
 
-        Args:
-            broadcast: The question.
-            here: Where the robot stands.
-            at_work: Whether the first task on its list is being done.
+        `at_work` says whether the first task on the schedule is under way.
         """
+        refusal = self._charging.refusal
         if not broadcast.basis:
-            return self._bidder.answer(broadcast, here, self._charging.refusal, at_work=at_work)
-        asked = (broadcast.epoch, broadcast.auction)
-        basis = self._basis(here, at_work=at_work)
-        return Bids(self._id, *asked, (), broadcast.round, basis)
-
-    def _basis(self, here: Pose, *, at_work: bool) -> BidBasis:
-        return BidBasis(
+            return self._bidder.answer(broadcast, here, refusal, at_work=at_work)
+        basis = BidBasis(
             self._body,
             self._settings.cost_model,
             self._settings.aging,
             here,
             self._battery.level,
             at_work,
-            self._charging.refusal,
-            tuple((entry.task.id, entry.step) for entry in self._list),
+            refusal,
+            tuple((entry.task.id, entry.step) for entry in self._schedule),
             self._charging.places,
-            self._list.pace.times,
+            self._schedule.pace.times,
         )
+        return Bids(self._id, broadcast.epoch, broadcast.auction, (), broadcast.round, basis)

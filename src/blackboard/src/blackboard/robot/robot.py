@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One robot of the hive: it bids, keeps its list of tasks and works through it (report: Robot).
+"""One robot of the hive: it bids, keeps a schedule and works through it (the report's Robot).
 
-A robot obeys the blackboard's orders and compares its own list with what the member beside it
-knows to be committed, which makes good an order that was lost. It repeats reports until they show.
+A robot obeys the leader's orders. It also compares its schedule with the task list that the member
+beside it knows to be committed, which makes up for lost orders, and repeats its reports until that
+list shows them.
 """
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.hive_filter import NoFilter
-from blackboard.costing.aging import Aging
 from blackboard.costing.cost import friction_force
-from blackboard.costing.pace import DriveWatch, Pace
+from blackboard.costing.insertion import Aging
+from blackboard.costing.pace import Pace
 from blackboard.costing.preemption import may_put_off
 from blackboard.costing.schedule import Entry, Schedule
-from blackboard.domain.characteristics import RobotCharacteristics, RobotState, RobotStatus
+from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     ROBOT_STATUS,
@@ -26,30 +27,27 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import TaskState, is_picked, load_during, split_task
-from blackboard.robot.answering import Answering
-from blackboard.robot.charging import Charging, ChargingPlan
-from blackboard.robot.controller import CommandState
-from blackboard.robot.handback import Handback
+from blackboard.robot.charging import Charging
+from blackboard.robot.executor import CommandState, State
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.reports import Reports
 from blackboard.robot.respondent import Respondent
 from blackboard.robot.service import WORDS, Service
-from blackboard.robot.worker import Worker
 
 if TYPE_CHECKING:
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import Journal
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.battery import Battery
+    from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import Broadcast, Order
     from blackboard.domain.settings import RobotSettings
     from blackboard.domain.talker import Talker
     from blackboard.domain.task import Task
-    from blackboard.robot.controller import CommandResult, Controller
+    from blackboard.robot.charging import ChargingPlan
+    from blackboard.robot.executor import CommandResult, Controller
     from hive_common.pose import Pose
-
-__all__ = ["Robot", "RobotCharacteristics", "RobotState", "RobotStatus"]
 
 
 class Robot:
@@ -57,19 +55,16 @@ class Robot:
 
     Args:
         talker: How it hears and speaks.
-        robot_id: Its name.
-        characteristics: What it is.
-        battery: Its battery.
-        ways: Knows how far it is.
+        path_lengths: Measures its drives.
         controller: Executes its tasks.
-        pose: Where it stands.
-        settings: How it bids and speaks.
-        journal: Its disk, for the reports that nobody has acknowledged yet.
-        fence: The member beside it; where it is left out it obeys all, and reads `bb_sync`.
-        plan: Where and when it charges; only where a person sets it to, where left out.
+        pose: Where it is [map frame].
+        journal: Keeps the reports that nobody has acknowledged yet.
+        hive_filter: The member beside it; without one it obeys every blackboard and reads
+            `bb_sync`.
+        plan: Where and when it charges; by default only where a person sets it to.
 
     Attributes:
-        charging: Its battery between work and charger.
+        charging: Decides when it charges.
     """
 
     def __init__(
@@ -83,64 +78,60 @@ class Robot:
         pose: Pose,
         settings: RobotSettings,
         journal: Journal,
-        fence: HiveFilter | None = None,
+        hive_filter: HiveFilter | None = None,
         plan: ChargingPlan | None = None,
     ) -> None:
         self._talker = talker
         self._id = robot_id
         self._characteristics = characteristics
         self._battery = battery
+        self._controller = controller
         self._pose = pose
         self._settings = settings
+        self._unanswered: Broadcast | None = None
+        self._last_order = ""
         aging = Aging(talker.now, settings.aging)
         pace = Pace(characteristics.max_speed)
-        controller.look_at(lambda: self._pose)
-        controller.watch(DriveWatch(pace, path_lengths, talker.now, lambda: self._pose))
-        self._list = Schedule(characteristics, path_lengths, settings.cost_model, aging, pace)
-        self._service = Service()
-        self._fence = fence or NoFilter(talker)
-        self._reports = Reports(talker, robot_id, journal, self._fence)
-        period, say = settings.status_period, self._say_status
-        self._lease_keeper = LeaseKeeper(talker, robot_id, period, self._go_on, say, self._fence)
-        self.charging = Charging(
+        controller.observe(
+            lambda: self._pose,
+            lambda start, goal, duration: pace.learn(
+                start, goal, path_lengths.length(start, goal), duration
+            ),
+        )
+        self._schedule = Schedule(characteristics, path_lengths, settings.cost_model, aging, pace)
+        self._service = service = Service()
+        self._filter = hive_filter = hive_filter or NoFilter(talker)
+        self._reports = Reports(talker, robot_id, journal, hive_filter)
+        self._lease = LeaseKeeper(
             talker,
             robot_id,
-            characteristics,
-            battery,
-            path_lengths,
-            controller,
-            self._service,
-            plan,
+            settings.status_period,
+            self._go_on,
+            self._publish_status,
+            hive_filter,
         )
-        self._work = Worker(
-            controller,
-            self._list,
-            self._may_go,
-            self._say_started,
-            self._step_done,
-            self._task_ended,
+        self.charging = Charging(
+            talker, robot_id, characteristics, battery, path_lengths, controller, service, plan
         )
-        self._handback = Handback(self._work, self._list, self._service, self._reports)
         self._respondent = Respondent(
-            robot_id, characteristics, battery, self._list, self.charging, settings
+            robot_id, characteristics, battery, self._schedule, self.charging, settings
         )
-        self._answering = Answering(robot_id, self._answer)
 
     def start(self) -> None:
-        """Begin to listen and to say how it is."""
-        self._talker.subscribe(TASK_BROADCAST, self._answering.hear)
+        """Begin to listen and to publish the status."""
+        self._talker.subscribe(TASK_BROADCAST, self._hear_broadcast)
         self._talker.subscribe(TASK_ASSIGN, self._obey)
-        self._fence.follow(self._compare)
-        self._lease_keeper.start()
-        self.charging.start(self._pose, self._lease_keeper.holds, self._go_on)
+        self._filter.follow(self._compare)
+        self._lease.start()
+        self.charging.start(self._pose, self._lease, self._go_on)
         self._talker.subscribe(SET_STATE, self.set_state)
         self._talker.every(self._settings.status_period, self._pass_time)
-        self._say_status()
+        self._publish_status()
 
     @property
     def status(self) -> RobotStatus:
         """How it is now."""
-        current = self._work.current
+        current = self._current
         return RobotStatus(
             robot_id=self._id,
             state=self.state,
@@ -148,25 +139,26 @@ class Robot:
             charge=self._battery.level,
             payload=self._payload(),
             task_id=current.task.id if current else "",
-            reason=self._service.reason or self._lease_keeper.reason(self._work),
-            tasks=tuple(entry.task.id for entry in self._list),
+            reason=self._service.reason or self._why_stopped(),
+            tasks=tuple(entry.task.id for entry in self._schedule),
             sent=self._talker.now(),
-            hive=self._lease_keeper.hive,
+            hive=self._filter.hive,
         )
 
     @property
     def state(self) -> RobotState:
         """Whether it can be counted on."""
-        in_service = RobotState.IDLE if self._work.current is None else RobotState.BUSY
-        return in_service if self._service.state is None else self._service.state
+        if self._service.state is not None:
+            return self._service.state
+        return RobotState.IDLE if self._current is None else RobotState.BUSY
 
     def set_pose(self, pose: Pose) -> None:
-        """Note where it stands [map frame]."""
+        """Note where it is [map frame]."""
         self._pose = pose
         self.charging.note_pose(pose)
 
     def add_travel(self, distance: float) -> None:
-        """Draw from the battery what driving a distance [m] takes with the load on board."""
+        """Draw from the battery what driving a distance [m] takes with the present load."""
         mass = self._characteristics.mass + self._payload()
         force = friction_force(self._characteristics.friction_coefficient, mass)
         self._battery.update_level(force * distance)
@@ -180,132 +172,187 @@ class Robot:
         self.charging.abandon()
         self._service.set(word)
         self._go_on()
-        self._say_status()
+        self._publish_status()
 
-    def _answer(self, broadcast: Broadcast) -> None:
-        if self._lease_keeper.obeys(broadcast.hive, broadcast.epoch):
-            at_work = self._work.current is not None
-            answer = self._respondent.answer(broadcast, self._pose, at_work=at_work)
-            self._talker.publish(TASK_COST, answer, self._fence.leader)
+    @property
+    def _current(self) -> Entry | None:
+        """The task that has begun and not ended; None if there is none."""
+        entry = self._schedule.first()
+        return entry if entry is not None and entry.task.id == self._controller.task_id else None
+
+    def _why_stopped(self) -> str:
+        """Say why a robot with work to do does none; empty if it works, or for another reason."""
+        halted = self._current is None or self._controller.state is State.HALTED
+        if self._schedule.first() is None or not halted or self._lease.holds():
+            return ""
+        return "stopped until the leader acknowledges its status"
+
+    def _hear_broadcast(self, broadcast: Broadcast) -> None:
+        if broadcast.asks(self._id):
+            self._unanswered = broadcast
+            self._answer()
+
+    def _answer(self) -> None:
+        """Answer the last broadcast, once the order that it mentions has come.
+
+        Orders and broadcasts are separate topics, so a broadcast may overtake the order for what
+        the robot has just won. Bids made without that order would be too low.
+        """
+        asked = self._unanswered
+        if asked is None or asked.given_to(self._id) not in {"", self._last_order}:
+            return
+        self._unanswered = None
+        if self._filter.obeys(asked.hive, asked.epoch):
+            at_work = self._current is not None
+            answer = self._respondent.answer(asked, self._pose, at_work=at_work)
+            self._talker.publish(TASK_COST, answer, self._filter.leader)
 
     def _obey(self, order: Order) -> None:
-        if order.robot_id != self._id or not self._lease_keeper.allows(order):
+        if order.robot_id != self._id or not self._lease.allows(order):
             return
-        entry = self._list.get(order.task.id)
+        entry = self._schedule.get(order.task.id)
         if order.kind is not OrderKind.ASSIGN:
-            self._let_go(order, entry)
+            self._take_back(order, entry)
             return
         if entry is not None:
             if order.assignment > entry.order.assignment:
-                self._list.renew(order)
+                self._schedule.renew(order)
         elif not self._reports.answer(order):
-            self._put_off_for(order.task)
+            self._make_room_for(order.task)
             if is_picked(order.task, order.step):
-                # In an earlier life of this process it was on its way with this load.
-                self._work.stop()
-            self._list.insert(order, self._pose, keep_first=self._work.current is not None)
+                # Before its process restarted, the robot was under way with this load.
+                self._controller.stop()
+            self._schedule.insert(order, self._pose, keep_first=self._current is not None)
             self._go_on()
-            self._say_status()
-        self._answering.note_order(order.task.id)
+            self._publish_status()
+        self._last_order = order.task.id
+        self._answer()
 
-    def _let_go(self, order: Order, entry: Entry | None) -> None:
-        """Drop a task that is to be taken back; say how far it has come where that is asked."""
-        if entry is not None and not entry.yields_to(order, self._work.current):
+    def _take_back(self, order: Order, entry: Entry | None) -> None:
+        """Drop a task that is taken back; report how far it has come if the order asks for it."""
+        if entry is not None and not entry.yields_to(order, self._current):
             return
         if order.kind.asks_report:
             if entry is not None or not self._reports.answer(order):
                 held = entry or Entry(order, order.step)
                 self._hand_back(held, f"{self._id} was told to hand it back")
             self._go_on()
-            self._say_status()
+            self._publish_status()
         elif entry is not None:
-            self._drop(entry)
+            self._drop_and_go_on(entry)
         if order.kind is OrderKind.FORGOTTEN:
             self._reports.forget(order)
 
-    def _put_off_for(self, urgent: Task) -> None:
-        """Hand back what is under way if a task that has just been given is to go before it."""
-        current = self._work.current
+    def _make_room_for(self, urgent: Task) -> None:
+        """Hand back the current task if one that has just been given goes before it."""
+        current = self._current
         if current is not None and may_put_off(current, urgent):
             self._hand_back(current, f"{self._id} put it off for {urgent.id}", urgent.id)
 
     def _compare(self, known: TaskList) -> None:
-        """Drop what is no longer its own, and stop repeating what the blackboard knows."""
-        if not self._lease_keeper.obeys(known.hive, known.epoch):
+        """Drop what is no longer this robot's, and stop repeating what the hive knows."""
+        if not self._filter.obeys(known.hive, known.epoch):
             return
         self._reports.acknowledge(known)
-        for record in self._reports.known_of([entry.task.id for entry in self._list]):
-            entry = self._list.get(record.task.id)
+        for record in self._reports.known_of([entry.task.id for entry in self._schedule]):
+            entry = self._schedule.get(record.task.id)
             if entry is not None and record.has_ended(self._id, entry.order.assignment):
-                self._drop(entry)
+                self._drop_and_go_on(entry)
             else:
-                self._list.note_known(record)
+                self._schedule.note_known(record)
         self._go_on()
-
-    def _may_go(self, entry: Entry) -> bool:
-        """Return whether the next step of a task may be done now."""
-        return self._lease_keeper.holds() and entry.is_announced
 
     def _pass_time(self) -> None:
         self.charging.pass_time(self._settings.status_period)
         self._go_on()
         self._reports.repeat()
-        self._fence.show()
-        current = self._work.current
+        self._filter.show()
+        current = self._current
         if current is not None and current.known < current.step < current.steps:
-            self._say_started(current)
-        self._say_status()
+            self._report_start(current)
+        self._publish_status()
 
     def _go_on(self) -> None:
-        """Go on with the list; a robot that is out of service hands them all back instead."""
-        current = self._work.current
+        """Go on with the schedule; a robot that is out of service hands it all back instead."""
+        entry, current = self._schedule.first(), self._current
         loaded = current is not None and is_picked(current.task, current.step)
-        self.charging.consider(idle=self._list.first() is None, loaded=loaded)
+        self.charging.consider(idle=entry is None, loaded=loaded)
         if self._service.state is not None:
             reason = f"{self._id} is out of service: {self._service.reason}"
-            for held in tuple(self._list):
+            for held in tuple(self._schedule):
                 self._hand_back(held, reason)
-        else:
-            self._work.go_on()
+        elif self._current is not None:
+            self._controller.go_on()
+        elif entry is not None and self._may_go():
+            self._report_start(entry)
+            self._controller.run(
+                entry.task, entry.step, self._step_done, self._task_ended, self._may_go
+            )
+
+    def _may_go(self) -> bool:
+        """Return whether the next step of the first task may be done now."""
+        entry = self._schedule.first()
+        return entry is not None and self._lease.holds() and entry.is_announced
 
     def _step_done(self, step: int) -> None:
-        entry = self._work.current
-        assert entry is not None  # noqa: S101  (the controller runs only what is on the list)
+        entry = self._schedule.first()
+        assert entry is not None  # noqa: S101  (the controller runs only what is on the schedule)
         arm_time = self._characteristics.arm_time(split_task(entry.task)[step - 1].kind)
         self._battery.update_level(self._characteristics.arm_power * arm_time)
-        self._list.advance(entry.task.id, step)
-        entry = self._work.current
+        self._schedule.advance(entry.task.id, step)
+        entry = self._current
         if entry is not None and step < entry.steps:
-            self._say_started(entry)
+            self._report_start(entry)
 
     def _task_ended(self, result: CommandResult) -> None:
-        entry = self._work.current
-        assert entry is not None  # noqa: S101  (the controller runs only what is on the list)
+        entry = self._schedule.first()
+        assert entry is not None  # noqa: S101  (the controller runs only what is on the schedule)
         if result.state is CommandState.SUCCEEDED:
-            self._work.stop()
-            self._list.remove(entry.task.id)
+            self._schedule.remove(entry.task.id)
             self._reports.add(entry.update(TaskState.DONE))
         else:
             self._hand_back(entry, f"{self._id}: {result.state.value}: {result.text}")
         self._go_on()
-        self._say_status()
+        self._publish_status()
 
-    def _drop(self, entry: Entry) -> None:
-        """Take a task off the list that is no longer its own; stop it where it is under way."""
-        self._handback.drop(entry)
+    def _drop(self, entry: Entry) -> bool:
+        """Take a task off the schedule and stop it; return whether its load is on board.
+
+        A robot with a load that nobody wants leaves service.
+        """
+        if entry is self._current:
+            self._controller.stop()
+        loaded = is_picked(entry.task, entry.step)
+        if loaded:
+            self._service.leave_on_board(entry.task.id, entry.task.payload)
+        self._schedule.remove(entry.task.id)
+        return loaded
+
+    def _drop_and_go_on(self, entry: Entry) -> None:
+        self._drop(entry)
         self._go_on()
-        self._say_status()
+        self._publish_status()
 
     def _hand_back(self, entry: Entry, reason: str, put_off_for: str = "") -> None:
-        self._handback.hand_back(entry, reason, self._pose, put_off_for)
+        """Give a task back to the hive; one whose load is on board needs a person.
+
+        `put_off_for` is the id of the more urgent task that it makes room for.
+        """
+        state = TaskState.WAITING
+        if self._drop(entry):
+            state = TaskState.FAILED
+            weight = f"{entry.task.payload:g} kg"
+            reason += f"; its load of {weight} is on board at {self._pose}: take it off"
+        self._reports.add(entry.update(state, reason=reason, put_off_for=put_off_for))
 
     def _payload(self) -> float:
-        entry = self._work.current
+        """Return what is on board [kg]."""
+        entry = self._current
         return load_during(entry.task, entry.step) if entry else self._service.left_on_board or 0.0
 
-    def _say_started(self, entry: Entry) -> None:
-        started = entry.update(TaskState.STARTED, **self._list.promise(self._pose))
-        self._talker.publish(TASK_STATE, started, self._fence.leader)
+    def _report_start(self, entry: Entry) -> None:
+        started = entry.update(TaskState.STARTED, **self._schedule.promise(self._pose))
+        self._talker.publish(TASK_STATE, started, self._filter.leader)
 
-    def _say_status(self) -> None:
-        self._talker.publish(ROBOT_STATUS, self.status, self._fence.carriers)
+    def _publish_status(self) -> None:
+        self._talker.publish(ROBOT_STATUS, self.status, self._filter.carriers)

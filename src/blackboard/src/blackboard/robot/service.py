@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether a robot is in service, and which load was left on board of it."""
+"""Whether a robot is in service, and which load was left on board."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ WORDS = ("idle", "defect", "charging")
 
 
 class Service:
-    """Out of service or not, with the reason in words.
+    """Whether a robot is out of service, with the reason in words.
 
-    A robot with a load that belongs nowhere any more leaves service until a person has seen to it.
+    A robot with a load that nobody wants leaves service until a person has seen to it.
 
     Attributes:
         state: DEFECT or CHARGING while out of service, otherwise None.
         reason: Why it is out of service; empty otherwise.
-        left_on_board: The load that was left on board [kg]; None where none was.
-        is_on_its_own: Whether it left service by itself to charge, and not because of a person.
+        left_on_board: The load that was left on board [kg]; None if none was.
+        is_on_its_own: Whether it left service by itself to charge, not because of a person.
     """
 
     def __init__(self) -> None:
@@ -47,16 +47,16 @@ class Service:
         )
 
     def go_charging(self, reason: str) -> None:
-        """Leave service to charge, without being told to; say the reason."""
+        """Leave service to charge, on the robot's own initiative."""
         if self.state is not RobotState.DEFECT:
             self.state, self.reason, self.is_on_its_own = RobotState.CHARGING, reason, True
 
     def strand(self, reason: str) -> None:
-        """Leave service for good because the battery is empty; say the reason."""
+        """Leave service for good because the battery is empty."""
         self.state, self.is_on_its_own = RobotState.DEFECT, False
         if self.left_on_board is None:
             self.reason = reason
 
     def be_charged(self) -> None:
-        """End charging: only a person can say that a load which was left on board is gone."""
+        """End charging; only a person can say that a load left on board is gone."""
         self.set("idle" if self.left_on_board is None else "defect")

@@ -14,7 +14,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
 import blackboard.msg as bb_msgs
 from blackboard.domain.task import StepKind
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -19,7 +19,7 @@ from blackboard.domain.settings import (
 from blackboard.domain.task import StepKind
 from blackboard.errors import SettingsError
 from blackboard.robot.charging import ChargingPlan
-from blackboard.robot.controller import Controller
+from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from blackboard.ros import membership
 from blackboard.ros.commands import MoveBaseCommand, PickCommand
@@ -31,7 +31,7 @@ from hive_common.pose import Pose
 from hive_common.ros import params
 
 if TYPE_CHECKING:
-    from blackboard.robot.controller import Command
+    from blackboard.robot.executor import Command
 
 _ROBOT_TOPICS = (topics.TASK_COST, topics.CHARGER_CLAIM)
 

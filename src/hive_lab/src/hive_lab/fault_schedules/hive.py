@@ -14,7 +14,7 @@ from blackboard.domain.battery import Battery
 from blackboard.domain.settings import ControllerSettings, RobotSettings
 from blackboard.domain.talker import BB_VOTE
 from blackboard.domain.task import StepKind
-from blackboard.robot.controller import CommandResult, CommandState, Controller
+from blackboard.robot.executor import CommandResult, CommandState, Controller
 from blackboard.robot.robot import Robot
 from hive_lab.fault_schedules.host import HostTalker
 from hive_lab.fault_schedules.network import SimulatedCrashError
@@ -67,7 +67,7 @@ class Disk(MemoryJournal):
 
 
 class Drive:
-    """Does the steps of one robot, each in a few seconds; see `blackboard.robot.controller.Command`.
+    """Does the steps of one robot, each in a few seconds; see `blackboard.robot.executor.Command`.
 
     Attributes:
         at_work: Told when the robot begins and stops to work on a task.

@@ -12,7 +12,7 @@ import math
 from typing import TYPE_CHECKING
 
 from blackboard.domain.task import StepKind
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
     from blackboard.domain.task import TaskStep
-    from blackboard.robot.controller import Command
+    from blackboard.robot.executor import Command
     from fleet_manager.config.fleet_file import FleetRobot
     from hive_common.pose import Pose
     from hive_lab.fleets.virtual_fleet import VirtualFleet
@@ -52,7 +52,7 @@ class ReckonedBodies:
 
 
 class _Body:
-    """One robot; see `blackboard.robot.controller.Command`."""
+    """One robot; see `blackboard.robot.executor.Command`."""
 
     def __init__(self, name: str, fleet: VirtualFleet, random: Generator) -> None:
         self._name = name

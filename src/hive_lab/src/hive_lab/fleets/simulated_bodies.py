@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from blackboard.domain.task import StepKind
-from blackboard.robot.controller import CommandResult, CommandState
+from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.grid_map import GridMap
 from hive_common.map_file import FREE, load_map
 from hive_common.pose import Pose
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from blackboard.domain.task import TaskStep
-    from blackboard.robot.controller import Command
+    from blackboard.robot.executor import Command
     from blackboard.robot.robot import Robot
     from fleet_manager.config.fleet_file import FleetRobot
     from hive_lab.fleets.virtual_fleet import VirtualFleet
@@ -73,7 +73,7 @@ class SimulatedBodies:
 
 
 class _Body:
-    """One robot's wheels and arm; see `blackboard.robot.controller.Command`."""
+    """One robot's wheels and arm; see `blackboard.robot.executor.Command`."""
 
     def __init__(self, name: str, simulation: Simulation, traffic: Traffic) -> None:
         self._name = name

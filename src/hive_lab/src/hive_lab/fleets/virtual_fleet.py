@@ -20,7 +20,7 @@ from blackboard.domain.characteristics import characteristics_from
 from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STATE
 from blackboard.robot.charging import ChargingPlan
-from blackboard.robot.controller import Controller
+from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from hive_common.map_file import FREE, load_map
 from hive_common.pose import Pose
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.task import StepKind, Task
-    from blackboard.robot.controller import Command
+    from blackboard.robot.executor import Command
     from fleet_manager.config.fleet_file import Fleet, FleetRobot
 
 

@@ -29,7 +29,7 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import StepKind
-from blackboard.robot.controller import Controller
+from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import (

@@ -40,7 +40,7 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import StepKind, TaskState
-from blackboard.robot.controller import CommandResult, CommandState, Controller
+from blackboard.robot.executor import CommandResult, CommandState, Controller
 from blackboard.robot.robot import Robot
 from hive_lab.virtual.network import LATENCY, Call, Network, NetworkTalker
 
@@ -84,7 +84,7 @@ def lone_backup(talker: Talker) -> RaftNode:
 
 @dataclass
 class TimedCommand:
-    """Does every step after a while; see `blackboard.robot.controller.Command`.
+    """Does every step after a while; see `blackboard.robot.executor.Command`.
 
     Attributes:
         network: Gives the time.
