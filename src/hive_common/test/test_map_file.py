@@ -12,7 +12,8 @@ from hive_common.pose import Pose
 from simenv.testing import hall
 from simenv.world.draw_map import draw_map
 from simenv.world.shapes import Shape
-from simenv.world.world import Place, World
+from simenv.world.world import World
+from simenv.world.world_content import Place
 from simenv.world.world_file import load_world
 
 KEYS = {

@@ -8,10 +8,6 @@ class SimenvError(HiveError):
     """The base of every error that this package raises."""
 
 
-class WorldError(SimenvError):
-    """A world cannot be found, or its shapes and places contradict each other."""
-
-
 class SpawnError(SimenvError):
     """A robot cannot be put where, or under the name, that was asked for."""
 

@@ -12,7 +12,7 @@ from simenv.errors import CommandError
 from simenv.sensors.noise import NO_NOISE
 from simenv.simulation import Simulation
 from simenv.testing import hall
-from simenv.world.world import Station
+from simenv.world.world_content import Station
 
 FETCH = load_model("fetch")
 HERE = Pose(5.0, 5.0, 0.0)

@@ -16,7 +16,7 @@ from simenv.sensors.noise import NO_NOISE, Noise
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall
 from simenv.world.shapes import Door
-from simenv.world.world import Person
+from simenv.world.world_content import Person
 
 MIR = load_model("mir100")
 FETCH = load_model("fetch")

@@ -11,8 +11,8 @@ import rospy
 
 from hive_common.errors import ParameterError
 from hive_common.ros.params import number
-from robot_description.model_schema import SCHEMA
-from robot_description.models import RobotModel, model_from_dict
+from hive_common.structuring import NotAllowedError, structure
+from robot_description.models import RobotModel
 from robot_navigation.control.settings import Settings
 from robot_navigation.localization.amcl_settings import AmclSettings
 from robot_navigation.mapping.mapper_settings import WITHOUT_EFFECT as MAPPER_WITHOUT_EFFECT
@@ -128,16 +128,15 @@ def read_model() -> RobotModel:
     """Read what the robot is from its parameter `characteristics`.
 
     Raises:
-        ParameterError: It is not there.
+        ParameterError: It is missing, or holds something that is not allowed.
     """
-    content = rospy.get_param("characteristics", {})
-    missing = [key for key in SCHEMA["required"] if key not in content]
-    if missing:
+    try:
+        return structure(rospy.get_param("characteristics", {}), RobotModel)
+    except NotAllowedError as error:
         raise ParameterError(
-            f"{rospy.resolve_name('characteristics')} has no {', '.join(missing)}; "
+            f"{rospy.resolve_name('characteristics')}: {error}; "
             "load a robot model with roslaunch robot_description description.launch"
-        )
-    return model_from_dict(content)
+        ) from None
 
 
 def mapper_settings() -> MapperSettings:

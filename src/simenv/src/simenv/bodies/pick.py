@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from hive_common.pose import Pose
     from robot_description.models import RobotModel
-    from simenv.world.world import Station
+    from simenv.world.world_content import Station
 
 STILL = 0.02
 """How far the base may drift while the arm is at work [m], and turn [rad]."""

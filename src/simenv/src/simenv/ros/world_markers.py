@@ -19,7 +19,7 @@ from simenv.world.prisms import prism
 if TYPE_CHECKING:
     from simenv.simulation import Simulation
     from simenv.world.shapes import Shape
-    from simenv.world.world import Place
+    from simenv.world.world_content import Place
 
 COLOURS = {
     "walls": (0.75, 0.75, 0.72, 1.0),

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Array, Footprint
     from hive_common.pose import Pose
-    from simenv.world.world import Person, World
+    from simenv.world.world import World
+    from simenv.world.world_content import Person
 
 MANNERS = 0.3
 """A person stops so far from a robot [m]."""

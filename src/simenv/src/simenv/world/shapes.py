@@ -4,22 +4,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import shapely.geometry
 
-from simenv.errors import WorldError
+from hive_common.structuring import NotAllowedError
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
+
+    from simenv.world.world_content import ShapeEntry
 
 SIDES_OF_A_QUARTER = 8
 """A circle becomes a polygon with four times as many sides: at most 0.5 % of its radius inside."""
 
 HEIGHTS = {"walls": 1.5, "benches": 0.8, "racks": 2.0, "doors": 1.4}
-"""How high things are drawn where their file does not say [m]."""
-
-FORMS = ("box", "polygon", "circle", "segment")
+"""The lists of a world file that hold shapes, and how high these are drawn by default [m]."""
 
 
 @dataclass(frozen=True)
@@ -50,43 +50,24 @@ class Door(Shape):
     open: bool = True
 
 
-def shape_from(item: dict[str, Any], kind: str) -> Shape:
-    """Build what an item of a world file says.
-
-    Args:
-        item: A dict that fits the schema.
-        kind: The list it stands in, out of walls, benches, racks, doors.
+def area_of(entry: ShapeEntry) -> BaseGeometry:
+    """Return what a shape of a world file covers, frame map [m].
 
     Raises:
-        WorldError: It covers nothing, or its edges cross.
+        NotAllowedError: Its edges cross.
     """
-    name, area, height = item["name"], _area(item), item.get("height", HEIGHTS[kind])
-    if kind == "doors":
-        return Door(name, area, kind, height, open=item.get("open", True))
-    return Shape(name, area, kind, height)
-
-
-def _area(item: dict[str, Any]) -> BaseGeometry:
-    """Return the area of one shape of a world file [m]."""
-    name = item["name"]
-    form = next(key for key in FORMS if key in item)
-    value = item[form]
-    if form == "box":
-        x_min, y_min, x_max, y_max = value
-        if x_min >= x_max or y_min >= y_max:
-            raise WorldError(f"'{name}': box {value} is empty; write [x_min, y_min, x_max, y_max]")
-        return shapely.geometry.box(x_min, y_min, x_max, y_max)
-    if form == "circle":
-        centre = shapely.geometry.Point(value["centre"])
-        return centre.buffer(value["radius"], resolution=SIDES_OF_A_QUARTER)
-    if form == "segment":
-        if value["from"] == value["to"]:
-            raise WorldError(f"'{name}': the segment starts and ends at {value['to']}; use a box")
-        line = shapely.geometry.LineString([value["from"], value["to"]])
-        return line.buffer(value["thickness"] / 2, cap_style=shapely.geometry.CAP_STYLE.flat)
-    area = shapely.geometry.Polygon(value)
+    if entry.box:
+        return shapely.geometry.box(*entry.box)
+    if entry.circle:
+        centre = shapely.geometry.Point(entry.circle.centre)
+        return centre.buffer(entry.circle.radius, resolution=SIDES_OF_A_QUARTER)
+    if entry.segment:
+        line = shapely.geometry.LineString([entry.segment.from_, entry.segment.to])
+        flat = shapely.geometry.CAP_STYLE.flat
+        return line.buffer(entry.segment.thickness / 2, cap_style=flat)
+    area = shapely.geometry.Polygon(entry.polygon)
     if not area.is_valid or area.area == 0:
-        raise WorldError(f"'{name}': the edges of the polygon cross; give its corners in order")
+        raise NotAllowedError(["polygon"], "its edges cross; give the corners in order")
     return area
 
 

@@ -16,7 +16,6 @@ import shapely.geometry
 import shapely.ops
 
 from hive_common.geometry import NO_SEGMENTS, Array, outline
-from simenv.errors import WorldError
 from simenv.world.shapes import Door, Shape, rings
 
 if TYPE_CHECKING:
@@ -24,52 +23,7 @@ if TYPE_CHECKING:
 
     from shapely.geometry.base import BaseGeometry
 
-    from hive_common.pose import Pose
-
-
-@dataclass(frozen=True)
-class Place:
-    """A place with a name: a charger, a parking place, or a place where a robot can start.
-
-    Attributes:
-        name: What people call it.
-        pose: Where a robot stands there, frame map [m, m, rad].
-    """
-
-    name: str
-    pose: Pose
-
-
-@dataclass(frozen=True)
-class Station(Place):
-    """A place where something can be picked or put down.
-
-    Attributes:
-        item: What lies there, in words; empty where nothing is said.
-        stock: How many picks there are at the start; None for no end of them.
-        duration: Time that a pick takes there [s]; None for what the robot's arm needs.
-    """
-
-    item: str = ""
-    stock: int | None = None
-    duration: float | None = None
-
-
-@dataclass(frozen=True)
-class Person:
-    """Somebody who walks a route, round and round, and waits when a robot is in the way.
-
-    Attributes:
-        name: What people call them.
-        route: Points [x, y] in order, frame map [m]; behind the last comes the first again.
-        speed: [m/s]
-        radius: Of the circle that the laser sees [m].
-    """
-
-    name: str
-    route: tuple[tuple[float, float], ...]
-    speed: float = 0.8
-    radius: float = 0.25
+    from simenv.world.world_content import Person, Place, Station
 
 
 @dataclass(frozen=True)
@@ -111,42 +65,35 @@ class World:
     doors: tuple[Door, ...] = ()
     people: tuple[Person, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse a world with mistakes."""
-        first = next(self.mistakes(self), None)
-        if first is not None:
-            raise WorldError(first.text)
-
     @property
     def places(self) -> tuple[Place, ...]:
         """Every place with a name."""
         return (*self.stations, *self.chargers, *self.parking, *self.starts)
 
-    @staticmethod
-    def mistakes(world: World) -> Iterator[Mistake]:
+    def mistakes(self) -> Iterator[Mistake]:
         """Yield names that are used twice, what is outside, and places nobody can stand at."""
-        shapes: tuple[Shape, ...] = (*world.shapes, *world.doors)
+        shapes: tuple[Shape, ...] = (*self.shapes, *self.doors)
         seen: set[str] = set()
-        names = [shape.name for shape in shapes] + [place.name for place in world.places]
-        for name in (*names, *(person.name for person in world.people)):
+        names = [shape.name for shape in shapes] + [place.name for place in self.places]
+        for name in (*names, *(person.name for person in self.people)):
             if name in seen:
                 text = f"the name '{name}' is used twice; give each thing its own name"
                 yield Mistake(name, text)
             seen.add(name)
         for shape in shapes:
-            yield from world._outside(shape.name, shape.area)
-        for place in world.places:
+            yield from self._outside(shape.name, shape.area)
+        for place in self.places:
             point = shapely.geometry.Point(place.pose.x, place.pose.y)
-            yield from world._outside(place.name, point)
-            solid = world.solid_at(point)
+            yield from self._outside(place.name, point)
+            solid = self.solid_at(point)
             if solid is not None:
                 yield Mistake(
                     place.name,
                     f"'{place.name}' at {place.pose} is inside '{solid}'; "
                     "move it to where a robot can stand",
                 )
-        for person in world.people:
-            yield from world._blocked(person)
+        for person in self.people:
+            yield from self._blocked(person)
 
     def _outside(self, name: str, area: BaseGeometry) -> Iterator[Mistake]:
         x_min, y_min, x_max, y_max = area.bounds
