@@ -95,7 +95,10 @@ def test_a_model_can_be_read_from_a_path(tmp_path: Any) -> None:
     ("change", "message"),
     [
         (lambda c: c["base"].update(mass=-3), r"changed.yaml:\d+: base.mass: -3; allowed: mass"),
-        (lambda c: c["base"].update(drive="tracks"), r"base.drive: 'tracks'; allowed: .*holonomic"),
+        (
+            lambda c: c["base"].update(drive="tracks"),
+            r"base.drive: 'tracks'; allowed: .*holonomic",
+        ),
         (lambda c: c.update(capabilities=["FLY"]), r"capabilities.*'FLY'.*GPAB"),
         (lambda c: c.pop("battery"), r":1: battery: missing; allowed: the keys capacity"),
         (lambda c: c.update(colour="red"), r":\d+: colour: unknown; allowed: the keys name, kind"),

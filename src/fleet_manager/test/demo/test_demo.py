@@ -18,15 +18,14 @@ from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.gathering import wait_for_everyone
 from fleet_manager.demo.history import History, Span
-from fleet_manager.demo.map_image import MapImage, read_map_image
 from fleet_manager.demo.picture import draw_run
 from fleet_manager.demo.progress import Progress
 from fleet_manager.demo.report import Clocks, make_report, not_done
 from fleet_manager.demo.runner import DemoPlan, DemoRun
 from fleet_manager.errors import StartError
 from fleet_manager.testing import FakeHive, FakeLink
+from hive_common.map_file import GridMap
 from hive_common.pose import Pose
-from hive_common.resources import find_file
 
 ROBOTS = ["robot1", "robot2", "robot3", "robot4"]
 
@@ -247,21 +246,12 @@ def test_the_report_has_times_of_tasks_and_figures_of_robots(plan):
 
 def test_the_picture_is_drawn_even_where_some_robots_never_moved(plan, tmp_path):
     report, history = made_report(plan, hits=2)
-    chart = MapImage(np.full((240, 400), 255, dtype=np.uint8), (0.0, 20.0, 0.0, 12.0))
+    chart = GridMap.of_blocked(np.zeros((240, 400), dtype=bool), 0.05)
 
     draw_run(tmp_path / "picture.png", report, history, chart)
 
     with Image.open(tmp_path / "picture.png") as picture:
         assert min(picture.size) > 900
-
-
-def test_a_map_is_read_where_it_lies_in_the_world():
-    chart = read_map_image(find_file("simenv", "maps", "lab"))
-
-    assert chart.extent == (0.0, 20.0, 0.0, 12.0)
-    assert chart.grey.shape == (240, 400)
-    assert chart.grey.min() < 60
-    assert chart.grey.max() > 200
 
 
 def test_progress_in_a_terminal_is_drawn_over_itself_with_a_line_per_robot_and_a_bar():

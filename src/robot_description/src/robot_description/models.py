@@ -48,7 +48,9 @@ class Base:
     acceleration: Annotated[float, positive("acceleration and deceleration [m/s^2]", 5)]
     yaw_acceleration: Annotated[float, positive("turning acceleration [rad/s^2]", 20)]
     friction_coefficient: Annotated[float, positive("rolling friction, force/weight [-]", 1)]
-    max_speed_diagonal: Annotated[float, positive("top speed on a diagonal [m/s]", 5)] | None = None
+    max_speed_diagonal: Annotated[float, positive("top speed on a diagonal [m/s]", 5)] | None = (
+        None
+    )
     """None for a differential base."""
 
     def __attrs_post_init__(self) -> None:

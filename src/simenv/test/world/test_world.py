@@ -75,7 +75,10 @@ starts: [{name: corner, pose: [2, 2, 0]}]
         ("name: [", "is not YAML"),
         ("name: &name [*name]", "an alias .* is inside its own anchor"),
         (small("walls: []"), ":.*the key walls appears twice"),
-        ("name: a\nsize: [8000, 8000]\nwalls: []", r":2: size\[0\]: 8000; allowed: a length .* at most 500"),
+        (
+            "name: a\nsize: [8000, 8000]\nwalls: []",
+            r":2: size\[0\]: 8000; allowed: a length .* at most 500",
+        ),
         (small("trees: []"), r":4: trees: unknown; allowed: the keys name, size"),
         ("name: a\nsize: [4.0, x]\nwalls: []", r":2: size\[1\]: 'x'; allowed: a length"),
         ("name: a\nsize: [4.0, -1]\nwalls: []", r":2: size\[1\].*above 0"),

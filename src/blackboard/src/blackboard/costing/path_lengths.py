@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from hive_common.map_file import GridMap
     from hive_common.pose import Pose
 
 # Sixteen directions keep the length of a way on a grid within 3 % of the straight line.
@@ -52,31 +53,6 @@ class EuclideanLengths:
         return ""
 
 
-@dataclass(frozen=True)
-class Grid:
-    """What is known of the floor.
-
-    Attributes:
-        blocked: (rows, columns) array of bool, row 0 at the lowest y, frame map; True where nobody
-            can stand (occupied or unknown).
-        resolution: Side of a cell [m].
-        x: Of the lower left corner [m, frame map].
-        y: Of the lower left corner [m, frame map].
-    """
-
-    blocked: NDArray[np.bool_]
-    resolution: float
-    x: float = 0.0
-    y: float = 0.0
-
-    def cell(self, pose: Pose) -> tuple[int, int] | None:
-        """Return the (row, column) that a pose falls into, or None outside the map."""
-        row = math.floor((pose.y - self.y) / self.resolution)
-        column = math.floor((pose.x - self.x) / self.resolution)
-        rows, columns = self.blocked.shape
-        return (row, column) if 0 <= row < rows and 0 <= column < columns else None
-
-
 class GridPathLengths:
     """The shortest way on a map for a round robot, from distance fields kept per goal.
 
@@ -88,11 +64,11 @@ class GridPathLengths:
         radius: How close the middle of the robot may come to what is blocked [m].
     """
 
-    def __init__(self, grid: Grid, radius: float = 0.0) -> None:
+    def __init__(self, grid: GridMap, radius: float = 0.0) -> None:
         self._radius = radius
         self.use(grid)
 
-    def use(self, grid: Grid) -> None:
+    def use(self, grid: GridMap) -> None:
         """Go by another map from now on."""
         self._floor = grid
         self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
@@ -130,13 +106,12 @@ class GridPathLengths:
     def refusal(self, pose: Pose) -> str:
         """Say why nobody can stand at a pose; empty where one can."""
         floor = self._floor
-        cell = floor.cell(pose)
+        cell = floor.cell(pose.x, pose.y)
         if cell is None:
-            rows, columns = floor.blocked.shape
+            x_min, y_min, x_max, y_max = floor.bounds
             return (
-                f"is outside the map, which reaches from ({floor.x:.2f}, {floor.y:.2f}) to "
-                f"({floor.x + columns * floor.resolution:.2f}, "
-                f"{floor.y + rows * floor.resolution:.2f}) m"
+                f"is outside the map, which reaches from ({x_min:.2f}, {y_min:.2f}) to "
+                f"({x_max:.2f}, {y_max:.2f}) m"
             )
         if floor.blocked[cell]:
             return "is inside a wall or in unknown space; choose a free place of the map"
@@ -168,7 +143,7 @@ class GridPathLengths:
         return self._stands[place]
 
     def _find_stand(self, pose: Pose) -> _Stand | None:
-        cell = self._floor.cell(pose)
+        cell = self._floor.cell(pose.x, pose.y)
         if cell is None:
             return None
         roads = self._roads()
@@ -207,7 +182,7 @@ class _Roads:
     graph: sparse.csr_matrix
 
 
-def _make_roads(grid: Grid, radius: float) -> _Roads:
+def _make_roads(grid: GridMap, radius: float) -> _Roads:
     """Work out where a robot can drive, and how far it is on a grid of about `_MAX_CELLS`.
 
     A coarse cell is free if any part of it is, which keeps narrow doors open. Whether there is a

@@ -10,13 +10,13 @@ from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
 from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
-from blackboard.ros.codec.conversions import grid_from_msg
+from hive_common.ros.conversions import grid_from_msg
 
 if TYPE_CHECKING:
-    from blackboard.costing.path_lengths import Grid
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.settings import PathSettings
     from blackboard.ros.talker import RosTalker
+    from hive_common.map_file import GridMap
 
 _PATIENCE = 5.0
 """Wall time after which it is said again that there is no map yet [s]."""
@@ -39,7 +39,7 @@ class RosPathLengths:
     """
 
     def __init__(self, talker: RosTalker, hive: str, settings: PathSettings) -> None:
-        self._grid: Grid | None = None
+        self._grid: GridMap | None = None
         self._made: dict[float, GridPathLengths] = {}
         if settings.distance == "euclidean":
             return
@@ -63,7 +63,7 @@ class RosPathLengths:
             self._made[radius] = GridPathLengths(self._grid, radius)
         return self._made[radius]
 
-    def _use(self, grid: Grid) -> None:
+    def _use(self, grid: GridMap) -> None:
         self._grid = grid
         for ways in self._made.values():
             ways.use(grid)

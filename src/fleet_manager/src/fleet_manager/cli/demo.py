@@ -19,7 +19,7 @@ from fleet_manager.demo.report import not_done
 from fleet_manager.demo.runner import DemoPlan, run_demo
 from fleet_manager.demo.screen import screen_is_usable
 from fleet_manager.errors import NotDoneError
-from hive_common.resources import find_file
+from hive_common.map_file import load_map
 
 if TYPE_CHECKING:
     from fleet_manager.cli.outside import Outside
@@ -116,14 +116,12 @@ def _new_folder(results: Path, name: str) -> Path:
 def _write(folder: Path, chart: str, result: DemoResult) -> None:
     """Write the report and the picture."""
     # matplotlib takes a second to import, which no other command should feel
-    from fleet_manager.demo.map_image import read_map_image  # noqa: PLC0415  (see above)
     from fleet_manager.demo.picture import draw_run  # noqa: PLC0415  (see above)
 
     report = {**result.report, "versions": versions(), "machine": machine()}
     text = json.dumps(report, indent=2, ensure_ascii=False) + "\n"
     (folder / "report.json").write_text(text, encoding="utf-8")
-    image = read_map_image(find_file("simenv", "maps", chart))
-    draw_run(folder / "picture.png", report, result.history, image)
+    draw_run(folder / "picture.png", report, result.history, load_map(chart))
 
 
 def _tell(folder: Path, result: DemoResult) -> None:

@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
+
+import attrs
 
 from blackboard.costing.cost import measure_for
 
@@ -60,10 +61,9 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
 
 def _charging(fleet: Fleet) -> list[str]:
     """Return the lines that tell every robot of the hive when and where to charge."""
-    levels = asdict(fleet.battery).items()
+    levels = attrs.asdict(fleet.battery).items()
     lines = [f'  <param name="/charging/{name}" value="{level:g}"/>' for name, level in levels]
-    chargers = (fleet.chargers or {}).items()
-    places = json.dumps([{"name": name, "pose": list(pose)} for name, pose in chargers])
+    places = json.dumps([attrs.asdict(charger) for charger in fleet.chargers or ()])
     return [*lines, f'  <rosparam param="/charging/chargers">{escape(places)}</rosparam>']
 
 

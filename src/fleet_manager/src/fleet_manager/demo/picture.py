@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fleet_manager.demo.history import RobotTrack
+from hive_common.map_file import UNKNOWN
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fleet_manager.demo.history import History
-    from fleet_manager.demo.map_image import MapImage
+    from hive_common.map_file import GridMap
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#5E4FA2")
 """Told apart by colour-blind people too (Okabe and Ito, 2008); then from the beginning again."""
@@ -29,7 +30,7 @@ _DOTS_PER_INCH = 110
 _ROBOTS_IN_LEGEND = 12
 
 
-def draw_run(path: Path, report: dict[str, Any], history: History, chart: MapImage) -> None:
+def draw_run(path: Path, report: dict[str, Any], history: History, chart: GridMap) -> None:
     """Draw a run and write it as PNG.
 
     Args:
@@ -63,12 +64,16 @@ def _draw_map(
     axes: Axes,
     report: dict[str, Any],
     history: History,
-    chart: MapImage,
+    chart: GridMap,
     colours: dict[str, str],
 ) -> None:
     """Draw the map, each robot's way on it, and the goals of the tasks."""
-    shade = 255 - (255 - chart.grey.astype(float)) * 0.75
-    axes.imshow(shade, cmap="gray", vmin=0, vmax=255, extent=chart.extent, interpolation="nearest")
+    shade = np.where(chart.cells == UNKNOWN, 0.15, chart.cells * 0.0075)
+    left, low, right, high = chart.bounds
+    axes.imshow(
+        shade, cmap="gray_r", vmin=0, vmax=1, origin="lower", extent=(left, right, low, high),
+        interpolation="nearest",
+    )  # fmt: skip
     for index, robot in enumerate(report["robots"]):
         name = robot["name"]
         places = history.tracks.get(name, RobotTrack()).path

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from hive_common.grid_map import Disc, GridMap
+    from hive_common.grid_map import Disc
+    from hive_common.map_file import GridMap
 
 Point = tuple[float, float]
 

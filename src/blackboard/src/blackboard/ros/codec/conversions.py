@@ -11,14 +11,12 @@ import math
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import rospy
 from std_msgs.msg import Header, String
 
 import blackboard.msg as bb_msgs
 from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
-from blackboard.costing.path_lengths import Grid
 from blackboard.domain import talker as topics
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
@@ -39,9 +37,6 @@ from blackboard.ros.codec.wire import Wire
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-OCCUPIED_FROM = 50
-"""Cells of a map at least this occupied [%] count as blocked, and so do unknown ones."""
 
 
 def _header(frame: str = "") -> Header:
@@ -287,12 +282,3 @@ WIRES: Mapping[str, Wire] = MappingProxyType(
     }
 )
 """How the messages of every topic of the hive are made and read."""
-
-
-def grid_from_msg(msg: Any) -> Grid:  # noqa: ANN401  (OccupancyGrid, possibly with a numpy array)
-    """Read a nav_msgs/OccupancyGrid; its origin's heading has to be 0, as map_server writes it."""
-    shape = (msg.info.height, msg.info.width)
-    occupied = np.asarray(msg.data, dtype=np.int8).reshape(shape)
-    corner = msg.info.origin.position
-    blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)
-    return Grid(blocked, msg.info.resolution, corner.x, corner.y)
