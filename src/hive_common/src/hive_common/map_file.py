@@ -26,6 +26,8 @@ from hive_common.pose import Pose
 from hive_common.resources import find_file
 from hive_common.structuring import Allowed, NotAllowedError, one_of, positive
 
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
 FREE = 0
 OCCUPIED = 100
 UNKNOWN = -1
@@ -87,11 +89,11 @@ class GridMap:
 
     cells: NDArray[np.int8]
     resolution: float
-    origin: Pose = Pose(0.0, 0.0)
+    origin: Pose = ORIGIN
 
     @classmethod
     def of_blocked(
-        cls, blocked: NDArray[np.bool_], resolution: float, origin: Pose = Pose(0.0, 0.0)
+        cls, blocked: NDArray[np.bool_], resolution: float, origin: Pose = ORIGIN
     ) -> "GridMap":
         """Return a map whose cells are occupied where `blocked` (rows, columns), else free."""
         return cls(np.where(blocked, OCCUPIED, FREE).astype(np.int8), resolution, origin)
@@ -114,10 +116,10 @@ class GridMap:
         x_min, y_min, x_max, y_max = self.bounds
         return x_min <= x < x_max and y_min <= y < y_max
 
-    def cell(self, x: float, y: float) -> tuple[int, int] | None:
+    def cell(self, point: Pose | tuple[float, float]) -> tuple[int, int] | None:
         """Return the (row, column) of a point [m], frame map, or None outside the map."""
-        row = math.floor((y - self.origin.y) / self.resolution)
-        column = math.floor((x - self.origin.x) / self.resolution)
+        row = math.floor((point[1] - self.origin.y) / self.resolution)
+        column = math.floor((point[0] - self.origin.x) / self.resolution)
         rows, columns = self.cells.shape
         return (row, column) if 0 <= row < rows and 0 <= column < columns else None
 

@@ -65,6 +65,16 @@ def positive(what: str, most: float) -> Allowed:
     return Allowed(f"{what}, above 0 and at most {most:g}", lambda value: 0 < value <= most)
 
 
+def between(least: float, most: float, what: str) -> Allowed:
+    """Allow numbers from `least` to `most`; `what` names the value with its unit."""
+    return Allowed(f"{what}, {least:g}..{most:g}", lambda value: least <= value <= most)
+
+
+def at_least(least: float, what: str) -> Allowed:
+    """Allow numbers from `least` on; `what` names the value with its unit."""
+    return Allowed(f"{what}, at least {least:g}", lambda value: value >= least)
+
+
 def one_of(*values: str | int) -> Allowed:
     """Allow the given values only."""
     return Allowed(" | ".join(map(str, values)), lambda value: value in values)

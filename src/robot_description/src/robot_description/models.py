@@ -19,6 +19,7 @@ from hive_common.resources import find_file, names_in
 from hive_common.structuring import (
     Allowed,
     NotAllowedError,
+    between,
     each_within,
     listed,
     one_of,
@@ -30,7 +31,7 @@ Text = Annotated[str, Allowed("a text that is not empty")]
 Names = Annotated[tuple[Text, ...], listed("names", unique=True)]
 
 
-@attrs.frozen(kw_only=True)
+@attrs.frozen
 class Base:
     """The mobile base."""
 
@@ -94,7 +95,7 @@ class Base:
         return min(_cross(a, b, (0.0, 0.0)) / math.dist(a, b) for a, b in edges)
 
 
-@attrs.frozen(kw_only=True)
+@attrs.frozen
 class BatteryData:
     """The battery's figures."""
 
@@ -114,11 +115,11 @@ class BatteryData:
             )
 
 
-@attrs.frozen(kw_only=True)
+@attrs.frozen
 class Laser:
     """The laser scanner."""
 
-    beams: Annotated[int, Allowed("number of beams, from 8 to 10000", lambda n: 8 <= n <= 10_000)]
+    beams: Annotated[int, between(8, 10_000, "number of beams")]
     """Spread evenly over the field of view."""
     range_min: Annotated[float, positive("shortest distance measured [m]", 5)]
     range_max: Annotated[float, positive("longest distance measured [m]", 100)]
@@ -136,7 +137,7 @@ class Laser:
             )
 
 
-@attrs.frozen(kw_only=True)
+@attrs.frozen
 class Arm:
     """The arm of a mobile manipulator."""
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 from hive_common.pose import Pose, between, blend, compose, inverse
 from robot_description.models import Laser
@@ -75,7 +76,7 @@ def test_a_scan_is_likeliest_where_it_was_taken():
 
 
 def test_that_nothing_is_near_speaks_against_places_beside_a_wall():
-    near_sighted = replace(LASER, range_max=1.0)
+    near_sighted = evolve(LASER, range_max=1.0)
     field = LikelihoodField(CELLS, STEP, (0.0, 0.0), SETTINGS)
     nothing = np.full(360, np.inf)
 

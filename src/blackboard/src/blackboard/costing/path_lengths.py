@@ -106,7 +106,7 @@ class GridPathLengths:
     def refusal(self, pose: Pose) -> str:
         """Say why nobody can stand at a pose; empty where one can."""
         floor = self._floor
-        cell = floor.cell(pose.x, pose.y)
+        cell = floor.cell(pose)
         if cell is None:
             x_min, y_min, x_max, y_max = floor.bounds
             return (
@@ -143,7 +143,7 @@ class GridPathLengths:
         return self._stands[place]
 
     def _find_stand(self, pose: Pose) -> _Stand | None:
-        cell = self._floor.cell(pose.x, pose.y)
+        cell = self._floor.cell(pose)
         if cell is None:
             return None
         roads = self._roads()

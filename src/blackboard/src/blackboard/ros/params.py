@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING, TypeVar
 
 import rospy
+from attrs import fields
 
 from blackboard.errors import SettingsError
 

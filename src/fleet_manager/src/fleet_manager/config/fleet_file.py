@@ -19,7 +19,7 @@ from hive_common.checked_yaml import error_at, read_checked
 from hive_common.errors import FileError
 from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
-from hive_common.structuring import Allowed, Name, listed, one_of
+from hive_common.structuring import Allowed, Name, at_least, between, listed, one_of
 from robot_description.models import RobotModel, load_model
 
 TAKEN_NAMES = frozenset({
@@ -66,9 +66,7 @@ class FleetContent:
     """Who works out bids: `distributed`, each robot its own, or `centralized`."""
     distance: Annotated[str, one_of(*DISTANCES)] = "path"
     """Path lengths: `path` on the map, or `euclidean` as the crow flies."""
-    bid_timeout: Annotated[
-        float, Allowed("a number of seconds, 0.1..60", lambda value: 0.1 <= value <= 60)
-    ] = 2.0
+    bid_timeout: Annotated[float, between(0.1, 60, "a number of seconds")] = 2.0
     """How long an auction waits for bids at most [s]."""
     localization: Annotated[str, one_of("fake_localization", "amcl", "none")] | None = None
     """None: the simulator tells robots where they are; without one, a node of their own does."""
@@ -76,9 +74,7 @@ class FleetContent:
     """When robots charge."""
     chargers: tuple[Charger, ...] | None = None
     """None: those of the simulator's world."""
-    stand_by: Annotated[
-        int, Allowed("a number of robots, at least 2", lambda value: value >= 2)
-    ] = STANDING_BY
+    stand_by: Annotated[int, at_least(2, "a number of robots")] = STANDING_BY
     """How many robots, the first ones, stand by to carry the blackboard."""
     robots: Annotated[tuple[FleetRobot, ...], listed("at least one robot", 1)]
 

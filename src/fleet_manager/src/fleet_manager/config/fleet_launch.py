@@ -63,7 +63,7 @@ def _charging(fleet: Fleet) -> list[str]:
     """Return the lines that tell every robot of the hive when and where to charge."""
     levels = attrs.asdict(fleet.battery).items()
     lines = [f'  <param name="/charging/{name}" value="{level:g}"/>' for name, level in levels]
-    places = json.dumps([attrs.asdict(charger) for charger in fleet.chargers or ()])
+    places = json.dumps([{"name": c.name, "pose": c.pose} for c in fleet.chargers or ()])
     return [*lines, f'  <rosparam param="/charging/chargers">{escape(places)}</rosparam>']
 
 

@@ -18,14 +18,10 @@ from fleet_manager.config.places import places_of
 from hive_common.checked_yaml import error_at, read_checked
 from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
-from hive_common.structuring import Allowed, listed, one_of, positive
+from hive_common.structuring import Allowed, at_least, between, listed, one_of, positive
 
 MAX_GOALS = 100
 """As many goals as a hive accepts in one task."""
-
-
-def _at_least_0(what: str) -> Allowed:
-    return Allowed(f"{what}, at least 0", lambda value: value >= 0)
 
 
 def _is_goal(goal: object) -> bool:
@@ -57,9 +53,9 @@ class _TaskEntry:
         ],
         Allowed(f"a list of 1..{MAX_GOALS} goals", lambda goals: 1 <= len(goals) <= MAX_GOALS),
     ]
-    priority: Annotated[int, Allowed("a whole number, 0..10", lambda value: 0 <= value <= 10)] = 0
-    payload: Annotated[float, _at_least_0("a number of kg")] = 0.0
-    after: Annotated[float, _at_least_0("a number of seconds")] = 0.0
+    priority: Annotated[int, between(0, 10, "a whole number")] = 0
+    payload: Annotated[float, at_least(0, "a number of kg")] = 0.0
+    after: Annotated[float, at_least(0, "a number of seconds")] = 0.0
 
 
 @attrs.frozen(kw_only=True)

@@ -159,7 +159,7 @@ def _connected(field: ClearanceField, need: float, start: Point, goal: Point) ->
     """Return whether a robot could get from start to goal at all."""
     parts, _ = ndimage.label(field.clearance >= need)
     grid = field.grid
-    cells = np.floor((np.array([start, goal]) - np.array(grid.origin)) / grid.resolution)
+    cells = np.floor((np.array([start, goal]) - np.array(grid.origin[:2])) / grid.resolution)
     (column, row), (goal_column, goal_row) = cells.astype(int)
     return bool(parts[row, column] == parts[goal_row, goal_column] != 0)
 
