@@ -228,7 +228,7 @@ def _class(kind: Any) -> Callable[[object, object], Any]:  # noqa: ANN401  (an a
     def hook(value: object, _: object) -> object:
         if not isinstance(value, dict):
             raise _refused(value, _allowed(kind))
-        return build(value, kind)
+        return build({str(key): part for key, part in value.items()}, kind)
 
     return hook
 
