@@ -14,9 +14,12 @@ same run to the last bit.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import shapely.geometry
 
 from hive_common.geometry import Footprint
 from hive_common.pose import Pose
@@ -24,10 +27,8 @@ from simenv.bodies.bodies import Bodies
 from simenv.bodies.contact import Contacts
 from simenv.bodies.pick import Arm, Stock
 from simenv.errors import ObstacleError, SpawnError, UnknownRobotError
-from simenv.sensors.laser import Scanner
+from simenv.sensors.laser import Scanner, take_scans
 from simenv.sensors.noise import Noise, dice_of
-from simenv.sensors.sensing import take_scans
-from simenv.world.standing_room import robot_at, why_not_there
 from simenv.world.surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -146,8 +147,8 @@ class Simulation:
         if name in self._robots:
             raise SpawnError(f"{name}: the name is taken; remove that robot or take another name")
         footprint = Footprint(model.base.footprint)
-        reason = why_not_there(footprint, pose, self.world, self.obstacles, self._standing())
-        if reason is not None:
+        reason = self._why_not_there(footprint, pose)
+        if reason:
             raise SpawnError(f"{name} cannot stand at {pose}: {reason}")
         self._contacts.add(name, footprint)
         dice = dice_of(self._seed, name)
@@ -187,8 +188,32 @@ class Simulation:
         self._check_nobody(name, area)
         self.obstacles.put(name, area)
 
+    def _why_not_there(self, footprint: Footprint, pose: Pose) -> str:
+        """Return why a robot cannot stand somewhere, and what to do; empty where it can."""
+        if not all(map(math.isfinite, pose)):
+            return "x, y and yaw must be numbers"
+        area = shapely.geometry.Polygon(footprint.at(pose))
+        width, depth = self.world.size
+        if not area.within(shapely.geometry.box(0.0, 0.0, width, depth)):
+            return (
+                f"that is outside the world '{self.world.name}', which reaches from (0, 0) to "
+                f"({width:g}, {depth:g}) m; choose a free place"
+            )
+        solid = self.world.solid_at(area)
+        touched = [f"'{solid}'"] if solid is not None else []
+        touched += [f"'{o.name}'" for o in self.obstacles.now if footprint.touches(pose, o.edges)]
+        touched += filter(None, [self._robot_at(area)])
+        return f"{touched[0]} is there; choose a free place" if touched else ""
+
+    def _robot_at(self, area: BaseGeometry) -> str | None:
+        """Return a robot that an area overlaps, frame map, or None."""
+        for name, (footprint, pose) in self._standing().items():
+            if area.intersects(shapely.geometry.Polygon(footprint.at(pose))):
+                return name
+        return None
+
     def _check_nobody(self, name: str, area: BaseGeometry) -> None:
-        robot = robot_at(area, self._standing())
+        robot = self._robot_at(area)
         if robot is not None:
             raise ObstacleError(f"'{name}': {robot} stands there; send it away first")
 

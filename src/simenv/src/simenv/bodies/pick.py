@@ -39,7 +39,7 @@ class Act(IntEnum):
     """Put a load down."""
 
 
-class Outcome(IntEnum):
+class PickOutcome(IntEnum):
     """How it ended; numbers as in blackboard/Pick.action."""
 
     SUCCESS = 0
@@ -96,7 +96,7 @@ class Result:
         message: In words.
     """
 
-    outcome: Outcome
+    outcome: PickOutcome
     message: str
 
 
@@ -210,15 +210,15 @@ class Arm:
                 return None
             on_board = f"the load of task '{self.load.task_id}'" if self.load else "nothing"
             return Result(
-                Outcome.NOTHING_THERE,
+                PickOutcome.NOTHING_THERE,
                 f"{on_board} is on board, not the load of task '{order.task_id}'",
             )
         if order.payload > limit:
             return Result(
-                Outcome.TOO_HEAVY, f"{order.payload:g} kg is over the arm's {limit:g} kg"
+                PickOutcome.TOO_HEAVY, f"{order.payload:g} kg is over the arm's {limit:g} kg"
             )
         if self._station and self._stock.empty(self._station):
-            return Result(Outcome.NOTHING_THERE, f"nothing is left at '{self._station.name}'")
+            return Result(PickOutcome.NOTHING_THERE, f"nothing is left at '{self._station.name}'")
         return None
 
     def cancel(self) -> None:
@@ -236,7 +236,7 @@ class Arm:
             return
         turned = abs(math.remainder(pose.yaw - self._start.yaw, math.tau))
         if max(math.dist(pose[:2], self._start[:2]), turned) > STILL:
-            self._end(Outcome.MOVED, "the base moved while the arm was at work")
+            self._end(PickOutcome.MOVED, "the base moved while the arm was at work")
             return
         self._elapsed += dt
         if self._elapsed >= self._duration - dt / 2:
@@ -249,14 +249,14 @@ class Arm:
 
     def _finish(self, order: Order) -> None:
         if self._fails():
-            self._end(Outcome.DROPPED, "the grip failed; the load is where it was; try again")
+            self._end(PickOutcome.DROPPED, "the grip failed; the load is where it was; try again")
             return
         where = f"at '{self._station.name}'" if self._station else "at a free place"
         picked = order.act is Act.PICK
         self.load = Load(order.task_id, order.payload) if picked else None
         if self._station:
             self._stock.change(self._station, -1 if picked else 1)
-        self._end(Outcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")
+        self._end(PickOutcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")
 
     def _fails(self) -> bool:
         """Return whether this grip fails; a draw is made only where it matters."""
@@ -265,6 +265,6 @@ class Arm:
             return True
         return self.failures > 0 and self._random.random() < self.failures
 
-    def _end(self, outcome: Outcome, message: str) -> None:
+    def _end(self, outcome: PickOutcome, message: str) -> None:
         self._order = None
         self.result = Result(outcome, message)

@@ -8,27 +8,20 @@ from typing import TYPE_CHECKING
 import nav_msgs.msg
 import rospy
 import sensor_msgs.msg
-from geometry_msgs.msg import TransformStamped
 
-from hive_common.pose import Pose
 from hive_common.ros.conversions import quaternion_of
 
 if TYPE_CHECKING:
-    from geometry_msgs.msg import Pose2D
     from std_msgs.msg import Header
 
     from hive_common.geometry import Array
+    from hive_common.pose import Pose
     from robot_description.models import Laser
 
 
 def stamp_of(nanoseconds: int) -> rospy.Time:
     """Return a simulated time [ns] as a stamp."""
     return rospy.Time(*divmod(nanoseconds, 1_000_000_000))
-
-
-def pose_from(message: Pose2D) -> Pose:
-    """Return the pose that a message holds."""
-    return Pose(message.x, message.y, message.theta)
 
 
 def odometry_msg(
@@ -48,15 +41,6 @@ def odometry_msg(
     message.pose.pose.orientation = quaternion_of(pose.yaw)
     twist = message.twist.twist
     twist.linear.x, twist.linear.y, twist.angular.z = velocity
-    return message
-
-
-def transform_msg(header: Header, child_frame: str, pose: Pose) -> TransformStamped:
-    """Say where a frame is, seen from the frame of the header."""
-    message = TransformStamped(header=header, child_frame_id=child_frame)
-    message.transform.translation.x = pose.x
-    message.transform.translation.y = pose.y
-    message.transform.rotation = quaternion_of(pose.yaw)
     return message
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The nodes' private parameters, read once and checked."""
+"""The simulator's private parameters, read once and checked."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields, replace
 
 import rospy
 
-from hive_common.pose import Pose
 from hive_common.ros.params import number, text, whole_number
 from simenv.sensors.noise import Noise
 
@@ -34,23 +33,6 @@ class SimulatorParams:
     pick_failures: float
 
 
-@dataclass(frozen=True)
-class SpawnParams:
-    """What `spawn.launch` sets.
-
-    Attributes:
-        name: The robot's name.
-        model: Name or path of its model.
-        pose: Where its base is to stand, frame map [m, m, rad].
-        timeout: How long to wait for the simulator, on the wall clock [s].
-    """
-
-    name: str
-    model: str
-    pose: Pose
-    timeout: float
-
-
 def simulator_params() -> SimulatorParams:
     """Read the simulator's parameters; `~noise_laser` and the like stand above `~noise`.
 
@@ -71,20 +53,4 @@ def simulator_params() -> SimulatorParams:
             },
         ),
         pick_failures=number("pick_failures", least=0.0, most=1.0, default=0.0),
-    )
-
-
-def spawn_params() -> SpawnParams:
-    """Read what to spawn.
-
-    Raises:
-        ParameterError: Something is missing, or not what it must be.
-    """
-    x, y = (number(axis, least=-1000.0, most=1000.0) for axis in ("x", "y"))
-    yaw = number("yaw", least=-1000.0, most=1000.0, default=0.0)
-    return SpawnParams(
-        name=text("name"),
-        model=text("model"),
-        pose=Pose(x, y, yaw),
-        timeout=number("timeout", least=0.1, most=3600.0, default=60.0),
     )

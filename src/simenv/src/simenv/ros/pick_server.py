@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import actionlib
 from blackboard.msg import PickAction, PickFeedback, PickResult
 
-from simenv.bodies.pick import Act, Order, Outcome
+from simenv.bodies.pick import Act, Order, PickOutcome
 from simenv.errors import CommandError
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class PickServer:
         if self._goal is None or result is None:
             return
         message = PickResult(outcome=int(result.outcome), message=result.message)
-        if result.outcome is Outcome.SUCCESS:
+        if result.outcome is PickOutcome.SUCCESS:
             self._goal.set_succeeded(message, result.message)
         else:
             self._goal.set_aborted(message, result.message)

@@ -11,9 +11,10 @@ import sensor_msgs.msg
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, Header
 
+from hive_common.ros.conversions import transform_to_msg
 from simenv.errors import CommandError
 from simenv.pacing import Every
-from simenv.ros.conversions import odometry_msg, scan_msg, stamp_of, transform_msg
+from simenv.ros.conversions import odometry_msg, scan_msg, stamp_of
 from simenv.ros.pick_server import PickServer
 from simenv.simulation import STEP
 
@@ -117,9 +118,8 @@ class RobotTopics:
         """Return where the odometry puts the robot, or None if that is not due."""
         if not self._odometry_due.due(nanoseconds):
             return None
-        header = Header(stamp=stamp_of(nanoseconds), frame_id=f"{self._name}/odom")
-        pose = self._simulation.odometry(self._name)
-        return transform_msg(header, f"{self._name}/base_footprint", pose)
+        pose, stamp = self._simulation.odometry(self._name), stamp_of(nanoseconds)
+        return transform_to_msg(pose, f"{self._name}/odom", f"{self._name}/base_footprint", stamp)
 
     def _odometry(self, stamp: rospy.Time) -> nav_msgs.msg.Odometry:
         return odometry_msg(

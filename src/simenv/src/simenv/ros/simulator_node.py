@@ -23,6 +23,7 @@ from std_srvs.srv import (
 from tf2_msgs.msg import TFMessage
 
 from hive_common.errors import HiveError
+from hive_common.pose import Pose
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.links import mend_links
 from robot_description.models import load_model
@@ -30,7 +31,7 @@ from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
 from simenv.msg import Fault as FaultMsg
 from simenv.pacing import Pacer
-from simenv.ros.conversions import pose_from, stamp_of
+from simenv.ros.conversions import stamp_of
 from simenv.ros.params import MAX_RTF, MIN_RTF, simulator_params
 from simenv.ros.robot_topics import RobotTopics
 from simenv.ros.world_markers import WorldMarkers
@@ -223,7 +224,7 @@ class SimulatorNode:
         return self._inbox.ask(lambda: self._remove(request), RemoveResponse(False, _BUSY))
 
     def _spawn(self, request: SpawnRequest) -> SpawnResponse:
-        pose = pose_from(request.pose)
+        pose = Pose(request.pose.x, request.pose.y, request.pose.theta)
         try:
             self._simulation.add_robot(request.name, load_model(request.model), pose)
         except HiveError as error:

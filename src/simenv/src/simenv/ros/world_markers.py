@@ -14,7 +14,7 @@ from hive_common.ros.conversions import quaternion_of
 from simenv.pacing import Every
 from simenv.ros.conversions import stamp_of
 from simenv.simulation import STEP
-from simenv.world.prisms import prism
+from simenv.world.shapes import prism
 
 if TYPE_CHECKING:
     from simenv.simulation import Simulation

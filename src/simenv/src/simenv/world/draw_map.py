@@ -8,18 +8,20 @@ unknown, as it is for a mapper that drives through the world.
 
 from __future__ import annotations
 
+import argparse
 import math
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely.geometry
 from scipy import ndimage
 
-from hive_common.errors import MapError
-from hive_common.geometry import outline
-from hive_common.map_file import COARSEST, FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap
-from hive_common.pose import Pose
-from simenv.world.shapes import rings
+from hive_common.errors import HiveError, MapError
+from hive_common.map_file import COARSEST, FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap, save_map
+from simenv.world.shapes import outline_of
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -58,7 +60,7 @@ def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
     cells = np.full(solid.shape, UNKNOWN, dtype=np.int8)
     cells[_reachable(world, ~solid, resolution)] = FREE
     cells[solid] = OCCUPIED
-    return GridMap(cells, resolution, Pose(0.0, 0.0, 0.0))
+    return GridMap(cells, resolution)
 
 
 def _inside(world: World, resolution: float, shape: tuple[int, int]) -> NDArray[np.bool_]:
@@ -70,11 +72,8 @@ def _inside(world: World, resolution: float, shape: tuple[int, int]) -> NDArray[
     larger = world.solid.buffer(
         resolution / 2 - _TOUCH, join_style=shapely.geometry.JOIN_STYLE.mitre
     )
-    edges = [outline(np.array(ring.coords)[:-1]) for ring in rings(larger)]
     inside = np.zeros(shape, dtype=bool)
-    if not edges:
-        return inside
-    (x0, y0), (x1, y1) = np.concatenate(edges).transpose(1, 2, 0)
+    (x0, y0), (x1, y1) = outline_of(larger).transpose(1, 2, 0)
     centres = (np.arange(shape[1]) + 0.5) * resolution
     for row in range(shape[0]):
         y = (row + 0.5) * resolution
@@ -105,3 +104,28 @@ def _reachable(
     }
     reachable: NDArray[np.bool_] = np.isin(regions, sorted(seen - {0}))
     return reachable
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run `rosrun simenv draw_map`: draw the map of a world and write it.
+
+    Returns:
+        The exit code: 0, or 1 if it cannot be done; the reason is printed.
+    """
+    parser = argparse.ArgumentParser(
+        prog="draw_map",
+        description="Draw the map that a perfect mapper would make of a world.",
+        epilog="example: rosrun simenv draw_map lab maps/lab",
+    )
+    parser.add_argument("world", help="name of a file in worlds/, or the path of another")
+    parser.add_argument("map", type=Path, help="the map's path without suffix")
+    parser.add_argument(
+        "--resolution", type=float, default=RESOLUTION, help="size of a cell [m] (%(default)s)"
+    )
+    given = parser.parse_args(arguments)
+    try:
+        save_map(draw_map(load_world(given.world), given.resolution), given.map)
+    except HiveError as error:
+        print(f"draw_map: {error}", file=sys.stderr)  # noqa: T201  (a command's one output)
+        return 1
+    return 0

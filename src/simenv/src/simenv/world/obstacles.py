@@ -16,7 +16,7 @@ import numpy as np
 
 from hive_common.geometry import outline
 from simenv.errors import ObstacleError
-from simenv.world.world import outline_of
+from simenv.world.shapes import outline_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection

@@ -6,13 +6,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 import shapely.geometry
+import shapely.ops
 
+from hive_common.geometry import NO_SEGMENTS, outline
 from hive_common.structuring import NotAllowedError
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
+    from hive_common.geometry import Array
     from simenv.world.world_content import ShapeEntry
 
 SIDES_OF_A_QUARTER = 8
@@ -76,3 +80,26 @@ def rings(area: BaseGeometry) -> list[shapely.geometry.LinearRing]:
     polygons = [part for part in getattr(area, "geoms", [area]) if not part.is_empty]
     turned = [shapely.geometry.polygon.orient(part) for part in polygons]
     return [ring for part in turned for ring in (part.exterior, *part.interiors)]
+
+
+def outline_of(area: BaseGeometry) -> Array:
+    """Return the outline (k, 2, 2) of an area, with the area on the left of every edge [m]."""
+    edges = [outline(np.array(ring.coords)[:-1]) for ring in rings(area)]
+    return np.concatenate([NO_SEGMENTS, *edges])
+
+
+def prism(area: BaseGeometry, height: float) -> Array:
+    """Return triangles (n, 3, 3) for 3D views: an area as a lid, and walls `height` [m] below."""
+    lids = [np.array(part.exterior.coords)[:3] for part in _triangles(area)]
+    top = [np.column_stack([lid, np.full(3, height)]) for lid in lids]
+    sides = []
+    for a, b in outline_of(area):
+        low_a, low_b, high_a, high_b = (*a, 0.0), (*b, 0.0), (*a, height), (*b, height)
+        sides += [np.array([low_a, low_b, high_b]), np.array([low_a, high_b, high_a])]
+    return np.array([*top, *sides])
+
+
+def _triangles(area: BaseGeometry) -> list[shapely.geometry.Polygon]:
+    """Return triangles that cover an area; those of its corners that lie inside."""
+    found = shapely.ops.triangulate(area)
+    return [triangle for triangle in found if area.contains(triangle.representative_point())]

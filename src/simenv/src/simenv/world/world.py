@@ -11,18 +11,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
 import shapely.geometry
 import shapely.ops
 
-from hive_common.geometry import NO_SEGMENTS, Array, outline
-from simenv.world.shapes import Door, Shape, rings
+from simenv.world.shapes import Door, Shape, outline_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from shapely.geometry.base import BaseGeometry
 
+    from hive_common.geometry import Array
     from simenv.world.world_content import Person, Place, Station
 
 
@@ -136,9 +135,3 @@ class World:
     def solid_at(self, area: BaseGeometry) -> str | None:
         """Return the name of something solid that an area overlaps, or None."""
         return next((shape.name for shape in self.shapes if shape.area.intersects(area)), None)
-
-
-def outline_of(area: BaseGeometry) -> Array:
-    """Return the outline (k, 2, 2) of an area, with the area on the left of every edge [m]."""
-    edges = [outline(np.array(ring.coords)[:-1]) for ring in rings(area)]
-    return np.concatenate([NO_SEGMENTS, *edges])
