@@ -221,9 +221,13 @@ def _optional(value: object, kind: Any) -> Any:  # noqa: ANN401  (a type; what i
 
 
 def _class(kind: Any) -> Callable[[object, object], Any]:  # noqa: ANN401  (an attrs class)
-    """Return what reads an attrs class; a field `from_` stands for the key `from`."""
+    """Return what reads an attrs class; a field `from_` stands for the key `from`.
+
+    Unknown keys are mistakes, unless the class has a true attribute `OTHER_KEYS`.
+    """
     names = {each.name: override(rename=each.name.rstrip("_")) for each in attrs.fields(kind)}
-    build = make_dict_structure_fn(kind, _CONVERTER, _cattrs_forbid_extra_keys=True, **names)
+    strict = not getattr(kind, "OTHER_KEYS", False)
+    build = make_dict_structure_fn(kind, _CONVERTER, _cattrs_forbid_extra_keys=strict, **names)
 
     def hook(value: object, _: object) -> object:
         if not isinstance(value, dict):

@@ -13,7 +13,7 @@ from hive_common.pose import Pose
 from hive_lab.fleets.traffic import STEP, Traffic
 from robot_description.models import load_model
 from simenv.bodies.pick import Act, Order
-from simenv.bodies.pick import Outcome as Grip
+from simenv.bodies.pick import PickOutcome as Grip
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 
