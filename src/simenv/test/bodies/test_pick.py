@@ -155,7 +155,7 @@ def test_an_arm_at_work_takes_no_second_order():
     _, arm = start()
     arm.start(Order(Act.PICK, "T1", 2.0), HERE)
 
-    with pytest.raises(CommandError, match="the arm is at work"):
+    with pytest.raises(CommandError, match="the arm is busy"):
         arm.start(Order(Act.PICK, "T2", 2.0), HERE)
 
 
