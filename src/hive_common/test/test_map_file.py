@@ -71,7 +71,7 @@ def test_a_saved_map_is_read_back_as_it_was(tmp_path):
     ("changes", "words"),
     [
         ({"image": "other.pgm"}, "other.pgm: cannot be read: No such file"),
-        ({"image": "m.yaml"}, "is no image that can be read"),
+        ({"image": "m.yaml"}, "is not a readable image"),
         ({"image": None}, ":1: image: missing; allowed: the name of an image file"),
         ({"image": '"m\\0.png"'}, "cannot be read"),
         ({"resolution": "50"}, r":2: resolution.*at most 10"),
@@ -115,7 +115,7 @@ def test_a_pgm_that_is_cut_off_is_refused(tmp_path):
 def test_an_image_without_pixels_or_with_too_many_bits_is_refused(tmp_path):
     path = write(tmp_path, [[0]])
     (tmp_path / "m.png").write_bytes(b"")
-    with pytest.raises(MapError, match="is no image that can be read"):
+    with pytest.raises(MapError, match="is not a readable image"):
         load_map(path)
     PIL.Image.fromarray(np.full((2, 2), 30000, dtype=np.uint16)).save(tmp_path / "m.png")
     with pytest.raises(MapError, match="more than 8 bits"):

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Maps in map_server's format: `<name>.yaml` with the figures, `<name>.pgm` with the cells.
 
-What the keys and the three modes mean is map_server's own definition:
+Keys and modes mean what map_server defines:
 
 - `trinary`, what map_saver writes: every cell is free, occupied or unknown.
-- `scale`: between the two thresholds, how occupied a cell is goes from 1 to 99; transparent
-  pixels are unknown.
+- `scale`: between the two thresholds, occupancy goes from 1 to 99; transparent pixels are
+  unknown.
 - `raw`: a pixel's value is the cell's, 0..100; anything above is unknown.
 """
 
@@ -33,13 +33,13 @@ OCCUPIED = 100
 UNKNOWN = -1
 
 FORMATS = ("pgm", "png")
-"""Images that a map can be written as; any that PIL knows can be read."""
+"""Image formats for writing; reading takes any that PIL knows."""
 
 MAX_CELLS = 25_000_000
-"""More cells than that are most likely a mistake in the resolution: 250 m x 250 m at 0.05 m."""
+"""Maximum size, 250 m x 250 m at 0.05 m; more is almost certainly a wrong resolution."""
 
 COARSEST = 10.0
-"""A larger cell is no map of anything that robots drive through [m]."""
+"""Maximum size of a cell [m]; robots cannot drive by a coarser map."""
 
 _MAX_RAW = 100
 _FREE_PIXEL = 254
@@ -68,7 +68,7 @@ class MapContent:
     mode: Annotated[str, one_of("trinary", "scale", "raw")] = "trinary"
 
     def __attrs_post_init__(self) -> None:
-        """Refuse thresholds between which nothing lies."""
+        """Refuse thresholds in the wrong order."""
         if self.free_thresh >= self.occupied_thresh:
             raise NotAllowedError(
                 ["free_thresh"],
@@ -100,7 +100,7 @@ class GridMap:
 
     @cached_property
     def blocked(self) -> NDArray[np.bool_]:
-        """(rows, columns): True where nobody can stand, in cells that are not known to be free."""
+        """(rows, columns): True where a cell is not known to be free."""
         blocked: NDArray[np.bool_] = self.cells != FREE
         return blocked
 
@@ -170,7 +170,7 @@ def _cells(pixels: NDArray[np.uint8], content: MapContent) -> NDArray[np.int8]:
 
 
 def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Return an image's brightness (height, width), 0..255, top row first, and what is opaque."""
+    """Return an image's brightness (rows, columns), 0..255, top row first, and its opacity."""
     try:
         with PIL.Image.open(path) as image:
             if image.width * image.height > MAX_CELLS:
@@ -183,13 +183,13 @@ def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
             opaque = np.asarray(image.convert("RGBA"))[:, :, 3] > 0
             return np.asarray(image.convert("L")), opaque
     except PIL.UnidentifiedImageError:
-        raise MapError(f"{path}: is no image that can be read; a .pgm or .png is needed") from None
+        raise MapError(f"{path}: is not a readable image; a .pgm or .png is needed") from None
     except PIL.Image.DecompressionBombError:
         raise MapError(f"{path}: has too many cells; use a coarser resolution") from None
     except OSError as error:
         reason = error.strerror or "is cut off or damaged"
         raise MapError(f"{path}: cannot be read: {reason}; check the key `image`") from None
-    except ValueError:  # what PIL says of a .pgm that ends early, and Python of an impossible name
+    except ValueError:  # PIL raises it for a .pgm that ends early, Python for an impossible name
         raise MapError(
             f"{str(path)!r}: cannot be read: is cut off or damaged; check the key `image`"
         ) from None
@@ -199,9 +199,9 @@ def save_map(grid: GridMap, path: Path, kind: str = "pgm") -> None:
     """Write a map as `<path>.yaml` and `<path>.pgm`, as map_saver does.
 
     Args:
-        grid: The map; cells that are neither free nor surely occupied are written as unknown.
-        path: The two files' path without suffix.
-        kind: Out of `FORMATS`.
+        grid: The map; cells that are neither FREE nor OCCUPIED become unknown.
+        path: Of both files, without suffix.
+        kind: One of `FORMATS`.
 
     Raises:
         MapError: They cannot be written.

@@ -145,7 +145,9 @@ class Simulation:
                 f"robot name '{name}': allowed are letters, digits and _, with a letter first"
             )
         if name in self._robots:
-            raise SpawnError(f"{name}: the name is taken; remove that robot or choose another name")
+            raise SpawnError(
+                f"{name}: the name is taken; remove that robot or choose another name"
+            )
         footprint = Footprint(model.base.footprint)
         reason = self._why_not_there(footprint, pose)
         if reason:

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Reads fleet files: which robots there are, where they start, and how the hive decides.
 
-The files in `fleets/` are the manual of the format. A mistake costs an operator the time between
-starting a fleet and seeing that it is not there, so everything that can be known beforehand is
-checked here, and said in one line with file, line and key.
+The files in `fleets/` are the manual of the format. A mistake that shows only after the start
+costs an operator time, so everything that can be known beforehand is checked here.
 """
 
 import re
@@ -110,7 +109,7 @@ def read_fleet(name: str) -> Fleet:
 
 
 def _check_names(path: Path, robots: tuple[FleetRobot, ...]) -> None:
-    """Refuse a name that two robots have, or that something else in the hive has."""
+    """Refuse a name that another robot or another part of the hive has."""
     seen: dict[str, int] = {}
     for index, robot in enumerate(robots):
         keys = ("robots", index, "name")
@@ -127,7 +126,7 @@ def _check_names(path: Path, robots: tuple[FleetRobot, ...]) -> None:
 
 
 def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel]:
-    """Return each robot's model; refuse one that is not there or that has a mistake."""
+    """Return the model of each robot; refuse one that is missing or has a mistake."""
     models = []
     for index, robot in enumerate(robots):
         try:
@@ -138,7 +137,7 @@ def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel]:
 
 
 def _check_starts(path: Path, robots: tuple[FleetRobot, ...], models: list[RobotModel]) -> None:
-    """Refuse two robots that start in each other."""
+    """Refuse robots that overlap at the start."""
     for index, robot in enumerate(robots):
         for other_index, other in enumerate(robots[:index]):
             gap = dist(robot.pose[:2], other.pose[:2])

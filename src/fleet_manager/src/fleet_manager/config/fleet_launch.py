@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes the launch file for a fleet, because roslaunch cannot loop over a list of robots."""
+"""Writes the launch file of a fleet, because roslaunch cannot loop over a list of robots."""
 
 from __future__ import annotations
 
@@ -18,15 +18,10 @@ if TYPE_CHECKING:
 
 
 def launch_text(fleet: Fleet, *, sim: bool) -> str:
-    """Return the text of a launch file that starts a fleet's blackboard and robots.
+    """Return the launch file that starts a fleet's blackboard and robots.
 
-    Args:
-        fleet: The fleet, checked.
-        sim: True to put the robots into the simulator as well.
-
-    Returns:
-        XML for roslaunch: what a robot that joins later has to know, an include of
-        `blackboard.launch`, then one of `robot.launch` for each robot, in the fleet's order.
+    It sets the parameters that robots need which join later, includes `blackboard.launch`, then
+    `robot.launch` for each robot, in the fleet's order. With `sim`, robots are simulated.
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads scenarios: tasks that are posted to a hive one after the other, at stated times.
+"""Reads scenarios: tasks that are posted to a hive at given times.
 
 The files in `scenarios/` are the manual of the format. A goal is a pose, or the name of a station
-or charger of the world that the scenario is made for.
+or charger of the scenario's world.
 """
 
 import re

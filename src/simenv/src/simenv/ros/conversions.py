@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the simulation says, as ROS messages."""
+"""Makes ROS messages from what the simulation measures."""
 
 from __future__ import annotations
 
@@ -27,14 +27,7 @@ def stamp_of(nanoseconds: int) -> rospy.Time:
 def odometry_msg(
     header: Header, child_frame: str, pose: Pose, velocity: tuple[float, float, float]
 ) -> nav_msgs.msg.Odometry:
-    """Say where a robot is.
-
-    Args:
-        header: Stamp, and the frame of the pose.
-        child_frame: The frame that is there, in which the velocity is given.
-        pose: Where it is [m, m, rad].
-        velocity: vx, vy, wz [m/s, m/s, rad/s].
-    """
+    """Make an Odometry: `pose` in the header's frame, `velocity` in `child_frame`."""
     message = nav_msgs.msg.Odometry(header=header, child_frame_id=child_frame)
     message.pose.pose.position.x = pose.x
     message.pose.pose.position.y = pose.y
@@ -47,14 +40,7 @@ def odometry_msg(
 def scan_msg(
     header: Header, laser: Laser, angles: Array, distances: Array
 ) -> sensor_msgs.msg.LaserScan:
-    """Say what a laser measured.
-
-    Args:
-        header: Stamp, and the laser's frame.
-        laser: The laser.
-        angles: (beams,) their directions in that frame [rad].
-        distances: (beams,) what they measured [m].
-    """
+    """Make a LaserScan of distances (beams,) [m] at angles (beams,) [rad] in the laser's frame."""
     return sensor_msgs.msg.LaserScan(
         header=header,
         angle_min=float(angles[0]),

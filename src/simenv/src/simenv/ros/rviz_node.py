@@ -2,7 +2,7 @@
 """Opens RViz with the whole map in view, whatever its size.
 
 ROS Subscribers:
-    map_metadata (nav_msgs/MapMetaData): how large the map is.
+    map_metadata (nav_msgs/MapMetaData): the size of the map.
 ROS Parameters:
     ~config: path of the RViz configuration; rviz.launch gives hive.rviz.
     ~timeout (30): how long to wait for the map, on the wall clock [s].
@@ -24,7 +24,7 @@ from hive_common.pose import Pose
 from hive_common.ros.params import number, text
 
 AROUND = (60, 140)
-"""What menu, tools, status and docks take of the window's width and height [pixels]."""
+"""Width and height that menu, tools, status and docks take of the window [pixels]."""
 
 
 def main() -> int:

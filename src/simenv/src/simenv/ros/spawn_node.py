@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Puts one robot into the running simulator, and ends.
+"""Puts one robot into the running simulator, then ends.
 
 ROS Services called:
     simenv/spawn (simenv/Spawn)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The map that a perfect mapper would make of a world.
 
-A cell is occupied if anything solid reaches into it. A cell is free if a robot's laser can come to
-see it: if a way over free cells leads there from one of the world's named places. The rest is
-unknown, as it is for a mapper that drives through the world.
+A cell is occupied if anything solid reaches into it. It is free if a robot's laser can see it one
+day: if free cells connect it to a named place of the world. The rest is unknown.
 """
 
 from __future__ import annotations
@@ -29,21 +28,14 @@ if TYPE_CHECKING:
     from simenv.world.world import World
 
 RESOLUTION = 0.05
-"""The usual size of a cell [m]."""
+"""The default size of a cell [m]."""
 
 _TOUCH = 1e-6
-"""By how much something must reach into a cell to count [m]."""
+"""How far something must reach into a cell to count [m]."""
 
 
 def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
-    """Draw the map of a world.
-
-    Args:
-        world: The world.
-        resolution: Size of a cell [m].
-
-    Returns:
-        The map, with its lower left corner at (0, 0).
+    """Draw the map of a world in cells of `resolution` [m], its lower left corner at (0, 0).
 
     Raises:
         MapError: The resolution gives no map.
@@ -55,7 +47,9 @@ def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
         )
     width, height = (math.ceil(side / resolution - _TOUCH) for side in world.size)
     if width * height > MAX_CELLS:
-        raise MapError(f"resolution {resolution} m gives {width} x {height} cells; take a coarser")
+        raise MapError(
+            f"resolution {resolution} m gives {width} x {height} cells; choose a coarser one"
+        )
     solid = _inside(world, resolution, (height, width))
     cells = np.full(solid.shape, UNKNOWN, dtype=np.int8)
     cells[_reachable(world, ~solid, resolution)] = FREE
@@ -66,8 +60,8 @@ def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
 def _inside(world: World, resolution: float, shape: tuple[int, int]) -> NDArray[np.bool_]:
     """Return which cells something solid reaches into.
 
-    Everything is made larger by half a cell; then a cell counts if its centre is inside. Whether
-    it is, the outline's crossings with the cell's row say: an odd number of them lie to the left.
+    Everything grows by half a cell; then a cell counts if its centre is inside, which is so if an
+    odd number of the outline's crossings with the cell's row lie to its left.
     """
     larger = world.solid.buffer(
         resolution / 2 - _TOUCH, join_style=shapely.geometry.JOIN_STYLE.mitre
@@ -87,7 +81,7 @@ def _inside(world: World, resolution: float, shape: tuple[int, int]) -> NDArray[
 def _reachable(
     world: World, open_cells: NDArray[np.bool_], resolution: float
 ) -> NDArray[np.bool_]:
-    """Return which open cells are joined to one of the world's places; all where it has none."""
+    """Return which open cells connect to a place of the world; all if it has no places."""
     places = world.places
     if not places:
         return open_cells

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shapes with names: what is solid in a world, and how a world file says it."""
+"""Named solid shapes of a world, and the areas, outlines and triangles they make."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from simenv.world.world_content import ShapeEntry
 
 SIDES_OF_A_QUARTER = 8
-"""A circle becomes a polygon with four times as many sides: at most 0.5 % of its radius inside."""
+"""A circle becomes a polygon of four times as many sides, at most 0.5 % of its radius inside."""
 
 HEIGHTS = {"walls": 1.5, "benches": 0.8, "racks": 2.0, "doors": 1.4}
 """The lists of a world file that hold shapes, and how high these are drawn by default [m]."""
@@ -33,7 +33,7 @@ class Shape:
     Attributes:
         name: What people call it.
         area: What it covers, frame map [m].
-        kind: The list of the world file that it stands in.
+        kind: Its list in the world file.
         height: How high it is drawn [m]; the simulation is flat.
     """
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A world: what is really there, read from `worlds/<name>.yaml`.
 
-A world is what robots sense and bump into. What they know of it is a map (`map_file`), which may
-differ. World and map share one frame: the lower left corner of the building is (0, 0).
+Robots sense a world and bump into it. What they know of it is a map (`map_file`), which may
+differ. Both share one frame: the lower left corner of the building is (0, 0).
 """
 
 from __future__ import annotations
@@ -27,15 +27,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Mistake:
-    """What is wrong with something in a world.
-
-    Attributes:
-        name: Of the thing.
-        text: What is wrong, what is allowed, and what to do.
-    """
+    """What is wrong with something in a world."""
 
     name: str
+    """Of the thing."""
     text: str
+    """What is wrong, what is allowed, and what to do."""
 
 
 @dataclass(frozen=True)
@@ -45,12 +42,12 @@ class World:
     Attributes:
         name: What people call it.
         size: Width and depth of the building, from (0, 0) on [m].
-        shapes: Everything solid that stays where it is.
-        stations: Where something can be picked or put down.
+        shapes: Everything solid that stays in place.
+        stations: Where something can be picked or placed.
         chargers: Where robots charge.
-        starts: Where robots can be put at the start.
+        starts: Where robots can start.
         parking: Where robots can wait out of the way.
-        doors: What can be opened and shut.
+        doors: What opens and shuts.
         people: Who walks about.
     """
 
@@ -66,11 +63,11 @@ class World:
 
     @property
     def places(self) -> tuple[Place, ...]:
-        """Every place with a name."""
+        """All named places."""
         return (*self.stations, *self.chargers, *self.parking, *self.starts)
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield names that are used twice, what is outside, and places nobody can stand at."""
+        """Yield duplicate names, what is outside, and places where nobody can stand."""
         shapes: tuple[Shape, ...] = (*self.shapes, *self.doors)
         seen: set[str] = set()
         names = [shape.name for shape in shapes] + [place.name for place in self.places]
@@ -124,7 +121,7 @@ class World:
 
     @cached_property
     def solid(self) -> BaseGeometry:
-        """Everything solid that stays where it is, as one area, frame map [m]."""
+        """Everything solid that stays in place, as one area, frame map [m]."""
         return shapely.ops.unary_union([shape.area for shape in self.shapes])
 
     @cached_property
@@ -133,5 +130,5 @@ class World:
         return outline_of(self.solid)
 
     def solid_at(self, area: BaseGeometry) -> str | None:
-        """Return the name of something solid that an area overlaps, or None."""
+        """Return the name of a shape that an area overlaps, or None."""
         return next((shape.name for shape in self.shapes if shape.area.intersects(area)), None)

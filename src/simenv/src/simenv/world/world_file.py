@@ -36,7 +36,7 @@ def load_world(name_or_path: str) -> World:
 
 
 def world_mistakes(name_or_path: str) -> list[FileError]:
-    """Return everything that is wrong with a world file, each with its line.
+    """Return all mistakes in a world file, each with its line.
 
     Args:
         name_or_path: The name of a world of this package (`lab`), or the path of a YAML file.
