@@ -27,8 +27,8 @@ from simenv.bodies.bodies import Bodies
 from simenv.bodies.contact import Contacts
 from simenv.bodies.pick import Arm, Stock
 from simenv.errors import ObstacleError, SpawnError, UnknownRobotError
+from simenv.noise import Noise, dice_of
 from simenv.sensors.laser import Scanner, take_scans
-from simenv.sensors.noise import Noise, dice_of
 from simenv.world.surroundings import Surroundings
 
 if TYPE_CHECKING:

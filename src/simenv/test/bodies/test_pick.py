@@ -9,7 +9,7 @@ from hive_common.pose import Pose
 from robot_description.models import load_model
 from simenv.bodies.pick import Act, Load, Order, PickOutcome
 from simenv.errors import CommandError
-from simenv.sensors.noise import NO_NOISE
+from simenv.noise import NO_NOISE
 from simenv.simulation import Simulation
 from simenv.testing import hall
 from simenv.world.world_content import Station

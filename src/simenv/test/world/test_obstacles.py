@@ -12,7 +12,7 @@ from hive_common.pose import Pose
 from robot_description.models import load_model
 from simenv.bodies.pick import Act, Order, PickOutcome
 from simenv.errors import CommandError, ObstacleError, SpawnError
-from simenv.sensors.noise import NO_NOISE, Noise
+from simenv.noise import NO_NOISE, Noise
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall
 from simenv.world.shapes import Door

@@ -6,7 +6,7 @@ from shapely.geometry import Point
 
 from hive_common.errors import FileError
 from robot_description.models import load_model, model_names
-from simenv.sensors.noise import NO_NOISE
+from simenv.noise import NO_NOISE
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world, world_mistakes
 

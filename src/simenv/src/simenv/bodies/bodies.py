@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
     from robot_description.models import RobotModel
     from simenv.bodies.contact import Contacts
-    from simenv.sensors.noise import Noise
+    from simenv.noise import Noise
 
 COMMAND_TIMEOUT = 0.5
 """A base without a command for this long stops [s]."""

@@ -9,7 +9,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
-    from simenv.sensors.noise import Noise
+    from simenv.noise import Noise
 
 BLOCK = 64
 """Steps of a robot for which random numbers are drawn at once; one by one gives the same."""

@@ -31,11 +31,11 @@ from robot_description.models import load_model
 from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
 from simenv.msg import Fault as FaultMsg
+from simenv.noise import Noise
 from simenv.pacing import Pacer
 from simenv.ros.conversions import stamp_of
 from simenv.ros.robot_topics import RobotTopics
 from simenv.ros.world_markers import WorldMarkers
-from simenv.sensors.noise import Noise
 from simenv.simulation import STEP, Simulation
 from simenv.srv import (
     InjectFault,
