@@ -16,7 +16,7 @@ HEAVY = replace(GO, id="T7", payload=35.0)
 
 def hive_of(*robots, **settings):
     """Return a hive that soon forgets, with its properties watched."""
-    hive = Hive(replace(BlackboardSettings(), **{"keep_ended": 20.0, **settings}))
+    hive = Hive(BlackboardSettings(**{"keep_ended": 20.0, **settings}))
     Properties(hive)
     for name in robots:
         hive.add_robot(name, Pose(0.0, 0.0))

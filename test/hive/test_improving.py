@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Whole hives in which tasks that have not begun change hands."""
 
-from dataclasses import replace
-
 import pytest
 
 from blackboard.domain.settings import BlackboardSettings
@@ -23,7 +21,7 @@ def go(name, goal, priority=0):
 
 def hive_with_two_tasks(**settings):
     """Return a hive whose only robot is at one task and has another, far away, on its list."""
-    hive = Hive(replace(BlackboardSettings(), **settings))
+    hive = Hive(BlackboardSettings(**settings))
     Properties(hive)
     hive.add_robot("robot1", Pose(0.0, 0.0), cost_model="latency")
     hive.post(go("near", NEAR), go("far", FAR))

@@ -3,15 +3,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 pytest.importorskip("ompl")
 
-from hive_common.grid_map import GridMap
-from hive_common.map_reader import read_map
+from hive_common.map_file import GridMap, load_map
 from hive_common.pose import Pose
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
@@ -19,7 +16,6 @@ from robot_navigation.control.navigator import MAX_ROUND
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 
-MAPS = Path(__file__).resolve().parents[2] / "maps"
 LAB = {
     "robot1": ("mir100", (2.6, 2.0, 0.0)),
     "robot2": ("ld60", (2.6, 4.0, 0.0)),
@@ -42,7 +38,7 @@ walls:
 def lab(robots):
     """Return the simulation of the lab and robots that navigate in it."""
     simulation = Simulation(load_world("lab"), seed=1)
-    traffic = Traffic(simulation, read_map(MAPS / "lab.yaml"))
+    traffic = Traffic(simulation, load_map("lab"))
     for name, (model, pose) in robots.items():
         traffic.add(name, load_model(model), pose)
     return simulation, traffic
@@ -56,7 +52,7 @@ def corridor(tmp_path, robots):
     blocked[:, :4] = blocked[:, -4:] = True
     blocked[:46, 120:360] = blocked[74:, 120:360] = True
     simulation = Simulation(load_world(str(tmp_path / "corridor.yaml")), seed=1)
-    traffic = Traffic(simulation, GridMap(blocked, 0.05, (0.0, 0.0)))
+    traffic = Traffic(simulation, GridMap.of_blocked(blocked, 0.05))
     for name, (model, pose) in robots.items():
         traffic.add(name, load_model(model), pose)
     return simulation, traffic

@@ -2,25 +2,19 @@
 """The pages about the core say what the core does."""
 
 import doctest
-from dataclasses import fields
+import runpy
 from pathlib import Path
 
 import pytest
 
 import blackboard.domain.talker as topics
 from blackboard.costing.cost import COST_MODELS
-from blackboard.domain.settings import (
-    BlackboardSettings,
-    ControllerSettings,
-    PathSettings,
-    RaftSettings,
-    RobotSettings,
-)
 from blackboard.domain.task import TRANSITIONS, TaskEvent, TaskState
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PROTOCOL = (DOCS / "protocol.md").read_text()
 COST_MODEL = (DOCS / "cost-model.md").read_text()
+PAGES = runpy.run_path(str(DOCS.parent / "setup/write_parameters.py"))["pages"]()
 
 
 def rows(page, *heads):
@@ -67,24 +61,9 @@ def test_the_numbers_of_the_states_are_the_right_ones():
     assert numbers == ["number", *(str(state.value) for state in TaskState)]
 
 
-@pytest.mark.parametrize(
-    ("section", "kinds", "others"),
-    [
-        ("Of `blackboard_node`", (BlackboardSettings, RaftSettings, PathSettings), {}),
-        (
-            "Of `robot_node`",
-            (RobotSettings, ControllerSettings, PathSettings),
-            {"charge": "1.0", "stands_by": "true"},
-        ),
-    ],
-)
-def test_the_tables_of_parameters_hold_every_one_with_its_default(section, kinds, others):
-    page = PROTOCOL[PROTOCOL.index(section) :]
-    written = {name: default for name, default, _ in rows(page, "parameter", "default", "meaning")}
-
-    assert written == others | {
-        each.name: str(each.default) for kind in kinds for each in fields(kind)
-    }
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_what_users_read_about_parameters_is_what_the_settings_say(path):
+    assert path.read_text() == PAGES[path], "run python3 setup/write_parameters.py"
 
 
 def test_every_topic_of_the_hive_is_explained():

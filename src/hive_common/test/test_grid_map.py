@@ -6,14 +6,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hive_common.grid_map import FAR, ClearanceField, Disc, GridMap
+from hive_common.grid_map import FAR, ClearanceField, Disc
+from hive_common.map_file import GridMap
 
 
 def hall(blocked_columns: slice = slice(0, 0)) -> ClearanceField:
     """Return the field of a hall of 10 m x 4 m with a wall across some columns."""
     blocked = np.zeros((80, 200), dtype=bool)
     blocked[:, blocked_columns] = True
-    return ClearanceField.of(GridMap(blocked, 0.05, (0.0, 0.0)))
+    return ClearanceField.of(GridMap.of_blocked(blocked, 0.05))
 
 
 def test_clearance_is_the_distance_to_the_wall() -> None:
@@ -45,7 +46,9 @@ def test_a_disc_lowers_clearances_in_a_copy_of_the_field() -> None:
 
 
 def test_clearances_have_a_maximum() -> None:
-    assert ClearanceField.of(GridMap(np.zeros((400, 400), bool), 0.05, (0, 0))).at(10, 10) == FAR
+    assert (
+        ClearanceField.of(GridMap.of_blocked(np.zeros((400, 400), bool), 0.05)).at(10, 10) == FAR
+    )
 
 
 def test_a_line_through_a_wall_is_not_clear() -> None:

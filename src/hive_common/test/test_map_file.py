@@ -12,7 +12,8 @@ from hive_common.pose import Pose
 from simenv.testing import hall
 from simenv.world.draw_map import draw_map
 from simenv.world.shapes import Shape
-from simenv.world.world import Place, World
+from simenv.world.world import World
+from simenv.world.world_content import Place
 from simenv.world.world_file import load_world
 
 KEYS = {
@@ -70,19 +71,19 @@ def test_a_saved_map_is_read_back_as_it_was(tmp_path):
     ("changes", "words"),
     [
         ({"image": "other.pgm"}, "other.pgm: cannot be read: No such file"),
-        ({"image": "m.yaml"}, "is no image that can be read"),
-        ({"image": None}, "'image' is a required property"),
+        ({"image": "m.yaml"}, "is not a readable image"),
+        ({"image": None}, ":1: image: missing; allowed: the name of an image file"),
         ({"image": '"m\\0.png"'}, "cannot be read"),
         ({"resolution": "50"}, r":2: resolution.*at most 10"),
         ({"resolution": "0"}, r":2: resolution.*above 0"),
-        ({"resolution": "fine"}, "not of type 'number'"),
+        ({"resolution": "fine"}, ":2: resolution: 'fine'; allowed: the size of a cell"),
         ({"resolution": ".nan"}, "finite"),
         ({"origin": "[0, 0]"}, "lower left corner"),
         ({"origin": "[0, .inf, 0]"}, "finite"),
         ({"negate": "2"}, "0, or 1 if white means occupied"),
         ({"mode": "odd"}, "trinary"),
-        ({"free_thresh": "0.9"}, "free_thresh 0.9 is not below occupied_thresh 0.65"),
-        ({"colour": "red"}, "'colour' was unexpected"),
+        ({"free_thresh": "0.9"}, ":6: free_thresh: 0.9 is not below occupied_thresh 0.65"),
+        ({"colour": "red"}, ":7: colour: unknown; allowed: the keys image, "),
     ],
 )
 def test_a_bad_map_gives_one_line_that_says_what_is_allowed(tmp_path, changes, words):
@@ -114,7 +115,7 @@ def test_a_pgm_that_is_cut_off_is_refused(tmp_path):
 def test_an_image_without_pixels_or_with_too_many_bits_is_refused(tmp_path):
     path = write(tmp_path, [[0]])
     (tmp_path / "m.png").write_bytes(b"")
-    with pytest.raises(MapError, match="is no image that can be read"):
+    with pytest.raises(MapError, match="is not a readable image"):
         load_map(path)
     PIL.Image.fromarray(np.full((2, 2), 30000, dtype=np.uint16)).save(tmp_path / "m.png")
     with pytest.raises(MapError, match="more than 8 bits"):
@@ -126,7 +127,7 @@ def test_a_map_that_says_nothing_or_something_twice_is_refused(tmp_path, text):
     path = tmp_path / "m.yaml"
     path.write_text(text)
 
-    with pytest.raises(FileError, match=r"is empty|:2: the key image is there twice"):
+    with pytest.raises(FileError, match=r"is empty|:2: the key image appears twice"):
         load_map(str(path))
 
 

@@ -93,7 +93,7 @@ def test_what_stands_in_the_way_is_bumped_into_until_it_is_taken_away(lab: Simul
         (Fault("freeze", "robot9"), "'robot9': not known; in the simulation: robot1, robot2"),
         (Fault("freeze", "robot1", 0.5), "0.5; allowed: 1 for on, 0 for off"),
         (Fault("slip", "robot1", 2.0), "allowed: a share from 0 to 1"),
-        (Fault("slip", "robot1", math.nan), "no number"),
+        (Fault("slip", "robot1", math.nan), "not a finite number"),
         (Fault("pick", "robot1", 1.5), "a whole number"),
         (Fault("pick", "robot2", 1.0), "robot2 has no arm"),
         (Fault("block", "crate"), "x_min, y_min, x_max, y_max"),

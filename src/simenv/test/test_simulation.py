@@ -9,7 +9,7 @@ from hive_common.geometry import Footprint
 from hive_common.pose import Pose
 from robot_description.models import load_model
 from simenv.errors import CommandError, SpawnError, UnknownRobotError
-from simenv.sensors.noise import NO_NOISE, Noise
+from simenv.noise import NO_NOISE, Noise
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall
 from simenv.world.shapes import Shape

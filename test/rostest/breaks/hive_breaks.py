@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
+from attrs import evolve
+
 
 @dataclass(frozen=True)
 class Break:
@@ -97,7 +99,7 @@ def few_members(original):
     def read(kind, *arguments):
         settings = original(kind, *arguments)
         known = hasattr(settings, "most_members")
-        return replace(settings, most_members=5) if known else settings
+        return evolve(settings, most_members=5) if known else settings
 
     return read
 

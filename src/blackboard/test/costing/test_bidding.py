@@ -9,12 +9,13 @@ import pytest
 
 from blackboard.costing.bidding import Bidder
 from blackboard.costing.cost import COST_MODELS
-from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
+from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
 from blackboard.costing.schedule import Schedule
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST
 from blackboard.domain.record import Order
 from blackboard.domain.task import Task, TaskType
+from hive_common.map_file import GridMap
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT
 
@@ -48,7 +49,7 @@ def halved():
     """Return path lengths on a floor of 10 m x 10 m from (-5, -5), cut in two along x = 0.5 m."""
     blocked = np.zeros((100, 100), dtype=bool)
     blocked[:, 54:56] = True
-    return GridPathLengths(Grid(blocked, 0.1, -5.0, -5.0), 0.3)
+    return GridPathLengths(GridMap.of_blocked(blocked, 0.1, Pose(-5.0, -5.0)), 0.3)
 
 
 def test_an_idle_robot_bids_what_the_task_takes_of_its_charge():

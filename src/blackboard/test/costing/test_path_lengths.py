@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
+from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
+from hive_common.map_file import GridMap
 from hive_common.pose import Pose
 
 WALL = 0.1  # thickness [m]
@@ -18,7 +19,7 @@ WALL = 0.1  # thickness [m]
 def floor(width, height, resolution=0.05):
     """Return an empty floor with its lower left corner at (0, 0) [m]."""
     shape = (round(height / resolution), round(width / resolution))
-    return Grid(np.zeros(shape, dtype=bool), resolution)
+    return GridMap.of_blocked(np.zeros(shape, dtype=bool), resolution)
 
 
 def block(grid, left, bottom, right, top):
@@ -151,7 +152,7 @@ def reachable(blocked, start, goal):
 def test_on_any_map_there_is_a_path_exactly_where_one_can_walk(cells, start, goal):
     blocked = np.array(cells)
     blocked[start] = blocked[goal] = False
-    path_lengths = GridPathLengths(Grid(blocked, 1.0))
+    path_lengths = GridPathLengths(GridMap.of_blocked(blocked, 1.0))
 
     length = path_lengths.length(
         Pose(start[1] + 0.5, start[0] + 0.5), Pose(goal[1] + 0.5, goal[0] + 0.5)
@@ -188,7 +189,7 @@ def test_nobody_can_stand_outside_the_map_or_in_a_wall():
 
 
 def test_a_map_may_begin_anywhere():
-    grid = Grid(np.zeros((40, 40), dtype=bool), 0.1, x=-2.0, y=-3.0)
+    grid = GridMap.of_blocked(np.zeros((40, 40), dtype=bool), 0.1, Pose(-2.0, -3.0))
     path_lengths = GridPathLengths(grid, 0.2)
 
     assert not path_lengths.refusal(Pose(-1.9, -2.9))

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What users may set, and that the manual to it tells the truth."""
-
-from dataclasses import fields
-from pathlib import Path
+"""What users may set."""
 
 import pytest
-import yaml
+from attrs import fields
 
 from blackboard.domain.settings import (
     BlackboardSettings,
+    ChargingSettings,
     ControllerSettings,
     PathSettings,
     RaftSettings,
@@ -16,15 +14,17 @@ from blackboard.domain.settings import (
 )
 from blackboard.errors import SettingsError
 
-CONFIG = Path(__file__).resolve().parents[2] / "config"
-KINDS = {
-    "blackboard": (BlackboardSettings, RaftSettings, PathSettings),
-    "robot": (RobotSettings, ControllerSettings, PathSettings),
-}
+KINDS = (
+    BlackboardSettings,
+    ChargingSettings,
+    ControllerSettings,
+    PathSettings,
+    RaftSettings,
+    RobotSettings,
+)
 NUMBERS = [
     (kind, each.name)
-    for kinds in KINDS.values()
-    for kind in kinds
+    for kind in KINDS
     for each in fields(kind)
     if not isinstance(each.default, str)
 ]
@@ -45,21 +45,3 @@ def test_an_unknown_cost_model_is_refused_with_those_there_are():
 def test_an_unknown_distance_is_refused_with_those_there_are():
     with pytest.raises(SettingsError, match="'guess'; allowed: path, euclidean"):
         PathSettings(distance="guess")
-
-
-@pytest.mark.parametrize("file", KINDS)
-def test_the_parameter_file_holds_every_setting_with_its_default(file):
-    manual = yaml.safe_load((CONFIG / f"{file}.yaml").read_text())
-    defaults = {each.name: each.default for kind in KINDS[file] for each in fields(kind)}
-    for name in ("charge", "stands_by"):  # of its battery and its member, not settings
-        manual.pop(name, None)
-
-    assert manual == defaults
-
-
-@pytest.mark.parametrize("file", KINDS)
-def test_the_parameter_file_explains_every_key_in_a_comment_above_it(file):
-    lines = (CONFIG / f"{file}.yaml").read_text().splitlines()
-    keys = [number for number, line in enumerate(lines) if line and not line.startswith("#")]
-
-    assert all(lines[number - 1].startswith("#") for number in keys)

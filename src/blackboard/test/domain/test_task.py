@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
+from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
 from blackboard.domain.task import (
     MAX_GOALS,
     TRANSITIONS,
@@ -27,6 +27,7 @@ from blackboard.domain.task import (
     used_goals,
 )
 from blackboard.errors import TaskRefusedError
+from hive_common.map_file import GridMap
 from hive_common.pose import Pose
 
 A, B, C = Pose(1.0, 2.0, 0.5), Pose(5.0, 2.0), Pose(5.0, 6.0)
@@ -60,7 +61,7 @@ def hall():
     """Return a map of 10 m x 10 m from (0, 0) with a wall from x = 4 m to 5 m."""
     blocked = np.zeros((20, 20), dtype=bool)
     blocked[:, 8:10] = True
-    return GridPathLengths(Grid(blocked, 0.5))
+    return GridPathLengths(GridMap.of_blocked(blocked, 0.5))
 
 
 def refusal(task, path_lengths=None):

@@ -82,7 +82,7 @@ def test_a_goal_may_be_a_place_of_the_world(written):
         ("priority: 7", "priority: 11", [":6: tasks[1].priority", "11", "0..10"]),
         ("payload: 2", "payload: -2", [":6: tasks[1].payload", "-2", "at least 0"]),
         ("after: 5", "after: soon", [":5: tasks[0].after", "soon", "seconds"]),
-        ("fleet: lab\n", "", ["fleet", "required"]),
+        ("fleet: lab\n", "", [":1: fleet: missing"]),
     ],
 )
 def test_a_mistake_is_one_line_with_file_line_key_and_what_is_allowed(written, old, new, words):

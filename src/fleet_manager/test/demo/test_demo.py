@@ -248,9 +248,9 @@ def test_the_report_has_times_of_tasks_and_figures_of_robots(plan):
 
 def test_the_picture_is_drawn_even_where_some_robots_never_moved(plan, tmp_path):
     report, history = made_report(plan, hits=2)
-    grid_map = GridMap(np.zeros((240, 400), dtype=np.int8), 0.05, Pose(0.0, 0.0))
+    chart = GridMap.of_blocked(np.zeros((240, 400), dtype=bool), 0.05)
 
-    draw_run(tmp_path / "picture.png", report, history, grid_map)
+    draw_run(tmp_path / "picture.png", report, history, chart)
 
     with Image.open(tmp_path / "picture.png") as picture:
         assert min(picture.size) > 900

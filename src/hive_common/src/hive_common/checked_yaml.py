@@ -1,76 +1,70 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the YAML files that users write, and says in one line what is wrong with a bad one.
+"""Reads the YAML files that users write, and reports each mistake in one line.
 
-Every kind of file (robot model, fleet, world, map, scenario) has a JSON schema next to the code
-that reads it. The schema checks the file; this module only adds where in the file the mistake is,
-which `jsonschema` cannot know because YAML has thrown the line numbers away by then.
+Every kind of file (robot model, fleet, world, map, scenario) is described by an attrs class; see
+`structuring`. This module adds the file and the line, which are lost once YAML is parsed.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import jsonschema
 import yaml
 
 from hive_common.errors import FileError
+from hive_common.structuring import NotAllowedError, key_text, structure_all
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-LONGEST = 160
-"""So many characters are shown of what a schema says about a value."""
+T = TypeVar("T")
 
 
-def read_checked(path: Path, schema: Mapping[str, Any]) -> Any:  # noqa: ANN401  (what YAML holds)
-    """Read a YAML file that must fit a schema.
-
-    Args:
-        path: The file.
-        schema: JSON schema, draft 2020-12. A `description` beside a rule is shown to the user as
-            what is allowed there, so write it as the end of the sentence "allowed: ...".
-
-    Returns:
-        What the file holds, as plain dicts, lists, strings and numbers.
+def read_checked(path: Path, kind: type[T]) -> T:
+    """Read a YAML file into an attrs class.
 
     Raises:
-        FileError: The file is missing or unreadable, is no YAML, or does not fit the schema.
+        FileError: The file cannot be read, is not YAML, or holds something that is not allowed.
+            The text names the first mistake.
     """
-    root, content = _parsed(path)
-    check = jsonschema.Draft202012Validator(schema)
-    mistake = jsonschema.exceptions.best_match(check.iter_errors(content))
-    if mistake is not None:
-        raise _in_words(path, root, mistake)
-    return content
+    found, mistakes = read_all_mistakes(path, kind)
+    if found is None:
+        raise mistakes[0]
+    return found
 
 
-def read_all_mistakes(path: Path, schema: Mapping[str, Any]) -> tuple[Any, list[FileError]]:
-    """Read a YAML file like `read_checked`, but do not stop at the first mistake.
-
-    Args:
-        path: The file.
-        schema: As for `read_checked`.
-
-    Returns:
-        What the file holds, and everything that does not fit the schema, from the top down.
+def read_all_mistakes(path: Path, kind: type[T]) -> tuple[T | None, list[FileError]]:
+    """Read a YAML file into an attrs class, or return every mistake in it from the top down.
 
     Raises:
-        FileError: The file is missing or unreadable, or is no YAML.
+        FileError: The file cannot be read or is not YAML.
     """
     root, content = _parsed(path)
-    found = list(jsonschema.Draft202012Validator(schema).iter_errors(content))
-    # Something with an unknown key has none of several forms either; one line says it.
-    odd = {tuple(each.absolute_path) for each in found if each.validator == "additionalProperties"}
-    found = [
-        each for each in found if each.validator != "oneOf" or tuple(each.absolute_path) not in odd
-    ]
-    ordered = sorted(found, key=lambda mistake: _line_of(root, _place_of(mistake)))
-    return content, [_in_words(path, root, mistake) for mistake in ordered]
+    found, mistakes = structure_all(content, kind)
+    mistakes.sort(key=lambda mistake: _line_of(root, mistake.place))
+    return found, [_located(path, root, mistake) for mistake in mistakes]
 
 
-def _parsed(path: Path) -> tuple[yaml.Node | None, Any]:
-    """Return a YAML file as nodes, which know their lines, and as what it holds."""
+def error_at(path: Path, place: Iterable[str | int], problem: str) -> FileError:
+    """Return the error for a mistake that only shows after reading, as `read_checked` words it.
+
+    Args:
+        path: A file that `read_checked` has read.
+        place: Keys and indices that lead to the mistake: `("robots", 2, "name")`.
+        problem: The value found, what is allowed, and what to do.
+    """
+    root = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+    return _located(path, root, NotAllowedError(place, problem))
+
+
+def _located(path: Path, root: yaml.Node | None, mistake: NotAllowedError) -> FileError:
+    key = key_text(mistake.place) or "the whole file"
+    return FileError(f"{path}:{_line_of(root, mistake.place)}: {key}: {mistake.problem}")
+
+
+def _parsed(path: Path) -> tuple[yaml.Node, Any]:
+    """Return a YAML file as nodes, which know their lines, and as plain data."""
     try:
         text = path.read_text(encoding="utf-8")
         root = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -87,98 +81,49 @@ def _parsed(path: Path) -> tuple[yaml.Node | None, Any]:
     if content is None:
         raise FileError(f"{path}: is empty; see a file that comes with the package")
     try:
-        twice, odd = _said_twice(root), _not_finite(root)
+        flaw = next(_flaws(root), None)
     except RecursionError:
         raise FileError(
             f"{path}: an alias (*) is inside its own anchor (&); write it out"
         ) from None
-    if twice is not None:
-        line = twice.start_mark.line + 1
-        raise FileError(f"{path}:{line}: the key {twice.value} is there twice; keep one of them")
-    if odd is not None:
-        line = odd.start_mark.line + 1
-        raise FileError(f"{path}:{line}: {odd.value} is no number here; allowed: finite numbers")
+    if flaw is not None:
+        node, problem = flaw
+        raise FileError(f"{path}:{node.start_mark.line + 1}: {problem}")
     return root, content
 
 
-def _in_words(
-    path: Path, root: yaml.Node | None, mistake: jsonschema.exceptions.ValidationError
-) -> FileError:
-    line = _line_of(root, _place_of(mistake))
-    key = mistake.json_path.removeprefix("$").removeprefix(".") or "the whole file"
-    allowed = mistake.schema.get("description") if isinstance(mistake.schema, dict) else None
-    remedy = f"; allowed: {allowed}" if allowed else ""
-    return FileError(f"{path}:{line}: {key}: {_short(mistake.message)}{remedy}")
+def _flaws(node: yaml.Node) -> Iterator[tuple[yaml.Node, str]]:
+    """Yield what plain data no longer shows: repeated keys, of which YAML keeps the last one.
 
-
-def _place_of(mistake: jsonschema.exceptions.ValidationError) -> tuple[str | int, ...]:
-    """Return where a mistake is: for a key that is not known, at the key itself."""
-    place = tuple(mistake.absolute_path)
-    if mistake.validator == "additionalProperties":
-        unknown = [key for key in mistake.instance if key not in mistake.schema["properties"]]
-        return (*place, unknown[0])
-    return place
-
-
-def _short(message: str) -> str:
-    """Return what a schema says of a value, without most of a long value."""
-    return message if len(message) <= LONGEST else f"{message[:LONGEST]}..."
-
-
-def error_at(path: Path, keys: Iterable[str | int], problem: str) -> FileError:
-    """Make the error for a mistake that a schema cannot see, in the words of `read_checked`.
-
-    Args:
-        path: The file, already read once by `read_checked`.
-        keys: Where in it the mistake is, from the outside in: `("robots", 2, "name")`.
-        problem: The value found, what is allowed, and what to do.
-
-    Returns:
-        The error, to be raised by the caller.
+    Numbers that are not finite are named here too, as they are written in the file.
     """
-    keys = tuple(keys)
-    root = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
-    key = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys).removeprefix(".")
-    return FileError(f"{path}:{_line_of(root, keys)}: {key}: {problem}")
-
-
-def _said_twice(node: yaml.Node | None) -> yaml.Node | None:
-    """Return the first key that a mapping has already, of which YAML keeps the last, or None."""
-    children: list[yaml.Node] = []
-    if isinstance(node, yaml.MappingNode):
+    if isinstance(node, yaml.ScalarNode):
+        is_float = node.tag == "tag:yaml.org,2002:float"
+        if is_float and node.value.lower().strip("+-") in {".nan", ".inf"}:
+            yield node, f"{node.value} is not a number; allowed: finite numbers"
+    elif isinstance(node, yaml.MappingNode):
         seen: set[str] = set()
         for key, value in node.value:
             if str(key.value) in seen:
-                return key
+                yield key, f"the key {key.value} appears twice; keep one of them"
             seen.add(str(key.value))
-            children.append(value)
-    elif isinstance(node, yaml.SequenceNode):
-        children = node.value
-    return next((key for key in map(_said_twice, children) if key is not None), None)
-
-
-def _not_finite(node: yaml.Node | None) -> yaml.Node | None:
-    """Return the first `.nan` or `.inf`, which a JSON schema lets through, or None."""
-    if isinstance(node, yaml.ScalarNode):
-        is_float = node.tag == "tag:yaml.org,2002:float"
-        return node if is_float and node.value.lower().strip("+-") in {".nan", ".inf"} else None
-    if isinstance(node, yaml.MappingNode):
-        children = [part for pair in node.value for part in pair]
+            yield from _flaws(key)
+            yield from _flaws(value)
     else:
-        children = node.value if node is not None else []
-    return next((odd for odd in map(_not_finite, children) if odd is not None), None)
+        for item in node.value:
+            yield from _flaws(item)
 
 
-def _line_of(node: yaml.Node | None, keys: Iterable[str | int]) -> int:
-    """Return the line on which the value under `keys` starts, counted from 1."""
-    if node is None:
-        return 1
-    line: int = node.start_mark.line + 1
-    for key in keys:
+def _line_of(node: yaml.Node | None, place: Iterable[str | int]) -> int:
+    """Return the line, counted from 1, of a place, or of what should hold it."""
+    line: int = node.start_mark.line + 1 if node else 1
+    for key in place:
         if isinstance(node, yaml.SequenceNode):
-            node = node.value[key]
+            node = node.value[int(key)]
             line = node.start_mark.line + 1
         elif isinstance(node, yaml.MappingNode):
-            named, node = next(pair for pair in node.value if pair[0].value == str(key))
-            line = named.start_mark.line + 1
+            named = next((pair for pair in node.value if pair[0].value == str(key)), None)
+            if named is None:
+                break
+            line, node = named[0].start_mark.line + 1, named[1]
     return line

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The base of all errors that Robo-Hive raises on purpose, and those that several packages raise.
+"""The base of all errors that Robo-Hive raises on purpose, and errors of several packages.
 
-The text of each is one line for the person who can mend it: the value, what is allowed, and what
-to do.
+Each text is one line for the person who can fix it: the value, what is allowed, what to do.
 """
 
 

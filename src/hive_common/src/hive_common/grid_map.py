@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from hive_common.map_file import GridMap
+
     Array = NDArray[np.float64]
 
 FAR = 3.0
@@ -45,33 +47,6 @@ class Disc:
     x: float
     y: float
     radius: float
-
-
-@dataclass(frozen=True)
-class GridMap:
-    """An occupancy grid.
-
-    Attributes:
-        blocked: (rows, columns) array of bool; row 0 is the lowest y. Unknown counts as blocked.
-        resolution: Side of a cell [m].
-        origin: x, y of the lower-left corner of cell (0, 0), frame map [m].
-    """
-
-    blocked: NDArray[np.bool_]
-    resolution: float
-    origin: tuple[float, float]
-
-    @property
-    def bounds(self) -> tuple[float, float, float, float]:
-        """x_min, y_min, x_max, y_max, frame map [m]."""
-        rows, columns = self.blocked.shape
-        x, y = self.origin
-        return x, y, x + columns * self.resolution, y + rows * self.resolution
-
-    def contains(self, x: float, y: float) -> bool:
-        """Return whether a point [m], frame map, lies on the map."""
-        x_min, y_min, x_max, y_max = self.bounds
-        return x_min <= x < x_max and y_min <= y < y_max
 
 
 class ClearanceField:
@@ -104,7 +79,7 @@ class ClearanceField:
     def at(self, x: float, y: float) -> float:
         """Return the clearance at a point, frame map [m]."""
         grid = self.grid
-        rows, columns = grid.blocked.shape
+        rows, columns = grid.cells.shape
         column = int((x - grid.origin[0]) // grid.resolution)
         row = int((y - grid.origin[1]) // grid.resolution)
         if 0 <= row < rows and 0 <= column < columns:
@@ -114,8 +89,8 @@ class ClearanceField:
     def at_points(self, points: Array) -> Array:
         """Return the clearances (n,) at points (n, 2), frame map [m]."""
         grid = self.grid
-        rows, columns = grid.blocked.shape
-        cells = np.floor((points - np.asarray(grid.origin)) / grid.resolution).astype(np.intp)
+        rows, columns = grid.cells.shape
+        cells = np.floor((points - np.asarray(grid.origin[:2])) / grid.resolution).astype(np.intp)
         column, row = cells[:, 0], cells[:, 1]
         inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
         values = np.zeros(len(points))
@@ -133,7 +108,7 @@ class ClearanceField:
         """Lower the clearances around a disc, in place."""
         grid = self.grid
         reach = disc.radius + FAR
-        rows, columns = grid.blocked.shape
+        rows, columns = grid.cells.shape
         step = grid.resolution
         left = max(0, math.floor((disc.x - reach - grid.origin[0]) / step))
         right = min(columns, math.ceil((disc.x + reach - grid.origin[0]) / step))

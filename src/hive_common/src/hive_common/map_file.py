@@ -1,99 +1,139 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Maps in map_server's format: `<name>.yaml` with the figures, `<name>.pgm` with the cells.
 
-What the keys and the three modes mean is map_server's own definition:
+Keys and modes mean what map_server defines:
 
 - `trinary`, what map_saver writes: every cell is free, occupied or unknown.
-- `scale`: between the two thresholds, how occupied a cell is goes from 1 to 99; transparent
-  pixels are unknown.
+- `scale`: between the two thresholds, occupancy goes from 1 to 99; transparent pixels are
+  unknown.
 - `raw`: a pixel's value is the cell's, 0..100; anything above is unknown.
 """
 
-from __future__ import annotations
-
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated
 
+import attrs
 import numpy as np
 import PIL.Image
+from numpy.typing import NDArray
 
 from hive_common.checked_yaml import read_checked
 from hive_common.errors import MapError
 from hive_common.pose import Pose
 from hive_common.resources import find_file
+from hive_common.structuring import Allowed, NotAllowedError, one_of, positive
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
+ORIGIN = Pose(0.0, 0.0, 0.0)
 
 FREE = 0
 OCCUPIED = 100
 UNKNOWN = -1
 
 FORMATS = ("pgm", "png")
-"""Images that a map can be written as; any that PIL knows can be read."""
+"""Image formats for writing; reading takes any that PIL knows."""
 
 MAX_CELLS = 25_000_000
-"""More cells than that are most likely a mistake in the resolution: 250 m x 250 m at 0.05 m."""
+"""Maximum size, 250 m x 250 m at 0.05 m; more is almost certainly a wrong resolution."""
 
 COARSEST = 10.0
-"""A larger cell is no map of anything that robots drive through [m]."""
+"""Maximum size of a cell [m]; robots cannot drive by a coarser map."""
 
-_RAW_MOST = 100
+_MAX_RAW = 100
 _FREE_PIXEL = 254
 _OCCUPIED_PIXEL = 0
 _UNKNOWN_PIXEL = 205
 _OCCUPIED_THRESH = 0.65
 _FREE_THRESH = 0.196
 
-_SHARE = {
-    "type": "number",
-    "minimum": 0,
-    "maximum": 1,
-    "description": "how dark a cell is, from 0 (white) to 1 (black)",
-}
-_SCHEMA: dict[str, Any] = {
-    "type": "object",
-    "properties": {
-        "image": {"type": "string", "minLength": 1, "description": "the name of an image file"},
-        "resolution": {
-            "type": "number",
-            "exclusiveMinimum": 0,
-            "maximum": COARSEST,
-            "description": f"the size of a cell [m], above 0 and at most {COARSEST:g}",
-        },
-        "origin": {
-            "type": "array",
-            "minItems": 3,
-            "maxItems": 3,
-            "items": {"type": "number", "description": "a number"},
-            "description": "[x, y, yaw] of the lower left corner [m, m, rad]",
-        },
-        "negate": {"enum": [0, 1], "description": "0, or 1 if white means occupied"},
-        "occupied_thresh": _SHARE,
-        "free_thresh": _SHARE,
-        "mode": {"enum": ["trinary", "scale", "raw"], "description": "trinary, scale or raw"},
-    },
-    "required": ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh"],
-    "additionalProperties": False,
-    "description": "image, resolution, origin, negate, occupied_thresh, free_thresh, mode",
-}
+_Share = Annotated[
+    float, Allowed("how dark a cell is, from 0 (white) to 1 (black)", lambda n: 0 <= n <= 1)
+]
+
+
+@attrs.frozen(kw_only=True)
+class MapContent:
+    """A map's YAML file, with map_server's keys."""
+
+    image: Annotated[str, Allowed("the name of an image file")]
+    resolution: Annotated[float, positive("the size of a cell [m]", COARSEST)]
+    origin: Annotated[Pose, Allowed("[x, y, yaw] of the lower left corner [m, m, rad]")]
+    negate: Annotated[
+        int, Allowed("0, or 1 if white means occupied", lambda value: value in {0, 1})
+    ]
+    occupied_thresh: _Share
+    free_thresh: _Share
+    mode: Annotated[str, one_of("trinary", "scale", "raw")] = "trinary"
+
+    def __attrs_post_init__(self) -> None:
+        """Refuse thresholds in the wrong order."""
+        if self.free_thresh >= self.occupied_thresh:
+            raise NotAllowedError(
+                ["free_thresh"],
+                f"{self.free_thresh:g} is not below occupied_thresh {self.occupied_thresh:g}; "
+                f"usual are {_FREE_THRESH} and {_OCCUPIED_THRESH}",
+            )
 
 
 @dataclass(frozen=True)
 class GridMap:
-    """What robots know of a world.
+    """An occupancy grid: what robots know of a world.
 
     Attributes:
-        cells: (height, width) of UNKNOWN, or FREE 0 to OCCUPIED 100; row 0 is the lowest.
-        resolution: Size of a cell [m].
-        origin: Where the lower left corner of cell [0, 0] is, frame map [m, m, rad].
+        cells: (rows, columns) of UNKNOWN, or FREE 0 to OCCUPIED 100; row 0 is the lowest y.
+        resolution: Side of a cell [m].
+        origin: Lower left corner of cell (0, 0), frame map [m, m, rad].
     """
 
     cells: NDArray[np.int8]
     resolution: float
-    origin: Pose
+    origin: Pose = ORIGIN
+
+    @classmethod
+    def of_blocked(
+        cls, blocked: NDArray[np.bool_], resolution: float, origin: Pose = ORIGIN
+    ) -> "GridMap":
+        """Return a map whose cells are occupied where `blocked` (rows, columns), else free."""
+        return cls(np.where(blocked, OCCUPIED, FREE).astype(np.int8), resolution, origin)
+
+    @cached_property
+    def blocked(self) -> NDArray[np.bool_]:
+        """(rows, columns): True where a cell is not known to be free."""
+        blocked: NDArray[np.bool_] = self.cells != FREE
+        return blocked
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max, frame map [m]."""
+        rows, columns = self.cells.shape
+        x, y, _ = self.origin
+        return x, y, x + columns * self.resolution, y + rows * self.resolution
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point [m], frame map, lies on the map."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return x_min <= x < x_max and y_min <= y < y_max
+
+    def cell(self, point: Pose | tuple[float, float]) -> tuple[int, int] | None:
+        """Return the (row, column) of a point [m], frame map, or None outside the map."""
+        row = math.floor((point[1] - self.origin.y) / self.resolution)
+        column = math.floor((point[0] - self.origin.x) / self.resolution)
+        rows, columns = self.cells.shape
+        return (row, column) if 0 <= row < rows and 0 <= column < columns else None
+
+    def decided(self, free: int, occupied: int) -> "GridMap":
+        """Return the map with free, occupied and unknown cells only.
+
+        Args:
+            free: Cells up to this are free [0..100].
+            occupied: Cells from this on are occupied [0..100].
+        """
+        cells = np.full(self.cells.shape, UNKNOWN, dtype=np.int8)
+        cells[(self.cells != UNKNOWN) & (self.cells <= free)] = FREE
+        cells[self.cells >= occupied] = OCCUPIED
+        return GridMap(cells, self.resolution, self.origin)
 
 
 def load_map(name_or_path: str) -> GridMap:
@@ -107,36 +147,30 @@ def load_map(name_or_path: str) -> GridMap:
         MapError: Its image cannot be used.
     """
     path = find_file("simenv", "maps", name_or_path)
-    keys = read_checked(path, _SCHEMA)
-    if keys["free_thresh"] >= keys["occupied_thresh"]:
-        raise MapError(
-            f"{path}: free_thresh {keys['free_thresh']} is not below occupied_thresh "
-            f"{keys['occupied_thresh']}; usual are {_FREE_THRESH} and {_OCCUPIED_THRESH}"
-        )
-    pixels, opaque = _read_pixels(path.parent / keys["image"])
-    cells = _cells(pixels, keys)
-    if keys.get("mode") == "scale":
+    content = read_checked(path, MapContent)
+    pixels, opaque = _read_pixels(path.parent / content.image)
+    cells = _cells(pixels, content)
+    if content.mode == "scale":
         cells[~opaque] = UNKNOWN
-    return GridMap(cells[::-1].copy(), float(keys["resolution"]), Pose(*keys["origin"]))
+    return GridMap(cells[::-1].copy(), content.resolution, content.origin)
 
 
-def _cells(pixels: NDArray[np.uint8], keys: dict[str, Any]) -> NDArray[np.int8]:
-    """Return what pixels (height, width) say of their cells."""
-    mode = keys.get("mode", "trinary")
-    if mode == "raw":
-        return np.where(pixels <= _RAW_MOST, pixels, UNKNOWN).astype(np.int8)
-    dark = pixels / 255.0 if keys["negate"] else 1.0 - pixels / 255.0
+def _cells(pixels: NDArray[np.uint8], content: MapContent) -> NDArray[np.int8]:
+    """Return the cells that pixels (rows, columns) stand for."""
+    if content.mode == "raw":
+        return np.where(pixels <= _MAX_RAW, pixels, UNKNOWN).astype(np.int8)
+    dark = pixels / 255.0 if content.negate else 1.0 - pixels / 255.0
     cells = np.full(pixels.shape, UNKNOWN, dtype=np.int8)
-    if mode == "scale":
-        low, high = keys["free_thresh"], keys["occupied_thresh"]
+    low, high = content.free_thresh, content.occupied_thresh
+    if content.mode == "scale":
         cells = (1 + 98 * (dark - low) / (high - low)).clip(1, 99).astype(np.int8)
-    cells[dark > keys["occupied_thresh"]] = OCCUPIED
-    cells[dark < keys["free_thresh"]] = FREE
+    cells[dark > high] = OCCUPIED
+    cells[dark < low] = FREE
     return cells
 
 
 def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Return an image's brightness (height, width), 0..255, top row first, and what is opaque."""
+    """Return an image's brightness (rows, columns), 0..255, top row first, and its opacity."""
     try:
         with PIL.Image.open(path) as image:
             if image.width * image.height > MAX_CELLS:
@@ -149,39 +183,25 @@ def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
             opaque = np.asarray(image.convert("RGBA"))[:, :, 3] > 0
             return np.asarray(image.convert("L")), opaque
     except PIL.UnidentifiedImageError:
-        raise MapError(f"{path}: is no image that can be read; a .pgm or .png is needed") from None
+        raise MapError(f"{path}: is not a readable image; a .pgm or .png is needed") from None
     except PIL.Image.DecompressionBombError:
         raise MapError(f"{path}: has too many cells; use a coarser resolution") from None
     except OSError as error:
         reason = error.strerror or "is cut off or damaged"
         raise MapError(f"{path}: cannot be read: {reason}; check the key `image`") from None
-    except ValueError:  # what PIL says of a .pgm that ends early, and Python of an impossible name
+    except ValueError:  # PIL raises it for a .pgm that ends early, Python for an impossible name
         raise MapError(
             f"{str(path)!r}: cannot be read: is cut off or damaged; check the key `image`"
         ) from None
-
-
-def decided(grid: GridMap, free: int, occupied: int) -> GridMap:
-    """Return a map whose cells are free, occupied or unknown, and nothing in between.
-
-    Args:
-        grid: A map whose cells may be anything from FREE to OCCUPIED.
-        free: Cells up to this are free [0..100].
-        occupied: Cells from this on are occupied [0..100].
-    """
-    cells = np.full(grid.cells.shape, UNKNOWN, dtype=np.int8)
-    cells[(grid.cells != UNKNOWN) & (grid.cells <= free)] = FREE
-    cells[grid.cells >= occupied] = OCCUPIED
-    return GridMap(cells, grid.resolution, grid.origin)
 
 
 def save_map(grid: GridMap, path: Path, kind: str = "pgm") -> None:
     """Write a map as `<path>.yaml` and `<path>.pgm`, as map_saver does.
 
     Args:
-        grid: The map; cells that are neither free nor surely occupied are written as unknown.
-        path: The two files' path without suffix.
-        kind: Out of `FORMATS`.
+        grid: The map; cells that are neither FREE nor OCCUPIED become unknown.
+        path: Of both files, without suffix.
+        kind: One of `FORMATS`.
 
     Raises:
         MapError: They cannot be written.

@@ -2,7 +2,7 @@
 """Finds the files that come with the packages, by name, in a source tree or where installed.
 
 A user says `--fleet warehouse` for a file that comes along and `--fleet ./mine.yaml` for one of
-their own. Kept free of rospkg, so that the core can read its own files without ROS.
+their own. It does without rospkg, so that the cores can read their files without ROS.
 """
 
 from __future__ import annotations
@@ -14,17 +14,13 @@ from hive_common.errors import FileError
 
 
 def package_folder(package: str) -> Path:
-    """Return the folder that holds a package's launch files, fleets, maps, and so on.
+    """Return the folder that holds the launch files, fleets, maps and so on of a package.
 
-    Args:
-        package: One of the workspace's packages, such as `fleet_manager`.
-
-    Returns:
-        The package's folder in the source tree if this module runs from there, else its share
-        folder beside this installation or below one of the paths in CMAKE_PREFIX_PATH.
+    It is the package's folder in the source tree if this module runs from there, else its share
+    folder beside this installation or below a path in CMAKE_PREFIX_PATH.
 
     Raises:
-        FileError: The package is in neither; the environment was not sourced.
+        FileError: There is none; the environment was not sourced.
     """
     here = Path(__file__).resolve()
     prefixes = os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
@@ -44,12 +40,7 @@ def is_path(name: str) -> bool:
 
 
 def beside(file: Path, name: str) -> str:
-    """Return a name as it is, and a path as seen from the folder of the file that holds it.
-
-    Args:
-        file: The file in which a user wrote the name or path.
-        name: What was written.
-    """
+    """Return a name as it is, but a path relative to the folder of the `file` that holds it."""
     if not is_path(name):
         return name
     return str((file.resolve().parent / Path(name).expanduser()).resolve())
@@ -61,13 +52,10 @@ def find_file(package: str, folder: str, name: str) -> Path:
     Args:
         package: The package whose files may be named, such as `fleet_manager`.
         folder: Its folder with those files, such as `fleets`.
-        name: Name of one of them without `.yaml`, or a path (anything with a slash or a dot).
-
-    Returns:
-        The file. A path is returned as it is; reading it tells whether it is any good.
+        name: Name of one of them without `.yaml`, or a path, which is returned unchecked.
 
     Raises:
-        FileError: There is no file of that name; the text lists those there are.
+        FileError: There is no file of that name; the text lists the known names.
     """
     if is_path(name):
         return Path(name).expanduser()
@@ -82,10 +70,5 @@ def find_file(package: str, folder: str, name: str) -> Path:
 
 
 def names_in(package: str, folder: str) -> list[str]:
-    """Return the names, sorted, of the YAML files that come with a package.
-
-    Args:
-        package: The package, such as `robot_description`.
-        folder: Its folder with the files, such as `models`.
-    """
+    """Return the names, sorted, of the YAML files in a folder of a package."""
     return sorted(path.stem for path in (package_folder(package) / folder).glob("*.yaml"))

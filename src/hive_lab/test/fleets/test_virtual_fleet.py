@@ -4,10 +4,10 @@
 import importlib
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -21,7 +21,7 @@ from hive_lab.fleets.reckoned_bodies import ReckonedBodies
 from hive_lab.fleets.virtual_fleet import VirtualFleet
 
 LAB = read_fleet("lab")
-ONE = replace(LAB, robots=LAB.robots[:1])
+ONE = evolve(LAB, robots=LAB.robots[:1])
 GO = Task("T1", TaskType.GA, (Pose(8.0, 4.0, 0.0),))
 
 

@@ -15,13 +15,10 @@ if TYPE_CHECKING:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print a robot's URDF, or its model file once it is found to be good.
-
-    Args:
-        arguments: The command line; None for that of the process.
+    """Print a robot's URDF, or its model file after checking it.
 
     Returns:
-        0, or 1 if the model cannot be used; the reason is then on standard error.
+        The exit code: 0, or 1 if the model cannot be used; the reason is on standard error.
     """
     parser = argparse.ArgumentParser(prog="describe_robot", description=main.__doc__)
     parser.add_argument("what", choices=["urdf", "characteristics"])

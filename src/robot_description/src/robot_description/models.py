@@ -2,68 +2,71 @@
 """The robot models: what each make of robot is, read from `models/<model>.yaml`.
 
 One file describes a robot for everybody: the URDF (`urdf/robot.urdf.xacro` reads the same file),
-the simulator, the planner and follower, and the robot's bids on tasks. The classes here mirror the
-file key by key, so a key found in a file is found under the same name in the code.
+the simulator, the planner and follower, and the robot's bids on tasks. The fields below are the
+file's keys.
 """
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+import re
+from pathlib import Path
+from typing import Annotated
+
+import attrs
 
 from hive_common.checked_yaml import read_checked
-from hive_common.errors import FileError
+from hive_common.pose import Pose
 from hive_common.resources import find_file, names_in
-from robot_description.errors import ModelError
-from robot_description.model_schema import SCHEMA
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from hive_common.structuring import (
+    Allowed,
+    NotAllowedError,
+    between,
+    each_within,
+    listed,
+    one_of,
+    positive,
+)
 
 Point = tuple[float, float]
+Text = Annotated[str, Allowed("a text that is not empty")]
+Names = Annotated[tuple[Text, ...], listed("names", unique=True)]
 
 
-@dataclass(frozen=True)
+@attrs.frozen
 class Base:
-    """The mobile base.
+    """The mobile base."""
 
-    Attributes:
-        drive: `differential` (forward and turn) or `holonomic` (any direction and turn).
-        footprint: Corners of a convex polygon, counter-clockwise, around the origin of
-            `base_footprint` [m].
-        height: Height of the base, arm not included [m].
-        mass: Mass of the whole robot without load [kg].
-        max_speed: Top speed along x, for a holonomic base along y too [m/s].
-        max_speed_diagonal: Top speed along a diagonal [m/s]; None for a differential base.
-        max_yaw_rate: [rad/s]
-        acceleration: Also the deceleration [m/s^2].
-        yaw_acceleration: [rad/s^2]
-        friction_coefficient: Rolling friction, force over weight [-].
-    """
+    drive: Annotated[str, one_of("differential", "holonomic")]
+    """`differential` (forward and turn) or `holonomic` (any direction and turn)."""
+    footprint: Annotated[
+        tuple[Annotated[Point, each_within(5, "a corner [x, y] in base_footprint [m]")], ...],
+        listed("at least 3 corners [x, y] of a convex polygon, counter-clockwise [m]", 3),
+    ]
+    """Corners of a convex polygon, counter-clockwise, around the origin of `base_footprint`."""
+    height: Annotated[float, positive("height of the base, arm not included [m]", 3)]
+    mass: Annotated[float, positive("mass of the whole robot without load [kg]", 5000)]
+    max_speed: Annotated[float, positive("top speed along x, if holonomic also y [m/s]", 5)]
+    max_yaw_rate: Annotated[float, positive("top turning speed [rad/s]", 10)]
+    acceleration: Annotated[float, positive("acceleration and deceleration [m/s^2]", 5)]
+    yaw_acceleration: Annotated[float, positive("turning acceleration [rad/s^2]", 20)]
+    friction_coefficient: Annotated[float, positive("rolling friction, force/weight [-]", 1)]
+    max_speed_diagonal: Annotated[float, positive("top speed on a diagonal [m/s]", 5)] | None = (
+        None
+    )
+    """None for a differential base."""
 
-    drive: str
-    footprint: tuple[Point, ...]
-    height: float
-    mass: float
-    max_speed: float
-    max_yaw_rate: float
-    acceleration: float
-    yaw_acceleration: float
-    friction_coefficient: float
-    max_speed_diagonal: float | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what the schema of the file cannot express."""
+    def __attrs_post_init__(self) -> None:
+        """Refuse a bad footprint, and a diagonal speed that does not fit the drive."""
         if self.inscribed_radius <= 0:
-            raise ModelError(
-                f"base.footprint: {[list(corner) for corner in self.footprint]} is not a convex "
-                "polygon around (0, 0) with its corners counter-clockwise; reorder the corners"
+            raise NotAllowedError(
+                ["footprint"],
+                f"{[list(corner) for corner in self.footprint]} is not a convex polygon around "
+                "(0, 0) with its corners counter-clockwise; reorder the corners",
             )
         if self.holonomic != (self.max_speed_diagonal is not None):
-            raise ModelError(
-                f"base.max_speed_diagonal: {self.max_speed_diagonal} with drive {self.drive}; "
-                "a holonomic base needs it [m/s], a differential base must not have it"
+            raise NotAllowedError(
+                ["max_speed_diagonal"],
+                f"{self.max_speed_diagonal} with drive {self.drive}; a holonomic base needs it "
+                "[m/s], a differential base must not have it",
             )
 
     @property
@@ -80,8 +83,7 @@ class Base:
     def inscribed_radius(self) -> float:
         """Radius of the largest circle around the origin inside the footprint [m].
 
-        It is not positive if the polygon is not convex, not counter-clockwise, or beside the
-        origin, which is how bad footprints are found.
+        Not positive if the polygon is not convex, is clockwise, or does not hold the origin.
         """
         corners = self.footprint
         edges = list(zip(corners, corners[1:] + corners[:1], strict=True))
@@ -93,130 +95,106 @@ class Base:
         return min(_cross(a, b, (0.0, 0.0)) / math.dist(a, b) for a, b in edges)
 
 
-@dataclass(frozen=True)
+@attrs.frozen
 class BatteryData:
-    """The battery's figures.
+    """The battery's figures."""
 
-    Attributes:
-        capacity: [Ah]
-        voltage_full: Voltage at full charge [V].
-        voltage_empty: Voltage at which the robot switches off [V].
-        charging_time: From empty to full [s].
-        idle_power: What the robot draws standing still [W].
-    """
+    capacity: Annotated[float, positive("capacity [Ah]", 1000)]
+    voltage_full: Annotated[float, positive("voltage at full charge [V]", 500)]
+    voltage_empty: Annotated[float, positive("voltage at which the robot shuts down [V]", 500)]
+    charging_time: Annotated[float, positive("time from empty to full [s]", 86400)]
+    idle_power: Annotated[float, positive("power drawn standing still [W]", 2000)]
 
-    capacity: float
-    voltage_full: float
-    voltage_empty: float
-    charging_time: float
-    idle_power: float
-
-    def __post_init__(self) -> None:
+    def __attrs_post_init__(self) -> None:
         """Refuse a battery whose voltage does not fall."""
         if self.voltage_full <= self.voltage_empty:
-            raise ModelError(
-                f"battery.voltage_full: {self.voltage_full} V is not above voltage_empty "
-                f"{self.voltage_empty} V; the full battery must have the higher voltage"
+            raise NotAllowedError(
+                ["voltage_full"],
+                f"{self.voltage_full:g} V is not above voltage_empty {self.voltage_empty:g} V; "
+                "the full battery must have the higher voltage",
             )
 
 
-@dataclass(frozen=True)
+@attrs.frozen
 class Laser:
-    """The laser scanner.
+    """The laser scanner."""
 
-    Attributes:
-        beams: Number of beams, spread evenly over the field of view.
-        range_min: Closest distance that is measured [m].
-        range_max: Farthest distance that is measured [m].
-        field_of_view: [rad], 2 pi is all around.
-        rate: Scans per second [Hz].
-        pose: x, y, yaw of the laser in `base_footprint` [m, m, rad].
-    """
+    beams: Annotated[int, between(8, 10_000, "number of beams")]
+    """Spread evenly over the field of view."""
+    range_min: Annotated[float, positive("shortest distance measured [m]", 5)]
+    range_max: Annotated[float, positive("longest distance measured [m]", 100)]
+    field_of_view: Annotated[float, positive("field of view, 2 pi is all around [rad]", 6.2832)]
+    rate: Annotated[float, positive("scans per second [Hz]", 100)]
+    pose: Annotated[Pose, each_within(6.2832, "[x, y, yaw] in base_footprint [m, m, rad]")]
 
-    beams: int
-    range_min: float
-    range_max: float
-    field_of_view: float
-    rate: float
-    pose: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
+    def __attrs_post_init__(self) -> None:
         """Refuse a laser that measures nothing."""
         if self.range_max <= self.range_min:
-            raise ModelError(
-                f"laser.range_max: {self.range_max} m is not above range_min {self.range_min} m; "
-                "the laser would measure nothing"
+            raise NotAllowedError(
+                ["range_max"],
+                f"{self.range_max:g} m is not above range_min {self.range_min:g} m; "
+                "the laser would measure nothing",
             )
 
 
-@dataclass(frozen=True)
+@attrs.frozen
 class Arm:
-    """The arm of a mobile manipulator.
+    """The arm of a mobile manipulator."""
 
-    Attributes:
-        payload: What the arm can lift [kg].
-        reach: [m]
-        repeatability: How near to each other it comes back to a place [m].
-        pick_duration: Time for one pick [s].
-        place_duration: Time for putting one thing down [s].
-        power: What the arm draws while it moves [W].
-        accuracy: How near to the wanted place it comes [m]; None where the maker gives none.
-    """
-
-    payload: float
-    reach: float
-    repeatability: float
-    pick_duration: float
-    place_duration: float
-    power: float
-    accuracy: float | None = None
+    payload: Annotated[float, positive("what the arm can lift [kg]", 1000)]
+    reach: Annotated[float, positive("reach [m]", 5)]
+    repeatability: Annotated[float, positive("repeatability [m]", 0.1)]
+    pick_duration: Annotated[float, positive("time for one pick [s]", 600)]
+    place_duration: Annotated[float, positive("time for putting one thing down [s]", 600)]
+    power: Annotated[float, positive("power drawn while the arm moves [W]", 5000)]
+    accuracy: Annotated[float, positive("accuracy [m]", 0.1)] | None = None
+    """None where the maker gives none."""
 
 
-@dataclass(frozen=True)
+@attrs.frozen(kw_only=True)
 class RobotModel:
-    """One make of robot.
+    """One make of robot."""
 
-    Attributes:
-        name: The model's name; also the name of its file.
-        kind: What sort of robot, out of `model_schema.KINDS`.
-        maker: Who builds the robot.
-        source: Title, maker and year of the data sheet.
-        base: The mobile base.
-        payload: What the robot can carry [kg].
-        battery: The battery.
-        laser: The laser scanner.
-        arm: The arm; None for a robot without one.
-        capabilities: Task types the robot can do, out of `GA`, `GAB`, `GPA`, `GPAB`.
-        interfaces: Standard interfaces the robot offers, such as `move_base`, `pick`.
-        communication: Networks the robot can be reached over.
-        sensors: What the maker's robot senses with; `laser` is what the fleet gives it besides.
-    """
-
-    name: str
-    kind: str
-    maker: str
-    source: str
+    name: Annotated[
+        str,
+        Allowed(
+            "a name of small letters, digits and _, such as mir100",
+            re.compile(r"[a-z][a-z0-9_]*").fullmatch,
+        ),
+    ]
+    """Also the name of its file."""
+    kind: Annotated[str, one_of("agv", "amr", "mobile_manipulator", "tracked", "legged")]
+    maker: Text
+    source: Text
+    """Title, maker and year of the data sheet."""
     base: Base
-    payload: float
+    payload: Annotated[float, positive("what the robot can carry [kg]", 5000)]
     battery: BatteryData
     laser: Laser
-    arm: Arm | None
-    capabilities: tuple[str, ...]
-    interfaces: tuple[str, ...]
-    communication: tuple[str, ...]
-    sensors: tuple[str, ...]
+    """What the fleet gives the robot, besides the maker's `sensors`."""
+    arm: Arm | None = None
+    capabilities: Annotated[
+        tuple[Annotated[str, one_of("GA", "GAB", "GPA", "GPAB")], ...],
+        listed("task types out of GA, GAB, GPA, GPAB", 1, unique=True),
+    ]
+    interfaces: Names
+    """Standard interfaces the robot offers, such as `move_base`, `pick`."""
+    communication: Names
+    """Networks the robot can be reached over."""
+    sensors: Names
 
-    def __post_init__(self) -> None:
-        """Refuse a robot that promises picks without an arm, or is called by what it has not."""
+    def __attrs_post_init__(self) -> None:
+        """Refuse a robot that promises picks without an arm, or whose kind denies its arm."""
         picks = sorted({"GPA", "GPAB"} & set(self.capabilities))
         if picks and self.arm is None:
-            raise ModelError(
-                f"capabilities: {', '.join(picks)} need an arm; add `arm:` or remove them"
+            raise NotAllowedError(
+                ["capabilities"], f"{', '.join(picks)} need an arm; add `arm:` or remove them"
             )
         if (self.kind == "mobile_manipulator") != (self.arm is not None):
             has = "an" if self.arm else "no"
-            raise ModelError(
-                f"kind: {self.kind} with {has} arm; a mobile_manipulator has one, others have none"
+            raise NotAllowedError(
+                ["kind"],
+                f"{self.kind} with {has} arm; a mobile_manipulator has one, others have none",
             )
 
 
@@ -226,10 +204,7 @@ def model_names() -> tuple[str, ...]:
 
 
 def model_path(name_or_path: str | Path) -> Path:
-    """Return the file of a model.
-
-    Args:
-        name_or_path: The name of a model of this package, or the path of a YAML file.
+    """Return the file of a model: by the name of a model of this package, or by its path.
 
     Raises:
         FileError: There is no such model.
@@ -238,49 +213,15 @@ def model_path(name_or_path: str | Path) -> Path:
 
 
 def load_model(name_or_path: str | Path) -> RobotModel:
-    """Read and check a robot model.
+    """Read and check a robot model; every figure is in SI units, charge in Ah.
 
     Args:
         name_or_path: The name of a model of this package (`mir100`), or the path of a YAML file.
 
-    Returns:
-        The model; every figure in SI units, charge in Ah.
-
     Raises:
         FileError: There is no such file, or it holds something that is not allowed.
     """
-    path = model_path(name_or_path)
-    try:
-        return model_from_dict(read_checked(path, SCHEMA))
-    except ModelError as error:
-        raise FileError(f"{path}: {error}") from None
-
-
-def model_from_dict(content: dict[str, Any]) -> RobotModel:
-    """Build a model from what its YAML file, or the ROS parameters made from it, hold.
-
-    Args:
-        content: A dict that fits `model_schema.SCHEMA`.
-
-    Raises:
-        ModelError: Two figures contradict each other.
-    """
-    parts = {"base": Base, "battery": BatteryData, "laser": Laser, "arm": Arm}
-    values: dict[str, Any] = {"arm": None}
-    for key, value in content.items():
-        part = parts.get(key)
-        values[key] = _frozen(value) if part is None else part(**_frozen_items(value))
-    known = {field.name for field in fields(RobotModel)}
-    return RobotModel(**{key: value for key, value in values.items() if key in known})
-
-
-def _frozen_items(content: dict[str, Any]) -> dict[str, Any]:
-    return {key: _frozen(value) for key, value in content.items()}
-
-
-def _frozen(value: Any) -> Any:  # noqa: ANN401  (what YAML holds)
-    """Turn lists into tuples, so that a frozen dataclass is frozen all the way down."""
-    return tuple(_frozen(item) for item in value) if isinstance(value, list) else value
+    return read_checked(model_path(name_or_path), RobotModel)
 
 
 def _cross(a: Point, b: Point, c: Point) -> float:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes a robot's URDF out of its model file and the one xacro file for all robots.
+"""Makes a robot's URDF from its model file and the one xacro file for all robots.
 
-It uses xacro as a library, so that it works without ROS, and checks the model file first, so that
-a mistake in it is reported by line and key instead of as an error inside xacro.
+It checks the model file first, so that a mistake is reported by line and key instead of as an
+error inside xacro. It uses xacro as a library, without ROS.
 """
 
 from __future__ import annotations
@@ -19,14 +19,11 @@ if TYPE_CHECKING:
 
 
 def robot_urdf(model: str | Path, prefix: str = "") -> str:
-    """Return the URDF of one robot.
+    """Return the URDF of a robot, with the root link `<prefix>base_footprint`.
 
     Args:
         model: The name of a model of this package, or the path of a model file.
-        prefix: What stands in front of every link's name, such as `robot1/`.
-
-    Returns:
-        The URDF as XML text; root link `<prefix>base_footprint`.
+        prefix: Of every link's name, such as `robot1/`.
 
     Raises:
         FileError: The model is unknown, or its file holds something that is not allowed.

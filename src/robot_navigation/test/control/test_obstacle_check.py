@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hive_common.grid_map import ClearanceField, Disc, GridMap
+from hive_common.grid_map import ClearanceField, Disc
+from hive_common.map_file import GridMap
 from hive_common.pose import Pose
 from robot_description.models import load_model
 from robot_navigation.control.obstacle_check import (
@@ -50,7 +51,7 @@ def test_ranges_too_close_or_out_of_range_are_no_points() -> None:
 def test_points_on_mapped_walls_and_on_robots_that_announce_themselves_are_known() -> None:
     blocked = np.zeros((100, 100), dtype=bool)
     blocked[:, 60:64] = True
-    field = ClearanceField.of(GridMap(blocked, 0.05, (0.0, 0.0)))
+    field = ClearanceField.of(GridMap.of_blocked(blocked, 0.05))
     points = np.array([[2.98, 2.5], [1.0, 1.0], [2.0, 2.5]])
 
     obstacles = sort_points(points, field, [Disc(1.0, 1.4, 0.4)])

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 from hive_common.errors import ParameterError
 from hive_common.pose import Pose, between, blend, compose, inverse
@@ -76,7 +77,7 @@ def test_a_scan_is_likeliest_where_it_was_taken():
 
 
 def test_a_scan_that_hits_nothing_makes_places_beside_a_wall_unlikely():
-    near_sighted = replace(LASER, range_max=1.0)
+    near_sighted = evolve(LASER, range_max=1.0)
     field = LikelihoodField(CELLS, STEP, (0.0, 0.0), SETTINGS)
     nothing = np.full(360, np.inf)
 

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from hive_common.errors import ParameterError
-from hive_common.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, decided
+from hive_common.map_file import FREE, OCCUPIED, UNKNOWN, GridMap
 from hive_common.pose import Pose
 from hive_lab.bench.mapping import compare
 from robot_description.models import load_model
@@ -233,7 +233,7 @@ def test_an_explorer_has_finished_when_nothing_is_unknown() -> None:
 def test_a_map_is_saved_with_nothing_between_free_and_occupied() -> None:
     grid = GridMap(np.array([[0, 25, 26, 64, 65, 100, -1]], dtype=np.int8), 0.05, START)
 
-    cells = decided(grid, free=25, occupied=65).cells
+    cells = grid.decided(free=25, occupied=65).cells
 
     assert cells.tolist() == [[FREE, FREE, UNKNOWN, UNKNOWN, OCCUPIED, OCCUPIED, UNKNOWN]]
 

@@ -12,7 +12,8 @@ import pytest
 
 pytest.importorskip("ompl")
 
-from hive_common.grid_map import Disc, GridMap
+from hive_common.grid_map import Disc
+from hive_common.map_file import GridMap
 from hive_lab.bench.plan import way_length
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.planner import PlanError
@@ -32,7 +33,7 @@ def two_rooms() -> OmplPlanner:
     blocked[88:112, 98:102] = False
     blocked[98:100, 0:22] = True
     blocked[98:120, 20:22] = True
-    return OmplPlanner(GridMap(blocked, 0.05, (0.0, 0.0)), RADIUS)
+    return OmplPlanner(GridMap.of_blocked(blocked, 0.05), RADIUS)
 
 
 def test_a_free_path_is_straight() -> None:

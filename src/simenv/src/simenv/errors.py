@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What can go wrong in this package, in words for the person who can mend it."""
+"""The errors of this package, in words for the person who can fix them."""
 
 from hive_common.errors import HiveError
 
@@ -8,25 +8,21 @@ class SimenvError(HiveError):
     """The base of every error that this package raises."""
 
 
-class WorldError(SimenvError):
-    """A world cannot be found, or its shapes and places contradict each other."""
-
-
 class SpawnError(SimenvError):
-    """A robot cannot be put where, or under the name, that was asked for."""
+    """A robot cannot have the place or the name asked for."""
 
 
 class ObstacleError(SimenvError):
-    """A door or a thing in the way is not known, or cannot be put where a robot stands."""
+    """A door or obstacle is unknown, or a robot stands where it should go."""
 
 
 class FaultError(SimenvError):
-    """There is no such fault, or its value makes no sense."""
+    """A fault is unknown, or its value is not allowed."""
 
 
 class UnknownRobotError(SimenvError):
-    """There is no robot of that name in the simulation."""
+    """The simulation has no robot of that name."""
 
 
 class CommandError(SimenvError):
-    """A robot is told to do what cannot be done: a speed that is no number, a pick without arm."""
+    """A robot cannot follow a command: a speed is not finite, or it has no arm to pick with."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faults at will: what can be made to go wrong in a simulation, by name."""
+"""Faults that can be injected into a simulation, by name."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Fault:
 
     Attributes:
         kind: A name of `KINDS`.
-        target: The robot; for `block`, a name for what stands in the way.
-        value: How much of it; 0 ends it.
+        target: The robot; for `block`, a name for the obstacle.
+        value: Its strength; 0 ends it.
         area: For `block`: x_min, y_min, x_max, y_max, frame map [m].
     """
 
@@ -35,22 +35,15 @@ class Fault:
 
 
 def inject(simulation: Simulation, fault: Fault) -> str:
-    """Let a fault happen, or end.
-
-    Args:
-        simulation: Where.
-        fault: What.
-
-    Returns:
-        What has been done, in words.
+    """Inject a fault, or end it; return what was done, in words.
 
     Raises:
-        SimenvError: There is no such fault or robot, or the value makes no sense.
+        SimenvError: The fault or robot is unknown, or the value is not allowed.
     """
     if fault.kind not in KINDS:
         raise FaultError(f"fault '{fault.kind}': not known; allowed: {', '.join(KINDS)}")
     if not math.isfinite(fault.value):
-        raise FaultError(f"{fault.kind}: {fault.value} is no number; 1 is on, 0 is off")
+        raise FaultError(f"{fault.kind}: {fault.value} is not a finite number; 1 is on, 0 is off")
     return KINDS[fault.kind](simulation, fault)
 
 

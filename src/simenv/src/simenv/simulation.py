@@ -8,15 +8,18 @@
         simulation.step()
     simulation.poses["robot1"], simulation.scan("robot1"), simulation.collisions
 
-It knows nothing of ROS and nothing of the wall clock. The same seed and the same calls give the
-same run to the last bit.
+It is free of ROS and of the wall clock. The same seed and the same calls give the same run to the
+last bit.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import shapely.geometry
 
 from hive_common.geometry import Footprint
 from hive_common.pose import Pose
@@ -24,10 +27,8 @@ from simenv.bodies.bodies import Bodies
 from simenv.bodies.contact import Contacts
 from simenv.bodies.pick import Arm, Stock
 from simenv.errors import ObstacleError, SpawnError, UnknownRobotError
-from simenv.sensors.laser import Scanner
-from simenv.sensors.noise import Noise, dice_of
-from simenv.sensors.sensing import take_scans
-from simenv.world.standing_room import robot_at, why_not_there
+from simenv.noise import Noise, dice_of
+from simenv.sensors.laser import Scanner, take_scans
 from simenv.world.surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -41,15 +42,15 @@ if TYPE_CHECKING:
     from simenv.world.world import World
 
 STEP = 0.025
-"""The usual step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps."""
+"""The default step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps."""
 
 MAX_STEP = 0.1
-"""In a longer step a fast robot could jump over a thin wall [s]."""
+"""In a longer step [s] a fast robot could jump over a thin wall."""
 
 
 @dataclass(frozen=True)
 class _Robot:
-    """What belongs to one robot besides its base."""
+    """What a robot has besides its base."""
 
     model: RobotModel
     footprint: Footprint
@@ -64,7 +65,7 @@ class Simulation:
     Attributes:
         world: The world.
         stock: What is left to pick at its stations.
-        obstacles: People, doors, and what was put in the way.
+        obstacles: People, doors, and other things in the way.
     """
 
     def __init__(
@@ -79,8 +80,8 @@ class Simulation:
 
         Args:
             world: What robots sense and bump into.
-            seed: Of all noise, at least 0.
-            noise: How wrong the robots' senses are; None for the usual noise.
+            seed: Of all random numbers, at least 0.
+            noise: Of the sensors; None for the default.
             pick_failures: Probability that a grip fails, 0..1.
         """
         self.world = world
@@ -97,7 +98,7 @@ class Simulation:
 
     @property
     def nanoseconds(self) -> int:
-        """Time since the start [ns], counted in whole numbers so that it never drifts."""
+        """Time since the start [ns], an integer so that it never drifts."""
         return self._nanoseconds
 
     @property
@@ -107,22 +108,22 @@ class Simulation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The robots' names, in the order in which they were added."""
+        """The robots' names, in the order of their addition."""
         return tuple(self._robots)
 
     @property
     def collisions(self) -> int:
-        """How many contacts there were so far, robot-wall and robot-robot."""
+        """Number of contacts so far, robot-wall and robot-robot."""
         return len(self._contacts.noted)
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """Who ran into what so far; as many as `collisions` says."""
+        """All contacts so far, `collisions` in number."""
         return tuple(self._contacts.noted)
 
     @property
     def poses(self) -> dict[str, Pose]:
-        """Where all robots really are, frame map."""
+        """The true poses of all robots, frame map."""
         return dict(self._bodies.poses)
 
     def add_robot(
@@ -131,12 +132,12 @@ class Simulation:
         """Put a robot into the world.
 
         Args:
-            name: Its name, from now on; letters, digits and _, as ROS wants it.
+            name: Letters, digits and _, with a letter first, as ROS demands.
             model: What it is.
-            pose: Where its base stands, frame map [m, m, rad].
+            pose: Of its base, frame map [m, m, rad].
 
         Raises:
-            SpawnError: The name is taken or not allowed, or something is in the way.
+            SpawnError: The name is in use or not allowed, or something is in the way.
         """
         pose = Pose(*map(float, pose))
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
@@ -144,10 +145,12 @@ class Simulation:
                 f"robot name '{name}': allowed are letters, digits and _, with a letter first"
             )
         if name in self._robots:
-            raise SpawnError(f"{name}: the name is taken; remove that robot or take another name")
+            raise SpawnError(
+                f"{name}: the name is taken; remove that robot or choose another name"
+            )
         footprint = Footprint(model.base.footprint)
-        reason = why_not_there(footprint, pose, self.world, self.obstacles, self._standing())
-        if reason is not None:
+        reason = self._why_not_there(footprint, pose)
+        if reason:
             raise SpawnError(f"{name} cannot stand at {pose}: {reason}")
         self._contacts.add(name, footprint)
         dice = dice_of(self._seed, name)
@@ -166,9 +169,9 @@ class Simulation:
         return {name: (robot.footprint, poses[name]) for name, robot in self._robots.items()}
 
     def reset(self) -> None:
-        """Put everything back: robots to where they were added, people, doors, loads, contacts.
+        """Return robots, people, doors, loads and contacts to the start.
 
-        Time goes on: it must not run backwards under whoever relies on it.
+        Time goes on, because it must never run backwards.
         """
         self.obstacles.reset()
         self.stock.refill()
@@ -178,68 +181,84 @@ class Simulation:
             self._bodies.put_back(name, robot.start)
 
     def set_door(self, name: str, *, is_open: bool) -> None:
-        """Open or shut a door; an ObstacleError says that it is unknown or a robot in it."""
+        """Open or shut a door; raise ObstacleError if it is unknown or a robot stands in it."""
         self._check_nobody(name, self.obstacles.door_area(name))
         self.obstacles.set_door(name, is_open=is_open)
 
     def block(self, name: str, area: BaseGeometry) -> None:
-        """Put something down, frame map [m]; an ObstacleError says that a robot stands there."""
+        """Put an obstacle down, frame map [m]; raise ObstacleError if a robot stands there."""
         self._check_nobody(name, area)
         self.obstacles.put(name, area)
 
+    def _why_not_there(self, footprint: Footprint, pose: Pose) -> str:
+        """Return why a robot cannot stand at a pose, and what to do; empty if it can."""
+        if not all(map(math.isfinite, pose)):
+            return "x, y and yaw must be numbers"
+        area = shapely.geometry.Polygon(footprint.at(pose))
+        width, depth = self.world.size
+        if not area.within(shapely.geometry.box(0.0, 0.0, width, depth)):
+            return (
+                f"that is outside the world '{self.world.name}', which reaches from (0, 0) to "
+                f"({width:g}, {depth:g}) m; choose a free place"
+            )
+        solid = self.world.solid_at(area)
+        touched = [f"'{solid}'"] if solid is not None else []
+        touched += [f"'{o.name}'" for o in self.obstacles.now if footprint.touches(pose, o.edges)]
+        touched += filter(None, [self._robot_at(area)])
+        return f"{touched[0]} is there; choose a free place" if touched else ""
+
+    def _robot_at(self, area: BaseGeometry) -> str | None:
+        """Return a robot that an area overlaps, frame map, or None."""
+        for name, (footprint, pose) in self._standing().items():
+            if area.intersects(shapely.geometry.Polygon(footprint.at(pose))):
+                return name
+        return None
+
     def _check_nobody(self, name: str, area: BaseGeometry) -> None:
-        robot = robot_at(area, self._standing())
+        robot = self._robot_at(area)
         if robot is not None:
             raise ObstacleError(f"'{name}': {robot} stands there; send it away first")
 
     def bumper(self, name: str) -> tuple[str, ...]:
-        """Return what a robot touches: '' for a wall, names of obstacles and of robots."""
+        """Return what a robot touches: names of obstacles and robots, '' for a wall."""
         self._robot(name)
         return self._contacts.touching(name)
 
     def set_slip(self, name: str, share: float) -> None:
-        """Let a robot's wheels slip: `share` (0..1) of every turn of them moves nothing."""
+        """Make a robot's wheels slip: `share` (0..1) of every turn moves nothing."""
         self._robot(name)
         self._bodies.slip(name, share)
 
     def freeze(self, name: str, *, is_frozen: bool) -> None:
-        """Let a robot's base stand still whatever it is told, or let it go again."""
+        """Make a robot's base stop and ignore commands, or release it."""
         self._robot(name)
         self._bodies.freeze(name, is_frozen=is_frozen)
 
     def remove_robot(self, name: str) -> None:
-        """Take a robot out of the world.
-
-        Raises:
-            UnknownRobotError: There is no such robot.
-        """
+        """Remove a robot."""
         self._robot(name)
         self._contacts.remove(name)
         self._bodies.remove(name)
         del self._robots[name]
 
     def set_command(self, name: str, vx: float = 0.0, vy: float = 0.0, wz: float = 0.0) -> None:
-        """Tell a robot's base how to move; it stops by itself after `COMMAND_TIMEOUT`.
+        """Command a robot's base to move; it stops by itself after `COMMAND_TIMEOUT`.
 
         Args:
             name: The robot.
             vx: Forward [m/s].
-            vy: To the left [m/s]; a differential base cannot and ignores it.
+            vy: To the left [m/s]; a differential base ignores it.
             wz: Counter-clockwise [rad/s].
 
         Raises:
             UnknownRobotError: There is no such robot.
-            CommandError: A speed is no number.
+            CommandError: A speed is not a finite number.
         """
         self._robot(name)
         self._bodies.command(name, (vx, vy, wz), self.time)
 
     def step(self, dt: float = STEP) -> None:
-        """Let time pass.
-
-        Args:
-            dt: How much [s]; above 0 and at most `MAX_STEP`.
-        """
+        """Let `dt` [s] pass, above 0 and at most `MAX_STEP`."""
         if not 0 < dt <= MAX_STEP:
             raise ValueError(f"a step of {dt} s; allowed: above 0 and at most {MAX_STEP} s")
         loads = [robot.arm.payload for robot in self._robots.values()]
@@ -252,25 +271,25 @@ class Simulation:
                 robot.arm.step(self._bodies.poses[name], dt)
 
     def velocity(self, name: str) -> tuple[float, float, float]:
-        """Return a robot's speed in its base_footprint (vx, vy, wz) [m/s, m/s, rad/s]."""
+        """Return the velocity of a robot in its base_footprint (vx, vy, wz) [m/s, m/s, rad/s]."""
         self._robot(name)
         return self._bodies.velocity(name)
 
     def odometry(self, name: str) -> Pose:
-        """Return where a robot's wheels say it is, counted from where it was put down."""
+        """Return the pose that a robot's wheels measure, from where it was put down."""
         self._robot(name)
         return self._bodies.odometry(name)
 
     def model(self, name: str) -> RobotModel:
-        """Return what a robot is."""
+        """Return the model of a robot."""
         return self._robot(name).model
 
     def arm(self, name: str) -> Arm:
-        """Return a robot's arm, to give it orders and see how they go."""
+        """Return a robot's arm, for orders and their results."""
         return self._robot(name).arm
 
     def scanner(self, name: str) -> Scanner:
-        """Return a robot's laser scanner, for the directions of its beams."""
+        """Return a robot's laser scanner."""
         return self._robot(name).scanner
 
     def scan(self, name: str) -> Array:
@@ -278,10 +297,7 @@ class Simulation:
         return self.scans([name])[0]
 
     def scans(self, names: Sequence[str]) -> list[Array]:
-        """Take a scan with each of some robots' lasers, all at once.
-
-        They see the walls, people, and the other robots; of each is returned what `scan` does.
-        """
+        """Take a scan with each of some robots' lasers at once; see `scan`."""
         return take_scans(
             [self._robot(name).scanner for name in names],
             [self._bodies.row(name) for name in names],

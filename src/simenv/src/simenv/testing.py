@@ -11,7 +11,7 @@ from simenv.world.shapes import Shape
 from simenv.world.world import World
 
 if TYPE_CHECKING:
-    from simenv.world.world import Station
+    from simenv.world.world_content import Station
 
 SIDE = 10.0
 """Width and depth of the hall; robots find free ground from 0.5 m to 9.5 m [m]."""

@@ -17,7 +17,7 @@ from simenv.errors import ObstacleError
 from simenv.simulation import Simulation
 from simenv.testing import hall
 from simenv.world.shapes import Shape
-from simenv.world.world import Person
+from simenv.world.world_content import Person
 
 MODELS = [load_model(name) for name in ("mir100", "ld60", "youbot", "fetch")]
 

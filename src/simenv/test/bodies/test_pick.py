@@ -7,12 +7,12 @@ import pytest
 
 from hive_common.pose import Pose
 from robot_description.models import load_model
-from simenv.bodies.pick import Act, Load, Order, Outcome
+from simenv.bodies.pick import Act, Load, Order, PickOutcome
 from simenv.errors import CommandError
-from simenv.sensors.noise import NO_NOISE
+from simenv.noise import NO_NOISE
 from simenv.simulation import Simulation
 from simenv.testing import hall
-from simenv.world.world import Station
+from simenv.world.world_content import Station
 
 FETCH = load_model("fetch")
 HERE = Pose(5.0, 5.0, 0.0)
@@ -51,7 +51,7 @@ def test_a_pick_takes_as_long_as_the_arm_needs_and_loads_the_robot():
     assert arm.progress == pytest.approx(1.0, abs=0.02)
     wait(simulation, STEP)
 
-    assert arm.result.outcome is Outcome.SUCCESS
+    assert arm.result.outcome is PickOutcome.SUCCESS
     assert arm.payload == 2.0
     assert not arm.busy
 
@@ -72,7 +72,7 @@ def test_what_was_picked_for_a_task_is_put_down_for_it():
 
     put_down = do(simulation, Act.PLACE, "T1")
 
-    assert put_down.outcome is Outcome.SUCCESS
+    assert put_down.outcome is PickOutcome.SUCCESS
     assert arm.load is None
     assert arm.payload == 0.0
 
@@ -95,7 +95,7 @@ def test_putting_down_takes_the_time_of_putting_down():
     assert arm.busy
     wait(simulation, STEP)
 
-    assert arm.result.outcome is Outcome.SUCCESS
+    assert arm.result.outcome is PickOutcome.SUCCESS
 
 
 def test_a_load_makes_the_robot_slower_to_start():
@@ -111,7 +111,7 @@ def test_a_load_over_what_the_arm_can_lift_is_refused_at_once():
     _, arm = start()
     arm.start(Order(Act.PICK, "T1", FETCH.arm.payload + 0.1), HERE)
 
-    assert arm.result.outcome is Outcome.TOO_HEAVY
+    assert arm.result.outcome is PickOutcome.TOO_HEAVY
     assert "6.1 kg is over the arm's 6 kg" in arm.result.message
     assert not arm.busy
 
@@ -122,7 +122,7 @@ def test_nothing_can_be_put_down_that_is_not_on_board():
 
     put_down = do(simulation, Act.PLACE, "T2")
 
-    assert put_down.outcome is Outcome.NOTHING_THERE
+    assert put_down.outcome is PickOutcome.NOTHING_THERE
     assert put_down.message == "the load of task 'T1' is on board, not the load of task 'T2'"
 
 
@@ -134,7 +134,7 @@ def test_a_base_that_moves_ends_the_pick_and_nothing_is_loaded(command):
 
     wait(simulation, 1.0, command)
 
-    assert arm.result.outcome is Outcome.MOVED
+    assert arm.result.outcome is PickOutcome.MOVED
     assert arm.payload == 0.0
 
 
@@ -148,14 +148,14 @@ def test_a_cancelled_pick_loads_nothing_and_the_arm_is_free_again():
 
     assert arm.result is None
     assert arm.payload == 0.0
-    assert do(simulation, Act.PICK).outcome is Outcome.SUCCESS
+    assert do(simulation, Act.PICK).outcome is PickOutcome.SUCCESS
 
 
 def test_an_arm_at_work_takes_no_second_order():
     _, arm = start()
     arm.start(Order(Act.PICK, "T1", 2.0), HERE)
 
-    with pytest.raises(CommandError, match="the arm is at work"):
+    with pytest.raises(CommandError, match="the arm is busy"):
         arm.start(Order(Act.PICK, "T2", 2.0), HERE)
 
 
@@ -176,17 +176,17 @@ def test_a_station_out_of_reach_does_not_count():
 
 def test_a_station_runs_out_and_is_filled_by_what_is_put_down():
     simulation, _ = start(Station("shelf", HERE, stock=1))
-    assert do(simulation, Act.PICK, "T1").outcome is Outcome.SUCCESS
+    assert do(simulation, Act.PICK, "T1").outcome is PickOutcome.SUCCESS
 
     empty = do(simulation, Act.PICK, "T2")
     do(simulation, Act.PLACE, "T1")
     refilled = do(simulation, Act.PICK, "T2")
     empty_again = do(simulation, Act.PICK, "T3")
 
-    assert empty.outcome is Outcome.NOTHING_THERE
+    assert empty.outcome is PickOutcome.NOTHING_THERE
     assert empty.message == "nothing is left at 'shelf'"
-    assert refilled.outcome is Outcome.SUCCESS
-    assert empty_again.outcome is Outcome.NOTHING_THERE
+    assert refilled.outcome is PickOutcome.SUCCESS
+    assert empty_again.outcome is PickOutcome.NOTHING_THERE
 
 
 def test_a_robot_without_arm_cannot_pick():
@@ -207,6 +207,6 @@ def test_the_numbers_are_those_of_the_action():
     action = Path(__file__).parents[3] / "blackboard/action/Pick.action"
     numbers = dict(re.findall(r"^uint8 ([A-Z_]+) = (\d+)", action.read_text(), re.MULTILINE))
 
-    assert {member.name: member.value for enum in (Act, Outcome) for member in enum} == {
+    assert {member.name: member.value for enum in (Act, PickOutcome) for member in enum} == {
         name: int(number) for name, number in numbers.items()
     }

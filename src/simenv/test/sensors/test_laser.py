@@ -7,7 +7,7 @@ from shapely.geometry import Point, box
 
 from hive_common.pose import Pose
 from robot_description.models import load_model
-from simenv.sensors.noise import NO_NOISE, Noise
+from simenv.noise import NO_NOISE, Noise
 from simenv.simulation import Simulation
 from simenv.testing import hall
 from simenv.world.shapes import Shape

@@ -10,13 +10,13 @@ from shapely.geometry import box
 
 from hive_common.pose import Pose
 from robot_description.models import load_model
-from simenv.bodies.pick import Act, Order, Outcome
+from simenv.bodies.pick import Act, Order, PickOutcome
 from simenv.errors import CommandError, ObstacleError, SpawnError
-from simenv.sensors.noise import NO_NOISE, Noise
+from simenv.noise import NO_NOISE, Noise
 from simenv.simulation import STEP, Simulation
 from simenv.testing import hall
 from simenv.world.shapes import Door
-from simenv.world.world import Person
+from simenv.world.world_content import Person
 
 MIR = load_model("mir100")
 FETCH = load_model("fetch")
@@ -165,9 +165,9 @@ def test_a_grip_fails_at_will_and_the_next_one_does_not():
     run.add_robot("robot1", FETCH, Pose(5.0, 5.0, 0.0))
     run.arm("robot1").fail_next = 1
 
-    assert pick(run) is Outcome.DROPPED
+    assert pick(run) is PickOutcome.DROPPED
     assert run.arm("robot1").load is None
-    assert pick(run) is Outcome.SUCCESS
+    assert pick(run) is PickOutcome.SUCCESS
 
 
 def test_grips_fail_as_often_as_is_wished_and_the_same_ones_with_the_same_seed():
@@ -178,7 +178,7 @@ def test_grips_fail_as_often_as_is_wished_and_the_same_ones_with_the_same_seed()
         runs.append([pick(run) for _ in range(12)])
 
     assert runs[0] == runs[1]
-    assert 2 <= runs[0].count(Outcome.DROPPED) <= 10
+    assert 2 <= runs[0].count(PickOutcome.DROPPED) <= 10
 
 
 def test_reset_puts_everything_back_and_lets_time_go_on():

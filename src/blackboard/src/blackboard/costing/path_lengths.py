@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from hive_common.map_file import GridMap
     from hive_common.pose import Pose
 
 _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
@@ -53,31 +54,6 @@ class EuclideanLengths:
         return ""
 
 
-@dataclass(frozen=True)
-class Grid:
-    """What is known of the floor.
-
-    Attributes:
-        blocked: (rows, columns) array of bool, row 0 at the lowest y; True where no robot can
-            stand, because the cell is occupied or unknown.
-        resolution: Side of a cell [m].
-        x: Of the lower left corner [m, map frame].
-        y: Of the lower left corner [m, map frame].
-    """
-
-    blocked: NDArray[np.bool_]
-    resolution: float
-    x: float = 0.0
-    y: float = 0.0
-
-    def cell(self, pose: Pose) -> tuple[int, int] | None:
-        """Return the (row, column) that a pose falls into; None outside the map."""
-        row = math.floor((pose.y - self.y) / self.resolution)
-        column = math.floor((pose.x - self.x) / self.resolution)
-        rows, columns = self.blocked.shape
-        return (row, column) if 0 <= row < rows and 0 <= column < columns else None
-
-
 class GridPathLengths:
     """Shortest paths on a map for a round robot, from a distance field per goal.
 
@@ -89,11 +65,11 @@ class GridPathLengths:
         radius: How close the robot's centre may come to a blocked cell [m].
     """
 
-    def __init__(self, grid: Grid, radius: float = 0.0) -> None:
+    def __init__(self, grid: GridMap, radius: float = 0.0) -> None:
         self._radius = radius
         self.use(grid)
 
-    def use(self, grid: Grid) -> None:
+    def use(self, grid: GridMap) -> None:
         """Use another map from now on."""
         self._floor = grid
         self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
@@ -133,11 +109,10 @@ class GridPathLengths:
         floor = self._floor
         cell = floor.cell(pose)
         if cell is None:
-            rows, columns = floor.blocked.shape
+            x_min, y_min, x_max, y_max = floor.bounds
             return (
-                f"is outside the map, which reaches from ({floor.x:.2f}, {floor.y:.2f}) to "
-                f"({floor.x + columns * floor.resolution:.2f}, "
-                f"{floor.y + rows * floor.resolution:.2f}) m"
+                f"is outside the map, which reaches from ({x_min:.2f}, {y_min:.2f}) to "
+                f"({x_max:.2f}, {y_max:.2f}) m"
             )
         if floor.blocked[cell]:
             return "is inside a wall or in unknown space; choose a free place of the map"
@@ -194,7 +169,7 @@ class _Roads:
     graph: sparse.csr_matrix
 
 
-def _make_roads(grid: Grid, radius: float) -> _Roads:
+def _make_roads(grid: GridMap, radius: float) -> _Roads:
     """Compute where a robot can drive, and the moves on a grid of about `_MAX_CELLS`.
 
     A coarse cell is free if any part of it is, which keeps narrow doors open. The map's own cells

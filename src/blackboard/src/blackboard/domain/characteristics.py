@@ -1,31 +1,34 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a robot is and how it is, as values (the report's table of characteristics)."""
-
-from __future__ import annotations
+"""What a robot is, and its status, as values (the report's table of characteristics)."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any
 
+import attrs
 import numpy as np
 
 from blackboard.domain.battery import BatteryModel
-from blackboard.domain.task import StepKind, TaskType
+from blackboard.domain.task import StepKind, Task, TaskType
 from blackboard.errors import CharacteristicsError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from blackboard.domain.task import Task
-    from hive_common.pose import Pose
+from hive_common.pose import Pose
+from hive_common.structuring import (
+    Allowed,
+    NotAllowedError,
+    at_least,
+    listed,
+    one_of,
+    structure,
+)
 
 
 class RobotState(IntEnum):
-    """Whether a robot can be counted on."""
+    """Whether a robot takes tasks."""
 
     IDLE = 0
-    """In service, nothing to do."""
+    """In service, with nothing to do."""
     BUSY = 1
     """In service, at work."""
     DEFECT = 2
@@ -33,7 +36,7 @@ class RobotState(IntEnum):
     CHARGING = 3
     """Out of service until its battery is full."""
     OFFLINE = 4
-    """Not heard from; a robot never says this itself."""
+    """Not heard from; a robot never reports this itself."""
 
     @property
     def in_service(self) -> bool:
@@ -77,15 +80,14 @@ class RobotCharacteristics:
     idle_power: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("mass", "max_speed", "friction_coefficient", "radius"):
-            self._check(name, getattr(self, name) > 0, "above 0")
-        durations = ("pick_duration", "place_duration")
-        for name in ("payload", "arm_payload", "arm_power", "idle_power", *durations):
-            self._check(name, getattr(self, name) >= 0, "at least 0")
-
-    def _check(self, name: str, allowed: bool, what: str) -> None:
-        if not (allowed and math.isfinite(getattr(self, name))):
-            raise CharacteristicsError(f"{name} is {getattr(self, name)!r}; allowed: {what}")
+        above_0 = {"mass", "max_speed", "friction_coefficient", "radius"}
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if isinstance(value, BatteryModel | frozenset):
+                continue
+            if not (math.isfinite(value) and (value > 0 if name in above_0 else value >= 0)):
+                allowed = "above 0" if name in above_0 else "at least 0"
+                raise CharacteristicsError(f"{name} is {value!r}; allowed: {allowed}")
 
     def arm_time(self, kind: StepKind) -> float:
         """Return how long the arm works in a kind of step [s]; 0 in a drive."""
@@ -93,12 +95,12 @@ class RobotCharacteristics:
         return times.get(kind, 0.0)
 
     def most_payload(self, kind: TaskType) -> float:
-        """Return its greatest payload in a type of task [kg]; -1 if it can carry nothing."""
+        """Return the maximum payload for a type of task [kg]; -1 if it can carry nothing."""
         most = min(self.payload, self.arm_payload) if kind.picks else self.payload
         return most if kind in self.capabilities and most > 0 else -1.0
 
     def excludes(self, task: Task) -> str:
-        """Say why the robot can never do a task; empty if it can."""
+        """Return why the robot can never do a task; empty if it can."""
         kind = TaskType(task.type)
         if kind not in self.capabilities:
             return f"does not do {kind.name}"
@@ -109,49 +111,85 @@ class RobotCharacteristics:
         return ""
 
 
-def characteristics_from(model: Mapping[str, Any]) -> RobotCharacteristics:
-    """Read a robot's description, as `robot_description/models/*.yaml` holds it.
+class _Part:
+    """A part of a robot model, of which bidding needs only some keys."""
+
+    OTHER_KEYS = True
+
+
+_Above0 = Annotated[float, Allowed("a number above 0", lambda value: value > 0)]
+_AtLeast0 = Annotated[float, at_least(0, "a number")]
+
+
+@attrs.frozen
+class _Base(_Part):
+    mass: _Above0
+    max_speed: _Above0
+    friction_coefficient: _Above0
+    footprint: Annotated[tuple[tuple[float, float], ...], listed("corners [x, y] [m]", 3)]
+
+
+@attrs.frozen
+class _Battery(_Part):
+    capacity: _Above0
+    voltage_full: _Above0
+    voltage_empty: _Above0
+    charging_time: _Above0
+    idle_power: _AtLeast0
+
+
+@attrs.frozen
+class _Arm(_Part):
+    payload: _AtLeast0 = 0.0
+    power: _AtLeast0 = 0.0
+    pick_duration: _AtLeast0 = 0.0
+    place_duration: _AtLeast0 = 0.0
+
+
+@attrs.frozen
+class _Model(_Part):
+    base: _Base
+    payload: _AtLeast0
+    battery: _Battery
+    capabilities: tuple[Annotated[str, one_of(*(kind.name for kind in TaskType))], ...]
+    arm: _Arm = _Arm()
+
+
+def characteristics_from(content: Mapping[str, Any]) -> RobotCharacteristics:
+    """Read a robot model, as `robot_description/models/*.yaml` and the parameter hold it.
 
     Raises:
         CharacteristicsError: Something is missing or not allowed; the text names it.
     """
     try:
-        base, battery, arm = model["base"], model["battery"], model.get("arm") or {}
-        kind = BatteryModel(
-            battery["capacity"],
-            battery["voltage_full"],
-            battery["voltage_empty"],
-            battery["charging_time"],
-        )
-        return RobotCharacteristics(
-            mass=base["mass"],
-            payload=model["payload"],
-            max_speed=base["max_speed"],
-            friction_coefficient=base["friction_coefficient"],
-            radius=_inscribed_radius(base["footprint"]),
-            battery=kind,
-            capabilities=frozenset(TaskType[name] for name in model["capabilities"]),
-            arm_payload=arm.get("payload", 0.0),
-            arm_power=arm.get("power", 0.0),
-            pick_duration=arm.get("pick_duration", 0.0),
-            place_duration=arm.get("place_duration", 0.0),
-            idle_power=battery["idle_power"],
-        )
-    except KeyError as error:
+        model = structure(content, _Model)
+    except NotAllowedError as error:
         raise CharacteristicsError(
-            f"the robot's characteristics have no or an unknown {error}; "
+            f"the robot's characteristics: {error}; "
             "see docs/adding-a-robot.md for what a model file holds"
         ) from None
-    except (AttributeError, TypeError, ValueError) as error:
-        raise CharacteristicsError(
-            f"the robot's characteristics hold a value of the wrong kind: {error}; "
-            "see docs/adding-a-robot.md for what a model file holds"
-        ) from None
+    base, battery, arm = model.base, model.battery, model.arm
+    return RobotCharacteristics(
+        mass=base.mass,
+        payload=model.payload,
+        max_speed=base.max_speed,
+        friction_coefficient=base.friction_coefficient,
+        radius=_inscribed_radius(base.footprint),
+        battery=BatteryModel(
+            battery.capacity, battery.voltage_full, battery.voltage_empty, battery.charging_time
+        ),
+        capabilities=frozenset(TaskType[name] for name in model.capabilities),
+        arm_payload=arm.payload,
+        arm_power=arm.power,
+        pick_duration=arm.pick_duration,
+        place_duration=arm.place_duration,
+        idle_power=battery.idle_power,
+    )
 
 
-def _inscribed_radius(footprint: list[list[float]]) -> float:
+def _inscribed_radius(footprint: tuple[tuple[float, float], ...]) -> float:
     """Return the distance from the base to the nearest edge of its convex footprint [m]."""
-    corners = np.asarray(footprint, dtype=float)
+    corners = np.asarray(footprint)
     edges = np.roll(corners, -1, axis=0) - corners
     normals = np.column_stack([edges[:, 1], -edges[:, 0]])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -160,7 +198,7 @@ def _inscribed_radius(footprint: list[list[float]]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class RobotStatus:
-    """How a robot is (message RobotStatus).
+    """The status of a robot (message RobotStatus).
 
     Attributes:
         robot_id: Its name.
@@ -168,11 +206,11 @@ class RobotStatus:
         pose: Of its base in the map frame.
         charge: From 0 to 1.
         payload: On board now [kg].
-        task_id: What it is doing; empty if nothing.
-        reason: Why it is out of service, or stopped with work to do; empty otherwise.
-        tasks: Its schedule, in the order it will do them.
+        task_id: The task under way; empty for none.
+        reason: Why it is out of service, or stands still with work to do; empty otherwise.
+        tasks: Its schedule: all its tasks, in the order it will do them.
         sent: When it was sent, by the robot's own clock [s].
-        hive: Id of its hive; empty if it belongs to none yet.
+        hive: Id of its hive; empty before it belongs to one.
     """
 
     robot_id: str

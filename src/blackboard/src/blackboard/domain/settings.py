@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Every number and name that a user may set; `config/*.yaml` is the manual to them."""
+"""Every number and name that a user may set.
 
-from __future__ import annotations
+This is the one source of the parameters' names, defaults and meaning: `config/*.yaml` and the
+tables in docs/protocol.md are written from it by `python3 setup/write_parameters.py`.
+"""
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from typing import Annotated, Any, TypeVar
+
+import attrs
 
 from blackboard.errors import SettingsError
+from hive_common.structuring import Allowed
 
 COST_MODEL_NAMES = ("report", "energy", "time", "makespan", "latency")
 """The cost models that fleet files may name; `costing.cost.COST_MODELS` holds them."""
@@ -14,23 +20,25 @@ MEASURE_NAMES = ("way", "makespan", "waiting")
 """What reallocation may make smaller; `costing.cost.MEASURES` computes them."""
 
 ON_ROBOT_LOST = ("reassign", "wait", "operator")
-"""What becomes of a task whose robot is lost: another robot, the same one, or a person decides."""
+"""Who does the tasks of a lost robot: another robot, the same one, or a person decides."""
 
 MAX_DRIFT = 0.01
-"""How far the speed of a member's clock may be from the truth, as a share."""
+"""Maximum error of the speed of a member's clock, as a share."""
 
 _MIN_SILENCE = 2.0
 """Under 30 % packet loss a heartbeat at 10 Hz paused for up to 1.8 s (docs/benchmarks.md) [s]."""
 
 STANDING_BY = 12
-"""Robots that stand by to carry the blackboard where nobody says how many: with the blackboard
-node these are the seven that have a vote and six to follow them."""
+"""Default number of robots that stand by to carry the blackboard: with the blackboard node, these
+are the seven voters and six to follow them."""
 
 DECISIONS = ("distributed", "centralized")
-"""Who works bids out: every robot its own, or the active blackboard those of all."""
+"""Who works out bids: every robot its own, or the leader those of all."""
 
 DISTANCES = ("path", "euclidean")
-"""How the length of a way is measured: on the map, or as the crow flies."""
+"""How the length of a path is measured: on the map, or as the crow flies."""
+
+T = TypeVar("T")
 
 
 def longest_lease(robot_lease: float) -> float:
@@ -38,63 +46,89 @@ def longest_lease(robot_lease: float) -> float:
     return robot_lease * (1 + 2 * MAX_DRIFT)
 
 
-@dataclass(frozen=True)
+def setting(
+    default: T,
+    unit: str,
+    text: str,
+    more: str = "",
+    *,
+    names: Sequence[str] = (),
+    allowed: str = "above 0",
+) -> T:
+    """Return the attrs field of a parameter.
+
+    Args:
+        default: The default, which also says what type is allowed.
+        unit: The unit; empty for none.
+        text: What the parameter means, in one sentence without a full stop.
+        more: Further sentences, for the parameter file only.
+        names: The names that are allowed; empty for a number above 0.
+        allowed: What is allowed, in words.
+    """
+    allowed = ", ".join(names) or allowed
+
+    def check(_: object, attribute: Any, value: Any) -> None:  # noqa: ANN401  (attrs' attribute; what was set)
+        if value not in names if names else not 0 < value < float("inf"):
+            words = ", ".join(names) or "above 0"
+            raise SettingsError(f"{attribute.name} is {value!r}; allowed: {words}")
+
+    metadata = {"unit": unit, "text": text, "more": more, "allowed": allowed}
+    return attrs.field(default=default, validator=check, metadata=metadata)
+
+
+@attrs.frozen
 class Settings:
-    """Checks what all settings have in common: numbers are above 0, names are known ones.
+    """The base of all settings.
 
     Raises:
         SettingsError: A value is not allowed; the text names it and what is.
     """
 
-    def __post_init__(self) -> None:
-        names = {
-            "cost_model": COST_MODEL_NAMES,
-            "decision": DECISIONS,
-            "improve_by": MEASURE_NAMES,
-            "distance": DISTANCES,
-            "on_robot_lost": ON_ROBOT_LOST,
-        }
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if each.name in names:
-                if value not in names[each.name]:
-                    allowed = ", ".join(names[each.name])
-                    raise SettingsError(f"{each.name} is {value!r}; allowed: {allowed}")
-            elif not 0 < value < float("inf"):
-                raise SettingsError(f"{each.name} is {value!r}; allowed: above 0")
 
-
-@dataclass(frozen=True)
+@attrs.frozen
 class RaftSettings(Settings):
-    """How often the active blackboard speaks, and how long the hive waits for it.
+    """How often the leader speaks, and how long the hive waits for it.
 
-    Attributes:
-        heartbeat: Time between two heartbeats [s].
-        self_demotion: An active blackboard that no majority has followed for longer steps down
-            [s]; at least five heartbeats.
-        election: The active blackboard has to be silent for this long before another is elected
-            [s]; longer than `self_demotion`, and at least 2 s, which lost messages alone do not
-            reach.
-        stagger: By how much members stand after each other [s].
-        member_timeout: A member that is silent for longer is taken off the list [s].
-        most_members: More members than this hold the list but have no vote.
-        kept_changes: Changes that are kept for members that missed some; who missed more gets
-            the whole list.
-        sync_period: Least time between two copies of the task list [s]; changes within it are
-            sent together.
+    Every member of the hive, the robots included, reads these from the blackboard's parameters.
     """
 
-    heartbeat: float = 0.2
-    self_demotion: float = 1.8
-    election: float = 2.2
-    stagger: float = 0.25
-    member_timeout: float = 10.0
-    most_members: int = 7
-    kept_changes: int = 128
-    sync_period: float = 0.2
+    heartbeat: float = setting(0.2, "s", "Time between two heartbeats on bb_backup")
+    self_demotion: float = setting(
+        1.8,
+        "s",
+        "A leader that no majority of the members has followed for longer steps down",
+        allowed="at least 5 heartbeats",
+    )
+    election: float = setting(
+        2.2,
+        "s",
+        "When the leader has been silent for this long, the members elect another",
+        "A process that is proved dead (its connections are gone and its port refuses new ones) "
+        "is replaced at once.",
+        allowed="at least 2, and longer than self_demotion lasts on a clock that is 1 % slow",
+    )
+    stagger: float = setting(
+        0.25, "s", "Delay between successive candidates", "The named backup stands first."
+    )
+    member_timeout: float = setting(10.0, "s", "A member that is silent for longer loses its vote")
+    most_members: int = setting(
+        7, "", "Members beyond this number hold the task list but have no vote"
+    )
+    kept_changes: int = setting(
+        128,
+        "",
+        "Number of changes kept for members that missed some",
+        "A member that missed more gets the whole task list.",
+    )
+    sync_period: float = setting(
+        0.2,
+        "s",
+        "Minimum time between two copies of the task list on bb_sync",
+        "Changes within it are sent together, also to the robot beside each member.",
+    )
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def __attrs_post_init__(self) -> None:
+        """Refuse a leader that steps down too early, and elections before it has."""
         if self.self_demotion < 5 * self.heartbeat:
             raise SettingsError(
                 f"self_demotion is {self.self_demotion:g} s; allowed: at least 5 heartbeats, "
@@ -112,61 +146,121 @@ class RaftSettings(Settings):
             )
 
 
-@dataclass(frozen=True)
+@attrs.frozen
 class BlackboardSettings(Settings):
-    """How patient the blackboard is.
+    """How the blackboard decides, and how patient it is."""
 
-    Attributes:
-        decision: A name of `DECISIONS`.
-        bid_timeout: Longest time that an auction stays open [s].
-        robot_lease: How long a robot works on without hearing that it was heard [s].
-        lease_margin: Time that a robot takes to come to a stop, and a little more [s].
-        reassign: A robot that is silent for longer is lost [s]. It has to have stopped by then, so
-            this is more than its lease and the margin; clocks may differ by 2 %.
-        on_robot_lost: A name of `ON_ROBOT_LOST`.
-        overdue_factor: A robot that takes so many times as long as it has promised ...
-        overdue_grace: ... and this much longer [s] has to hand the task back.
-        order_timeout: An order that a robot's status does not show by then is given again [s].
-        retry_period: What nobody could take is auctioned again after this time, even if nothing
-            seems to have changed [s].
-        most_hand_backs: A task that robots have tried in vain this often is given up.
-        improve_period: Time between two steps in which tasks that have not begun are offered to
-            other robots [s].
-        improve_by: What is made less by that: a name of `cost.MEASURES`.
-        improve_threshold: They change hands only where it becomes less by more than this share of
-            what they take; at 1 or more nothing changes hands.
-        most_asked: Of more robots than this those that are likely to win are asked for bids first,
-            the others only for what none of these can take.
-        offers_each: One call for bids offers at most so many tasks for each robot that it asks,
-            the most urgent first.
-        most_bids: One call for bids asks for at most so many bids.
-        keep_ended: What has ended stays on the list for that long [s].
-        most_ended: Of more tasks that have ended than this the oldest go earlier, though not
-            within 10 s.
-    """
+    decision: str = setting(
+        "distributed",
+        "",
+        "Who works out what a task costs each robot",
+        "distributed: every robot its own bids. centralized: robots report their status, and the "
+        "leader works out the same bids for all of them.",
+        names=DECISIONS,
+    )
+    bid_timeout: float = setting(
+        2.0,
+        "s",
+        "Maximum time that an auction stays open",
+        "It ends as soon as every robot in service has answered.",
+    )
+    robot_lease: float = setting(
+        3.5,
+        "s",
+        "A robot whose status goes unacknowledged for longer stops",
+        "A robot sends its status once a second; every heartbeat acknowledges it.",
+    )
+    lease_margin: float = setting(
+        0.5, "s", "Time that a robot needs to come to a stop, and a little more"
+    )
+    reassign: float = setting(
+        5.0,
+        "s",
+        "A robot that is silent for longer is lost",
+        "It has to have stopped by then, and two clocks may differ by 2 %.",
+        allowed="above robot_lease x 1.02 + lease_margin",
+    )
+    on_robot_lost: str = setting(
+        "reassign",
+        "",
+        "What happens to the tasks of a lost robot",
+        "reassign: they go to other robots, so a task may be done twice. wait: they stay until "
+        "the robot is back or an operator cancels them. operator: they become FAILED, for a "
+        "person to look. A task whose load may be on board always becomes FAILED.",
+        names=ON_ROBOT_LOST,
+    )
+    overdue_factor: float = setting(
+        2.0,
+        "",
+        "A robot hands a task back when it takes longer than this many times what it promised, "
+        "and overdue_grace more",
+        "From priority 8 on every single step is promised, below that the rest of the task.",
+    )
+    overdue_grace: float = setting(60.0, "s", "Further time before an overdue task is handed back")
+    order_timeout: float = setting(
+        2.0, "s", "An order that a robot's status does not show by then is sent again"
+    )
+    retry_period: float = setting(
+        30.0,
+        "s",
+        "A task that no robot could take is auctioned again after this time at the latest",
+        "It is auctioned earlier whenever a robot changes.",
+    )
+    most_hand_backs: int = setting(
+        5, "", "A task that robots have handed back this often becomes FAILED"
+    )
+    improve_period: float = setting(
+        2.0,
+        "s",
+        "Time between two reallocation steps, which offer tasks that have not started to other "
+        "robots",
+        "Steps pause when none has gained anything, until a list, a robot or a task changes.",
+    )
+    improve_by: str = setting(
+        "waiting",
+        "",
+        "What reallocation makes smaller",
+        "waiting: the mean time until tasks are done. makespan: the time until all are done. "
+        "way: what all robots drive. A fleet file sets it by its cost_model.",
+        names=MEASURE_NAMES,
+    )
+    improve_threshold: float = setting(
+        0.05,
+        "",
+        "Reallocation moves tasks only for a gain above this share of what they take",
+        "From 1 on, no task moves.",
+    )
+    most_asked: int = setting(
+        50,
+        "",
+        "Number of robots that are asked for bids first, if there are more",
+        "These have the shortest lists, among equals they are nearest. The others are asked only "
+        "for what none of these can take.",
+    )
+    offers_each: int = setting(
+        4,
+        "",
+        "Maximum number of tasks in one call for bids, for each robot asked",
+        "A round gives each robot one task. If more wait, the most urgent and then the oldest "
+        "are offered first.",
+    )
+    most_bids: int = setting(2_000, "", "Maximum number of bids that one call for bids asks for")
+    keep_ended: float = setting(
+        3600.0,
+        "s",
+        "Time that an ended task stays on the task list",
+        "After that its id may be used again.",
+    )
+    most_ended: int = setting(
+        500,
+        "",
+        "Ended tasks beyond this number leave the task list earlier, the oldest first, though "
+        "not within 10 s after their end",
+        "Every change and every copy of the list carries them all.",
+    )
 
-    decision: str = "distributed"
-    bid_timeout: float = 2.0
-    robot_lease: float = 3.5
-    lease_margin: float = 0.5
-    reassign: float = 5.0
-    on_robot_lost: str = "reassign"
-    overdue_factor: float = 2.0
-    overdue_grace: float = 60.0
-    order_timeout: float = 2.0
-    retry_period: float = 30.0
-    most_hand_backs: int = 5
-    improve_period: float = 2.0
-    improve_by: str = "waiting"
-    improve_threshold: float = 0.05
-    most_asked: int = 50
-    offers_each: int = 4
-    most_bids: int = 2_000
-    keep_ended: float = 3600.0
-    most_ended: int = 500
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def __attrs_post_init__(self) -> None:
+        """Refuse to give a task to another robot before the first has stopped."""
         stopped = longest_lease(self.robot_lease) + self.lease_margin
         if not stopped < self.reassign:
             raise SettingsError(
@@ -176,41 +270,72 @@ class BlackboardSettings(Settings):
             )
 
 
-@dataclass(frozen=True)
+@attrs.frozen
 class RobotSettings(Settings):
-    """How a robot bids and speaks.
+    """How a robot bids and speaks."""
 
-    Attributes:
-        cost_model: A name of `COST_MODELS`.
-        aging: A task that has waited this long [s] counts twice as much under `latency` as a new
-            one, after twice that time four times, and so on.
-        status_period: Time between two statuses, and before a report is repeated [s].
-    """
+    cost_model: str = setting(
+        "report",
+        "",
+        "What the robot bids with",
+        "report: charge used over charge left, times the position in its list. energy: further "
+        "charge that its whole list takes, over charge left. time: soonest done. makespan: the "
+        "whole list soonest done. latency: how much longer all tasks of the list wait. See "
+        "docs/cost-model.md.",
+        names=COST_MODEL_NAMES,
+    )
+    aging: float = setting(
+        120.0,
+        "s",
+        "Under latency, a task that has waited this long counts twice as much as a new one",
+        "After twice that time it counts four times as much, and so on, so that none waits "
+        "forever.",
+    )
+    status_period: float = setting(
+        1.0,
+        "s",
+        "Time between two messages on robot_status, and before a report is repeated",
+        "A status is also sent at every change.",
+    )
 
-    cost_model: str = "report"
-    aging: float = 120.0
-    status_period: float = 1.0
+
+@attrs.frozen
+class StartSettings(Settings):
+    """What else `robot_node` reads, each parameter where it is needed."""
+
+    stands_by: bool = setting(
+        True,
+        "",
+        "Whether the robot stands by to carry the blackboard",
+        "A robot that does not still holds the task list and works on through every takeover, "
+        "but has no vote. In a large fleet a dozen are enough: each is connected to every other "
+        "member on all topics. In a fleet file the first stand_by robots stand by.",
+        allowed="true or false",
+    )
+    charge: float = setting(1.0, "", "How full the battery is at the start", allowed="from 0 to 1")
 
 
-@dataclass(frozen=True)
+_LEVEL = Allowed("a level above 0 and at most 1", lambda level: 0 < level <= 1)
+
+
+@attrs.frozen
 class ChargingSettings(Settings):
-    """When a robot charges: levels of its battery from 0 to 1, each above the one before.
+    """When a robot charges: levels of its battery from 0 to 1, each above the one before."""
 
-    Attributes:
-        critical: Below it goes at once, after putting down what its arm has taken on board.
-        low: Below it goes when it is idle.
-        enough: While it charges, it takes tasks again from here on.
-        full: From here on it makes room for others.
-    """
+    critical: Annotated[float, _LEVEL] = setting(
+        0.15,
+        "",
+        "Below it the robot goes at once, after putting down what its arm has taken",
+    )
+    low: Annotated[float, _LEVEL] = setting(0.3, "", "Below it the robot goes when it is idle")
+    enough: Annotated[float, _LEVEL] = setting(
+        0.6, "", "From here on a charging robot takes tasks again"
+    )
+    full: Annotated[float, _LEVEL] = setting(0.95, "", "From here on it makes room for others")
 
-    critical: float = 0.15
-    low: float = 0.3
-    enough: float = 0.6
-    full: float = 0.95
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        levels = (self.critical, self.low, self.enough, self.full)
+    def __attrs_post_init__(self) -> None:
+        """Refuse levels out of order."""
+        levels = attrs.astuple(self)
         if not (levels == tuple(sorted(set(levels))) and self.full <= 1.0):
             raise SettingsError(
                 f"critical, low, enough, full are {', '.join(f'{level:g}' for level in levels)}; "
@@ -218,27 +343,28 @@ class ChargingSettings(Settings):
             )
 
 
-@dataclass(frozen=True)
+@attrs.frozen
 class ControllerSettings(Settings):
-    """How patient a controller is.
+    """How patient a controller is."""
 
-    Attributes:
-        attempts: How often a step is tried before the task is given up.
-        retry_delay: Pause before it is tried again [s].
-        server_timeout: An action server that is silent for longer counts as lost [s].
-    """
-
-    attempts: int = 3
-    retry_delay: float = 3.0
-    server_timeout: float = 5.0
+    attempts: int = setting(
+        3, "", "How often a step is tried before the robot hands the task back"
+    )
+    retry_delay: float = setting(3.0, "s", "Pause before a step is tried again")
+    server_timeout: float = setting(
+        5.0, "s", "An action server (move_base, pick) that is silent for longer counts as lost"
+    )
 
 
-@dataclass(frozen=True)
+@attrs.frozen
 class PathSettings(Settings):
-    """How the length of a way is measured.
+    """How the length of a path is measured."""
 
-    Attributes:
-        distance: A name of `DISTANCES`.
-    """
-
-    distance: str = "path"
+    distance: str = setting(
+        "path",
+        "",
+        "How the length of a path is measured",
+        "path: on the map. euclidean: as the crow flies, without a map. The blackboard needs it "
+        "only to refuse goals outside the map or inside a wall.",
+        names=DISTANCES,
+    )

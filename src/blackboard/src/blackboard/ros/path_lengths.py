@@ -10,15 +10,14 @@ import rospy
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
-from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
+from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
+from hive_common.ros.conversions import grid_from_msg
 
 if TYPE_CHECKING:
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.settings import PathSettings
     from blackboard.ros.talker import RosTalker
-
-_OCCUPIED_FROM = 50
-"""Cells at least this occupied [%] are blocked, and so are unknown ones."""
+    from hive_common.map_file import GridMap
 
 _PATIENCE = 5.0
 """Wall time between two warnings that the map is missing [s]."""
@@ -41,7 +40,7 @@ class RosPathLengths:
     """
 
     def __init__(self, talker: RosTalker, hive: str, settings: PathSettings) -> None:
-        self._grid: Grid | None = None
+        self._grid: GridMap | None = None
         self._made: dict[float, GridPathLengths] = {}
         if settings.distance == "euclidean":
             return
@@ -49,11 +48,11 @@ class RosPathLengths:
         first = None
         while first is None:
             first = _next_map(topic)
-        self._grid = _grid(first)
+        self._grid = grid_from_msg(first)
         rospy.Subscriber(
             topic,
             numpy_msg(OccupancyGrid),
-            lambda msg: talker.call(lambda: self._use(_grid(msg))),
+            lambda msg: talker.call(lambda: self._use(grid_from_msg(msg))),
             queue_size=1,
         )
 
@@ -65,18 +64,10 @@ class RosPathLengths:
             self._made[radius] = GridPathLengths(self._grid, radius)
         return self._made[radius]
 
-    def _use(self, grid: Grid) -> None:
+    def _use(self, grid: GridMap) -> None:
         self._grid = grid
         for lengths in self._made.values():
             lengths.use(grid)
-
-
-def _grid(msg: OccupancyGrid) -> Grid:
-    """Read a map; the heading of its origin has to be 0, as map_server writes it."""
-    occupied = np.asarray(msg.data, dtype=np.int8).reshape(msg.info.height, msg.info.width)
-    blocked = (occupied < 0) | (occupied >= _OCCUPIED_FROM)
-    corner = msg.info.origin.position
-    return Grid(blocked, msg.info.resolution, corner.x, corner.y)
 
 
 def _next_map(topic: str) -> OccupancyGrid | None:

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes the launch file for a fleet, because roslaunch cannot loop over a list of robots."""
+"""Writes the launch file of a fleet, because roslaunch cannot loop over a list of robots."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
+
+import attrs
 
 from blackboard.costing.cost import measure_for
 
@@ -17,15 +18,10 @@ if TYPE_CHECKING:
 
 
 def launch_text(fleet: Fleet, *, sim: bool) -> str:
-    """Return the text of a launch file that starts a fleet's blackboard and robots.
+    """Return the launch file that starts a fleet's blackboard and robots.
 
-    Args:
-        fleet: The fleet, checked.
-        sim: True to put the robots into the simulator as well.
-
-    Returns:
-        XML for roslaunch: what a robot that joins later has to know, an include of
-        `blackboard.launch`, then one of `robot.launch` for each robot, in the fleet's order.
+    It sets the parameters that robots need which join later, includes `blackboard.launch`, then
+    `robot.launch` for each robot, in the fleet's order. With `sim`, robots are simulated.
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
@@ -60,10 +56,9 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
 
 def _charging(fleet: Fleet) -> list[str]:
     """Return the lines that tell every robot of the hive when and where to charge."""
-    levels = asdict(fleet.battery).items()
+    levels = attrs.asdict(fleet.battery).items()
     lines = [f'  <param name="/charging/{name}" value="{level:g}"/>' for name, level in levels]
-    chargers = (fleet.chargers or {}).items()
-    places = json.dumps([{"name": name, "pose": list(pose)} for name, pose in chargers])
+    places = json.dumps([{"name": c.name, "pose": c.pose} for c in fleet.chargers or ()])
     return [*lines, f'  <rosparam param="/charging/chargers">{escape(places)}</rosparam>']
 
 

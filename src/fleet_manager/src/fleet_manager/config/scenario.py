@@ -1,129 +1,101 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads scenarios: tasks that are posted to a hive one after the other, at stated times.
+"""Reads scenarios: tasks that are posted to a hive at given times.
 
 The files in `scenarios/` are the manual of the format. A goal is a pose, or the name of a station
-or charger of the world that the scenario is made for.
+or charger of the scenario's world.
 """
 
-from __future__ import annotations
-
+import re
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Annotated, Any
+
+import attrs
 
 from blackboard.domain.task import Task, TaskType
 from fleet_manager.config.places import places_of
 from hive_common.checked_yaml import error_at, read_checked
 from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
+from hive_common.structuring import Allowed, at_least, between, listed, one_of, positive
 
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
-    from pathlib import Path
+MAX_GOALS = 100
+"""As many goals as a hive accepts in one task."""
 
-_TYPES = [kind.name for kind in TaskType]
-_POSE = "[x, y] or [x, y, yaw] in the map frame [m, m, rad], or the name of a place"
-_SCHEMA: dict[str, Any] = {
-    "type": "object",
-    "additionalProperties": False,
-    "required": ["description", "world", "fleet", "tasks"],
-    "description": "description, world, map, fleet, time_limit, tasks",
-    "properties": {
-        "description": {"type": "string", "description": "a sentence"},
-        "world": {"type": "string", "description": "the name or path of a world"},
-        "map": {"type": "string", "description": "the name or path of a map"},
-        "fleet": {"type": "string", "description": "the name or path of a fleet file"},
-        "time_limit": {
-            "type": "number",
-            "exclusiveMinimum": 0,
-            "maximum": 86400,
-            "description": "a number of seconds over 0, at most 86400",
-        },
-        "tasks": {
-            "type": "array",
-            "minItems": 1,
-            "description": "a list of at least one task, each with id, type and goals",
-            "items": {
-                "type": "object",
-                "additionalProperties": False,
-                "required": ["id", "type", "goals"],
-                "description": "a task with id, type, goals, priority, payload, after",
-                "properties": {
-                    "id": {
-                        "type": "string",
-                        "pattern": r"^[!-~]{1,60}\Z",
-                        "description": "1..60 characters without spaces",
-                    },
-                    "type": {"enum": _TYPES, "description": " | ".join(_TYPES)},
-                    "goals": {
-                        "type": "array",
-                        "minItems": 1,
-                        "maxItems": 100,
-                        "description": "a list of 1..100 goals",
-                        "items": {
-                            "type": ["array", "string"],
-                            "minItems": 2,
-                            "maxItems": 3,
-                            "items": {"type": "number", "description": "a number [m, m, rad]"},
-                            "description": _POSE,
-                        },
-                    },
-                    "priority": {
-                        "type": "integer",
-                        "minimum": 0,
-                        "maximum": 10,
-                        "description": "a whole number, 0..10",
-                    },
-                    "payload": {
-                        "type": "number",
-                        "minimum": 0,
-                        "description": "a number of kg, at least 0",
-                    },
-                    "after": {
-                        "type": "number",
-                        "minimum": 0,
-                        "description": "a number of seconds, at least 0",
-                    },
-                },
-            },
-        },
-    },
-}
+
+def _is_goal(goal: object) -> bool:
+    """Return whether a goal is a name, or two or three numbers."""
+    if not isinstance(goal, list):
+        return isinstance(goal, str)
+    numbers = [each for each in goal if type(each) in {int, float}]
+    return len(goal) in {2, 3} and len(numbers) == len(goal)
+
+
+@attrs.frozen(kw_only=True)
+class _TaskEntry:
+    """One task of a scenario file."""
+
+    id: Annotated[
+        str, Allowed("1..60 characters without spaces", re.compile(r"[!-~]{1,60}").fullmatch)
+    ]
+    type: Annotated[str, one_of(*(kind.name for kind in TaskType))]
+    goals: Annotated[
+        tuple[
+            Annotated[
+                Any,
+                Allowed(
+                    "[x, y] or [x, y, yaw] in the map frame [m, m, rad], or the name of a place",
+                    _is_goal,
+                ),
+            ],
+            ...,
+        ],
+        Allowed(f"a list of 1..{MAX_GOALS} goals", lambda goals: 1 <= len(goals) <= MAX_GOALS),
+    ]
+    priority: Annotated[int, between(0, 10, "a whole number")] = 0
+    payload: Annotated[float, at_least(0, "a number of kg")] = 0.0
+    after: Annotated[float, at_least(0, "a number of seconds")] = 0.0
+
+
+@attrs.frozen(kw_only=True)
+class _Head:
+    """What a scenario file says besides its tasks."""
+
+    description: str
+    """What the scenario is for, in a sentence."""
+    world: Annotated[str, Allowed("the name or path of a world")]
+    fleet: Annotated[str, Allowed("the name or path of a fleet file")]
+    """A fleet that can do the tasks."""
+    map: Annotated[str, Allowed("the name or path of a map")] = ""
+    """The map that the robots know; empty for that of the world."""
+    time_limit: Annotated[float, positive("a number of seconds", 86400)] = 600.0
+    """A task that is not done by then, on the hive's clock, counts as not done [s]."""
+
+
+@attrs.frozen(kw_only=True)
+class _Content(_Head):
+    """What a scenario file holds."""
+
+    tasks: Annotated[tuple[_TaskEntry, ...], listed("at least one task", 1)]
 
 
 @dataclass(frozen=True)
 class PlannedTask:
-    """A task and when it is posted.
-
-    Attributes:
-        task: The task.
-        after: When it is posted, from the start of the scenario, on the hive's clock [s].
-    """
+    """A task, and when it is posted."""
 
     task: Task
     after: float
+    """From the start of the scenario, on the hive's clock [s]."""
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """A scenario file's contents.
-
-    Attributes:
-        path: The file.
-        description: What it is for, in a sentence.
-        world: Name or path of the world it is made for.
-        map: Name or path of the map that the robots know.
-        fleet: Name or path of the fleet that can do it.
-        time_limit: After this time on the hive's clock what is not done counts as not done [s].
-        tasks: The tasks in the order in which they are posted.
-    """
+@attrs.frozen(kw_only=True)
+class Scenario(_Head):
+    """A scenario that was read and checked."""
 
     path: Path
-    description: str
-    world: str
-    map: str
-    fleet: str
     tasks: tuple[PlannedTask, ...]
-    time_limit: float = 600.0
+    """In the order in which they are posted."""
 
     @property
     def name(self) -> str:
@@ -141,33 +113,30 @@ def read_scenario(name: str) -> Scenario:
         The scenario; every task has an id of its own and as many goals as its type needs.
 
     Raises:
-        InputError: There is no scenario of that name.
-        hive_common.errors.FileError: The file has a mistake.
+        hive_common.errors.FileError: There is no such scenario, or its file has a mistake.
     """
     path = find_file("fleet_manager", "scenarios", name)
-    content = read_checked(path, _SCHEMA)
-    entries = content.pop("tasks")
-    content.setdefault("map", content["world"])
-    for key in ("world", "map", "fleet"):
-        content[key] = beside(path, content[key])
-    named = any(isinstance(goal, str) for entry in entries for goal in entry["goals"])
-    places = places_of(content["world"]) if named else {}
-    planned = [_planned(path, index, entry, places) for index, entry in enumerate(entries)]
+    content = read_checked(path, _Content)
+    world = beside(path, content.world)
+    named = any(isinstance(goal, str) for entry in content.tasks for goal in entry.goals)
+    places = places_of(world) if named else {}
+    planned = [_planned(path, index, entry, places) for index, entry in enumerate(content.tasks)]
     _check_ids(path, planned)
-    planned.sort(key=lambda one: one.after)
-    return Scenario(path=path, tasks=tuple(planned), **content)
+    return Scenario(
+        path=path,
+        description=content.description,
+        world=world,
+        map=beside(path, content.map or content.world),
+        fleet=beside(path, content.fleet),
+        time_limit=content.time_limit,
+        tasks=tuple(sorted(planned, key=lambda one: one.after)),
+    )
 
 
 def with_free_ids(scenario: Scenario, taken: Collection[str]) -> Scenario:
-    """Return the scenario with ids that are not on a list yet, so that it can be run again.
+    """Return the scenario with ids that no known task has, so that it can be run again.
 
-    Args:
-        scenario: As it was read.
-        taken: The ids on the list.
-
-    Returns:
-        The same scenario if none of its ids is taken; else one whose ids all end in `-2`, or in
-        the lowest number that makes every one of them free.
+    If an id is `taken`, all ids get the ending `-2`, or the lowest number that makes all free.
     """
     ids = [planned.task.id for planned in scenario.tasks]
     run, ending = 1, ""
@@ -178,32 +147,26 @@ def with_free_ids(scenario: Scenario, taken: Collection[str]) -> Scenario:
         replace(planned, task=replace(planned.task, id=f"{planned.task.id}{ending}"))
         for planned in scenario.tasks
     )
-    return replace(scenario, tasks=tuple(renamed))
+    return attrs.evolve(scenario, tasks=tuple(renamed))
 
 
-def _planned(
-    path: Path, index: int, entry: dict[str, Any], places: Mapping[str, Pose]
-) -> PlannedTask:
+def _planned(path: Path, index: int, entry: _TaskEntry, places: Mapping[str, Pose]) -> PlannedTask:
     """Return one task of the file, its places looked up."""
-    kind = TaskType[entry["type"]]
-    if len(entry["goals"]) < kind.goals_needed:
-        problem = f"{len(entry['goals'])} given; {kind.name} needs at least {kind.goals_needed}"
+    kind = TaskType[entry.type]
+    if len(entry.goals) < kind.goals_needed:
+        problem = f"{len(entry.goals)} given; {kind.name} needs at least {kind.goals_needed}"
         raise error_at(path, ("tasks", index, "goals"), problem)
     goals = []
-    for number, goal in enumerate(entry["goals"]):
+    for number, goal in enumerate(entry.goals):
         if isinstance(goal, str) and goal not in places:
             known = ", ".join(sorted(places)) or "none"
             problem = f"no place '{goal}' in the world; there are: {known}"
             raise error_at(path, ("tasks", index, "goals", number), problem)
         goals.append(places[goal] if isinstance(goal, str) else Pose(*map(float, goal)))
     task = Task(
-        id=entry["id"],
-        type=kind,
-        goals=tuple(goals),
-        priority=entry.get("priority", 0),
-        payload=float(entry.get("payload", 0.0)),
+        id=entry.id, type=kind, goals=tuple(goals), priority=entry.priority, payload=entry.payload
     )
-    return PlannedTask(task, float(entry.get("after", 0.0)))
+    return PlannedTask(task, entry.after)
 
 
 def _check_ids(path: Path, planned: list[PlannedTask]) -> None:
@@ -212,5 +175,5 @@ def _check_ids(path: Path, planned: list[PlannedTask]) -> None:
     for index, one in enumerate(planned):
         first = seen.setdefault(one.task.id, index)
         if first != index:
-            problem = f"'{one.task.id}' is the id of tasks[{first}] already; choose another"
+            problem = f"'{one.task.id}' is already the id of tasks[{first}]; choose another"
             raise error_at(path, ("tasks", index, "id"), problem)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fleet_manager.demo.history import RobotTrack
-from hive_common.map_file import OCCUPIED, UNKNOWN
+from hive_common.map_file import UNKNOWN
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,14 +31,14 @@ _DOTS_PER_INCH = 110
 _ROBOTS_IN_LEGEND = 12
 
 
-def draw_run(path: Path, report: dict[str, Any], history: History, grid_map: GridMap) -> None:
+def draw_run(path: Path, report: dict[str, Any], history: History, chart: GridMap) -> None:
     """Draw a run and write it as PNG.
 
     Args:
         path: The file.
         report: See `report.make_report`.
         history: What was recorded, closed.
-        grid_map: The map on which the robots drove.
+        chart: The map on which the robots drove.
     """
     figure = Figure(figsize=_INCHES, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
@@ -46,7 +46,7 @@ def draw_run(path: Path, report: dict[str, Any], history: History, grid_map: Gri
     names = [robot["name"] for robot in report["robots"]]
     colours = {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(names)}
     figure.suptitle(_title(report), fontsize=15, color=_INK, fontweight="bold")
-    _draw_map(figure.add_subplot(grid[0, :]), report, history, grid_map, colours)
+    _draw_map(figure.add_subplot(grid[0, :]), report, history, chart, colours)
     _draw_timeline(figure.add_subplot(grid[1, 0]), report, history, colours)
     _draw_batteries(figure.add_subplot(grid[1, 1]), history, colours)
     figure.savefig(path, dpi=_DOTS_PER_INCH)
@@ -65,16 +65,16 @@ def _draw_map(
     axes: Axes,
     report: dict[str, Any],
     history: History,
-    grid_map: GridMap,
+    chart: GridMap,
     colours: dict[str, str],
 ) -> None:
     """Draw the map, each robot's path on it, and the goals of the tasks."""
-    cells, size, corner = grid_map.cells, grid_map.resolution, grid_map.origin
-    shade = np.where(cells == UNKNOWN, 0.85, 1.0 - 0.75 * cells / OCCUPIED)
-    rows, columns = cells.shape
-    extent = (corner.x, corner.x + columns * size, corner.y, corner.y + rows * size)
-    look = {"cmap": "gray", "vmin": 0, "vmax": 1, "interpolation": "nearest"}
-    axes.imshow(shade, origin="lower", extent=extent, **look)
+    shade = np.where(chart.cells == UNKNOWN, 0.15, chart.cells * 0.0075)
+    left, low, right, high = chart.bounds
+    axes.imshow(
+        shade, cmap="gray_r", vmin=0, vmax=1, origin="lower", extent=(left, right, low, high),
+        interpolation="nearest",
+    )  # fmt: skip
     for index, robot in enumerate(report["robots"]):
         name = robot["name"]
         places = history.tracks.get(name, RobotTrack()).path

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import replace
 
 import click
+from attrs import evolve
 
-from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.fleet_file import Charger, read_fleet
 from fleet_manager.config.fleet_launch import launch_text
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
@@ -32,8 +32,8 @@ def launch_fleet(fleet: str, sim: bool, check: bool, world: str | None, chart: s
     try:
         wanted = read_fleet(fleet)
         if world is not None and sim:
-            there = {p.name: (p.pose.x, p.pose.y, p.pose.yaw) for p in load_world(world).chargers}
-            wanted = replace(wanted, chargers=wanted.chargers or there)
+            there = tuple(Charger(name=p.name, pose=p.pose) for p in load_world(world).chargers)
+            wanted = evolve(wanted, chargers=wanted.chargers or there)
         text = launch_text(wanted, sim=sim)
         if chart is not None:
             load_map(chart)

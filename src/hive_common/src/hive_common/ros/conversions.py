@@ -12,9 +12,8 @@ from geometry_msgs.msg import Pose as PoseMsg
 from nav_msgs.msg import OccupancyGrid, Path
 from std_msgs.msg import Header
 
-from hive_common import map_file
 from hive_common.errors import MapError
-from hive_common.grid_map import GridMap
+from hive_common.map_file import GridMap
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
@@ -112,7 +111,7 @@ def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with nu
     occupied = cells_from_msg(msg)
     blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)
     corner = msg.info.origin.position
-    return GridMap(blocked, msg.info.resolution, (corner.x, corner.y))
+    return GridMap.of_blocked(blocked, msg.info.resolution, Pose(corner.x, corner.y))
 
 
 def pose_to_msg(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:
@@ -151,7 +150,7 @@ def twist_from(velocity: Velocity) -> Twist:
     return msg
 
 
-def map_msg(header: Header, grid: map_file.GridMap) -> OccupancyGrid:
+def map_msg(header: Header, grid: GridMap) -> OccupancyGrid:
     """Make an OccupancyGrid; `header` holds its frame and when it was loaded."""
     message = OccupancyGrid(header=header)
     message.info.map_load_time = header.stamp
@@ -164,7 +163,7 @@ def map_msg(header: Header, grid: map_file.GridMap) -> OccupancyGrid:
     return message
 
 
-def map_from_msg(message: OccupancyGrid) -> map_file.GridMap:
+def map_from_msg(message: OccupancyGrid) -> GridMap:
     """Read an OccupancyGrid.
 
     Raises:
@@ -180,4 +179,4 @@ def map_from_msg(message: OccupancyGrid) -> map_file.GridMap:
         origin = pose_from_msg(info.origin)
     except ValueError as error:
         raise MapError(f"the map's origin: {error}") from None
-    return map_file.GridMap(cells_from_msg(message), info.resolution, origin)
+    return GridMap(cells_from_msg(message), info.resolution, origin)

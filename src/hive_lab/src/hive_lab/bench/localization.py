@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_common.grid_map import GridMap
-from hive_common.map_file import FREE, load_map
+from hive_common.map_file import load_map
 from hive_lab.fleets.recording import record_drive
 from robot_description.models import load_model
 from robot_navigation.localization.amcl_settings import AmclSettings
@@ -75,8 +74,7 @@ DRIVES = {
 def recorded(drive: Drive, seed: int) -> list[Look]:
     """Record a drive through the lab; a quarter of a minute's work for all three."""
     chart = load_map("lab")
-    grid = GridMap(chart.cells != FREE, chart.resolution, (chart.origin.x, chart.origin.y))
-    return record_drive(load_world("lab"), grid, load_model(drive.model), drive.stops, seed)
+    return record_drive(load_world("lab"), chart, load_model(drive.model), drive.stops, seed)
 
 
 @dataclass(frozen=True)

@@ -12,22 +12,23 @@ import itertools
 import math
 import statistics
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from hive_common.map_reader import read_map
+from hive_common.map_file import load_map
 from robot_description.models import load_model
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from hive_common.grid_map import ClearanceField, GridMap
+    from hive_common.grid_map import ClearanceField
+    from hive_common.map_file import GridMap
 
 Point = tuple[float, float]
 
@@ -57,7 +58,7 @@ def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> dict[str
     figures: dict[str, float] = {}
     aims: dict[str, float] = {}
     for name in MAPS:
-        grid = read_map((maps or maps_folder()) / f"{name}.yaml")
+        grid = load_map(str(maps / f"{name}.yaml") if maps else name)
         figures |= {f"{name}_{key}": value for key, value in _measure(grid, pairs, seed).items()}
         aims |= {
             f"{name}_time_median": AIMS["median"],
@@ -65,13 +66,6 @@ def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> dict[str
             f"{name}_length_median": AIMS["length"],
         }
     return {"bench": "plan", "figures": figures, "aims": aims}
-
-
-def maps_folder() -> Path:
-    """Return where the maps are: at the root of the repository, or with simenv once installed."""
-    here = Path(__file__).resolve()
-    places = (here.parents[4] / "maps", here.parents[4] / "share/simenv/maps")
-    return next((place for place in places if place.is_dir()), places[0])
 
 
 def _measure(grid: GridMap, pairs: int, seed: int) -> dict[str, float]:

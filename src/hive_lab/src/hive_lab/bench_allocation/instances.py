@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
-from blackboard.costing.path_lengths import Grid, GridPathLengths
-from hive_common.map_reader import read_map
+from blackboard.costing.path_lengths import GridPathLengths
+from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.allocation.instance import Instance
-from hive_lab.bench.plan import maps_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -63,10 +62,9 @@ class Floor:
     """The free places of the warehouse and how far they are from each other."""
 
     def __init__(self) -> None:
-        known = read_map(maps_folder() / "warehouse.yaml")
-        self._grid = Grid(known.blocked, known.resolution, *known.origin)
-        padded = np.pad(known.blocked, 1, constant_values=True)
-        clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * known.resolution
+        self._grid = load_map("warehouse")
+        padded = np.pad(self._grid.blocked, 1, constant_values=True)
+        clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * self._grid.resolution
         self._cells = np.argwhere(clearance > RADIUS)
         self.path_lengths = GridPathLengths(self._grid, RADIUS)
 
@@ -77,10 +75,8 @@ class Floor:
     def places(self, random: np.random.Generator, number: int) -> list[Pose]:
         """Return the middles of random free cells [map frame]."""
         chosen = self._cells[random.integers(len(self._cells), size=number)] + 0.5
-        side = self._grid.resolution
-        return [
-            Pose(self._grid.x + column * side, self._grid.y + row * side) for row, column in chosen
-        ]
+        side, (x, y, _) = self._grid.resolution, self._grid.origin
+        return [Pose(x + column * side, y + row * side) for row, column in chosen]
 
 
 def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
+
+from attrs import evolve
 
 from blackboard.domain.settings import RaftSettings
 from blackboard.domain.task import Task, TaskType
@@ -40,7 +41,7 @@ def _schedule(
 ) -> FaultSchedule:
     """Return what happens to the blackboard node and two robots."""
     settings = RaftSettings(kept_changes=4, stagger=stagger)
-    patience = replace(PATIENCE, keep_ended=keep_ended)
+    patience = evolve(PATIENCE, keep_ended=keep_ended)
     return FaultSchedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, patience, scenario=name)
 
 

@@ -11,6 +11,8 @@ from dataclasses import replace
 from random import Random
 from typing import TYPE_CHECKING
 
+from attrs import evolve
+
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.faults import any_fault
@@ -88,7 +90,7 @@ def _forgetful(schedule: FaultSchedule) -> FaultSchedule:
     return replace(
         schedule,
         happenings=(*schedule.happenings, *(each for each in anew if each.at < SETTLE + INJECTOR)),
-        patience=replace(schedule.patience, keep_ended=keep, most_ended=most),
+        patience=evolve(schedule.patience, keep_ended=keep, most_ended=most),
     )
 
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from blackboard.costing.path_lengths import Grid
+    from hive_common.map_file import GridMap
+
 
 ROOM = 0.9
 """A goal is at least so far from what is not free [m]."""
@@ -26,7 +27,7 @@ PAYLOADS = {TaskType.GA: 0.0, TaskType.GAB: 40.0, TaskType.GPA: 0.4, TaskType.GP
 """What a task carries at most [kg]; any arm of the default fleet can lift the least of them."""
 
 
-def random_tasks(grid: Grid, random: Generator, avoid: Collection[Pose] = ()) -> Iterator[Task]:
+def random_tasks(grid: GridMap, random: Generator, avoid: Collection[Pose] = ()) -> Iterator[Task]:
     """Yield tasks for ever: the types in turn, goals evenly over the free floor.
 
     Args:
@@ -38,7 +39,7 @@ def random_tasks(grid: Grid, random: Generator, avoid: Collection[Pose] = ()) ->
     clear = ndimage.distance_transform_edt(padded)[1:-1, 1:-1] * grid.resolution
     for pose in avoid:
         rows, columns = np.ogrid[: clear.shape[0], : clear.shape[1]]
-        x, y = columns * grid.resolution + grid.x, rows * grid.resolution + grid.y
+        x, y = columns * grid.resolution + grid.origin.x, rows * grid.resolution + grid.origin.y
         clear[np.hypot(x - pose.x, y - pose.y) < 1.5] = 0.0  # noqa: PLR2004  (said above)
     rows, columns = np.nonzero(clear >= ROOM)
     number = 0
@@ -48,8 +49,8 @@ def random_tasks(grid: Grid, random: Generator, avoid: Collection[Pose] = ()) ->
         chosen = random.integers(len(rows), size=kind.goals_needed)
         goals = tuple(
             Pose(
-                grid.x + (float(columns[cell]) + 0.5) * grid.resolution,
-                grid.y + (float(rows[cell]) + 0.5) * grid.resolution,
+                grid.origin.x + (float(columns[cell]) + 0.5) * grid.resolution,
+                grid.origin.y + (float(rows[cell]) + 0.5) * grid.resolution,
                 float(random.uniform(-math.pi, math.pi)),
             )
             for cell in chosen

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 from blackboard.domain.task import StepKind
 from blackboard.robot.executor import CommandResult, CommandState
-from hive_common.grid_map import GridMap
-from hive_common.map_file import FREE, load_map
+from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.fleets.traffic import STEP, Traffic
 from robot_description.models import load_model
 from simenv.bodies.pick import Act, Order
-from simenv.bodies.pick import Outcome as Grip
+from simenv.bodies.pick import PickOutcome as Grip
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 
@@ -45,11 +44,8 @@ class SimulatedBodies:
     """
 
     def __init__(self, world: str, seed: int) -> None:
-        chart = load_map(world)
-        corner = (chart.origin.x, chart.origin.y)
         self.simulation = Simulation(load_world(world), seed=seed)
-        grid = GridMap(chart.cells != FREE, chart.resolution, corner)
-        self._traffic = Traffic(self.simulation, grid)
+        self._traffic = Traffic(self.simulation, load_map(world))
         self._bodies: dict[str, _Body] = {}
         self._steps = 0
 

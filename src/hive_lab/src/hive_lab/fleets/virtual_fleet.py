@@ -14,7 +14,7 @@ import yaml
 
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
-from blackboard.costing.path_lengths import Grid, GridPathLengths
+from blackboard.costing.path_lengths import GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import characteristics_from
 from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
@@ -22,7 +22,7 @@ from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STA
 from blackboard.robot.charging import ChargingPlan
 from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
-from hive_common.map_file import FREE, load_map
+from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import lone_backup
 from hive_lab.virtual.network import Network, NetworkTalker
@@ -81,9 +81,7 @@ class VirtualFleet:
         self.statuses: dict[str, RobotStatus] = {}
         self.path_lengths: dict[str, PathLengths] = {}
         self._on_update: Callable[[TaskUpdate], None] = lambda _: None
-        chart = load_map(world)
-        corner = (chart.origin.x, chart.origin.y)
-        self.grid = Grid(chart.cells != FREE, chart.resolution, *corner)
+        self.grid = load_map(world)
         self._plan = ChargingPlan(chargers, fleet.battery)
         talker = NetworkTalker(self.network, "blackboard")
         backup = lone_backup(talker)

@@ -12,7 +12,7 @@ from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
-from blackboard.costing.path_lengths import EuclideanLengths, Grid, GridPathLengths
+from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
@@ -31,6 +31,7 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import StepKind
 from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
+from hive_common.map_file import GridMap
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import (
     SMALL_ROBOT,
@@ -91,7 +92,7 @@ class BlackboardHarness(_Harness):
         blocked = np.zeros((40, 40), dtype=bool)
         blocked[:, 20] = True
         backup = lone_backup(self.talker)
-        path_lengths = GridPathLengths(Grid(blocked, 0.1))
+        path_lengths = GridPathLengths(GridMap.of_blocked(blocked, 0.1))
         self.decisions: list[Decision] = []
         patience = BlackboardSettings(**settings)
         Blackboard(self.talker, backup, path_lengths, patience, note=self.decisions.extend).start()

@@ -11,7 +11,7 @@ import rospy
 
 from blackboard.domain import talker as topics
 from blackboard.ros.codec.tables import WIRES
-from hive_lab.windows.crowd import Crowd
+from hive_lab.windows.fake_fleet import FakeFleet
 
 SPEAKS = (topics.SYNC, topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
 PERIOD = 0.2  # [s] between two heartbeats and two task lists, as the real blackboard has it

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from hive_common.grid_map import Disc, GridMap
+    from hive_common.grid_map import Disc
+    from hive_common.map_file import GridMap
     from robot_navigation.planning.path import Point
 
 MARGINS = (0.08, 0.02)
@@ -150,7 +151,7 @@ def _connected(field: ClearanceField, need: float, start: Point, goal: Point) ->
     """Return whether start and goal lie in one part of the free space."""
     parts, _ = ndimage.label(field.clearance >= need)
     grid = field.grid
-    cells = np.floor((np.array([start, goal]) - np.array(grid.origin)) / grid.resolution)
+    cells = np.floor((np.array([start, goal]) - np.array(grid.origin[:2])) / grid.resolution)
     (column, row), (goal_column, goal_row) = cells.astype(int)
     return bool(parts[row, column] == parts[goal_row, goal_column] != 0)
 

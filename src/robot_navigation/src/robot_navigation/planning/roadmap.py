@@ -253,7 +253,7 @@ def _corner_landmarks(field: ClearanceField, need: float) -> Landmarks:
     cells = np.column_stack([columns[chosen][picked], rows[chosen][picked]])
     middle = angle[picked]
     outward = np.column_stack([np.cos(middle), np.sin(middle)])
-    return Landmarks(np.asarray(grid.origin) + (cells + 0.5) * step, outward)
+    return Landmarks(np.asarray(grid.origin[:2]) + (cells + 0.5) * step, outward)
 
 
 def _disc_landmarks(field: ClearanceField, discs: Sequence[Disc], need: float) -> Landmarks:

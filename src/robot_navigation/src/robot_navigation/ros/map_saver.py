@@ -15,7 +15,7 @@ from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
 from hive_common.errors import HiveError, MapError
-from hive_common.map_file import FORMATS, FREE, OCCUPIED, UNKNOWN, decided, save_map
+from hive_common.map_file import FORMATS, FREE, OCCUPIED, UNKNOWN, save_map
 from hive_common.ros.conversions import map_from_msg
 
 
@@ -74,7 +74,7 @@ def _save(given: argparse.Namespace) -> str:
             f"no map on {rospy.resolve_name('map')} within {given.timeout:g} s; start a mapper, "
             "or name the topic with map:=..."
         ) from None
-    grid = decided(map_from_msg(message), given.free, given.occ)
+    grid = map_from_msg(message).decided(given.free, given.occ)
     save_map(grid, given.name, kind=given.format)
     height, width = grid.cells.shape
     known = int((grid.cells != UNKNOWN).sum())

@@ -12,8 +12,8 @@ from rospy.numpy_msg import numpy_msg
 
 from hive_common.errors import HiveError, ParameterError
 from hive_common.ros.links import mend_links
-from robot_description.model_schema import SCHEMA
-from robot_description.models import RobotModel, model_from_dict
+from hive_common.structuring import NotAllowedError, structure
+from robot_description.models import RobotModel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -60,16 +60,15 @@ def read_model() -> RobotModel:
     """Read the robot's model from its parameter `characteristics`.
 
     Raises:
-        ParameterError: The parameter is not there, or incomplete.
+        ParameterError: The parameter is missing, or holds something that is not allowed.
     """
-    content = rospy.get_param("characteristics", {})
-    missing = [key for key in SCHEMA["required"] if key not in content]
-    if missing:
+    try:
+        return structure(rospy.get_param("characteristics", {}), RobotModel)
+    except NotAllowedError as error:
         raise ParameterError(
-            f"{rospy.resolve_name('characteristics')} has no {', '.join(missing)}; "
+            f"{rospy.resolve_name('characteristics')}: {error}; "
             "load a robot model with roslaunch robot_description description.launch"
-        )
-    return model_from_dict(content)
+        ) from None
 
 
 def wait_for_map(topic: str) -> OccupancyGrid:

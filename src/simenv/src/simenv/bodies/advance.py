@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How far robots can go in a step until something stops them.
 
-Most robots run into nothing in most steps. Most of these are known without a look (`clearance`),
-the rest after one look at all of them. What is left is moved one after the other, each as far as
-it can go among those that have been moved before it; who is too far from each other to matter is
-moved at the same time.
+In most steps most robots run into nothing. `clearance` knows most of these without a check, and
+one check of the rest finds the others. The remaining robots move one after the other, each as far
+as it can among those that moved before it; robots too far apart to matter move together.
 """
 
 from __future__ import annotations
@@ -25,15 +24,15 @@ if TYPE_CHECKING:
     from simenv.world.surroundings import Surroundings
 
 CLOSE = 1 / 64
-"""A step that is cut short ends within this share of its length before the contact."""
+"""A step that is cut short ends before the contact, within this share of its length."""
 
 
 class Stop(NamedTuple):
-    """That something stopped a robot.
+    """A robot that something stopped.
 
     Attributes:
         row: The robot.
-        thing: What stopped it: what `Near.things` says, with the robots numbered from there on.
+        thing: What stopped it: a number of `Near.things`; robots follow after the obstacles.
         pose: Where it was stopped, frame map.
     """
 
@@ -46,13 +45,13 @@ class Advance:
     """Moves n robots; row i of every array belongs to robot i."""
 
     def __init__(self, surroundings: Surroundings) -> None:
-        """Take what there is besides the robots."""
+        """Begin without robots."""
         self._surroundings = surroundings
         self._clearance = Clearance(surroundings)
         self._all = Footprints([])
 
     def begin(self, footprints: Footprints) -> None:
-        """Take other robots than before."""
+        """Begin with these robots."""
         self._all = footprints
         self._clearance.begin(footprints.radii)
 
@@ -62,8 +61,8 @@ class Advance:
         """Move all robots as far as they can go; see `Contacts.advance`.
 
         Returns:
-            (n, 3) where they are then, frame map; (n,) what share of the step they went; and what
-            stopped them, in the order of the robots.
+            Poses (n, 3) after the step, frame map; shares (n,) of the step done; and the stops, in
+            the order of the robots.
         """
         shares = np.ones(len(poses))
         swings = ways + self._all.radii * turns
@@ -80,12 +79,9 @@ class Advance:
         return reached, shares, sorted(stops, key=lambda stop: stop[:2])
 
     def within(self, rows: Indices, poses: Array, margin: float) -> list[set[int]]:
-        """Return what would touch robots that were larger by a margin [m]; see `Stop.thing`.
+        """Return what would touch the robots `rows` (k,) if they were larger by `margin` [m].
 
-        Args:
-            rows: (k,) the robots; one may be there several times.
-            poses: (n, 3) where all robots stand, frame map.
-            margin: [m]
+        The things are numbered as in `Stop.thing`; `poses` (n, 3) is where all robots stand.
         """
         near = self._near(rows, poses[rows], self._all.radii[rows] + margin, poses)
         met = self._touched(rows, poses[rows], near, margin)
@@ -94,10 +90,10 @@ class Advance:
     def _perhaps_met(
         self, rows: Indices, poses: Array, ahead: Array, swings: Array
     ) -> NDArray[np.bool_]:
-        """Return (k,) which of some robots may touch something; those that it leaves out do not.
+        """Return (k,) which of some robots may touch something; the others surely do not.
 
-        While a robot moves, so may the others. None of them gets farther from where it stood than
-        its step is long, and by so much the first one is taken to be larger.
+        The others may move meanwhile, each at most by the length of its step. By so much the first
+        robot counts as larger.
         """
         radii, corners = self._all.radii, self._all.corners
         places = ahead[rows]
@@ -115,7 +111,7 @@ class Advance:
     def _pairs(
         self, rows: Indices, places: Array, poses: Array, reaches: Array, sizes: Array
     ) -> tuple[Indices, Indices]:
-        """Return which of k places, `reaches` [m] large, others of the robots are near to."""
+        """Return pairs of one of k places, `reaches` [m] large, and another robot near it."""
         x, y = (places[:, None, :2] - poses[:, :2]).transpose(2, 0, 1)
         near = np.hypot(x, y) <= reaches[:, None] + sizes
         near[np.arange(len(rows)), rows] = False
@@ -126,7 +122,7 @@ class Advance:
         """Return what is within `reaches` (k,) [m] of k places, and some more.
 
         Args:
-            rows: (k,) the robots that are or will be there; they themselves are left out.
+            rows: (k,) the robots that are or will be there, which do not count.
             places: (k, 3) frame map.
             reaches: (k,) [m]
             poses: (n, 3) where all robots stand, frame map.
@@ -148,13 +144,13 @@ class Advance:
     def _touched(
         self, rows: Indices, places: Array, near: Near, margin: float = 0.0
     ) -> NDArray[np.bool_]:
-        """Return which of the segments near k robots touch them where they would stand."""
+        """Return which segments near k robots touch them at `places` (k, 3)."""
         owners = near.places
         margins = np.full(len(owners), margin)
         return self._all.touched(rows[owners], places[owners], near.segments, margins)
 
     def _batches(self, rows: Indices, poses: Array, swings: Array) -> list[Indices]:
-        """Part robots (k,), so that each comes after those before it in the list that are near."""
+        """Group robots (k,) so that each moves after the near ones before it in the list."""
         if len(rows) == 1:
             return [rows]
         reach = self._all.radii[rows] + swings[rows]
@@ -172,17 +168,17 @@ class Advance:
 
         Args:
             rows: (k,) the robots.
-            ahead: (k, 3) where they would be after the step.
+            ahead: (k, 3) poses after the full step.
             ways: (k,) how far that is [m].
-            reached: (n, 3) where all robots are; changed to where these get to.
-            shares: (n,) what share of the step they go; changed where it is less than 1.
+            reached: (n, 3) poses of all robots; updated.
+            shares: (n,) shares of the step done; updated.
         """
         start = reached[rows]
         near = self._near(rows, ahead, self._all.radii[rows] + ways, reached)
         met = self._touched(rows, ahead, near)
         stopped = np.bincount(near.places[met], minlength=len(rows)) > 0
         free, blocked = np.where(stopped, 0.0, 1.0), np.ones(len(rows))
-        probe = np.full(len(rows), CLOSE)  # a robot that pushes on gets no farther than this
+        probe = np.full(len(rows), CLOSE)  # a robot that pushes on gets no farther
         while (unsure := blocked - free > CLOSE).any():
             met_there = self._touched(rows, _between(start, ahead, probe), near)
             blocks = unsure & (np.bincount(near.places[met_there], minlength=len(rows)) > 0)
@@ -200,7 +196,7 @@ class Advance:
 
 
 def _between(start: Array, end: Array, shares: Array) -> Array:
-    """Return the poses (k, 3) at `shares` (k,) of short ways; yaws go the shorter way round."""
+    """Return the poses (k, 3) at `shares` (k,) of the way; yaws take the shorter turn."""
     way = end - start
     way[:, 2] = np.remainder(way[:, 2] + np.pi, 2 * np.pi) - np.pi
     found: Array = start + shares[:, None] * way

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The robots' bases: where they are, how fast they go, what their wheels say, all in one step."""
+"""The robots' bases: poses, velocities and odometry, all moved in one step."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
     from robot_description.models import RobotModel
     from simenv.bodies.contact import Contacts
-    from simenv.sensors.noise import Noise
+    from simenv.noise import Noise
 
 COMMAND_TIMEOUT = 0.5
-"""A base that is told nothing for so long stops [s]."""
+"""A base without a command for this long stops [s]."""
 
 NOTHING = np.zeros((0, 3))
 
@@ -31,16 +31,11 @@ class Bodies:
     """The bases of all robots; row i of every array belongs to `names[i]`.
 
     Attributes:
-        names: The robots, in the order in which they were added.
+        names: The robots, in the order of their addition.
     """
 
     def __init__(self, contacts: Contacts, noise: Noise) -> None:
-        """Start without robots.
-
-        Args:
-            contacts: What stops a base that drives into something.
-            noise: How wrong the wheels are about the way.
-        """
+        """Begin without robots; `contacts` stops bases, `noise` is that of their wheels."""
         self._contacts = contacts
         self._wheels = Wheels(noise)
         self.names: list[str] = []
@@ -59,23 +54,23 @@ class Bodies:
 
     @property
     def true(self) -> Array:
-        """Where they really are (n, 3), frame map [m, m, rad]."""
+        """The true poses (n, 3), frame map [m, m, rad]."""
         return self._true
 
     @property
     def poses(self) -> Mapping[str, Pose]:
-        """Where they really are, frame map."""
+        """The true poses by name, frame map."""
         if self._poses is None:
             rows = zip(self.names, self._true.tolist(), strict=True)
             self._poses = {name: Pose(*row) for name, row in rows}
         return self._poses
 
     def row(self, name: str) -> int:
-        """Return which row is a robot's."""
+        """Return the row of a robot."""
         return self._rows[name]
 
     def add(self, name: str, model: RobotModel, pose: Pose, random: np.random.Generator) -> None:
-        """Put a base down, standing still; `random` makes the noise of its wheels."""
+        """Add a base at rest; `random` makes the noise of its wheels."""
         self.names.append(name)
         self._models.append(model)
         self._wheels.add(random)
@@ -90,7 +85,7 @@ class Bodies:
         self._count()
 
     def remove(self, name: str) -> None:
-        """Take a base away."""
+        """Remove a base."""
         row = self._rows[name]
         del self.names[row], self._models[row]
         self._wheels.remove(row)
@@ -110,7 +105,7 @@ class Bodies:
         self._oldest = -math.inf
 
     def put_back(self, name: str, pose: Pose) -> None:
-        """Let a base stand still at a pose, its odometry at zero as after switching on."""
+        """Put a base at rest at a pose, with its odometry at zero as after switching on."""
         row = self._rows[name]
         self._true[row] = pose
         self._velocities[row] = self._odometry[row] = self._commands[row] = 0.0
@@ -118,13 +113,13 @@ class Bodies:
         self._poses = None
 
     def slip(self, name: str, share: float) -> None:
-        """Let wheels turn without moving the base as far: by `share` (0..1) of every shift."""
+        """Make wheels slip: `share` (0..1) of every shift moves nothing."""
         if not 0 <= share <= 1:
             raise CommandError(f"slip {share}; allowed: a share from 0 to 1")
         self._grip[self._rows[name]] = 1.0 - share
 
     def freeze(self, name: str, *, is_frozen: bool) -> None:
-        """Let a base stop at once and stand still whatever it is told, or let it go again."""
+        """Make a base stop at once and ignore commands, or release it."""
         row = self._rows[name]
         self._frozen[row] = is_frozen
         self._oldest = -math.inf
@@ -132,7 +127,7 @@ class Bodies:
             self._velocities[row] = 0.0
 
     def command(self, name: str, speed: tuple[float, float, float], time: float) -> None:
-        """Tell a base how to move.
+        """Command a base to move.
 
         Args:
             name: The robot.
@@ -140,7 +135,7 @@ class Bodies:
             time: Now [s].
 
         Raises:
-            CommandError: A speed is no number.
+            CommandError: A speed is not a finite number.
         """
         if not all(map(math.isfinite, speed)):
             raise CommandError(f"{name}: speed {speed} is not a number; the command is ignored")
@@ -180,17 +175,17 @@ class Bodies:
         self._odometry = moved(self._odometry, self._wheels.felt(driven, ways, turns))
 
     def _listen(self, time: float) -> None:
-        """Work out what the bases are told to do now, and how long that holds."""
+        """Work out the commands that hold now, and when the next of them expires."""
         heard = (time - self._commanded_at < COMMAND_TIMEOUT) & ~self._frozen
         self._targets = within_limits(self._commands * heard[:, None], self._limits)
-        # Nobody falls silent before the one who spoke first.
+        # No command expires before the oldest one.
         self._oldest = self._commanded_at[heard].min(initial=math.inf)
 
     def velocity(self, name: str) -> tuple[float, float, float]:
-        """Return a base's speed in its own frame (vx, vy, wz) [m/s, m/s, rad/s]."""
+        """Return the velocity of a base in its own frame (vx, vy, wz) [m/s, m/s, rad/s]."""
         vx, vy, wz = self._velocities[self._rows[name]].tolist()
         return vx, vy, wz
 
     def odometry(self, name: str) -> Pose:
-        """Return where a base's wheels say it is, counted from where it was put down."""
+        """Return the pose that a base's wheels measure, from where it was put down."""
         return Pose(*self._odometry[self._rows[name]].tolist())

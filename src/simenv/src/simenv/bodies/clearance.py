@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who surely touches nothing in a step, told without looking at anything.
+"""Finds the robots that surely touch nothing in a step, without an exact check.
 
-A robot that has 2 m around it need not be compared with walls in every step of 1 cm. So when it is
-looked at, it is noted how far its base may go before its circle can touch something; every step
-takes from that what the robot itself, the others and people may have gone. Only who has used it up
-is looked at again.
+A robot with 2 m of room need not be compared with walls in every step of 1 cm. So a measurement
+notes how far its base may go before its circle can touch something. Every step subtracts what the
+robot, the others and people may have moved. Only robots without room left are measured again.
 
-This leaves out looks, never contacts: a robot that passes here would pass the exact look too.
+This saves checks and never misses a contact: these robots would pass the exact check, too.
 """
 
 from __future__ import annotations
@@ -24,34 +23,26 @@ if TYPE_CHECKING:
     from simenv.world.surroundings import Surroundings
 
 REACH = 2.0
-"""Nothing is sought farther from the middle of a robot [m]."""
+"""Nothing farther from the middle of a robot counts [m]."""
 
 ROUNDING = 1e-6
-"""Taken off every distance, lest a last bit matters [m]."""
+"""Subtracted from every distance against rounding errors [m]."""
 
 PAUSE = 8
-"""A robot that is too near to something is not measured again for so many steps."""
+"""Steps before a robot that is too near to something is measured again."""
 
 
 class Clearance:
-    """How far n robots may go before they are to be looked at; row i belongs to robot i."""
+    """How far n robots may go before an exact check; row i belongs to robot i."""
 
     def __init__(self, surroundings: Surroundings) -> None:
-        """Know nothing of robots yet.
-
-        Args:
-            surroundings: What there is besides robots.
-        """
+        """Begin without robots."""
         self._surroundings = surroundings
         self._obstacles = surroundings.obstacles
         self.begin(np.zeros(0))
 
     def begin(self, radii: Array) -> None:
-        """Look at everybody anew.
-
-        Args:
-            radii: (n,) of the circles around the robots' bases that hold them [m].
-        """
+        """Begin with robots whose bases fit in circles of these radii (n,) [m]."""
         self._radii = radii
         self._still = np.full(len(radii), -np.inf)
         self._moving = np.full(len(radii), -np.inf)
@@ -62,7 +53,7 @@ class Clearance:
     def doubtful(self, poses: Array, ways: Array, swings: Array) -> Indices:
         """Return which robots may touch something in a step; the others surely do not.
 
-        The others keep their distance even from where any robot may be moved to meanwhile.
+        The others keep their distance even from wherever any robot may move in the step.
 
         Args:
             poses: (n, 3) where the robots stand before the step, frame map.
@@ -70,7 +61,7 @@ class Clearance:
             swings: (n,) how far anything on them goes at most [m], at least `ways`.
 
         Returns:
-            (k,) rows in ascending order; of robots that move only.
+            (k,) rows of moving robots, in ascending order.
         """
         if self._obstacles.changes != self._changes:
             self.begin(self._radii)
@@ -94,12 +85,12 @@ class Clearance:
         return doubtful
 
     def _short(self, widest: float) -> NDArray[np.bool_]:
-        """Return (n,) whose room is used up after a step in which nothing goes farther."""
+        """Return (n,) which robots have no room left if nothing moves more than `widest` [m]."""
         short: NDArray[np.bool_] = np.minimum(self._still, self._moving - widest) < 0
         return short
 
     def _measure(self, rows: Indices, poses: Array) -> None:
-        """Note how much room robots have around them where they stand."""
+        """Measure the room around robots where they stand."""
         places, radii = poses[rows], self._radii[rows]
         near = self._surroundings.near(places, np.full(len(rows), REACH))
         room = np.full(len(rows), REACH)

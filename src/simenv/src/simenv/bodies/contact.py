@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Nothing drives through anything: robots stop at contact, and every contact is counted once.
+"""Robots stop at contact, and every contact counts once.
 
-A contact is between a robot and the walls (benches and racks are walls here), an obstacle (a
-person, a shut door) or another robot. It begins when a step would take a robot into the other, and
-ends when there is a gap of `GAP` again; pushing on, or pushing again without backing off, is the
-same contact.
+A contact is between a robot and the walls (benches and racks included), an obstacle (a person, a
+shut door) or another robot. It begins when a step would take a robot into the other and ends when
+there is a gap of `GAP` again. Pushing on without backing off is the same contact.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from simenv.world.surroundings import Surroundings
 
 WALL = ""
-"""Stands for the walls where a robot's name would stand."""
+"""Stands for the walls in place of a name."""
 
 GAP = 0.01
 """The gap that ends a contact [m]."""
@@ -31,7 +30,7 @@ GAP = 0.01
 
 @dataclass(frozen=True)
 class Contact:
-    """That a robot ran into something.
+    """A robot ran into something.
 
     Attributes:
         name: The robot that moved.
@@ -48,15 +47,15 @@ class Contact:
 
 
 class Contacts:
-    """Stops robots at what is solid and notes how often that was needed.
+    """Stops robots at what is solid, and notes every contact.
 
     Attributes:
         noted: Every contact so far, once each.
-        footprints: Of all robots, in the order in which they were taken in.
+        footprints: Of all robots, in the order of their addition.
     """
 
     def __init__(self, surroundings: Surroundings) -> None:
-        """Take what there is besides the robots."""
+        """Begin without robots."""
         self._obstacles = surroundings.obstacles
         self._rows: dict[str, int] = {}
         self._shapes: list[Footprint] = []
@@ -67,7 +66,7 @@ class Contacts:
         self.noted: list[Contact] = []
 
     def add(self, name: str, footprint: Footprint) -> None:
-        """Take in a robot."""
+        """Add a robot."""
         self._shapes.append(footprint)
         self._count([*self._rows, name])
 
@@ -84,7 +83,7 @@ class Contacts:
         self._advance.begin(self.footprints)
 
     def reset(self) -> None:
-        """Forget every contact; the robots stay known."""
+        """Forget every contact, but keep the robots."""
         self._touching.clear()
         self._touched = {}
         self.noted.clear()
@@ -95,14 +94,13 @@ class Contacts:
         """Move all robots as far as they can go, and note who was stopped by what.
 
         Args:
-            poses: (n, 3) where they stand, in the order in which they were taken in, frame map.
-            ahead: (n, 3) where they would be after the step; may be changed.
-            ways: (n,) how far that is, or less [m]; at least how far it is.
-            turns: (n,) the same for how far they turn [rad].
+            poses: (n, 3) in the order of their addition, frame map.
+            ahead: (n, 3) poses after the full step; may be changed.
+            ways: (n,) upper bounds of how far that is [m].
+            turns: (n,) upper bounds of how far they turn [rad].
 
         Returns:
-            (n, 3) where they are after the step, and (n,) what share of the step they went: 1 if
-            nothing stopped them.
+            Poses (n, 3) after the step, and shares (n,) of the step done: 1 if nothing stopped it.
         """
         reached, shares, stops = self._advance.step(poses, ahead, ways, turns)
         if stops:
@@ -114,7 +112,7 @@ class Contacts:
         return reached, shares
 
     def _things(self) -> list[str]:
-        """Return the names of all things in the order in which `Stop.thing` numbers them."""
+        """Return the names of all things as `Stop.thing` numbers them."""
         return [WALL, *(each.name for each in self._obstacles.now), *self._rows]
 
     def _begin(self, contact: Contact) -> None:
@@ -134,12 +132,7 @@ class Contacts:
         return tuple(sorted(self._touched.get(name, ())))
 
     def _let_go(self, before: Array, poses: Array) -> None:
-        """End the contacts between which there is a gap now.
-
-        Args:
-            before: (n, 3) where the robots stood before the step, frame map.
-            poses: (n, 3) where they stand now; no gap has come where neither side has moved.
-        """
+        """End the contacts that have a gap now: only where a side has moved since `before`."""
         names = list(self._rows)
         moved = {names[row] for row in (poses != before).any(axis=1).nonzero()[0]}
         stays = self._rows.keys() - moved | {WALL}

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The footprints of all robots in arrays, so that one call asks about all of them.
+"""The footprints of all robots in arrays, so that one call handles all of them.
 
-Footprints have different numbers of corners. Those with fewer repeat their last one: the edge
-between it and itself has no length, and its normal is that of the edge before, so that neither a
-beam nor a clipping notices.
+Footprints with fewer corners than others repeat their last one: the edge between it and itself has
+no length, and its normal is that of the edge before, so neither beams nor clipping notice.
 """
 
 from __future__ import annotations
@@ -26,12 +25,12 @@ class Footprints:
     """The footprints of n robots; row i of every array belongs to robot i.
 
     Attributes:
-        corners: How many each of them has here.
-        radii: (n,) of the circles around the bases that hold them [m].
+        corners: Corners of each footprint, with repetitions.
+        radii: (n,) of the circles around the bases that hold the footprints [m].
     """
 
     def __init__(self, footprints: Sequence[Footprint]) -> None:
-        """Take the robots' footprints."""
+        """Put the footprints into arrays."""
         self.corners = max((len(each.corners) for each in footprints), default=0)
         self.radii = np.array([each.radius for each in footprints])
         self._points = self._even([each.corners for each in footprints])
@@ -44,14 +43,9 @@ class Footprints:
         return np.array(rows).reshape(len(rows), self.corners, 2)
 
     def outlines(self, rows: Indices, poses: Array) -> Array:
-        """Return the edges of robots that stand somewhere.
+        """Return the edges (k, corners, 2, 2) [m] of the robots `rows` (k,) at `poses` (k, 3).
 
-        Args:
-            rows: (k,) which robots.
-            poses: (k, 3) where, frame map [m, m, rad].
-
-        Returns:
-            (k, corners, 2, 2) in the map frame [m], with the robot on the left.
+        Everything is in the frame map; the robot is on the left of each edge.
         """
         edges = np.empty((len(rows), self.corners, 2, 2))
         edges[:, :, 0] = _turned(self._points[rows], poses[:, 2]) + poses[:, None, :2]
@@ -62,16 +56,13 @@ class Footprints:
     def touched(
         self, rows: Indices, poses: Array, segments: Array, margins: Array
     ) -> NDArray[np.bool_]:
-        """Say in which of k pairs of a robot and a segment the segment passes through the robot.
+        """Return (k,) in which pairs of a robot and a segment the segment crosses the robot.
 
         Args:
             rows: (k,) the robot of each pair.
             poses: (k, 3) where it stands, frame map [m, m, rad].
             segments: (k, 2, 2) the segment of each pair, frame map [m].
             margins: (k,) by how much the robot's edges are moved outwards first [m].
-
-        Returns:
-            (k,)
         """
         normals = _turned(self._normals[rows], poses[:, 2])
         ends = (segments - poses[:, None, :2]) @ normals.transpose(0, 2, 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How planar bases move: speed limits, acceleration limits, and one step along the way.
+"""How planar bases move: limits of speed and acceleration, and one step.
 
 All robots at once: row i of every array belongs to robot i. A velocity is (vx, vy, wz) in
 `base_footprint` [m/s, m/s, rad/s]; a pose is (x, y, yaw) [m, m, rad].
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Limits:
-    """What the bases can do; arrays (n,).
+    """Limits of n bases; arrays (n,).
 
     Attributes:
         speed: Top speed along x [m/s].
         diagonal: Top speed along a diagonal [m/s].
-        sideways: 1 for a base that can move along y, 0 for one that cannot.
+        sideways: 1 for a base that can move along y, else 0.
         yaw_rate: [rad/s]
         acceleration: Of the robot without load, also its deceleration [m/s^2].
         yaw_acceleration: [rad/s^2]
@@ -45,7 +45,7 @@ class Limits:
 
 
 def limits_of(models: Sequence[RobotModel]) -> Limits:
-    """Collect the limits of these robots' bases."""
+    """Return the limits of these robots' bases."""
     bases = [model.base for model in models]
     return Limits(
         speed=np.array([base.max_speed for base in bases]),
@@ -59,10 +59,10 @@ def limits_of(models: Sequence[RobotModel]) -> Limits:
 
 
 def within_limits(commands: Array, limits: Limits) -> Array:
-    """Return the velocities (n, 3) that the bases can reach, nearest to what is commanded (n, 3).
+    """Return the velocities (n, 3) nearest to the commands (n, 3) that the bases can reach.
 
-    The direction of travel is kept. What a holonomic base can reach is the octagon through
-    `speed` on the axes and `diagonal` between them.
+    The direction of travel stays. A holonomic base reaches the octagon through `speed` on the axes
+    and `diagonal` between them.
     """
     allowed = commands.copy()
     allowed[:, 1] *= limits.sideways
@@ -75,31 +75,19 @@ def within_limits(commands: Array, limits: Limits) -> Array:
 
 
 def changes_of(limits: Limits, load: Array, dt: float) -> Array:
-    """Return by how much the velocities can change in a step.
+    """Return how much velocities can change in a step of `dt` [s] with loads (n,) [kg] on board.
 
-    The motors' force stays the same whatever is on board, so a load takes from the acceleration
-    what it adds to the mass: a = a0 m / (m + load).
-
-    Args:
-        limits: Of the bases.
-        load: (n,) on board [kg].
-        dt: Length of the step [s].
+    The motors' force is the same with any load, so a = a0 m / (m + load).
 
     Returns:
-        (2, n) in any direction [m/s], and of turning [rad/s].
+        (2, n): in any direction [m/s], and of turning [rad/s].
     """
     share = limits.mass / (limits.mass + load) * dt
     return np.array([limits.acceleration * share, limits.yaw_acceleration * share])
 
 
 def accelerated(velocities: Array, targets: Array, changes: Array) -> Array:
-    """Return the velocities (n, 3) after a step towards `targets` (n, 3).
-
-    Args:
-        velocities: (n, 3) now.
-        targets: (n, 3) within the limits.
-        changes: (2, n) what the step can change, see `changes_of`.
-    """
+    """Return the velocities (n, 3) after a step towards `targets`; see `changes_of`."""
     most, turn = changes
     change = targets - velocities
     size = np.hypot(change[:, 0], change[:, 1])
@@ -112,8 +100,8 @@ def accelerated(velocities: Array, targets: Array, changes: Array) -> Array:
 def moved(poses: Array, shifts: Array) -> Array:
     """Return the poses (n, 3) after shifts (n, 3) given in each robot's own frame.
 
-    A shift is a velocity times dt. It is applied along the heading half way through the turn, the
-    midpoint rule: exact up to the third order of the angle turned.
+    A shift is a velocity times dt. By the midpoint rule it goes along the heading half way through
+    the turn, which is exact up to the third order of the angle turned.
     """
     middle = poses[:, 2] + shifts[:, 2] / 2
     cos, sin = cos_and_sin(middle)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Picking and putting down: how long it takes, what is then on board, and what can go wrong.
+"""Picking and placing: how long it takes, what is on board afterwards, and what can go wrong.
 
-An arm can pick at any free place. Where a station of the world is within its reach, the station's
-stock and its own duration count.
+An arm can pick anywhere. If a station of the world is within its reach, the station's stock and
+duration count.
 
-A robot carries one load. What is still on board when it picks for another task counts as taken off
-by people in the meantime: a task that ends with a pick (GPA) ends with the load on board.
+A robot carries one load. A load that is still on board at the next pick counts as taken off by
+people meanwhile, because a task that ends with a pick (GPA) leaves its load on board.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
     from hive_common.pose import Pose
     from robot_description.models import RobotModel
-    from simenv.world.world import Station
+    from simenv.world.world_content import Station
 
 STILL = 0.02
-"""How far the base may drift while the arm is at work [m], and turn [rad]."""
+"""How far the base may drift [m] and turn [rad] while the arm works."""
 
 
 class Act(IntEnum):
-    """What the arm is asked to do; numbers as in blackboard/Pick.action."""
+    """What the arm does; numbers as in blackboard/Pick.action."""
 
     PICK = 0
     """Take a load on board."""
@@ -39,29 +39,29 @@ class Act(IntEnum):
     """Put a load down."""
 
 
-class Outcome(IntEnum):
-    """How it ended; numbers as in blackboard/Pick.action."""
+class PickOutcome(IntEnum):
+    """How an order ended; numbers as in blackboard/Pick.action."""
 
     SUCCESS = 0
     """Done."""
     TOO_HEAVY = 100
-    """Over what the arm can lift."""
+    """More than the arm can lift."""
     NOTHING_THERE = 101
-    """Nothing to pick here, or nothing on board to put down."""
+    """Nothing to pick here, or nothing on board to place."""
     MOVED = 102
-    """The base moved while the arm was at work."""
+    """The base moved while the arm worked."""
     DROPPED = 103
     """The grip failed; the load is where it was."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """What the arm is asked to do.
+    """An order to the arm.
 
     Attributes:
-        act: Pick or put down.
-        task_id: The task it is done for; what is picked for a task is put down for it.
-        payload: Of the load [kg], at least 0.
+        act: Pick or place.
+        task_id: The task; a load picked for a task is placed for the same task.
+        payload: Mass of the load [kg], at least 0.
     """
 
     act: Act
@@ -69,39 +69,30 @@ class Order:
     payload: float
 
     def __post_init__(self) -> None:
-        """Refuse a load that is no load."""
+        """Refuse a negative or infinite load."""
         if not (math.isfinite(self.payload) and self.payload >= 0):
             raise CommandError(f"payload {self.payload} kg; allowed: a number of at least 0")
 
 
 @dataclass(frozen=True)
 class Load:
-    """What is on board.
-
-    Attributes:
-        task_id: The task it belongs to.
-        payload: Its mass [kg].
-    """
+    """What is on board."""
 
     task_id: str
     payload: float
+    """[kg]"""
 
 
 @dataclass(frozen=True)
 class Result:
-    """How an order ended.
+    """How an order ended, as a number and in words."""
 
-    Attributes:
-        outcome: In a number.
-        message: In words.
-    """
-
-    outcome: Outcome
+    outcome: PickOutcome
     message: str
 
 
 class Stock:
-    """What there is left to pick at the stations."""
+    """What is left to pick at the stations."""
 
     def __init__(self, stations: Sequence[Station]) -> None:
         """Fill the stations as the world says."""
@@ -109,7 +100,7 @@ class Stock:
         self.refill()
 
     def refill(self) -> None:
-        """Put as much there as at the start."""
+        """Restore the stock of the start."""
         self._left = {station.name: station.stock for station in self._stations}
 
     def near(self, pose: Pose, reach: float) -> Station | None:
@@ -122,11 +113,11 @@ class Stock:
         return self._stations[index] if distance <= reach else None
 
     def empty(self, station: Station) -> bool:
-        """Say whether there is nothing left at a station."""
+        """Return whether nothing is left at a station."""
         return self._left[station.name] == 0
 
     def change(self, station: Station, by: int) -> None:
-        """Take something away from a station or bring something there."""
+        """Add to the stock of a station, or take from it."""
         left = self._left[station.name]
         if left is not None:
             self._left[station.name] = left + by
@@ -136,17 +127,17 @@ class Arm:
     """The arm of one robot: at most one order at a time.
 
     Attributes:
-        progress: 0..1 of the order at hand, or of the last one.
-        result: How the last order ended; None while one is at hand, and before the first.
+        progress: Of the current or last order, 0..1.
+        result: How the last order ended; None while one is under way, and before the first.
         load: What is on board, or None.
         failures: Probability that a grip fails, 0..1.
-        fail_next: How many of the next grips fail in any case.
+        fail_next: Number of next grips that fail in any case.
     """
 
     def __init__(
         self, model: RobotModel, stock: Stock, random: np.random.Generator, failures: float = 0.0
     ) -> None:
-        """Mount the arm that the model says; see `can_pick` for a model without one."""
+        """Take the arm of a model, which may have none; see `can_pick`."""
         self._random = random
         self.failures = failures
         self.fail_next = 0
@@ -162,7 +153,7 @@ class Arm:
 
     @property
     def can_pick(self) -> bool:
-        """Whether the robot has an arm at all."""
+        """Whether the robot has an arm."""
         return self._model.arm is not None
 
     @property
@@ -172,29 +163,25 @@ class Arm:
 
     @property
     def progress(self) -> float:
-        """How much of the order is done, 0..1."""
+        """Share of the order that is done, 0..1."""
         return min(self._elapsed / self._duration, 1.0) if self._duration else 0.0
 
     @property
     def busy(self) -> bool:
-        """Whether an order is at hand."""
+        """Whether an order is under way."""
         return self._order is not None
 
     def start(self, order: Order, pose: Pose) -> None:
-        """Begin an order, or end it at once with the reason in `result`.
-
-        Args:
-            order: What is to be done.
-            pose: Where the base is, frame map.
+        """Start an order with the base at `pose`, frame map, or refuse it with a `result`.
 
         Raises:
-            CommandError: The robot has no arm, or its arm is at work.
+            CommandError: The robot has no arm, or its arm is busy.
         """
         arm = self._model.arm
         if arm is None:
             raise CommandError(f"the model {self._model.name} has no arm; send another robot")
         if self.busy:
-            raise CommandError("the arm is at work; wait for its result or cancel it")
+            raise CommandError("the arm is busy; wait for its result or cancel it")
         self._station = self._stock.near(pose, arm.reach)
         own = arm.pick_duration if order.act is Act.PICK else arm.place_duration
         given = self._station.duration if self._station and order.act is Act.PICK else None
@@ -210,61 +197,56 @@ class Arm:
                 return None
             on_board = f"the load of task '{self.load.task_id}'" if self.load else "nothing"
             return Result(
-                Outcome.NOTHING_THERE,
+                PickOutcome.NOTHING_THERE,
                 f"{on_board} is on board, not the load of task '{order.task_id}'",
             )
         if order.payload > limit:
             return Result(
-                Outcome.TOO_HEAVY, f"{order.payload:g} kg is over the arm's {limit:g} kg"
+                PickOutcome.TOO_HEAVY, f"{order.payload:g} kg is over the arm's {limit:g} kg"
             )
         if self._station and self._stock.empty(self._station):
-            return Result(Outcome.NOTHING_THERE, f"nothing is left at '{self._station.name}'")
+            return Result(PickOutcome.NOTHING_THERE, f"nothing is left at '{self._station.name}'")
         return None
 
     def cancel(self) -> None:
-        """Drop the order at hand; what is on board stays as it was."""
+        """Drop the current order; what is on board stays."""
         self._order = None
 
     def step(self, pose: Pose, dt: float) -> None:
-        """Go on with the order at hand.
-
-        Args:
-            pose: Where the base is now, frame map.
-            dt: Time since the last step [s].
-        """
+        """Continue the current order for `dt` [s], with the base at `pose`, frame map."""
         if self._order is None or self._start is None:
             return
         turned = abs(math.remainder(pose.yaw - self._start.yaw, math.tau))
         if max(math.dist(pose[:2], self._start[:2]), turned) > STILL:
-            self._end(Outcome.MOVED, "the base moved while the arm was at work")
+            self._end(PickOutcome.MOVED, "the base moved while the arm worked")
             return
         self._elapsed += dt
         if self._elapsed >= self._duration - dt / 2:
             self._finish(self._order)
 
     def reset(self) -> None:
-        """Let the arm be empty and at rest."""
+        """Return to an empty arm at rest."""
         self._order = self.result = self.load = None
         self.fail_next = 0
 
     def _finish(self, order: Order) -> None:
         if self._fails():
-            self._end(Outcome.DROPPED, "the grip failed; the load is where it was; try again")
+            self._end(PickOutcome.DROPPED, "the grip failed; the load is where it was; try again")
             return
         where = f"at '{self._station.name}'" if self._station else "at a free place"
         picked = order.act is Act.PICK
         self.load = Load(order.task_id, order.payload) if picked else None
         if self._station:
             self._stock.change(self._station, -1 if picked else 1)
-        self._end(Outcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")
+        self._end(PickOutcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")
 
     def _fails(self) -> bool:
-        """Return whether this grip fails; a draw is made only where it matters."""
+        """Return whether this grip fails; draw a random number only if it matters."""
         if self.fail_next:
             self.fail_next -= 1
             return True
         return self.failures > 0 and self._random.random() < self.failures
 
-    def _end(self, outcome: Outcome, message: str) -> None:
+    def _end(self, outcome: PickOutcome, message: str) -> None:
         self._order = None
         self.result = Result(outcome, message)

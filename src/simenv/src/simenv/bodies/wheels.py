@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What robots' wheels say of the way that their bases go."""
+"""What robots' wheels measure of their motion."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
-    from simenv.sensors.noise import Noise
+    from simenv.noise import Noise
 
 BLOCK = 64
-"""Chance is drawn for so many steps of a robot at once; the numbers are the same one by one."""
+"""Steps of a robot for which random numbers are drawn at once; one by one gives the same."""
 
 DRAWS = 3
-"""Errors of a step: along the way, of turning, of veering off."""
+"""Errors of a step: in distance, in turning, and by veering off."""
 
 
 class Wheels:
     """The wheels of n robots; row i of every array belongs to robot i.
 
     Args:
-        noise: How wrong they are, see `Noise`.
+        noise: Their errors.
     """
 
     def __init__(self, noise: Noise) -> None:
@@ -34,7 +34,7 @@ class Wheels:
         self._used = np.zeros(0, dtype=int)
 
     def add(self, random: np.random.Generator) -> None:
-        """Mount the wheels of one more robot; `random` makes their errors."""
+        """Add the wheels of a robot; `random` makes their errors."""
         self._random.append(random)
         along, turning = random.normal(1.0, self._noise.wheels, 2)
         self._shares = np.vstack([self._shares, (along, along, turning)])
@@ -42,7 +42,7 @@ class Wheels:
         self._used = np.append(self._used, BLOCK)
 
     def remove(self, row: int) -> None:
-        """Take a robot's wheels away."""
+        """Remove the wheels of a robot."""
         del self._random[row]
         self._shares = np.delete(self._shares, row, axis=0)
         self._drawn = np.delete(self._drawn, row, axis=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the simulation says, as ROS messages."""
+"""Makes ROS messages from what the simulation measures."""
 
 from __future__ import annotations
 
@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING
 import nav_msgs.msg
 import rospy
 import sensor_msgs.msg
-from geometry_msgs.msg import TransformStamped
 
-from hive_common.pose import Pose
 from hive_common.ros.conversions import quaternion_of
 
 if TYPE_CHECKING:
-    from geometry_msgs.msg import Pose2D
     from std_msgs.msg import Header
 
     from hive_common.geometry import Array
+    from hive_common.pose import Pose
     from robot_description.models import Laser
 
 
@@ -26,22 +24,10 @@ def stamp_of(nanoseconds: int) -> rospy.Time:
     return rospy.Time(*divmod(nanoseconds, 1_000_000_000))
 
 
-def pose_from(message: Pose2D) -> Pose:
-    """Return the pose that a message holds."""
-    return Pose(message.x, message.y, message.theta)
-
-
 def odometry_msg(
     header: Header, child_frame: str, pose: Pose, velocity: tuple[float, float, float]
 ) -> nav_msgs.msg.Odometry:
-    """Say where a robot is.
-
-    Args:
-        header: Stamp, and the frame of the pose.
-        child_frame: The frame that is there, in which the velocity is given.
-        pose: Where it is [m, m, rad].
-        velocity: vx, vy, wz [m/s, m/s, rad/s].
-    """
+    """Make an Odometry: `pose` in the header's frame, `velocity` in `child_frame`."""
     message = nav_msgs.msg.Odometry(header=header, child_frame_id=child_frame)
     message.pose.pose.position.x = pose.x
     message.pose.pose.position.y = pose.y
@@ -51,26 +37,10 @@ def odometry_msg(
     return message
 
 
-def transform_msg(header: Header, child_frame: str, pose: Pose) -> TransformStamped:
-    """Say where a frame is, seen from the frame of the header."""
-    message = TransformStamped(header=header, child_frame_id=child_frame)
-    message.transform.translation.x = pose.x
-    message.transform.translation.y = pose.y
-    message.transform.rotation = quaternion_of(pose.yaw)
-    return message
-
-
 def scan_msg(
     header: Header, laser: Laser, angles: Array, distances: Array
 ) -> sensor_msgs.msg.LaserScan:
-    """Say what a laser measured.
-
-    Args:
-        header: Stamp, and the laser's frame.
-        laser: The laser.
-        angles: (beams,) their directions in that frame [rad].
-        distances: (beams,) what they measured [m].
-    """
+    """Make a LaserScan of distances (beams,) [m] at angles (beams,) [rad] in the laser's frame."""
     return sensor_msgs.msg.LaserScan(
         header=header,
         angle_min=float(angles[0]),

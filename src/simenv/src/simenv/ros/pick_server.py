@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import actionlib
 from blackboard.msg import PickAction, PickFeedback, PickResult
 
-from simenv.bodies.pick import Act, Order, Outcome
+from simenv.bodies.pick import Act, Order, PickOutcome
 from simenv.errors import CommandError
 
 if TYPE_CHECKING:
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 
 class PickServer:
-    """Gives the orders of action clients to a robot's arm; a new order takes the place of an old.
+    """Passes the orders of action clients to a robot's arm; a new order replaces the old one.
 
     ROS Actions:
         <robot>/pick (blackboard/PickAction): SUCCEEDED, ABORTED with the reason in the result, or
-            PREEMPTED when cancelled or replaced. Feedback says the progress at 5 Hz.
+            PREEMPTED when cancelled or replaced. Feedback gives the progress at 5 Hz.
     """
 
     def __init__(self, name: str, simulation: Simulation, inbox: Inbox) -> None:
@@ -40,7 +40,7 @@ class PickServer:
         self._server.start()
 
     def stop(self) -> None:
-        """Serve no longer."""
+        """Stop serving."""
         self._drop("the robot was removed from the simulation")
         self._server.stop()
 
@@ -68,18 +68,18 @@ class PickServer:
             self._goal = None
 
     def report(self) -> None:
-        """Tell the client how the order ended, if it has."""
+        """Send the client the result once the order has ended."""
         result = self._arm.result
         if self._goal is None or result is None:
             return
         message = PickResult(outcome=int(result.outcome), message=result.message)
-        if result.outcome is Outcome.SUCCESS:
+        if result.outcome is PickOutcome.SUCCESS:
             self._goal.set_succeeded(message, result.message)
         else:
             self._goal.set_aborted(message, result.message)
         self._goal = None
 
     def feed_back(self) -> None:
-        """Tell the client how far the order is."""
+        """Send the client the progress of the order."""
         if self._goal is not None:
             self._goal.publish_feedback(PickFeedback(progress=self._arm.progress))

@@ -11,9 +11,10 @@ import sensor_msgs.msg
 from geometry_msgs.msg import Twist
 from std_msgs.msg import Bool, Header
 
+from hive_common.ros.conversions import transform_to_msg
 from simenv.errors import CommandError
 from simenv.pacing import Every
-from simenv.ros.conversions import odometry_msg, scan_msg, stamp_of, transform_msg
+from simenv.ros.conversions import odometry_msg, scan_msg, stamp_of
 from simenv.ros.pick_server import PickServer
 from simenv.simulation import STEP
 
@@ -33,16 +34,16 @@ FEEDBACK_RATE = 5.0
 """[Hz, simulated time]"""
 
 _QUEUE_SIZE = 5
-"""Messages kept for a slow subscriber; a frozen one must not hold up the simulation."""
+"""Messages queued for a slow subscriber; a frozen one must not stop the simulation."""
 
 
 class RobotTopics:
-    """Tells the world how a robot is, and the robot what the world wants.
+    """Publishes what a robot senses, and passes on its commands.
 
     ROS Publishers:
         <robot>/odom (nav_msgs/Odometry): 20 Hz; <robot>/base_footprint in <robot>/odom.
         <robot>/scan (sensor_msgs/LaserScan): at the rate of the model's laser; <robot>/laser.
-        <robot>/bumper (std_msgs/Bool): latched; whether it touches something.
+        <robot>/bumper (std_msgs/Bool): latched; true while it touches something.
         <robot>/ground_truth (nav_msgs/Odometry): 10 Hz; <robot>/base_footprint in map.
     ROS Subscribers:
         <robot>/cmd_vel (geometry_msgs/Twist): linear x, y [m/s] and angular z [rad/s] count.
@@ -71,7 +72,7 @@ class RobotTopics:
         )
 
     def close(self) -> None:
-        """Take the topics away."""
+        """Close the topics."""
         for topic in (self._commands, self._odom, self._truth, self._scan, self._bumper):
             topic.unregister()
         if self._pick is not None:
@@ -91,7 +92,7 @@ class RobotTopics:
             rospy.logwarn_throttle(5.0, str(error))
 
     def collect(self, nanoseconds: int) -> list[tuple[rospy.Publisher, object]]:
-        """Return what is due on the robot's topics after the step that ended at this time [ns]."""
+        """Return the messages that are due after the step that ended at this time [ns]."""
         stamp = stamp_of(nanoseconds)
         due: list[tuple[rospy.Publisher, object]] = []
         if self._odometry_due.due(nanoseconds):
@@ -103,7 +104,7 @@ class RobotTopics:
         return due
 
     def report(self, nanoseconds: int) -> None:
-        """Tell whoever minds what the arm and the bumper have to say that is new."""
+        """Publish news of the bumper and the arm."""
         touching = bool(self._simulation.bumper(self._name))
         if touching is not self._touching:
             self._touching = touching
@@ -114,12 +115,11 @@ class RobotTopics:
                 self._pick.feed_back()
 
     def transform(self, nanoseconds: int) -> TransformStamped | None:
-        """Return where the odometry puts the robot, or None if that is not due."""
+        """Return the transform of the odometry, or None if it is not due."""
         if not self._odometry_due.due(nanoseconds):
             return None
-        header = Header(stamp=stamp_of(nanoseconds), frame_id=f"{self._name}/odom")
-        pose = self._simulation.odometry(self._name)
-        return transform_msg(header, f"{self._name}/base_footprint", pose)
+        pose, stamp = self._simulation.odometry(self._name), stamp_of(nanoseconds)
+        return transform_to_msg(pose, f"{self._name}/odom", f"{self._name}/base_footprint", stamp)
 
     def _odometry(self, stamp: rospy.Time) -> nav_msgs.msg.Odometry:
         return odometry_msg(

@@ -2,7 +2,7 @@
 """Opens RViz with the whole map in view, whatever its size.
 
 ROS Subscribers:
-    map_metadata (nav_msgs/MapMetaData): how large the map is.
+    map_metadata (nav_msgs/MapMetaData): the size of the map.
 ROS Parameters:
     ~config: path of the RViz configuration; rviz.launch gives hive.rviz.
     ~timeout (30): how long to wait for the map, on the wall clock [s].
@@ -16,12 +16,15 @@ from pathlib import Path
 
 import rospkg
 import rospy
+import yaml
 from nav_msgs.msg import MapMetaData
 
+from hive_common.errors import HiveError, MapError
 from hive_common.pose import Pose
 from hive_common.ros.params import number, text
-from simenv.errors import SimenvError
-from simenv.rviz_view import fitted
+
+AROUND = (60, 140)
+"""Width and height that menu, tools, status and docks take of the window [pixels]."""
 
 
 def main() -> int:
@@ -29,7 +32,7 @@ def main() -> int:
     rospy.init_node("rviz")
     try:
         path = _write_config()
-    except (SimenvError, rospy.ROSInterruptException) as error:
+    except (HiveError, rospy.ROSInterruptException) as error:
         rospy.logfatal(str(error))
         return 1
     except OSError as error:
@@ -62,3 +65,28 @@ def _fit(config: str, timeout: float) -> str:
     origin = info.origin.position
     size = (info.width * info.resolution, info.height * info.resolution)
     return fitted(config, Pose(origin.x, origin.y, 0.0), size)
+
+
+def fitted(config: str, origin: Pose, size: tuple[float, float]) -> str:
+    """Return an RViz configuration that shows the whole of a map.
+
+    Args:
+        config: A configuration with a TopDownOrtho view, as RViz writes it.
+        origin: Lower left corner of the map, frame map [m, m, rad].
+        size: Width and height of the map [m].
+
+    Raises:
+        MapError: The configuration has no such view, or the map no size.
+    """
+    if min(size) <= 0:
+        raise MapError(f"the map is {size[0]:g} m x {size[1]:g} m; it must have a size")
+    content = yaml.safe_load(config)
+    try:
+        window = content["Window Geometry"]["Width"], content["Window Geometry"]["Height"]
+        view = content["Visualization Manager"]["Views"]["Current"]
+    except (KeyError, TypeError):
+        raise MapError("the RViz configuration has no window or view; take hive.rviz") from None
+    view["Scale"] = min((window[axis] - AROUND[axis]) / size[axis] for axis in (0, 1))
+    view["X"] = origin.x + size[0] / 2
+    view["Y"] = origin.y + size[1] / 2
+    return str(yaml.safe_dump(content, sort_keys=False))

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from dataclasses import fields, replace
 
 import rospy
 from rosgraph_msgs.msg import Clock
@@ -23,15 +23,17 @@ from std_srvs.srv import (
 from tf2_msgs.msg import TFMessage
 
 from hive_common.errors import HiveError
+from hive_common.pose import Pose
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.links import mend_links
+from hive_common.ros.params import number, text, whole_number
 from robot_description.models import load_model
 from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
 from simenv.msg import Fault as FaultMsg
+from simenv.noise import Noise
 from simenv.pacing import Pacer
-from simenv.ros.conversions import pose_from, stamp_of
-from simenv.ros.params import MAX_RTF, MIN_RTF, simulator_params
+from simenv.ros.conversions import stamp_of
 from simenv.ros.robot_topics import RobotTopics
 from simenv.ros.world_markers import WorldMarkers
 from simenv.simulation import STEP, Simulation
@@ -51,29 +53,29 @@ from simenv.srv import (
 )
 from simenv.world.world_file import load_world
 
-if TYPE_CHECKING:
-    from simenv.ros.params import SimulatorParams
+MIN_RTF, MAX_RTF = 0.01, 100.0
+"""The range of real-time factors."""
 
 _BUSY = "the simulator is too busy to answer; try again"
 
 
 class SimulatorNode:
-    """Lets the simulated time pass and tells everyone.
+    """Advances simulated time and publishes what happens.
 
     ROS Publishers:
-        /clock (rosgraph_msgs/Clock): about 50 times a second on the wall.
+        /clock (rosgraph_msgs/Clock): about 50 Hz of wall time.
         /tf (tf2_msgs/TFMessage): <robot>/odom -> <robot>/base_footprint, 20 Hz.
         simenv/collisions (std_msgs/UInt32): latched; contacts robot-wall and robot-robot so far.
     ROS Services:
         simenv/spawn (simenv/Spawn), simenv/remove (simenv/Remove)
-        simenv/reset (std_srvs/Empty): robots, people, doors, loads and contacts as at the start.
-        simenv/pause (std_srvs/SetBool): true stops the time, false lets it go on.
-        simenv/step (std_srvs/Trigger): while it is stopped, one step of it.
+        simenv/reset (std_srvs/Empty): returns robots, people, doors, loads, contacts to the start.
+        simenv/pause (std_srvs/SetBool): true stops time, false lets it run.
+        simenv/step (std_srvs/Trigger): one step while time is stopped.
         simenv/door (simenv/SetDoor): opens or shuts a door of the world.
-        simenv/inject_fault (simenv/InjectFault): makes a fault, or ends it.
+        simenv/inject_fault (simenv/InjectFault): injects a fault, or ends it.
     ROS Subscribers:
         simenv/rtf (std_msgs/Float64): a new real-time factor, 0.01..100.
-        simenv/fault (simenv/Fault): a fault at will, or its end.
+        simenv/fault (simenv/Fault): injects a fault, or ends it.
     ROS Parameters:
         ~world (lab), ~rtf (1), ~seed (0), ~noise (1), ~pick_failures (0): see simulator.launch.
 
@@ -81,7 +83,7 @@ class SimulatorNode:
     """
 
     def __init__(self, simulation: Simulation, rtf: float) -> None:
-        """Show a simulation to ROS, `rtf` times as fast as the time on the wall."""
+        """Run a simulation `rtf` times as fast as wall time."""
         self._simulation = simulation
         self._rtf = rtf
         self._inbox = Inbox()
@@ -110,7 +112,7 @@ class SimulatorNode:
         self._scene.start()
 
     def run(self) -> None:
-        """Let time pass until the node is shut down."""
+        """Run until the node is shut down."""
         self._pacer = Pacer(self._rtf, STEP, time.monotonic())
         while not rospy.is_shutdown():
             try:
@@ -119,7 +121,7 @@ class SimulatorNode:
                     self._tick(self._pacer.steps)
             except rospy.ROSException:
                 if rospy.is_shutdown():
-                    return  # the topics were closed in the middle of the tick
+                    return  # the topics closed during the tick
                 raise
             pause = self._pacer.tick_done(time.monotonic())
             if self._pacer.reached is not None and not self._warned:
@@ -131,7 +133,7 @@ class SimulatorNode:
             time.sleep(pause)
 
     def _tick(self, steps: int) -> None:
-        """Take some steps, tell the time, then tell what happened; no stamp is ever ahead."""
+        """Take some steps, publish the time, then what happened: no stamp is ever ahead."""
         due: list[tuple[rospy.Publisher, object]] = []
         for _ in range(steps):
             self._simulation.step()
@@ -208,7 +210,7 @@ class SimulatorNode:
         self._inbox.put(lambda: rospy.logwarn(self._inject(msg)[1]))
 
     def _inject(self, msg: FaultMsg) -> tuple[bool, str]:
-        """Make a fault; return whether it was made, and what to say."""
+        """Inject a fault; return whether it worked, and what to say."""
         try:
             said = inject(self._simulation, Fault(msg.kind, msg.target, msg.value, msg.area))
         except SimenvError as error:
@@ -223,7 +225,7 @@ class SimulatorNode:
         return self._inbox.ask(lambda: self._remove(request), RemoveResponse(False, _BUSY))
 
     def _spawn(self, request: SpawnRequest) -> SpawnResponse:
-        pose = pose_from(request.pose)
+        pose = Pose(request.pose.x, request.pose.y, request.pose.theta)
         try:
             self._simulation.add_robot(request.name, load_model(request.model), pose)
         except HiveError as error:
@@ -248,16 +250,31 @@ def main() -> int:
     rospy.init_node("simulator")
     mend_links()
     try:
-        params: SimulatorParams = simulator_params()
-        world = load_world(params.world)
+        simulation = _simulation()
+        rtf = number("rtf", least=MIN_RTF, most=MAX_RTF, default=1.0)
     except HiveError as error:
         rospy.logfatal(str(error))
         return 1
-    simulation = Simulation(
-        world, seed=params.seed, noise=params.noise, pick_failures=params.pick_failures
-    )
-    node = SimulatorNode(simulation, params.rtf)
+    node = SimulatorNode(simulation, rtf)
     node.start()
-    rospy.loginfo(f"simulating the world '{world.name}' at a real-time factor of {params.rtf:g}")
+    rospy.loginfo(
+        f"simulating the world '{simulation.world.name}' at a real-time factor of {rtf:g}"
+    )
     node.run()
     return 0
+
+
+def _simulation() -> Simulation:
+    """Make the simulation of the parameters; `~noise_laser` and the like go before `~noise`."""
+    noise = Noise().times(number("noise", least=0.0, most=100.0, default=1.0))
+    own = {
+        field.name: number(f"noise_{field.name}", least=0.0, most=10.0)
+        for field in fields(Noise)
+        if rospy.has_param(f"~noise_{field.name}")
+    }
+    return Simulation(
+        load_world(text("world", default="lab")),
+        seed=whole_number("seed", least=0, most=2**31, default=0),
+        noise=replace(noise, **own),
+        pick_failures=number("pick_failures", least=0.0, most=1.0, default=0.0),
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The world in RViz, in 3D: what stays, doors, places, people."""
+"""Shows the world in RViz in 3D: shapes, doors, places, people."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from hive_common.ros.conversions import quaternion_of
 from simenv.pacing import Every
 from simenv.ros.conversions import stamp_of
 from simenv.simulation import STEP
-from simenv.world.prisms import prism
+from simenv.world.shapes import prism
 
 if TYPE_CHECKING:
     from simenv.simulation import Simulation
     from simenv.world.shapes import Shape
-    from simenv.world.world import Place
+    from simenv.world.world_content import Place
 
 COLOURS = {
     "walls": (0.75, 0.75, 0.72, 1.0),
@@ -48,7 +48,7 @@ class WorldMarkers:
     """
 
     def __init__(self, simulation: Simulation) -> None:
-        """Show the world of this simulation."""
+        """Show the world of a simulation."""
         self._simulation = simulation
         self._people_due = Every(PEOPLE_RATE, STEP)
 
@@ -61,7 +61,7 @@ class WorldMarkers:
         self.show()
 
     def show(self) -> None:
-        """Tell how the world is now."""
+        """Publish the present state of the world."""
         world = self._simulation.world
         shut = self._simulation.obstacles.shut
         markers = [_body(shape) for shape in world.shapes]
@@ -72,7 +72,7 @@ class WorldMarkers:
         self._world.publish(_numbered(markers))
 
     def tick(self, nanoseconds: int) -> None:
-        """Tell where people are at a time [ns], if that has become due since it was told last."""
+        """Publish where people are at a time [ns], if that is due."""
         world = self._simulation.world
         if not (world.people and self._people_due.has_come(nanoseconds)):
             return
@@ -101,7 +101,7 @@ def _numbered(markers: list[Marker]) -> MarkerArray:
 
 
 def _body(shape: Shape, *, shown: bool = True) -> Marker:
-    """Return something solid; not shown where it is taken away, as an open door is."""
+    """Return the marker of a shape; `shown` is false for an open door, which it removes."""
     marker = _marker(shape.kind, Marker.TRIANGLE_LIST)
     marker.scale = Vector3(1.0, 1.0, 1.0)
     if shown:
@@ -113,7 +113,7 @@ def _body(shape: Shape, *, shown: bool = True) -> Marker:
 
 
 def _sign(kind: str, place: Place) -> list[Marker]:
-    """Return an arrow for how a robot stands at a place, and the place's name."""
+    """Return an arrow for a robot's pose at a place, and the name of the place."""
     arrow, name = _marker(kind, Marker.ARROW), _marker(kind, Marker.TEXT_VIEW_FACING)
     arrow.pose.position = Point(place.pose.x, place.pose.y, 0.02)
     arrow.pose.orientation = quaternion_of(place.pose.yaw)

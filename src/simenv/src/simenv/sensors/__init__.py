@@ -1,1 +1,1 @@
-"""What simulated robots sense: laser beams and noise."""
+"""What simulated robots sense: laser beams."""

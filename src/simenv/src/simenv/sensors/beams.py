@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the beams of scanners hit: the beams of many scanners and all that is near them at once.
+"""What laser beams hit, for many scanners at once.
 
-Each segment hides a range of neighbouring beams from what is behind it. So no beam is tried with
-every segment: the bearings of a segment's ends say which beams meet it, and only those are cut
-with it. The cuts are exact, there is no raster.
+Each segment meets a range of neighbouring beams. So no beam is tried with every segment: the
+bearings of a segment's ends tell which beams meet it, and only those are cut with it. The cuts are
+exact, without a raster.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
 
 CORNER = 1e-6
-"""By what share of the angle between two beams a segment counts as wider, lest a beam slips
+"""Share of the angle between two beams by which a segment counts as wider, so that no beam slips
 through between it and its neighbour."""
 
 EDGE_ON = -1e-12
-"""The least that the cross product of a beam and a segment facing it is taken for [m]."""
+"""Limit of the cross product of a beam and a segment that faces it [m]."""
 
 
 class Fan:
-    """The directions of a scanner's beams, evenly spread.
+    """The directions of a scanner's beams, evenly spaced.
 
     Attributes:
         angles: (n,) counter-clockwise from the scanner's heading [rad].
-        directions: (2, n) of unit vectors that way, x and y.
-        spread: (3,) the first angle, from one to the next [rad], how many.
+        directions: (2, n) unit vectors of these directions.
+        spread: (3,) first angle, increment [rad], number.
     """
 
     def __init__(self, first: float, increment: float, number: int) -> None:
@@ -47,21 +47,21 @@ class Fan:
 def cast(
     fans: Sequence[Fan], origins: Array, segments: Array, owners: Indices
 ) -> tuple[Array, Indices]:
-    """Return how far beams reach before they hit a segment.
+    """Return how far beams reach until they hit a segment.
 
     A beam `r d` meets the line through `a` and `a + e` where `r = (a x e) / (d x e)`, with `x` the
     cross product and everything counted from the scanner.
 
     Args:
-        fans: Of m scanners.
-        origins: (m, 3) where the scanners are, frame map [m, m, rad].
-        segments: (k, 2, 2) what can be hit, frame map [m]; each with the solid on its left, so
-            that those at the far side of things are left out at once.
-        owners: (k,) which scanner each segment is near to, an index of `fans`.
+        fans: Beams of m scanners.
+        origins: (m, 3) poses of the scanners, frame map [m, m, rad].
+        segments: (k, 2, 2) frame map [m]; each with the solid on its left, so that those on the
+            far side of things drop out at once.
+        owners: (k,) the scanner that each segment is near, an index of `fans`.
 
     Returns:
-        The distances [m] of all beams, those of one scanner after those of the other, infinity
-        for a beam that hits nothing; and (m + 1,) where those of each scanner begin.
+        The distances [m] of all beams, scanner by scanner, infinite for a beam that hits nothing;
+        and (m + 1,) where those of each scanner begin.
     """
     starts = np.cumsum([0, *(len(fan.angles) for fan in fans)])
     nearest: Array = np.full(starts[-1], np.inf)
@@ -79,7 +79,7 @@ def cast(
     cross = cos[beams] * (y[:, 1] - y[:, 0]).repeat(count)
     cross -= sin[beams] * (x[:, 1] - x[:, 0]).repeat(count)
     reach = area.repeat(count) / np.minimum(cross, EDGE_ON)
-    # Of a beam that meets several segments, the cuts are laid beside each other.
+    # Sort the cuts of each beam next to each other.
     met = np.bincount(beams, minlength=len(nearest))
     hit = met.nonzero()[0]
     order = beams.astype(np.min_scalar_type(len(nearest))).argsort(kind="stable")
@@ -98,15 +98,15 @@ def _seen_from(origins: Array, segments: Array) -> tuple[Array, Array]:
 def _hidden(
     fans: Sequence[Fan], owners: Indices, bearings: Array
 ) -> tuple[Indices, Indices, Indices]:
-    """Return what ranges of beams meet segments that face their scanner.
+    """Return the ranges of beams that meet segments which face their scanner.
 
-    The solid is on the left of a segment, so as the scanner sees it, it runs clockwise from its
-    first end to its second. One that lies across the seam of a fan has a range at both ends.
+    The solid is on the left of a segment, so the scanner sees it run clockwise from its first end
+    to its second. A segment across the seam of a fan has a range at both ends of the fan.
 
     Args:
-        fans: Of all scanners.
+        fans: Beams of all scanners.
         owners: (k,) the scanner of each segment.
-        bearings: (k, 2) of their ends in the scanner's frame [rad].
+        bearings: (k, 2) of the segments' ends in the scanner's frame [rad].
 
     Returns:
         For each range: the segment, the first beam, how many beams.

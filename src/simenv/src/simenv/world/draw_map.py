@@ -1,25 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The map that a perfect mapper would make of a world.
 
-A cell is occupied if anything solid reaches into it. A cell is free if a robot's laser can come to
-see it: if a way over free cells leads there from one of the world's named places. The rest is
-unknown, as it is for a mapper that drives through the world.
+A cell is occupied if anything solid reaches into it. It is free if a robot's laser can see it one
+day: if free cells connect it to a named place of the world. The rest is unknown.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely.geometry
 from scipy import ndimage
 
-from hive_common.errors import MapError
-from hive_common.geometry import outline
-from hive_common.map_file import COARSEST, FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap
-from hive_common.pose import Pose
-from simenv.world.shapes import rings
+from hive_common.errors import HiveError, MapError
+from hive_common.map_file import COARSEST, FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap, save_map
+from simenv.world.shapes import outline_of
+from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,21 +28,14 @@ if TYPE_CHECKING:
     from simenv.world.world import World
 
 RESOLUTION = 0.05
-"""The usual size of a cell [m]."""
+"""The default size of a cell [m]."""
 
 _TOUCH = 1e-6
-"""By how much something must reach into a cell to count [m]."""
+"""How far something must reach into a cell to count [m]."""
 
 
 def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
-    """Draw the map of a world.
-
-    Args:
-        world: The world.
-        resolution: Size of a cell [m].
-
-    Returns:
-        The map, with its lower left corner at (0, 0).
+    """Draw the map of a world in cells of `resolution` [m], its lower left corner at (0, 0).
 
     Raises:
         MapError: The resolution gives no map.
@@ -53,28 +47,27 @@ def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
         )
     width, height = (math.ceil(side / resolution - _TOUCH) for side in world.size)
     if width * height > MAX_CELLS:
-        raise MapError(f"resolution {resolution} m gives {width} x {height} cells; take a coarser")
+        raise MapError(
+            f"resolution {resolution} m gives {width} x {height} cells; choose a coarser one"
+        )
     solid = _inside(world, resolution, (height, width))
     cells = np.full(solid.shape, UNKNOWN, dtype=np.int8)
     cells[_reachable(world, ~solid, resolution)] = FREE
     cells[solid] = OCCUPIED
-    return GridMap(cells, resolution, Pose(0.0, 0.0, 0.0))
+    return GridMap(cells, resolution)
 
 
 def _inside(world: World, resolution: float, shape: tuple[int, int]) -> NDArray[np.bool_]:
     """Return which cells something solid reaches into.
 
-    Everything is made larger by half a cell; then a cell counts if its centre is inside. Whether
-    it is, the outline's crossings with the cell's row say: an odd number of them lie to the left.
+    Everything grows by half a cell; then a cell counts if its centre is inside, which is so if an
+    odd number of the outline's crossings with the cell's row lie to its left.
     """
     larger = world.solid.buffer(
         resolution / 2 - _TOUCH, join_style=shapely.geometry.JOIN_STYLE.mitre
     )
-    edges = [outline(np.array(ring.coords)[:-1]) for ring in rings(larger)]
     inside = np.zeros(shape, dtype=bool)
-    if not edges:
-        return inside
-    (x0, y0), (x1, y1) = np.concatenate(edges).transpose(1, 2, 0)
+    (x0, y0), (x1, y1) = outline_of(larger).transpose(1, 2, 0)
     centres = (np.arange(shape[1]) + 0.5) * resolution
     for row in range(shape[0]):
         y = (row + 0.5) * resolution
@@ -88,7 +81,7 @@ def _inside(world: World, resolution: float, shape: tuple[int, int]) -> NDArray[
 def _reachable(
     world: World, open_cells: NDArray[np.bool_], resolution: float
 ) -> NDArray[np.bool_]:
-    """Return which open cells are joined to one of the world's places; all where it has none."""
+    """Return which open cells connect to a place of the world; all if it has no places."""
     places = world.places
     if not places:
         return open_cells
@@ -105,3 +98,28 @@ def _reachable(
     }
     reachable: NDArray[np.bool_] = np.isin(regions, sorted(seen - {0}))
     return reachable
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run `rosrun simenv draw_map`: draw the map of a world and write it.
+
+    Returns:
+        The exit code: 0, or 1 if it cannot be done; the reason is printed.
+    """
+    parser = argparse.ArgumentParser(
+        prog="draw_map",
+        description="Draw the map that a perfect mapper would make of a world.",
+        epilog="example: rosrun simenv draw_map lab maps/lab",
+    )
+    parser.add_argument("world", help="name of a file in worlds/, or the path of another")
+    parser.add_argument("map", type=Path, help="the map's path without suffix")
+    parser.add_argument(
+        "--resolution", type=float, default=RESOLUTION, help="size of a cell [m] (%(default)s)"
+    )
+    given = parser.parse_args(arguments)
+    try:
+        save_map(draw_map(load_world(given.world), given.resolution), given.map)
+    except HiveError as error:
+        print(f"draw_map: {error}", file=sys.stderr)  # noqa: T201  (a command's one output)
+        return 1
+    return 0

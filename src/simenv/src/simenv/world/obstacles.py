@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is in the robots' way today: people who walk, doors that are shut, things put down.
+"""What may be in the robots' way: people who walk, shut doors, things put down.
 
-Walls are sought in a table that never changes (`geometry.Nearby`). What is here may come, move and
-go in every step; there is little of it, so all of it is looked at.
+Walls are found in a table that never changes (`geometry.Nearby`). Obstacles come, move and go;
+there are few of them, so every step looks at all.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from hive_common.geometry import outline
 from simenv.errors import ObstacleError
-from simenv.world.world import outline_of
+from simenv.world.shapes import outline_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -25,24 +25,25 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Array, Footprint
     from hive_common.pose import Pose
-    from simenv.world.world import Person, World
+    from simenv.world.world import World
+    from simenv.world.world_content import Person
 
 MANNERS = 0.3
-"""A person stops so far from a robot [m]."""
+"""Distance at which a person stops in front of a robot [m]."""
 
 SIDES = 16
-"""A person is a polygon with so many sides."""
+"""Sides of the polygon that stands for a person."""
 
 CIRCLE = np.stack([f(np.arange(SIDES) * 2 * np.pi / SIDES) for f in (np.cos, np.sin)], axis=1)
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Something solid that need not be there tomorrow.
+    """Something solid that may move or go.
 
     Attributes:
         name: What people call it.
-        edges: (k, 2, 2) its outline, frame map [m].
+        edges: (k, 2, 2) outline, frame map [m].
         middle: Of a circle around it, frame map [m].
         radius: Of that circle [m].
     """
@@ -57,7 +58,7 @@ class Walker:
     """One person on their route."""
 
     def __init__(self, person: Person) -> None:
-        """Stand at the beginning of the route."""
+        """Begin at the start of the route."""
         self._person = person
         self._corners = [*person.route, person.route[0]]
         lengths = [math.dist(a, b) for a, b in itertools.pairwise(self._corners)]
@@ -66,17 +67,17 @@ class Walker:
 
     @property
     def position(self) -> tuple[float, float]:
-        """Where the person is, frame map [m]."""
+        """Position, frame map [m]."""
         return self._at(self._gone)
 
     @property
     def obstacle(self) -> Obstacle:
-        """The person as something that is in the way."""
+        """The person as an obstacle."""
         here, radius = self.position, self._person.radius
         return Obstacle(self._person.name, outline(CIRCLE * radius + here), here, radius)
 
     def step(self, dt: float, robots: Collection[tuple[Footprint, Pose]]) -> None:
-        """Walk on for `dt` [s], unless that leads into a robot."""
+        """Walk for `dt` [s], unless that leads into a robot."""
         ahead = (self._gone + self._person.speed * dt) % self._ends[-1]
         here, there = self.position, self._at(ahead)
         keep = self._person.radius + MANNERS
@@ -95,12 +96,12 @@ class Walker:
 
 
 class Obstacles:
-    """Everything of a world that need not stay where it is.
+    """Everything of a world that may move, come or go.
 
     Attributes:
-        now: All that is there.
+        now: The present obstacles.
         walked: How far anybody has walked so far, at most [m].
-        changes: How often something has come, gone, or been put back.
+        changes: How often something has come, gone, or been reset.
     """
 
     def __init__(self, world: World) -> None:
@@ -112,7 +113,7 @@ class Obstacles:
         self.reset()
 
     def reset(self) -> None:
-        """Go back to how it was at the start; what was put down since is gone."""
+        """Return to the start; what was put down since is gone."""
         self._walkers = [Walker(person) for person in self._world.people]
         self._shut = {door.name for door in self._world.doors if not door.open}
         self._put: dict[str, BaseGeometry] = {}
@@ -120,27 +121,27 @@ class Obstacles:
 
     @property
     def people(self) -> dict[str, tuple[float, float]]:
-        """Where everybody is, frame map [m]."""
+        """Positions of all people by name, frame map [m]."""
         names = (person.name for person in self._world.people)
         return dict(zip(names, (walker.position for walker in self._walkers), strict=True))
 
     @property
     def shut(self) -> frozenset[str]:
-        """The doors that are shut, and the things that were put down."""
+        """The names of shut doors and of things put down."""
         return frozenset(self._shut | set(self._put))
 
     def step(self, dt: float, robots: Collection[tuple[Footprint, Pose]]) -> None:
-        """Let people walk for `dt` [s], among robots that stand where they stand, frame map."""
+        """Let people walk for `dt` [s] among robots, each a footprint and a pose."""
         self.walked += self._fastest * dt
         for walker in self._walkers:
             walker.step(dt, robots)
         self.now = [*self._still, *(walker.obstacle for walker in self._walkers)]
 
     def near(self, x: float, y: float, reach: float) -> list[tuple[int, Array]]:
-        """Return what comes within `reach` [m] of a point, frame map [m].
+        """Return the obstacles within `reach` [m] of a point, frame map [m].
 
         Returns:
-            For each obstacle its place in `now`, counted from 1, and its outline (k, 2, 2).
+            For each its position in `now`, counted from 1, and its outline (k, 2, 2).
         """
         return [
             (number, each.edges)
@@ -149,17 +150,13 @@ class Obstacles:
         ]
 
     def set_door(self, name: str, *, is_open: bool) -> None:
-        """Open or shut a door; who calls this sees to it that nobody stands in it.
-
-        Raises:
-            ObstacleError: There is no such door.
-        """
+        """Open or shut a door, in which nobody may stand; see `door_area` for errors."""
         self.door_area(name)
         (self._shut.discard if is_open else self._shut.add)(name)
         self._collect()
 
     def door_area(self, name: str) -> BaseGeometry:
-        """Return what a door covers when it is shut, frame map [m].
+        """Return what a door covers when shut, frame map [m].
 
         Raises:
             ObstacleError: There is no such door.
@@ -171,15 +168,15 @@ class Obstacles:
         return areas[name]
 
     def put(self, name: str, area: BaseGeometry) -> None:
-        """Put something down; who calls this sees to it that nobody stands there."""
+        """Put something down where nobody stands."""
         self._put[name] = area
         self._collect()
 
     def take(self, name: str) -> None:
-        """Take something away that was put down.
+        """Remove something that was put down.
 
         Raises:
-            ObstacleError: No such thing was put down.
+            ObstacleError: There is no such thing.
         """
         if name not in self._put:
             known = ", ".join(self._put) or "nothing"

@@ -1,25 +1,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shapes with names: what is solid in a world, and how a world file says it."""
+"""Named solid shapes of a world, and the areas, outlines and triangles they make."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import numpy as np
 import shapely.geometry
+import shapely.ops
 
-from simenv.errors import WorldError
+from hive_common.geometry import NO_SEGMENTS, outline
+from hive_common.structuring import NotAllowedError
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
+    from hive_common.geometry import Array
+    from simenv.world.world_content import ShapeEntry
+
 SIDES_OF_A_QUARTER = 8
-"""A circle becomes a polygon with four times as many sides: at most 0.5 % of its radius inside."""
+"""A circle becomes a polygon of four times as many sides, at most 0.5 % of its radius inside."""
 
 HEIGHTS = {"walls": 1.5, "benches": 0.8, "racks": 2.0, "doors": 1.4}
-"""How high things are drawn where their file does not say [m]."""
-
-FORMS = ("box", "polygon", "circle", "segment")
+"""The lists of a world file that hold shapes, and how high these are drawn by default [m]."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class Shape:
     Attributes:
         name: What people call it.
         area: What it covers, frame map [m].
-        kind: The list of the world file that it stands in.
+        kind: Its list in the world file.
         height: How high it is drawn [m]; the simulation is flat.
     """
 
@@ -50,43 +54,24 @@ class Door(Shape):
     open: bool = True
 
 
-def shape_from(item: dict[str, Any], kind: str) -> Shape:
-    """Build what an item of a world file says.
-
-    Args:
-        item: A dict that fits the schema.
-        kind: The list it stands in, out of walls, benches, racks, doors.
+def area_of(entry: ShapeEntry) -> BaseGeometry:
+    """Return what a shape of a world file covers, frame map [m].
 
     Raises:
-        WorldError: It covers nothing, or its edges cross.
+        NotAllowedError: Its edges cross.
     """
-    name, area, height = item["name"], _area(item), item.get("height", HEIGHTS[kind])
-    if kind == "doors":
-        return Door(name, area, kind, height, open=item.get("open", True))
-    return Shape(name, area, kind, height)
-
-
-def _area(item: dict[str, Any]) -> BaseGeometry:
-    """Return the area of one shape of a world file [m]."""
-    name = item["name"]
-    form = next(key for key in FORMS if key in item)
-    value = item[form]
-    if form == "box":
-        x_min, y_min, x_max, y_max = value
-        if x_min >= x_max or y_min >= y_max:
-            raise WorldError(f"'{name}': box {value} is empty; write [x_min, y_min, x_max, y_max]")
-        return shapely.geometry.box(x_min, y_min, x_max, y_max)
-    if form == "circle":
-        centre = shapely.geometry.Point(value["centre"])
-        return centre.buffer(value["radius"], resolution=SIDES_OF_A_QUARTER)
-    if form == "segment":
-        if value["from"] == value["to"]:
-            raise WorldError(f"'{name}': the segment starts and ends at {value['to']}; use a box")
-        line = shapely.geometry.LineString([value["from"], value["to"]])
-        return line.buffer(value["thickness"] / 2, cap_style=shapely.geometry.CAP_STYLE.flat)
-    area = shapely.geometry.Polygon(value)
+    if entry.box:
+        return shapely.geometry.box(*entry.box)
+    if entry.circle:
+        centre = shapely.geometry.Point(entry.circle.centre)
+        return centre.buffer(entry.circle.radius, resolution=SIDES_OF_A_QUARTER)
+    if entry.segment:
+        line = shapely.geometry.LineString([entry.segment.from_, entry.segment.to])
+        flat = shapely.geometry.CAP_STYLE.flat
+        return line.buffer(entry.segment.thickness / 2, cap_style=flat)
+    area = shapely.geometry.Polygon(entry.polygon)
     if not area.is_valid or area.area == 0:
-        raise WorldError(f"'{name}': the edges of the polygon cross; give its corners in order")
+        raise NotAllowedError(["polygon"], "its edges cross; give the corners in order")
     return area
 
 
@@ -95,3 +80,26 @@ def rings(area: BaseGeometry) -> list[shapely.geometry.LinearRing]:
     polygons = [part for part in getattr(area, "geoms", [area]) if not part.is_empty]
     turned = [shapely.geometry.polygon.orient(part) for part in polygons]
     return [ring for part in turned for ring in (part.exterior, *part.interiors)]
+
+
+def outline_of(area: BaseGeometry) -> Array:
+    """Return the outline (k, 2, 2) of an area, with the area on the left of every edge [m]."""
+    edges = [outline(np.array(ring.coords)[:-1]) for ring in rings(area)]
+    return np.concatenate([NO_SEGMENTS, *edges])
+
+
+def prism(area: BaseGeometry, height: float) -> Array:
+    """Return triangles (n, 3, 3) for 3D views: an area as a lid, and walls `height` [m] below."""
+    lids = [np.array(part.exterior.coords)[:3] for part in _triangles(area)]
+    top = [np.column_stack([lid, np.full(3, height)]) for lid in lids]
+    sides = []
+    for a, b in outline_of(area):
+        low_a, low_b, high_a, high_b = (*a, 0.0), (*b, 0.0), (*a, height), (*b, height)
+        sides += [np.array([low_a, low_b, high_b]), np.array([low_a, high_b, high_a])]
+    return np.array([*top, *sides])
+
+
+def _triangles(area: BaseGeometry) -> list[shapely.geometry.Polygon]:
+    """Return triangles that cover an area; those of its corners that lie inside."""
+    found = shapely.ops.triangulate(area)
+    return [triangle for triangle in found if area.contains(triangle.representative_point())]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is near a place besides robots: walls, which never change, and obstacles, which may."""
+"""What is near a place besides robots: walls, which never change, and obstacles."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from simenv.world.world import World
 
 WALLS = 0
-"""What `Near.things` calls the walls."""
+"""The number of the walls in `Near.things`."""
 
 
 class Near(NamedTuple):
-    """What is near some places; what is near several of them is there several times.
+    """Segments near some places, repeated for each place they are near.
 
     Attributes:
         segments: (k, 2, 2) frame map [m].
-        places: (k,) the index of the place that each is near to, in ascending order.
-        things: (k,) what each is a part of: `WALLS`, or 1 and the index of the obstacle.
+        places: (k,) index of the place that each is near, in ascending order.
+        things: (k,) what each belongs to: `WALLS`, or 1 + the index of the obstacle.
     """
 
     segments: Array
@@ -33,11 +33,11 @@ class Near(NamedTuple):
 
 
 class Surroundings:
-    """Everything solid in a world that is no robot.
+    """Everything solid in a world besides robots.
 
     Attributes:
         walls: What never changes.
-        obstacles: People, doors, and what was put in the way.
+        obstacles: People, doors, and other things in the way.
     """
 
     def __init__(self, world: World) -> None:
@@ -46,14 +46,9 @@ class Surroundings:
         self.obstacles = Obstacles(world)
 
     def near(self, places: Array, reaches: Array) -> Near:
-        """Return what is near each of m places.
+        """Return all segments within `reaches` (m,) [m] of m places, and some more.
 
-        Args:
-            places: (m, 2) or more columns, x and y first, frame map [m].
-            reaches: (m,) how far off it may be [m].
-
-        Returns:
-            All that is within reach of a place, and some more.
+        `places` is (m, 2) or has further columns; x and y come first, frame map [m].
         """
         found: list[Array] = [NO_SEGMENTS]
         where, what, counts = [], [], []

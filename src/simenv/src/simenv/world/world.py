@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A world: what is really there, read from `worlds/<name>.yaml`.
 
-A world is what robots sense and bump into. What they know of it is a map (`map_file`), which may
-differ. World and map share one frame: the lower left corner of the building is (0, 0).
+Robots sense a world and bump into it. What they know of it is a map (`map_file`), which may
+differ. Both share one frame: the lower left corner of the building is (0, 0).
 """
 
 from __future__ import annotations
@@ -11,78 +11,28 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
 import shapely.geometry
 import shapely.ops
 
-from hive_common.geometry import NO_SEGMENTS, Array, outline
-from simenv.errors import WorldError
-from simenv.world.shapes import Door, Shape, rings
+from simenv.world.shapes import Door, Shape, outline_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from shapely.geometry.base import BaseGeometry
 
-    from hive_common.pose import Pose
-
-
-@dataclass(frozen=True)
-class Place:
-    """A place with a name: a charger, a parking place, or a place where a robot can start.
-
-    Attributes:
-        name: What people call it.
-        pose: Where a robot stands there, frame map [m, m, rad].
-    """
-
-    name: str
-    pose: Pose
-
-
-@dataclass(frozen=True)
-class Station(Place):
-    """A place where something can be picked or put down.
-
-    Attributes:
-        item: What lies there, in words; empty where nothing is said.
-        stock: How many picks there are at the start; None for no end of them.
-        duration: Time that a pick takes there [s]; None for what the robot's arm needs.
-    """
-
-    item: str = ""
-    stock: int | None = None
-    duration: float | None = None
-
-
-@dataclass(frozen=True)
-class Person:
-    """Somebody who walks a route, round and round, and waits when a robot is in the way.
-
-    Attributes:
-        name: What people call them.
-        route: Points [x, y] in order, frame map [m]; behind the last comes the first again.
-        speed: [m/s]
-        radius: Of the circle that the laser sees [m].
-    """
-
-    name: str
-    route: tuple[tuple[float, float], ...]
-    speed: float = 0.8
-    radius: float = 0.25
+    from hive_common.geometry import Array
+    from simenv.world.world_content import Person, Place, Station
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """What is wrong with something in a world.
-
-    Attributes:
-        name: Of the thing.
-        text: What is wrong, what is allowed, and what to do.
-    """
+    """What is wrong with something in a world."""
 
     name: str
+    """Of the thing."""
     text: str
+    """What is wrong, what is allowed, and what to do."""
 
 
 @dataclass(frozen=True)
@@ -92,12 +42,12 @@ class World:
     Attributes:
         name: What people call it.
         size: Width and depth of the building, from (0, 0) on [m].
-        shapes: Everything solid that stays where it is.
-        stations: Where something can be picked or put down.
+        shapes: Everything solid that stays in place.
+        stations: Where something can be picked or placed.
         chargers: Where robots charge.
-        starts: Where robots can be put at the start.
+        starts: Where robots can start.
         parking: Where robots can wait out of the way.
-        doors: What can be opened and shut.
+        doors: What opens and shuts.
         people: Who walks about.
     """
 
@@ -111,42 +61,35 @@ class World:
     doors: tuple[Door, ...] = ()
     people: tuple[Person, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse a world with mistakes."""
-        first = next(self.mistakes(self), None)
-        if first is not None:
-            raise WorldError(first.text)
-
     @property
     def places(self) -> tuple[Place, ...]:
-        """Every place with a name."""
+        """All named places."""
         return (*self.stations, *self.chargers, *self.parking, *self.starts)
 
-    @staticmethod
-    def mistakes(world: World) -> Iterator[Mistake]:
-        """Yield names that are used twice, what is outside, and places nobody can stand at."""
-        shapes: tuple[Shape, ...] = (*world.shapes, *world.doors)
+    def mistakes(self) -> Iterator[Mistake]:
+        """Yield duplicate names, what is outside, and places where nobody can stand."""
+        shapes: tuple[Shape, ...] = (*self.shapes, *self.doors)
         seen: set[str] = set()
-        names = [shape.name for shape in shapes] + [place.name for place in world.places]
-        for name in (*names, *(person.name for person in world.people)):
+        names = [shape.name for shape in shapes] + [place.name for place in self.places]
+        for name in (*names, *(person.name for person in self.people)):
             if name in seen:
                 text = f"the name '{name}' is used twice; give each thing its own name"
                 yield Mistake(name, text)
             seen.add(name)
         for shape in shapes:
-            yield from world._outside(shape.name, shape.area)
-        for place in world.places:
+            yield from self._outside(shape.name, shape.area)
+        for place in self.places:
             point = shapely.geometry.Point(place.pose.x, place.pose.y)
-            yield from world._outside(place.name, point)
-            solid = world.solid_at(point)
+            yield from self._outside(place.name, point)
+            solid = self.solid_at(point)
             if solid is not None:
                 yield Mistake(
                     place.name,
                     f"'{place.name}' at {place.pose} is inside '{solid}'; "
                     "move it to where a robot can stand",
                 )
-        for person in world.people:
-            yield from world._blocked(person)
+        for person in self.people:
+            yield from self._blocked(person)
 
     def _outside(self, name: str, area: BaseGeometry) -> Iterator[Mistake]:
         x_min, y_min, x_max, y_max = area.bounds
@@ -178,7 +121,7 @@ class World:
 
     @cached_property
     def solid(self) -> BaseGeometry:
-        """Everything solid that stays where it is, as one area, frame map [m]."""
+        """Everything solid that stays in place, as one area, frame map [m]."""
         return shapely.ops.unary_union([shape.area for shape in self.shapes])
 
     @cached_property
@@ -187,11 +130,5 @@ class World:
         return outline_of(self.solid)
 
     def solid_at(self, area: BaseGeometry) -> str | None:
-        """Return the name of something solid that an area overlaps, or None."""
+        """Return the name of a shape that an area overlaps, or None."""
         return next((shape.name for shape in self.shapes if shape.area.intersects(area)), None)
-
-
-def outline_of(area: BaseGeometry) -> Array:
-    """Return the outline (k, 2, 2) of an area, with the area on the left of every edge [m]."""
-    edges = [outline(np.array(ring.coords)[:-1]) for ring in rings(area)]
-    return np.concatenate([NO_SEGMENTS, *edges])

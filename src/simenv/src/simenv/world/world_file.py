@@ -3,27 +3,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from hive_common.checked_yaml import error_at, read_all_mistakes, read_checked
-from hive_common.pose import Pose
+import attrs
+
+from hive_common.checked_yaml import error_at, read_all_mistakes
 from hive_common.resources import find_file
-from simenv.errors import WorldError
-from simenv.world.shapes import Door, shape_from
-from simenv.world.world import Person, Place, Station, World
-from simenv.world.world_schema import PLACE_KINDS, SCHEMA, SOLID_KINDS
+from hive_common.structuring import NotAllowedError
+from simenv.world.shapes import HEIGHTS, Door, Shape, area_of
+from simenv.world.world import World
+from simenv.world.world_content import WorldContent
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from hive_common.errors import FileError
-
-
-class _Unchecked(World):
-    """A world whose mistakes are sought one by one instead of ending its making."""
-
-    def __post_init__(self) -> None:
-        """Refuse nothing."""
 
 
 def load_world(name_or_path: str) -> World:
@@ -35,16 +29,14 @@ def load_world(name_or_path: str) -> World:
     Raises:
         FileError: There is no such file, or it holds something that is not allowed.
     """
-    path = world_path(name_or_path)
-    content = read_checked(path, SCHEMA)
-    mistakes = _contradictions(path, content)
-    if mistakes:
+    world, mistakes = _read(world_path(name_or_path))
+    if world is None or mistakes:
         raise mistakes[0]
-    return _world(content, World)
+    return world
 
 
 def world_mistakes(name_or_path: str) -> list[FileError]:
-    """Return everything that is wrong with a world file, each with its line.
+    """Return all mistakes in a world file, each with its line.
 
     Args:
         name_or_path: The name of a world of this package (`lab`), or the path of a YAML file.
@@ -52,9 +44,7 @@ def world_mistakes(name_or_path: str) -> list[FileError]:
     Raises:
         FileError: There is no such file, or it cannot be read at all.
     """
-    path = world_path(name_or_path)
-    content, mistakes = read_all_mistakes(path, SCHEMA)
-    return mistakes or _contradictions(path, content)
+    return _read(world_path(name_or_path))[1]
 
 
 def world_path(name_or_path: str) -> Path:
@@ -66,55 +56,48 @@ def world_path(name_or_path: str) -> Path:
     return find_file("simenv", "worlds", name_or_path)
 
 
-def _contradictions(path: Path, content: dict[str, Any]) -> list[FileError]:
-    """Return the mistakes that a schema cannot see, from the top of the file down."""
-    found: list[tuple[tuple[str | int, ...], str]] = []
-    for kind in (*SOLID_KINDS, "doors"):
-        for index, item in enumerate(content.get(kind, [])):
+def _read(path: Path) -> tuple[World | None, list[FileError]]:
+    """Return a world, and its mistakes: first those in single values, then contradictions."""
+    content, mistakes = read_all_mistakes(path, WorldContent)
+    if content is None:
+        return None, mistakes
+    shapes: list[Shape] = []
+    for kind, default in HEIGHTS.items():
+        for index, entry in enumerate(getattr(content, kind)):
+            height = entry.height or default
             try:
-                shape_from(item, kind)
-            except WorldError as error:
-                found.append(((kind, index), str(error)))
-    if not found:
-        world = _world(content, _Unchecked)
-        found = [(_keys(content, m.name), m.text) for m in World.mistakes(world)]
-    return [error_at(path, keys, text) for keys, text in found]
+                area = area_of(entry)
+            except NotAllowedError as error:
+                mistakes.append(error_at(path, (kind, index, *error.place), error.problem))
+            else:
+                shapes.append(
+                    Door(entry.name, area, kind, height, open=entry.open)
+                    if kind == "doors"
+                    else Shape(entry.name, area, kind, height)
+                )
+    if mistakes:
+        return None, mistakes
+    world = World(
+        content.name,
+        content.size,
+        shapes=tuple(shape for shape in shapes if not isinstance(shape, Door)),
+        doors=tuple(shape for shape in shapes if isinstance(shape, Door)),
+        stations=content.stations,
+        chargers=content.chargers,
+        starts=content.starts,
+        parking=content.parking,
+        people=content.people,
+    )
+    return world, [error_at(path, _place(content, m.name), m.text) for m in world.mistakes()]
 
 
-def _keys(content: dict[str, Any], name: str) -> tuple[str | int, ...]:
-    """Return where the last thing of that name is in a world file."""
+def _place(content: WorldContent, name: str) -> tuple[str | int, ...]:
+    """Return where in a world file the last thing of that name stands."""
+    lists = attrs.asdict(content, recurse=False, filter=lambda field, _: field.name != "size")
     return [
         (kind, index)
-        for kind, items in content.items()
-        if isinstance(items, list) and kind != "size"
+        for kind, items in lists.items()
+        if isinstance(items, tuple)
         for index, item in enumerate(items)
-        if item["name"] == name
+        if item.name == name
     ][-1]
-
-
-def _world(content: dict[str, Any], kind_of_world: type[World]) -> World:
-    """Build a world from what its file holds."""
-    solid = [shape_from(item, kind) for kind in SOLID_KINDS for item in content.get(kind, [])]
-    doors = [shape_from(item, "doors") for item in content.get("doors", [])]
-    places = {
-        kind: tuple(Place(item["name"], _pose(item)) for item in content.get(kind, []))
-        for kind in PLACE_KINDS
-    }
-    return kind_of_world(
-        name=content["name"],
-        size=(content["size"][0], content["size"][1]),
-        shapes=tuple(solid),
-        stations=tuple(Station(**(i | {"pose": _pose(i)})) for i in content.get("stations", [])),
-        doors=tuple(door for door in doors if isinstance(door, Door)),
-        people=tuple(_person(item) for item in content.get("people", [])),
-        **places,
-    )
-
-
-def _person(item: dict[str, Any]) -> Person:
-    route = tuple((float(x), float(y)) for x, y in item["route"])
-    return Person(**(item | {"route": route}))
-
-
-def _pose(item: dict[str, Any]) -> Pose:
-    return Pose(*map(float, item["pose"]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How wrong the robots' senses are."""
+"""Noise of the robots' sensors."""
 
 from __future__ import annotations
 
@@ -14,21 +14,20 @@ from simenv.errors import CommandError
 
 @dataclass(frozen=True)
 class Noise:
-    """How wrong the robots' senses are; every figure at least 0.
+    """Noise of the robots' sensors; every figure at least 0.
 
-    The errors of the odometry grow with the square root of the way, as in the motion model of
-    Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4. Besides, wheels are never
-    quite as large as they are taken to be, so every robot errs by a share of its own, always the
-    same (Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile
-    robots", 1996).
+    The errors of the odometry grow with the square root of the distance, as in the motion model of
+    Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4. Wheels also differ from
+    their nominal size, so each robot has a constant error of its own (Borenstein and Feng,
+    "Measurement and correction of systematic odometry errors in mobile robots", 1996).
 
     Attributes:
         laser: Standard deviation of a measured distance [m].
         distance: Standard deviation of the odometry's distance after 1 m [m].
         heading: Standard deviation of the odometry's heading after 1 rad of turning [rad].
         veer: Standard deviation of the odometry's heading after 1 m [rad].
-        wheels: Standard deviation, over all robots, of the share by which a robot's odometry is
-            always wrong about distances, and about turns [-].
+        wheels: Standard deviation, over all robots, of the constant relative error of distances,
+            and of turns [-].
     """
 
     laser: float = 0.01
@@ -38,30 +37,24 @@ class Noise:
     wheels: float = 0.005
 
     def __post_init__(self) -> None:
-        """Refuse what is no standard deviation."""
+        """Refuse what is not a standard deviation."""
         for field in fields(self):
             value = getattr(self, field.name)
             if not (math.isfinite(value) and value >= 0):
                 raise CommandError(f"noise {field.name}: {value}; allowed: a number, at least 0")
 
     def times(self, share: float) -> Noise:
-        """Return senses that are so many times as wrong, at least 0."""
+        """Return this noise multiplied by `share`, at least 0."""
         return Noise(*(getattr(self, field.name) * share for field in fields(self)))
 
 
 NO_NOISE = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
-"""Perfect senses."""
+"""Perfect sensors."""
 
 
 @dataclass(frozen=True)
 class Dice:
-    """One robot's own sources of chance, so that none depends on how often another is used.
-
-    Attributes:
-        wheels: For its odometry.
-        laser: For its laser.
-        arm: For its grips.
-    """
+    """A robot's random generators, one a sensor, so that none depends on the use of another."""
 
     wheels: np.random.Generator
     laser: np.random.Generator
@@ -69,9 +62,9 @@ class Dice:
 
 
 def dice_of(seed: int, name: str) -> Dice:
-    """Return a robot's sources of chance.
+    """Return a robot's random generators.
 
-    They hang on the seed and on the name alone, so one robot more, or a scan more, does not change
+    They depend on the seed and the name alone, so another robot or another scan does not change
     what the others measure.
     """
     sources = np.random.SeedSequence([seed, zlib.crc32(name.encode())]).spawn(3)

@@ -2,7 +2,7 @@
 import pytest
 
 from hive_common.map_file import load_map
-from simenv.world.draw_map_command import main
+from simenv.world.draw_map import main
 
 
 def test_the_command_writes_a_map_that_can_be_loaded(tmp_path):

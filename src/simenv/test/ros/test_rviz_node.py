@@ -6,7 +6,7 @@ from hive_common.errors import MapError
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_common.resources import package_folder
-from simenv.rviz_view import fitted
+from simenv.ros.rviz_node import fitted
 
 HIVE = (package_folder("simenv") / "rviz/hive.rviz").read_text()
 
