@@ -235,6 +235,17 @@ def test_a_task_that_nobody_can_take_has_a_reason_for_every_robot():
     )
 
 
+def test_a_robot_that_does_not_answer_again_is_named_once_among_the_reasons():
+    tasks = [record("T1"), record("T2")]
+    round_ = auction(*tasks, expected=["robot1"])
+    round_ = forget_winners(bid_in(round_, answer("robot1", T1=1.0, T2=2.0)))
+    round_ = next_round(round_, tasks[1:], "robot1")
+
+    (_, reason), *_ = round_.result().impossible
+
+    assert reason == "nobody can take it now: robot1: has not answered"
+
+
 def test_a_second_answer_is_refused_and_the_first_still_holds():
     round_ = auction(record("T1"))
     round_ = bid_in(round_, answer("robot1", T1=3.0))

@@ -320,6 +320,15 @@ def test_a_leader_that_steps_down_drops_everything(between_rounds):
     assert desk.say(AwardsCommitted(awards)) == []
 
 
+def test_a_leader_that_steps_down_leaves_tasks_that_were_to_change_hands_to_an_auction():
+    desk = Desk("robot1", "robot2")
+    desk.transfer()
+    desk.say(Signal.STEPPED_DOWN)
+    desk.put("T1")
+
+    assert kinds(desk.say(Signal.TASK_CAME)) == [SetTimer, Broadcast]
+
+
 def test_a_step_changes_nothing_but_what_it_returns():
     desk = Desk("robot1", "robot2")
     desk.auction("T1")

@@ -407,7 +407,7 @@ def _begin_transfers(state: AuctionState, auction: Auction, view: View) -> Step:
 
 def _award_moves(state: AuctionState, moves: Sequence[Move], view: View) -> Step:
     """Award what has been handed back to the robots that were to get it."""
-    state = _begin(replace(state, reallocation=state.reallocation.resume()), view)
+    state = _begin(state, view)
     awards = tuple(bid for move in moves for bid in move.awards)
     bids = {record.task.id: move.bids for move in moves for record in move.records}
     reason = "exchanged: " + ", ".join(map(str, moves))
