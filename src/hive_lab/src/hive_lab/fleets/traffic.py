@@ -11,8 +11,6 @@ from robot_navigation.control.pursuit_follower import PursuitFollower
 from robot_navigation.planning.ompl_planner import OmplPlanner
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hive_common.map_file import GridMap
     from robot_description.models import RobotModel
     from robot_navigation.control.goal_tracker import GoalOutcome
