@@ -37,7 +37,7 @@ def test_the_task_types_of_the_message_are_those_of_the_core():
 
 def test_terminal_states_are_marked_in_the_message():
     text = (MESSAGES / "TaskState.msg").read_text()
-    marked = set(re.findall(r"^uint8 ([A-Z]+) .*\(Terminal State\)", text, re.MULTILINE))
+    marked = set(re.findall(r"^uint8 ([A-Z]+) .*\(terminal\)", text, re.MULTILINE))
 
     assert marked == {state.name for state in TaskState if state.is_terminal}
 

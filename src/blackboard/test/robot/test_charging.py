@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import combinations
 
 import pytest
+from attrs import evolve
 
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.settings import BlackboardSettings, ChargingSettings
@@ -291,4 +292,4 @@ def test_thresholds_out_of_order_are_refused(lower, upper):
     swapped = {lower: getattr(defaults, upper), upper: getattr(defaults, lower)}
 
     with pytest.raises(SettingsError, match="each above the one before"):
-        replace(defaults, **swapped)
+        evolve(defaults, **swapped)

@@ -12,6 +12,7 @@ import os
 import xmlrpc.client
 from typing import Any
 
+import attrs
 import click
 
 from fleet_manager.client.client import DEFAULT_URI
@@ -25,7 +26,7 @@ _FOUND = 1
 @click.argument("name", type=click.Choice(["cost_model", "distance"]))
 def fleet_setting(name: str) -> None:
     """Print a setting of the fleet that runs on ROS_MASTER_URI; its default where none runs."""
-    default: str = getattr(Fleet, name)
+    default: str = attrs.fields_dict(Fleet)[name].default
     click.echo(_asked(f"/fleet/{name}") or default, nl=False)
 
 

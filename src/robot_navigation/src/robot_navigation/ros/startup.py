@@ -18,9 +18,8 @@ from robot_description.models import RobotModel
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
-    from _typeshed import DataclassInstance
 
-Settings = TypeVar("Settings", bound="DataclassInstance")
+Settings = TypeVar("Settings")
 
 MAP_TIMEOUT = 5.0
 """Time between two warnings that there is no map [s]."""
@@ -99,7 +98,7 @@ def read_settings(
     Raises:
         ParameterError: A parameter is unknown or has a value that is not allowed.
     """
-    types: dict[str, type] = {field.name: type(field.default) for field in fields(kind)}
+    types: dict[str, type] = {field.name: type(field.default) for field in fields(kind)}  # type: ignore[arg-type]  (a dataclass)
     for name, value in rospy.get_param(rospy.get_name(), {}).items():
         if name in without_effect:
             rospy.logwarn(f"parameter ~{name} of ROS's own node has no effect here")
