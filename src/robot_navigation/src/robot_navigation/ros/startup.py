@@ -98,7 +98,7 @@ def read_settings(
     Raises:
         ParameterError: A parameter is unknown or has a value that is not allowed.
     """
-    types: dict[str, type] = {field.name: type(field.default) for field in fields(kind)}  # type: ignore[arg-type]  (a dataclass)
+    types: dict[str, type] = {field.name: type(field.default) for field in fields(kind)}  # type: ignore[arg-type]  # a dataclass
     for name, value in rospy.get_param(rospy.get_name(), {}).items():
         if name in without_effect:
             rospy.logwarn(f"parameter ~{name} of ROS's own node has no effect here")
