@@ -40,7 +40,7 @@ from blackboard.robot.controller import Controller
 from blackboard.robot.robot import Robot
 from hive_common.pose import Pose
 from hive_lab.fault_schedules import network as simulated
-from hive_lab.fault_schedules.host import HostTalker
+from hive_lab.fault_schedules.network import HostTalker
 from hive_lab.virtual.hive import SMALL_ROBOT, Network, NetworkTalker, TimedCommand, lone_backup
 
 GO = Task("T1", TaskType.GA, (Pose(6.0, 0.0),))

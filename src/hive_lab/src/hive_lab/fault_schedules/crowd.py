@@ -21,9 +21,8 @@ from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.history import Violation
 from hive_lab.fault_schedules.hive import Disk, SimulatedMember
-from hive_lab.fault_schedules.host import HostTalker
 from hive_lab.fault_schedules.injector import FaultInjector
-from hive_lab.fault_schedules.network import Network
+from hive_lab.fault_schedules.network import HostTalker, Network
 from hive_lab.fault_schedules.properties import Properties
 from hive_lab.fault_schedules.schedule import BLACKBOARD, OPERATOR, SETTLE, Crash
 
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from blackboard.consensus.messages import Heartbeat
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.talker import Talker
-    from hive_lab.fault_schedules.host import Host
+    from hive_lab.fault_schedules.network import Host
 
 _ROOM = 10.0
 """Each robot has a square of that side to itself, so that large fleets are no denser [m]."""

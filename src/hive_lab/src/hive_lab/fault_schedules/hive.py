@@ -16,8 +16,7 @@ from blackboard.domain.talker import BB_VOTE
 from blackboard.domain.task import StepKind
 from blackboard.robot.controller import CommandResult, CommandState, Controller
 from blackboard.robot.robot import Robot
-from hive_lab.fault_schedules.host import HostTalker
-from hive_lab.fault_schedules.network import SimulatedCrashError
+from hive_lab.fault_schedules.network import HostTalker, SimulatedCrashError
 from hive_lab.fault_schedules.schedule import BLACKBOARD, Point
 from hive_lab.virtual.hive import SMALL_ROBOT
 
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from blackboard.domain.settings import BlackboardSettings, RaftSettings
     from blackboard.domain.task import TaskStep
     from hive_common.pose import Pose
-    from hive_lab.fault_schedules.host import Host
+    from hive_lab.fault_schedules.network import Host
 
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 

@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.journal import HardState
     from hive_lab.fault_schedules.hive import SimulatedMember
-    from hive_lab.fault_schedules.host import Host
-    from hive_lab.fault_schedules.network import Network
+    from hive_lab.fault_schedules.network import Host, Network
     from hive_lab.fault_schedules.properties import Properties
 
 

@@ -12,8 +12,7 @@ from blackboard.consensus.member import Role, has_lease
 from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.node import RaftNode
 from blackboard.domain.settings import RaftSettings
-from hive_lab.fault_schedules.host import Host, HostTalker
-from hive_lab.fault_schedules.network import Network, Quality
+from hive_lab.fault_schedules.network import Host, HostTalker, Network, Quality
 
 _SLOWEST, _FASTEST = 0.99, 1.01
 

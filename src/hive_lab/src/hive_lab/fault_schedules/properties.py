@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from blackboard.consensus.member import Member
     from blackboard.domain.task import Task, TaskStep
     from hive_lab.fault_schedules.hive import SimulatedMember
-    from hive_lab.fault_schedules.host import Host
+    from hive_lab.fault_schedules.network import Host
 
 
 class Properties:
