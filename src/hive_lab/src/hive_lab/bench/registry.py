@@ -100,7 +100,7 @@ def _localization(_outside: Outside) -> BenchResult:
 
 
 def _sim(outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("hive_lab.bench.simulation").measure(outside.connect)
+    result: BenchResult = import_module("hive_lab.bench.simulator").measure(outside.connect)
     return result
 
 
@@ -129,7 +129,7 @@ def _gui(_outside: Outside) -> BenchResult:
 
 
 def _allocation(_outside: Outside) -> BenchResult:
-    result: BenchResult = import_module("hive_lab.bench_allocation.measure").measure()
+    result: BenchResult = import_module("hive_lab.bench.allocation.measure").measure()
     return result
 
 

@@ -23,7 +23,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.ros.codec.conversions import WIRES
 from hive_common.pose import Pose
 from hive_lab.bench.registry import BenchResult
-from hive_lab.bench_allocation.instances import Floor
+from hive_lab.bench.allocation.instances import Floor
 from hive_lab.virtual.hive import Hive
 from hive_lab.virtual.network import NetworkTalker
 

@@ -17,17 +17,17 @@ from hive_lab.allocation.objectives import OBJECTIVES
 from hive_lab.allocation.rules import RULES
 from hive_lab.allocation.sequential import auction
 from hive_lab.bench.registry import BenchResult
-from hive_lab.bench_allocation.instances import KINDS, SIZES, Floor, instances
-from hive_lab.bench_allocation.plans import figures, mean_and_worst, searched
-from hive_lab.bench_allocation.reference import OBJECTIVES as COMPARED
-from hive_lab.bench_allocation.reference import read_best
-from hive_lab.bench_allocation.streams import measure_streams
+from hive_lab.bench.allocation.instances import KINDS, SIZES, Floor, instances
+from hive_lab.bench.allocation.plans import figures, mean_and_worst, searched
+from hive_lab.bench.allocation.reference import OBJECTIVES as COMPARED
+from hive_lab.bench.allocation.reference import read_best
+from hive_lab.bench.allocation.streams import measure_streams
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hive_lab.allocation.instance import Instance
-    from hive_lab.bench_allocation.instances import Size
+    from hive_lab.bench.allocation.instances import Size
 
 _LATENCY = {"3x10": 1.005, "4x20": 1.01, "20x100": 1.03, "100x1000": 1.08}
 _MAKESPAN = {"3x10": 1.02, "4x20": 1.04, "20x100": 1.08, "100x1000": 1.08}

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes the instances into files for programs that know nothing of Robo-Hive.
 
-Run as `python -m hive_lab.bench_allocation.export FOLDER`; see setup/reference.
+Run as `python -m hive_lab.bench.allocation.export FOLDER`; see setup/reference.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hive_lab.bench_allocation.instances import SIZES, Floor, instances
+from hive_lab.bench.allocation.instances import SIZES, Floor, instances
 
 
 def export(folder: Path) -> None:

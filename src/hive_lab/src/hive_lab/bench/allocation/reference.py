@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The best figures known of the instances, and the long search that some of them come from.
 
-Run as `python -m hive_lab.bench_allocation.reference SOLVERS TABLE`; see setup/reference.
+Run as `python -m hive_lab.bench.allocation.reference SOLVERS TABLE`; see setup/reference.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from hive_common.resources import package_folder
 from hive_lab.allocation.exact import optimum
 from hive_lab.allocation.improvement import Search
-from hive_lab.bench_allocation.instances import SIZES, Floor, instances
-from hive_lab.bench_allocation.plans import figures, searched
+from hive_lab.bench.allocation.instances import SIZES, Floor, instances
+from hive_lab.bench.allocation.plans import figures, searched
 
 if TYPE_CHECKING:
     from hive_lab.allocation.instance import Instance

@@ -78,7 +78,7 @@ def _simulator_alone() -> dict[str, float]:
         words = ["simenv", "simulator.launch", "world:=warehouse", f"rtf:={_MAX_RTF:g}"]
         hive.processes.start("simulator", ["roslaunch", *words])
         done = subprocess.run(
-            [sys.executable, "-m", "hive_lab.live.simulator"],
+            [sys.executable, "-m", "hive_lab.live.simulator_driver"],
             stdout=subprocess.PIPE,
             text=True,
             check=False,

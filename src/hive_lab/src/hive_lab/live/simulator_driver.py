@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures how fast the node `simulator` lets time pass.
 
-It is run as `python3 -m hive_lab.live.simulator`, see `bench.simulation`, and drives
+It is run as `python3 -m hive_lab.live.simulator_driver`, see `bench.simulation`, and drives
 more and more robots in a simulator that runs without robots and is asked for more than it can
 reach, first without hearing their scans, then with. The figures are printed as JSON.
 """
