@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from hive_lab.bench.sim import crowd, drive
+from hive_lab.bench.simulator import crowd, drive
 
 
 def test_a_hundred_robots_find_room_and_drive() -> None:

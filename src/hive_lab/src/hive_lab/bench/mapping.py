@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A mapping run without ROS, and how well the map agrees with the world."""
+"""A mapping run without ROS, and how well the map agrees with the world.
+
+`./hive shell -c "python3 -m hive_lab.bench.mapping docs/images/mapping.png"` draws it.
+"""
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import PIL.Image
+import PIL.ImageDraw
 from scipy import ndimage
 
 from hive_common.map_file import FREE, OCCUPIED, UNKNOWN
@@ -39,6 +45,15 @@ WORLD, MODEL, START = "lab", "ld60", (2.6, 2.0, 0.0)
 
 AIMS = {"wrong": 0.03, "wall_error": 0.10}
 """At most so many of the known cells are wrong, and walls so far off [m]."""
+
+
+WHITE, GREY, BLACK, RED = (255, 255, 255), (205, 205, 205), (0, 0, 0), (214, 39, 40)
+
+SCALE = 2
+"""Pixels for the side of a cell."""
+
+GAP = 20
+"""Pixels between the two."""
 
 
 @dataclass(frozen=True)
@@ -162,3 +177,41 @@ def run() -> dict[str, dict[str, float]]:
         "collisions": float(found.collisions),
     }
     return {"figures": figures, "aims": AIMS}
+
+
+def main() -> None:
+    """Draw the lab beside the map that a robot made of it, into the file that is named."""
+    if len(sys.argv) != 2:  # noqa: PLR2004  (the program and its argument)
+        sys.exit("usage: python3 -m hive_lab.bench.mapping FILE.png")
+    found = explore(WORLD, MODEL, START)
+    truth = truth_for(found.chart, WORLD)
+    sides = [_drawn(truth), _drawn(found.chart.cells)]
+    way = (np.array(found.way) - found.chart.origin[:2]) / found.chart.resolution * SCALE
+    PIL.ImageDraw.Draw(sides[1]).line(
+        [(x, sides[1].height - y) for x, y in way.tolist()], fill=RED, width=2
+    )
+    width, height = sides[0].size
+    picture = PIL.Image.new("RGB", (2 * width + GAP, height), WHITE)
+    for column, side in enumerate(sides):
+        picture.paste(side, (column * (width + GAP), 0))
+    _known(picture).save(sys.argv[1])
+
+
+def _known(picture: PIL.Image.Image) -> PIL.Image.Image:
+    """Return a picture without the rows in which nothing is known."""
+    pixels = np.asarray(picture)
+    known = (pixels == BLACK).all(axis=2).any(axis=1)
+    rows = np.flatnonzero(known)
+    return picture.crop((0, int(rows[0]), picture.width, int(rows[-1]) + 1))
+
+
+def _drawn(cells: NDArray[np.int8]) -> PIL.Image.Image:
+    """Return cells, row 0 the lowest, as a picture."""
+    pixels = np.full((*cells.shape, 3), GREY, dtype=np.uint8)
+    pixels[cells == FREE] = WHITE
+    pixels[cells == OCCUPIED] = BLACK
+    return PIL.Image.fromarray(pixels[::-1].repeat(SCALE, axis=0).repeat(SCALE, axis=1))
+
+
+if __name__ == "__main__":
+    main()

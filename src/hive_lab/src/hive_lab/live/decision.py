@@ -22,8 +22,8 @@ from blackboard.domain.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.ros.codec.conversions import WIRES
 from hive_common.pose import Pose
-from hive_lab.bench.registry import BenchResult
 from hive_lab.bench.allocation.instances import Floor
+from hive_lab.bench.registry import BenchResult
 from hive_lab.virtual.hive import Hive
 from hive_lab.virtual.network import NetworkTalker
 

@@ -22,7 +22,7 @@ from simenv.srv import Spawn
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
-from hive_lab.bench.sim import NUMBERS, crowd
+from hive_lab.bench.simulator import NUMBERS, crowd
 from hive_lab.bench.usage import usage_of
 
 SECONDS = 5.0

@@ -16,12 +16,12 @@ import click
 from hive_lab.allocation.objectives import OBJECTIVES
 from hive_lab.allocation.rules import RULES
 from hive_lab.allocation.sequential import auction
-from hive_lab.bench.registry import BenchResult
 from hive_lab.bench.allocation.instances import KINDS, SIZES, Floor, instances
 from hive_lab.bench.allocation.plans import figures, mean_and_worst, searched
 from hive_lab.bench.allocation.reference import OBJECTIVES as COMPARED
 from hive_lab.bench.allocation.reference import read_best
 from hive_lab.bench.allocation.streams import measure_streams
+from hive_lab.bench.registry import BenchResult
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

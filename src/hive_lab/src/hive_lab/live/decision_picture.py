@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws what central and distributed decisions take over the size of the fleet.
 
-    python3 -m hive_lab.bench.decision_picture decision.json docs/images/decision.png
+    python3 -m hive_lab.live.decision_picture decision.json docs/images/decision.png
 
 draws what `./hive bench decision --json decision.json` has written.
 """
