@@ -94,7 +94,7 @@ def test_assignments_come_to_rest(model):
 
 def test_under_every_cost_model_exchanging_makes_less_of_what_it_is_to_make_less():
     found = run(seeds=range(2))
-    shares = {name: found["figures"][name] for name in found["aims"]}
+    shares = {name: found.figures[name] for name in found.aims}
 
     assert len(shares) == 4
     assert all(share < 1.0 for share in shares.values()), shares

@@ -71,7 +71,7 @@ class Ledger:
         ]
 
 
-def measure(first: int = FIRST, tasks: int = TASKS, seed: int = 1) -> BenchResult:
+def run(first: int = FIRST, tasks: int = TASKS, seed: int = 1) -> BenchResult:
     """Measure.
 
     Args:

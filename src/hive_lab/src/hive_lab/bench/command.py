@@ -86,13 +86,11 @@ def _measure(
     entry: Bench, name: str, outside: Outside, counts: Mapping[str, int | None]
 ) -> BenchResult:
     """Measure, with the count that the user chose where there is one."""
-    for option, count in counts.items():
-        if count is None:
-            continue
-        if entry.repeat is None or option != entry.counts:
+    chosen = {option: count for option, count in counts.items() if count is not None}
+    for option in chosen:
+        if option != entry.option:
             raise click.UsageError(f"{name} takes no --{option}")
-        return entry.repeat(count)
-    return entry.run(outside)
+    return entry.run(outside, chosen.get(entry.option))
 
 
 def _table(result: BenchResult) -> list[str]:

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
 import numpy as np
 
 from blackboard.domain.characteristics import RobotState
@@ -23,12 +25,11 @@ from hive_lab.fleets.virtual_fleet import VirtualFleet
 from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskUpdate
 
 HOURS = 24.0
+PICTURE = Path("day.png")
 
 APART = 120.0
 """Time from one task to the next [s]."""
@@ -109,13 +110,13 @@ def live(hours: float = HOURS, seed: int = 1) -> Day:
     return day
 
 
-def measure(hours: float = HOURS, seed: int = 1, picture: Path | None = None) -> BenchResult:
+def run(hours: float = HOURS, seed: int = 1, picture: Path = PICTURE) -> BenchResult:
     """Measure.
 
     Args:
         hours: How long the day is [h].
         seed: Of the tasks, and of how long drives take.
-        picture: Where the day is drawn; nowhere, if it is left out.
+        picture: Where the day is drawn.
 
     Returns:
         `tasks` posted, `not_done` of them, robots `stranded`, times from posting to done `median`
@@ -138,6 +139,6 @@ def measure(hours: float = HOURS, seed: int = 1, picture: Path | None = None) ->
             f"{robot}_charges": float(np.count_nonzero(np.diff(at_charger.astype(int)) == 1)),
             f"{robot}_charge": min(status.charge for status in statuses),
         }
-    if picture is not None:
-        import_module("hive_lab.bench.day_picture").draw_day(picture, day)
+    import_module("hive_lab.bench.day_picture").draw_day(picture, day)
+    click.echo(f"drawn in {picture}", err=True)
     return BenchResult(figures, AIMS)

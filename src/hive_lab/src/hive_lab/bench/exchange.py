@@ -17,6 +17,7 @@ from blackboard.costing.cost import measure_for
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
+from hive_lab.bench.registry import BenchResult
 from hive_lab.virtual.hive import Hive
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ COST_MODELS = ("energy", "time", "makespan", "latency")
 """Those that make something small for the whole fleet."""
 
 
-def run(seeds: Iterable[int] = SEEDS) -> dict[str, dict[str, float]]:
+def run(seeds: Iterable[int] = SEEDS) -> BenchResult:
     """Let hives exchange tasks under each cost model.
 
     Args:
@@ -49,7 +50,7 @@ def run(seeds: Iterable[int] = SEEDS) -> dict[str, dict[str, float]]:
         figures[f"{model} {measure_for(model)}"] = statistics.mean(share for share, _ in runs)
         figures[f"{model} given anew"] = statistics.mean(again for _, again in runs)
     aims = {f"{model} {measure_for(model)}": 1.0 for model in COST_MODELS}
-    return {"figures": figures, "aims": aims}
+    return BenchResult(figures, aims)
 
 
 def _exchange(model: str, seed: int) -> tuple[float, float]:

@@ -11,12 +11,15 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import click
+
+from hive_lab.bench.registry import BenchResult
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
 from hive_lab.fault_schedules.run import run as run_schedule
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from hive_lab.fault_schedules.run import Outcome
 
@@ -78,15 +81,12 @@ class _Sum:
         }
 
 
-def run(
-    schedules: int = 1000, first: int = 0, say: Callable[[str], None] = lambda _: None
-) -> dict[str, dict[str, float]]:
+def run(schedules: int = 1000, first: int = 0) -> BenchResult:
     """Run schedules on all processors.
 
     Args:
         schedules: How many, at least 1.
         first: Seed of the first.
-        say: Told in words how far it is, and of every broken property.
 
     Returns:
         `figures`: schedules per second and in all, events per second, hours of virtual time,
@@ -100,15 +100,15 @@ def run(
     for outcome in simulate(range(first, first + schedules)):
         total.add(outcome)
         if outcome.violation:
-            say(f"seed {outcome.schedule.seed}: {outcome.violation}")
+            click.echo(f"seed {outcome.schedule.seed}: {outcome.violation}", err=True)
         now = time.perf_counter()
         if now - said > _WITHOUT_A_WORD:
             said = now
             rate = total.schedules / (now - began)
-            say(f"{total.schedules} of {schedules}, {rate:.1f} schedules/s")
+            click.echo(f"{total.schedules} of {schedules}, {rate:.1f} schedules/s", err=True)
     figures = total.figures(time.perf_counter() - began)
     figures |= _company()
-    return {"figures": figures, "aims": AIMS}
+    return BenchResult(figures, AIMS, broken=bool(total.bad))
 
 
 def _company() -> dict[str, float]:

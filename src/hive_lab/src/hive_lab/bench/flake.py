@@ -57,7 +57,7 @@ class PlanRun:
     time: float
 
 
-def run(runs: int) -> BenchResult:
+def run(runs: int = 20) -> BenchResult:
     """Run the test plan several times; a line for each run is told on the way.
 
     What a run with a failure printed is kept in a temporary folder, which its line names.

@@ -7,12 +7,11 @@ import multiprocessing
 import resource
 import time
 from concurrent.futures import ProcessPoolExecutor
-from typing import TYPE_CHECKING
 
+import click
+
+from hive_lab.bench.registry import BenchResult
 from hive_lab.fault_schedules.crowd import Crowd
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 SIZES = (10, 30, 100, 300, 1000)
 """Robots."""
@@ -23,14 +22,11 @@ TASKS_EACH = 10
 _SEED = 1
 
 
-def run(
-    sizes: tuple[int, ...] = SIZES, say: Callable[[str], None] = lambda _: None
-) -> dict[str, dict[str, float]]:
+def run(*sizes: int) -> BenchResult:
     """Let hives of some sizes do ten tasks for each robot, each hive in a process of its own.
 
     Args:
-        sizes: How many robots, each at least 2.
-        say: Told in words how far it is, and of every broken property.
+        sizes: How many robots, each at least 2; `SIZES` where none is given.
 
     Returns:
         `figures`, by size: processor and wall time [s], virtual time [s], messages that were
@@ -40,15 +36,17 @@ def run(
     """
     figures: dict[str, float] = {}
     context = multiprocessing.get_context("forkserver")
+    sizes = sizes or SIZES
     for robots in sizes:
         with ProcessPoolExecutor(1, mp_context=context) as pool:
             found, violation = pool.submit(_measure, robots).result()
         if violation:
-            say(f"{robots} robots: {violation}")
-        say(f"{robots} robots: {found['cpu']:.0f} s, {found['broken']:.0f} properties broken")
+            click.echo(f"{robots} robots: {violation}", err=True)
+        took, broken = found["cpu"], found["broken"]
+        click.echo(f"{robots} robots: {took:.0f} s, {broken:.0f} properties broken", err=True)
         figures |= {f"{robots}_robots_{name}": value for name, value in found.items()}
     aims = {f"{robots}_robots_broken": 0.0 for robots in sizes}
-    return {"figures": figures, "aims": aims}
+    return BenchResult(figures, aims, any(figures[name] for name in aims))
 
 
 def _measure(robots: int) -> tuple[dict[str, float], str]:

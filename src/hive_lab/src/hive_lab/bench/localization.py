@@ -17,6 +17,7 @@ import numpy as np
 
 from hive_common.grid_map import GridMap
 from hive_common.map_file import FREE, load_map
+from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets.recording import record_drive
 from robot_description.models import load_model
 from robot_navigation.localization.amcl_settings import AmclSettings
@@ -128,14 +129,14 @@ def found_itself(followed: Followed) -> bool:
     return bool(followed.errors[-CONVERGED:, 0].mean() < FOUND)
 
 
-def run(tries: int = TRIES) -> dict[str, object]:
+def run(tries: int = TRIES) -> BenchResult:
     """Measure.
 
     Args:
         tries: How often on each drive a robot is carried away.
 
     Returns:
-        `{"bench": "localization", "figures": {...}, "aims": {...}}`: errors `position` [m] and
+        errors `position` [m] and
         `heading` [degrees], the worst of the drives' means; `not_found`, the share of tries in
         which a lost robot did not find itself; `cpu` [s per s] at 5 Hz while driving.
     """
@@ -157,4 +158,4 @@ def run(tries: int = TRIES) -> dict[str, object]:
     for figure in ("position", "heading"):
         figures[figure] = max(figures[f"{name}_{figure}"] for name in DRIVES)
     figures |= {"not_found": sum(lost) / len(lost), "tries": len(lost), "cpu": max(cpu)}
-    return {"bench": "localization", "figures": figures, "aims": AIMS}
+    return BenchResult(figures, AIMS)

@@ -17,6 +17,7 @@ from scipy import ndimage
 
 from hive_common.map_file import FREE, OCCUPIED, UNKNOWN
 from hive_common.pose import Pose
+from hive_lab.bench.registry import BenchResult
 from robot_description.models import load_model
 from robot_navigation.mapping.explorer import Explorer
 from robot_navigation.mapping.mapper import Beams, Mapper
@@ -158,11 +159,11 @@ def truth_for(chart: GridMap, world: str) -> NDArray[np.int8]:
     return found
 
 
-def run() -> dict[str, dict[str, float]]:
+def run() -> BenchResult:
     """Measure on the lab, explored alone from the first start.
 
     Returns:
-        `{"figures": {...}, "aims": {...}}`: `wrong`, share of the known cells that differ from the
+        `wrong`, share of the known cells that differ from the
         world; `known`, share of what can be seen that is known; `wall_error` [m], see `Agreement`;
         `lost` [m], `duration` [s] and `collisions`, see `Explored`.
     """
@@ -176,7 +177,7 @@ def run() -> dict[str, dict[str, float]]:
         "duration": found.duration,
         "collisions": float(found.collisions),
     }
-    return {"figures": figures, "aims": AIMS}
+    return BenchResult(figures, AIMS)
 
 
 def main() -> None:

@@ -20,6 +20,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from hive_common.map_reader import read_map
+from hive_lab.bench.registry import BenchResult
 from robot_description.models import load_model
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ REACH = 4
 """How many cells a move of the reference goes at most; 4 gives 32 directions."""
 
 
-def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> dict[str, object]:
+def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> BenchResult:
     """Plan between random reachable pairs of places on each map.
 
     Args:
@@ -64,7 +65,7 @@ def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> dict[str
             f"{name}_time_p95": AIMS["p95"],
             f"{name}_length_median": AIMS["length"],
         }
-    return {"bench": "plan", "figures": figures, "aims": aims}
+    return BenchResult(figures, aims)
 
 
 def maps_folder() -> Path:

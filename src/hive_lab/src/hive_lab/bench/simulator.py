@@ -98,7 +98,7 @@ def drive(simulation: Simulation, seconds: float, *, lasers: bool) -> float:
     return (simulation.time - start) / (time.perf_counter() - began) * seconds
 
 
-def measure_in_process(wall_time: float = WALL_TIME) -> dict[str, dict[str, float]]:
+def measure_in_process(wall_time: float = WALL_TIME) -> dict[str, float]:
     """Measure.
 
     Args:
@@ -120,7 +120,7 @@ def measure_in_process(wall_time: float = WALL_TIME) -> dict[str, dict[str, floa
         figures[name] = 1.0 / speed
         figures[f"speed_{name}"] = speed
         figures[f"cpu_{name}"] = passed / cpu
-    return {"figures": figures, "aims": AIMS}
+    return figures
 
 
 _RTF = 6.0
@@ -137,7 +137,7 @@ _LIMIT = 300.0
 """The simulator alone is measured by then [s]."""
 
 
-def measure(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
+def run(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
     """Measure all.
 
     Args:
@@ -151,11 +151,10 @@ def measure(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) ->
         `ros_4 cpu ...` of each process meanwhile [s per s].
     """
     click.echo("in this process, for half a minute", err=True)
-    found = measure_in_process()
-    figures, aims = found["figures"], found["aims"] | {"ros_4": _AIM}
+    figures, aims = measure_in_process(), AIMS | {"ros_4": _AIM}
     click.echo("the simulator alone, for a minute", err=True)
     figures |= _simulator_alone()
-    hive = system.measure(connect, rtf=_RTF).figures
+    hive = system.run(connect, rtf=_RTF).figures
     figures["speed_ros_4"] = hive["real_time_factor"]
     figures["ros_4"] = 1.0 / hive["real_time_factor"]
     for name in ("driving_share", "collisions", "unanswered"):

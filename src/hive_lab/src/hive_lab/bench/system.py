@@ -99,7 +99,7 @@ class _Recorder:
         return {name: track.distance for name, track in self.history.tracks.items()}
 
 
-def measure(
+def run(
     connect: Callable[[Sequence[str]], AbstractContextManager[Link]], rtf: float = 1.0
 ) -> BenchResult:
     """Run the default fleet for a minute and return what it took.

@@ -26,6 +26,7 @@ from std_msgs.msg import String
 
 from blackboard.errors import LiveHiveError
 from hive_common.ros.links import PAUSES
+from hive_lab.bench.registry import BenchResult
 from hive_lab.live.live_hive import LiveHive, own_master
 from hive_lab.live.live_operator import TERMINAL, LiveOperator, make_task
 from hive_lab.live.parked import SPACING
@@ -301,7 +302,7 @@ def _hive_at(robots: int, folder: Path) -> Iterator[LiveHive]:
         yield hive
 
 
-def run(robots: int = 0) -> dict[str, dict[str, float]]:
+def run(robots: int = 0) -> BenchResult:
     """Measure.
 
     Args:
@@ -320,4 +321,4 @@ def run(robots: int = 0) -> dict[str, dict[str, float]]:
             found = {name: round(value, 5) for name, value in measure(size, folder).items()}
             sys.stderr.write(f"{size} robots: {found}\n")
             figures |= {f"robots_{size}_{name}": value for name, value in found.items()}
-    return {"figures": figures, "aims": {k: v for k, v in AIMS.items() if k in figures}}
+    return BenchResult(figures, {k: v for k, v in AIMS.items() if k in figures})

@@ -181,7 +181,7 @@ def _size(topic: str, message: object) -> int:
     return buffer.tell()
 
 
-def measure(sizes: dict[str, Sequence[int]] | None = None) -> BenchResult:
+def run(sizes: dict[str, Sequence[int]] | None = None) -> BenchResult:
     """Measure both decisions over the size of the fleet.
 
     Args:

@@ -17,6 +17,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hive_lab.bench.registry import BenchResult
 from hive_lab.live.bench_hive import bench_hive
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def histogram(gaps: Sequence[Gap], fault: str, width: float = 0.1) -> list[str]:
     ]
 
 
-def run(runs: int = RUNS) -> dict[str, dict[str, float]]:
+def run(runs: int = RUNS) -> BenchResult:
     """Measure crashes and freezes.
 
     Args:
@@ -116,4 +117,4 @@ def run(runs: int = RUNS) -> dict[str, dict[str, float]]:
     for fault, _ in _FAULTS:
         sys.stderr.write("\n".join([f"{fault}:", *histogram(gaps, fault), ""]))
     figures = {name: round(value, 3) for name, value in figures_of(gaps).items()}
-    return {"figures": figures, "aims": dict(AIMS)}
+    return BenchResult(figures, dict(AIMS))

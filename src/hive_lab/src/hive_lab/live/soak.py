@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import psutil
 from blackboard.msg import TaskState
 
+from hive_lab.bench.registry import BenchResult
 from hive_lab.live.bench_hive import bench_hive
 from hive_lab.live.live_operator import make_task
 
@@ -140,7 +141,7 @@ def _work(hive: LiveHive, operator: LiveOperator, minutes: float) -> dict[str, f
     }
 
 
-def run(minutes: int = MINUTES) -> dict[str, dict[str, float]]:
+def run(minutes: int = MINUTES) -> BenchResult:
     """Run a hive of a blackboard node and four robots, on a ROS master of its own.
 
     Args:
@@ -153,4 +154,4 @@ def run(minutes: int = MINUTES) -> dict[str, dict[str, float]]:
     with bench_hive("bench_soak") as (hive, operator):
         operator.wait_until_whole()
         figures = _work(hive, operator, minutes)
-    return {"figures": figures, "aims": dict(AIMS)}
+    return BenchResult(figures, dict(AIMS))

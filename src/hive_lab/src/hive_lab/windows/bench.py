@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from fleet_manager.demo.ports import reserved_port
 from fleet_manager.demo.screen import screen_is_usable
+from hive_lab.bench.registry import BenchResult
 from hive_lab.bench.usage import usage_of
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ class Window:
         return float(self.ask()["stall"])
 
 
-def run() -> dict[str, Any]:
+def run() -> BenchResult:
     """Measure everything; it takes about a minute.
 
     Returns:
@@ -120,7 +121,7 @@ def run() -> dict[str, Any]:
         _end(master)
         figures["stall, ROS master gone [s]"] = window.stall()
         window.wait_for(link="LOST")
-    return {"bench": "gui", "figures": figures, "aims": dict(AIMS)}
+    return BenchResult(figures, dict(AIMS))
 
 
 def _quiet(window: Window) -> dict[str, float]:

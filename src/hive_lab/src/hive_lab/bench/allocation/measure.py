@@ -93,7 +93,7 @@ class Ratios:
         return aims
 
 
-def measure() -> BenchResult:
+def run() -> BenchResult:
     """Measure instances and streams; takes some minutes, most of them for lengths of ways."""
     best = read_best()
     floor = Floor()
