@@ -13,7 +13,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.controller import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive, Network
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 OPERATORS = (NEW_TASK, TASK_CANCEL, SET_STATE)
 FAILURE = CommandResult(CommandState.ABORTED, "somebody stood in the way")
@@ -38,7 +38,7 @@ class Story:
         self.stormy = True
         network = Network(delay=lambda: generator.uniform(0.001, 0.1), lose=lose)
         self.hive = Hive(network=network)
-        self.properties = Properties(self.hive)
+        self.properties = TaskChecker(self.hive)
         self.names = [f"robot{number}" for number in range(1, robots + 1)]
         for name in self.names:
             self.hive.add_robot(name, Pose(0.0, 0.0))

@@ -12,8 +12,8 @@ from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.bench.faults import simulate
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
-from hive_lab.fault_schedules.network import Quality
 from hive_lab.fault_schedules.run import run
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,

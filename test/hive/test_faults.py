@@ -18,7 +18,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.controller import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive, Network
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 GO = Task("T1", TaskType.GA, (Pose(5.0, 0.0),))
 ROUND = Task("T1", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)))
@@ -29,7 +29,7 @@ WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 def pair(network=None):
     """Return a hive with robot1 near to all goals and robot2 far away."""
     hive = Hive(network=network)
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(4.0, 0.0))
     hive.add_robot("robot2", Pose(90.0, 0.0))
     return hive
@@ -91,7 +91,7 @@ def test_a_robot_that_comes_back_into_service_takes_what_nobody_could():
 
 def test_a_task_of_a_kind_that_nobody_does_waits_until_a_robot_comes_that_can():
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     armless = replace(SMALL_ROBOT, arm_payload=0.0, capabilities=frozenset({TaskType.GA}))
     hive.add_robot("robot1", Pose(4.0, 0.0), armless)
     hive.post(CARRY)

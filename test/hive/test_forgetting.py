@@ -8,7 +8,7 @@ from blackboard.domain.talker import SYNC, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 GO = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
 HEAVY = replace(GO, id="T7", payload=35.0)
@@ -17,7 +17,7 @@ HEAVY = replace(GO, id="T7", payload=35.0)
 def hive_of(*robots, **settings):
     """Return a hive that soon forgets, with its properties watched."""
     hive = Hive(replace(BlackboardSettings(), **{"keep_ended": 20.0, **settings}))
-    Properties(hive)
+    TaskChecker(hive)
     for name in robots:
         hive.add_robot(name, Pose(0.0, 0.0))
     return hive

@@ -10,7 +10,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.bench.exchange import run
 from hive_lab.virtual.hive import Hive
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 NEAR, FAR = Pose(5.0, 0.0), Pose(80.0, 0.0)
 WAITING, ASSIGNED, STARTED, DONE, *_ = TaskState
@@ -24,7 +24,7 @@ def go(name, goal, priority=0):
 def hive_with_two_tasks(**settings):
     """Return a hive whose only robot is at one task and has another, far away, on its list."""
     hive = Hive(replace(BlackboardSettings(), **settings))
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(0.0, 0.0), cost_model="latency")
     hive.post(go("near", NEAR), go("far", FAR))
     hive.network.run(1.0)
@@ -65,7 +65,7 @@ def test_a_task_that_has_begun_stays_where_it_is():
 
 def test_the_tasks_of_two_robots_are_shared_with_a_third_and_all_are_done_once():
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     for name, x in (("robot1", 0.0), ("robot2", 40.0)):
         hive.add_robot(name, Pose(x, 0.0), cost_model="makespan")
     tasks = [go(f"T{number}", Pose(8.0 * number, 1.0)) for number in range(10)]
@@ -81,7 +81,7 @@ def test_the_tasks_of_two_robots_are_shared_with_a_third_and_all_are_done_once()
 @pytest.mark.parametrize("model", ["report", "energy", "time", "makespan", "latency"])
 def test_assignments_come_to_rest(model):
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     for number in range(3):
         hive.add_robot(f"robot{number}", Pose(10.0 * number, 0.0), cost_model=model)
     tasks = [go(f"T{number}", Pose(float(number * 7 % 31), 2.0)) for number in range(12)]

@@ -11,7 +11,7 @@ from blackboard.domain.talker import BACKUP, ROBOT_STATUS, SYNC, TASK_ASSIGN, TA
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive, Network
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 ROUND = Task("T1", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)))
 CARRY = Task("T1", TaskType.GPAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)), payload=3.0)
@@ -21,7 +21,7 @@ WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 def pair(network=None, **settings):
     """Return a hive with robot1 near to all goals and robot2 far away."""
     hive = Hive(BlackboardSettings(**settings), network)
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(4.0, 0.0))
     hive.add_robot("robot2", Pose(90.0, 0.0))
     return hive
@@ -323,7 +323,7 @@ def test_one_second_without_a_topic_halts_nobody(topic):
 
 def test_a_restarted_robot_goes_on_with_the_load_on_board_before_anything_else():
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(4.0, 0.0))
     hive.post(CARRY, replace(ROUND, id="T2", priority=9))
     hive.network.run(3.0)

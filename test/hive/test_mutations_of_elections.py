@@ -16,7 +16,7 @@ from blackboard.consensus.bootstrap import Handover
 from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import name_of
 from blackboard.consensus.messages import BallotKind
-from hive_lab.fault_schedules.hive import Disk
+from hive_lab.fault_schedules.simulated_member import Disk
 
 
 def vote_for_any_list(patch):

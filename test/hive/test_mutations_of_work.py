@@ -14,7 +14,7 @@ from blackboard.consensus.node import _TOPICS, RaftNode
 from blackboard.consensus.step import Write
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.reports import Reports
-from hive_lab.fault_schedules.hive import Disk
+from hive_lab.fault_schedules.simulated_member import Disk
 
 
 def commit_with_half_of_the_members(patch):

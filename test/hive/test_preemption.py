@@ -8,7 +8,7 @@ from blackboard.domain.talker import TASK_ASSIGN
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive, Network
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 LEFT, RIGHT = Pose(0.0, 0.0), Pose(50.0, 0.0)
 URGENT = Task("U", TaskType.GA, (Pose(2.0, 3.0),), priority=10)
@@ -28,7 +28,7 @@ def carry(name, near):
 def busy_pair(left, right, after=3.0, network=None):
     """Return a hive with two robots at work, the one on the left near to the urgent goal."""
     hive = Hive(network=network)
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("left", LEFT)
     hive.add_robot("right", RIGHT)
     hive.post(left)

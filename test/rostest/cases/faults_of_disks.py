@@ -9,9 +9,9 @@ import pytest
 import rospy
 from blackboard.msg import TaskState
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 SIZE = 16
 """Of the small disk [MB]: SQLite's write-ahead log alone may grow to 4 MB."""
@@ -37,7 +37,7 @@ def hive(small_disk, tmp_path_factory):
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     disk = {"journal": str(small_disk)} if small_disk else {}
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/disks/", blackboard=disk)
-    hive.drives = [StandIn(f"/disks/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.drives = [FakeBase(f"/disks/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         hive.start_all()

@@ -17,9 +17,9 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 MESSAGES = 5000
 PER_SECOND = 400
@@ -115,7 +115,7 @@ def hive(tmp_path_factory):
     """A hive of three members."""
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/input/", ROBOTS)
-    hive.drives = [StandIn(f"/input/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.drives = [FakeBase(f"/input/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)
     hive.speak = {
         topic: rospy.Publisher(f"/input/{topic}", kind, queue_size=1000)

@@ -10,9 +10,9 @@ import rospy
 from blackboard.msg import TaskState
 from rosgraph_msgs.msg import Clock
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 NODES = Path(__file__).resolve().parents[1] / "nodes"
 LONGER = 6.0
@@ -31,7 +31,7 @@ def ros():
 def make_hive(folder, namespace, robots):
     """Make a hive, which has to be started, with whom to ask."""
     hive = LiveHive(folder, namespace, robots)
-    hive.drives = [StandIn(f"{namespace}{name}", x=float(i)) for i, name in enumerate(robots)]
+    hive.drives = [FakeBase(f"{namespace}{name}", x=float(i)) for i, name in enumerate(robots)]
     return hive, LiveOperator(namespace, hive.members)
 
 

@@ -14,9 +14,9 @@ import rospy
 from blackboard.msg import TaskState
 
 from blackboard.ros.master_watch import watch_master
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive, own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 CRASH = 3.0
 """By then another carries the blackboard [s]."""
@@ -45,7 +45,7 @@ def hive(master, tmp_path_factory):
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     watch_master(lambda _state: None)
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/master/")
-    hive.drives = [StandIn(f"/master/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.drives = [FakeBase(f"/master/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         hive.start_all()

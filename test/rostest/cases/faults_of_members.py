@@ -14,9 +14,9 @@ import pytest
 import rospy
 from blackboard.msg import TaskState
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 NODES = Path(__file__).resolve().parents[1] / "nodes"
 
@@ -39,7 +39,7 @@ def hive(tmp_path_factory):
     """A hive of a blackboard node and four robots, which runs for all cases of this file."""
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/members/")
-    hive.drives = {name: StandIn(f"/members/{name}", x=float(i)) for i, name in enumerate(ROBOTS)}
+    hive.drives = {name: FakeBase(f"/members/{name}", x=float(i)) for i, name in enumerate(ROBOTS)}
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         for name in map(hive.node_of, hive.robots):

@@ -86,7 +86,7 @@ def start_base(network, robot, x):
     base = [
         sys.executable,
         "-m",
-        "hive_lab.live.stand_in",
+        "hive_lab.live.fake_base",
         f"/networks/{robot}",
         f"{DRIVE}",
         f"{x}",

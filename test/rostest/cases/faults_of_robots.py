@@ -12,9 +12,9 @@ import pytest
 import rospy
 from blackboard.msg import BbSynch, TaskMsg, TaskMsgArray, TaskState
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 LONG = 30.0
 """A drive that does not end by itself while a case looks at it [s]."""
@@ -35,7 +35,7 @@ def make_hive(folder, namespace, robots, **blackboard):
         blackboard={"most_hand_backs": 2, **blackboard},
         robot={"retry_delay": 0.2, "server_timeout": 2.0},
     )
-    hive.drives = {r: StandIn(f"{namespace}{r}", x=float(i)) for i, r in enumerate(robots)}
+    hive.drives = {r: FakeBase(f"{namespace}{r}", x=float(i)) for i, r in enumerate(robots)}
     hive.operator = LiveOperator(namespace, hive.members)
     return hive
 
@@ -196,7 +196,7 @@ def test_the_task_of_a_robot_whose_navigation_dies_is_done_by_another(hive):
     command = [
         sys.executable,
         "-m",
-        "hive_lab.live.stand_in",
+        "hive_lab.live.fake_base",
         f"/robots/{robot}",
         str(LONG),
         "100",

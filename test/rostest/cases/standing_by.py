@@ -8,9 +8,9 @@ import rosgraph
 import rospy
 from blackboard.msg import TaskState
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 CRASH = 3.0
 """By then another carries the blackboard of a process that is proved dead [s]."""
@@ -23,7 +23,7 @@ def hive(tmp_path_factory):
     """A hive of a blackboard node, two robots that stand by and two that do not."""
     rospy.init_node("standing_by", disable_signals=True)
     hive = LiveHive(tmp_path_factory.mktemp("hive"), standing_by=2)
-    hive.drives = {name: StandIn(f"/{name}", x=5.0 * i) for i, name in enumerate(hive.robots)}
+    hive.drives = {name: FakeBase(f"/{name}", x=5.0 * i) for i, name in enumerate(hive.robots)}
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         hive.start_all()

@@ -14,7 +14,7 @@ from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ENTRIES, SYNC
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Network, NetworkTalker, lone_backup
+from hive_lab.virtual.hive import Network, NetworkTalker, lone_node
 
 ONE = TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 1.0),)))
 TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(2.0, 1.0),)))
@@ -23,7 +23,7 @@ TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(2.0, 1.0),)))
 def started():
     """Return a network and a backup that has begun to speak on it."""
     network = Network()
-    backup = lone_backup(NetworkTalker(network, "blackboard"))
+    backup = lone_node(NetworkTalker(network, "blackboard"))
     backup.start()
     return network, backup
 

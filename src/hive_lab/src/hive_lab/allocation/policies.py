@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hive_lab.allocation.instance import Instance
     from hive_lab.allocation.objectives import Objective
     from hive_lab.allocation.plan import Plan
-    from hive_lab.allocation.stream import Moment
+    from hive_lab.allocation.stream import StreamState
     from hive_lab.allocation.timetable import Floats
 
 
@@ -31,18 +31,18 @@ class Append:
     def __init__(self, cost: Callable[[Ends, int], Floats]) -> None:
         self._cost = cost
 
-    def decide(self, moment: Moment) -> Plan:
+    def decide(self, state: StreamState) -> Plan:
         """Return the lists; see `Policy`."""
-        new = [len(moment.instance.tasks) - 1] if moment.has_arrival else []
-        return append(moment.instance, self._cost, moment.plan, new)
+        new = [len(state.instance.tasks) - 1] if state.has_arrival else []
+        return append(state.instance, self._cost, state.plan, new)
 
 
 class IdleTakesNearest:
     """No lists: a robot that becomes free takes the nearest task, of those that wait."""
 
-    def decide(self, moment: Moment) -> Plan:
+    def decide(self, state: StreamState) -> Plan:
         """Return the lists; see `Policy`."""
-        instance = moment.instance
+        instance = state.instance
         ends = Ends(instance, [()] * len(instance.robots))
         idle = instance.robots.ready == 0.0
         ways = np.array([ends.way(task) for task in range(len(instance.tasks))])
@@ -81,10 +81,10 @@ class Reallocation:
         self._aging = aging
         self._afresh = afresh
 
-    def decide(self, moment: Moment) -> Plan:
+    def decide(self, state: StreamState) -> Plan:
         """Return the lists; see `Policy`."""
-        instance = self._aged(moment)
-        plan = auction(instance, self._objective, None if self._afresh else moment.plan)
+        instance = self._aged(state)
+        plan = auction(instance, self._objective, None if self._afresh else state.plan)
         rounds = iter(range(self._rounds))
         return improve(
             instance,
@@ -94,12 +94,10 @@ class Reallocation:
             lambda: next(rounds, None) is not None,
         )
 
-    def _aged(self, moment: Moment) -> Instance:
+    def _aged(self, state: StreamState) -> Instance:
         if np.isinf(self._aging):
-            return moment.instance
-        return moment.instance.weighted(
-            aged(moment.instance.tasks.weight, moment.age, self._aging)
-        )
+            return state.instance
+        return state.instance.weighted(aged(state.instance.tasks.weight, state.age, self._aging))
 
 
 def aged(weight: Floats, age: Floats, aging: float) -> Floats:

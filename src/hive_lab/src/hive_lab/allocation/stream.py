@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Moment:
+class StreamState:
     """What a policy is asked.
 
     Attributes:
@@ -41,7 +41,7 @@ class Moment:
 class Policy(Protocol):
     """Decides on the lists."""
 
-    def decide(self, moment: Moment) -> Plan:
+    def decide(self, state: StreamState) -> Plan:
         """Return the lists from now on. A task may be on none, and is asked about again."""
 
 
@@ -117,8 +117,8 @@ class _Floor:
         number = {task: index for index, task in enumerate(self._waiting)}
         plan = tuple(tuple(number[task] for task in row) for row in self._lists)
         age = now - self._stream.posted[waiting]
-        moment = Moment(self._now(waiting, now), plan, age, has_arrival)
-        self._lists = [[int(waiting[index]) for index in row] for row in policy.decide(moment)]
+        state = StreamState(self._now(waiting, now), plan, age, has_arrival)
+        self._lists = [[int(waiting[index]) for index in row] for row in policy.decide(state)]
         for robot, row in enumerate(self._lists):
             if row and self._free[robot] <= now:
                 self._begin(robot, row.pop(0), now)

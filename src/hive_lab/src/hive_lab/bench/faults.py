@@ -21,7 +21,7 @@ from hive_lab.fault_schedules.run import run as run_schedule
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hive_lab.fault_schedules.run import Outcome
+    from hive_lab.fault_schedules.run import RunResult
 
 _AT_ONCE = 10
 """Schedules that a process takes at a time."""
@@ -52,7 +52,7 @@ class _Sum:
     faults: Counter[str] = field(default_factory=Counter)
     bad: list[int] = field(default_factory=list)
 
-    def add(self, outcome: Outcome) -> None:
+    def add(self, outcome: RunResult) -> None:
         """Add one schedule."""
         self.schedules += 1
         self.events += outcome.events
@@ -123,12 +123,12 @@ def _company() -> dict[str, float]:
     }
 
 
-def simulate(seeds: range) -> Iterator[Outcome]:
+def simulate(seeds: range) -> Iterator[RunResult]:
     """Run the schedules of some seeds on all processors; in the order of the seeds."""
     context = multiprocessing.get_context("forkserver")
     with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:
         yield from pool.map(_simulate_one, seeds, chunksize=_AT_ONCE)
 
 
-def _simulate_one(seed: int) -> Outcome:
+def _simulate_one(seed: int) -> RunResult:
     return run_schedule(draw(seed))

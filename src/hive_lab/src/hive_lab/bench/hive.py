@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 import click
 
 from hive_lab.bench.registry import BenchResult
-from hive_lab.fault_schedules.crowd import Crowd
+from hive_lab.fault_schedules.large_hive import LargeHive
 
 SIZES = (10, 30, 100, 300, 1000)
 """Robots."""
@@ -52,7 +52,7 @@ def run(*sizes: int) -> BenchResult:
 def _measure(robots: int) -> tuple[dict[str, float], str]:
     wall, cpu = time.perf_counter(), time.process_time()
     tasks = TASKS_EACH * robots
-    outcome = Crowd(robots, tasks, _SEED).run()
+    outcome = LargeHive(robots, tasks, _SEED).run()
     return {
         "tasks": float(tasks),
         "wall": time.perf_counter() - wall,

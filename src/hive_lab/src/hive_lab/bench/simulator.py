@@ -52,7 +52,7 @@ AIMS = {"lasers_4": 0.01, "lasers_100": 0.25}
 """Wall time for a simulated second, at most [s]: 100 and 4 times real time."""
 
 
-def crowd(number: int) -> Simulation:
+def spawn_robots(number: int) -> Simulation:
     """Put some robots into the warehouse, row by row wherever there is room.
 
     Args:
@@ -113,7 +113,7 @@ def measure_in_process(wall_time: float = WALL_TIME) -> dict[str, float]:
     figures: dict[str, float] = {}
     for number, lasers in itertools.product(NUMBERS, (True, False)):
         name = f"{'lasers' if lasers else 'bare'}_{number}"
-        simulation, cpu = crowd(number), time.process_time()
+        simulation, cpu = spawn_robots(number), time.process_time()
         passed = drive(simulation, wall_time, lasers=lasers)
         cpu = time.process_time() - cpu
         speed = passed / wall_time

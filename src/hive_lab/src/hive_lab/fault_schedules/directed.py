@@ -17,10 +17,10 @@ from hive_lab.fault_schedules.schedule import (
     Crash,
     Cut,
     FaultSchedule,
-    Moment,
-    Point,
     Post,
     Strike,
+    Trigger,
+    WritePoint,
 )
 
 if TYPE_CHECKING:
@@ -50,14 +50,16 @@ _RIVALS = (
     Cut(12.0, (BLACKBOARD,), 3.0, others=("robot1",)),
     Cut(12.0, (BLACKBOARD,), 20.0, others=("robot2",)),
     Cut(12.0, ("robot1",), 6.2, one_way=True, others=("robot2",), holds=True),
-    Strike(13.0, Moment.TAKES_OVER, Cut(0.0, (), 10.0), Point.BEFORE_SAYING),
+    Strike(13.0, Trigger.TAKES_OVER, Cut(0.0, (), 10.0), WritePoint.BEFORE_SAYING),
 )
 
 # Robot2 stands long after robot1; its question for a vote arrives 2.5 s after it was asked.
 _LATE_VOTE = (
     Cut(12.0, (BLACKBOARD,), 12.0),
     Cut(12.0, ("robot1",), 5.5, others=("robot2",)),
-    Strike(16.0, Moment.STANDS, Cut(0.0, (), 2.5, one_way=True, holds=True), Point.BEFORE_SAYING),
+    Strike(
+        16.0, Trigger.STANDS, Cut(0.0, (), 2.5, one_way=True, holds=True), WritePoint.BEFORE_SAYING
+    ),
 )
 
 # A change of epoch 1 reaches a majority in epoch 3, and a member that holds another one of epoch 2
@@ -65,8 +67,8 @@ _LATE_VOTE = (
 _FIGURE_8 = (
     Cut(12.0, (BLACKBOARD, OPERATOR), 4.0),
     Post(12.5, Task("T2", TaskType.GA, (Pose(1.0, 2.0),))),
-    Strike(12.6, Moment.TAKES_OVER, Crash(0.0, "", 6.0), Point.BEFORE_SAYING),
-    Strike(16.0, Moment.WRITES, Cut(0.0, (), 3.0)),
+    Strike(12.6, Trigger.TAKES_OVER, Crash(0.0, "", 6.0), WritePoint.BEFORE_SAYING),
+    Strike(16.0, Trigger.WRITES, Cut(0.0, (), 3.0)),
     Crash(19.0, BLACKBOARD, 12.0),
 )
 
@@ -83,7 +85,7 @@ DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
         for each in (
             _schedule("rivals", *_RIVALS),
             _schedule(
-                "forgetful rivals", *_RIVALS, Strike(13.0, Moment.VOTES, Crash(0.0, "", 0.05))
+                "forgetful rivals", *_RIVALS, Strike(13.0, Trigger.VOTES, Crash(0.0, "", 0.05))
             ),
             _schedule("late vote", *_LATE_VOTE, stagger=3.5),
             _schedule("posted anew", *_POSTED_ANEW, keep_ended=1.0),

@@ -15,7 +15,7 @@ from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.faults import any_fault
 from hive_lab.fault_schedules.scenarios import SCENARIOS, Setting
-from hive_lab.fault_schedules.schedule import INJECTOR, SETTLE, Cancel, FaultSchedule, Post
+from hive_lab.fault_schedules.schedule import FAULT_PERIOD, SETTLE, Cancel, FaultSchedule, Post
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,7 +70,7 @@ def _ordinary(seed: int, random: Random) -> FaultSchedule:
     faults = [
         fault
         for _ in range(random.randint(1, 6))
-        for fault in any_fault(random, members, SETTLE + random.uniform(0.0, INJECTOR))
+        for fault in any_fault(random, members, SETTLE + random.uniform(0.0, FAULT_PERIOD))
     ]
     happenings = (*posts, *_cancels(random, posts), *faults)
     return FaultSchedule(seed, robots, happenings, scenario="anything at any time")
@@ -87,7 +87,10 @@ def _forgetful(schedule: FaultSchedule) -> FaultSchedule:
     )
     return replace(
         schedule,
-        happenings=(*schedule.happenings, *(each for each in anew if each.at < SETTLE + INJECTOR)),
+        happenings=(
+            *schedule.happenings,
+            *(each for each in anew if each.at < SETTLE + FAULT_PERIOD),
+        ),
         patience=replace(schedule.patience, keep_ended=keep, most_ended=most),
     )
 
@@ -104,7 +107,7 @@ def _post(random: Random, number: int) -> Post:
     )
     priority, payload = random.choice([0, 0, 5, 9]), random.uniform(0.0, 5.0)
     task = Task(f"T{number + 1}", kind, goals, priority, payload)
-    return Post(SETTLE + random.uniform(0.0, 0.7 * INJECTOR), task)
+    return Post(SETTLE + random.uniform(0.0, 0.7 * FAULT_PERIOD), task)
 
 
 def _cancels(random: Random, posts: Sequence[Post]) -> Sequence[Cancel]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from blackboard.domain.record import TaskRecord
     from hive_lab.fault_schedules.history import History
-    from hive_lab.fault_schedules.hive import SimulatedMember
+    from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
 
 class Ending:

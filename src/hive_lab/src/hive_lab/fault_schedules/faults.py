@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import BadLinks, Crash, Cut, Freeze, PowerCut, SetState
 
 if TYPE_CHECKING:

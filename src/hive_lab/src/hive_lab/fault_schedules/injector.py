@@ -10,26 +10,26 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.member import Role, majority_of
-from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import (
-    THE_ACTIVE_ONE,
+    LEADER,
     BadLinks,
     Crash,
     Cut,
     Freeze,
-    Moment,
-    Point,
     PowerCut,
     Strike,
+    Trigger,
+    WritePoint,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from blackboard.consensus.journal import HardState
-    from hive_lab.fault_schedules.hive import SimulatedMember
-    from hive_lab.fault_schedules.network import Host, Network
-    from hive_lab.fault_schedules.properties import Properties
+    from hive_lab.fault_schedules.faulty_network import FaultyNetwork, Host
+    from hive_lab.fault_schedules.protocol_checker import ProtocolChecker
+    from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
 
 class FaultInjector:
@@ -45,7 +45,10 @@ class FaultInjector:
     """
 
     def __init__(
-        self, network: Network, members: Mapping[str, SimulatedMember], properties: Properties
+        self,
+        network: FaultyNetwork,
+        members: Mapping[str, SimulatedMember],
+        properties: ProtocolChecker,
     ) -> None:
         self._network = network
         self._members = members
@@ -98,7 +101,7 @@ class FaultInjector:
             self.boot(member)
 
     def _who(self, name: str) -> str:
-        if name != THE_ACTIVE_ONE:
+        if name != LEADER:
             return name
         leader = [
             (member.backup.epoch, member.name)
@@ -109,20 +112,22 @@ class FaultInjector:
         ]
         return max(leader)[1] if leader else self._network.random.choice(sorted(self._members))
 
-    def _watch(self, member: SimulatedMember, before: HardState | None, after: HardState) -> Point:
+    def _watch(
+        self, member: SimulatedMember, before: HardState | None, after: HardState
+    ) -> WritePoint:
         """Have a strike that waited for what a member writes happen; return when it does."""
         if before is not None and before.member != after.member:
             self._properties.disk_given_up(before)
         for strike in self._strikes:
-            if before is not None and strike.moment in moments(before, after):
+            if before is not None and strike.trigger in triggers(before, after):
                 self._strikes.remove(strike)
                 self.faults["struck"] += 1
-                if isinstance(strike.fault, Cut) and strike.point is Point.BEFORE_SAYING:
+                if isinstance(strike.fault, Cut) and strike.point is WritePoint.BEFORE_SAYING:
                     self._strike((strike.fault, member.name))
-                    return Point.AFTER
+                    return WritePoint.AFTER
                 self._network.schedule(0.0, None, self._strike, (strike.fault, member.name))
-                return strike.point if isinstance(strike.fault, Crash) else Point.AFTER
-        return Point.AFTER
+                return strike.point if isinstance(strike.fault, Crash) else WritePoint.AFTER
+        return WritePoint.AFTER
 
     def _strike(self, what: tuple[Crash | Freeze | Cut, str]) -> None:
         fault, name = what
@@ -234,16 +239,16 @@ class FaultInjector:
         self._network.quality = worst
 
 
-def moments(before: HardState, after: HardState) -> set[Moment]:
+def triggers(before: HardState, after: HardState) -> set[Trigger]:
     """Return what happens to a member that writes one after the other to its disk."""
-    found: set[Moment] = set()
+    found: set[Trigger] = set()
     if after.vote and after.vote != before.vote:
-        found.add(Moment.STANDS if after.vote == after.member else Moment.VOTES)
+        found.add(Trigger.STANDS if after.vote == after.member else Trigger.VOTES)
     was, is_now = before.log.latest, after.log.latest
     if is_now.position != was.position:
         own = after.vote == after.member and is_now.position.epoch == after.epoch
         begins = own and was.position.epoch < after.epoch
-        found.add(Moment.TAKES_OVER if begins else Moment.WRITES)
+        found.add(Trigger.TAKES_OVER if begins else Trigger.WRITES)
     if is_now.members != was.members:
-        found.add(Moment.CHANGES_MEMBERS)
+        found.add(Trigger.CHANGES_MEMBERS)
     return found

@@ -12,7 +12,7 @@ from blackboard.consensus.member import Role, has_lease
 from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.node import RaftNode
 from blackboard.domain.settings import RaftSettings
-from hive_lab.fault_schedules.network import Host, HostTalker, Network, Quality
+from hive_lab.fault_schedules.faulty_network import FaultyNetwork, Host, HostTalker, Quality
 
 _SLOWEST, _FASTEST = 0.99, 1.01
 
@@ -45,7 +45,7 @@ class Company:
 
     def __init__(self, members: int, seed: int) -> None:
         random = Random(seed)
-        self.network = Network(random)
+        self.network = FaultyNetwork(random)
         self.network.said = self._note
         self._backups: dict[str, RaftNode] = {}
         self._epochs: set[int] = set()

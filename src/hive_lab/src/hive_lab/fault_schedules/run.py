@@ -19,17 +19,17 @@ from typing import TYPE_CHECKING
 from blackboard.domain.talker import NEW_TASK, TASK_CANCEL, TASK_STATE
 from blackboard.domain.task import TaskState
 from hive_common.pose import Pose
-from hive_lab.fault_schedules import hive as simulated
+from hive_lab.fault_schedules import simulated_member as simulated
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.faulty_network import FaultyNetwork
 from hive_lab.fault_schedules.history import Violation
 from hive_lab.fault_schedules.injector import FaultInjector
-from hive_lab.fault_schedules.network import Network
-from hive_lab.fault_schedules.properties import Properties
+from hive_lab.fault_schedules.protocol_checker import ProtocolChecker
 from hive_lab.fault_schedules.scenarios import SCENARIOS
 from hive_lab.fault_schedules.schedule import (
     BY_HAND,
-    INJECTOR,
+    FAULT_PERIOD,
     OPERATOR,
     SETTLE,
     Cancel,
@@ -53,7 +53,7 @@ _SLOWEST, _FASTEST = 0.99, 1.01
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunResult:
     """What came of a schedule.
 
     Attributes:
@@ -99,10 +99,10 @@ class Run:
     def __init__(self, schedule: FaultSchedule) -> None:
         self.schedule = schedule
         self.random = Random(schedule.seed)
-        self.network = Network(self.random, schedule.proofs)
+        self.network = FaultyNetwork(self.random, schedule.proofs)
         self.members = {name: self._member(name) for name in schedule.members}
         tasks = [each.task for each in schedule.happenings if isinstance(each, Post)]
-        self.properties = Properties(self.members, tasks, lambda: self.network.now)
+        self.properties = ProtocolChecker(self.members, tasks, lambda: self.network.now)
         self.network.after_event = self.properties.after_event
         self.network.said = self.properties.said
         self.injector = FaultInjector(self.network, self.members, self.properties)
@@ -123,7 +123,7 @@ class Run:
         disk, voter = simulated.Disk(), name not in self.schedule.aside
         return simulated.SimulatedMember(host, disk, pose, own, settings, patience, voter=voter)
 
-    def run(self) -> Outcome:
+    def run(self) -> RunResult:
         """Let it all happen; a broken property ends it."""
         late = dict(self.schedule.late)
         for name, member in self.members.items():
@@ -133,7 +133,7 @@ class Run:
             self.network.schedule(start, None, self.injector.boot, member)
         for happening in self.schedule.happenings:
             self.network.schedule(happening.at, None, self._happen, happening)
-        end = SETTLE + INJECTOR
+        end = SETTLE + FAULT_PERIOD
         violation = ""
         try:
             self.network.run(end)
@@ -146,7 +146,7 @@ class Run:
             violation = str(broken)
         ended = Counter(record.state.name for record in self.properties.ending.truth.values())
         ended["left behind"] = len(self.properties.ending.left_behind())
-        return Outcome(
+        return RunResult(
             self.schedule,
             violation,
             self.network.events,
@@ -181,7 +181,7 @@ class Run:
             self._answered.add(update.task_id)
 
 
-def run(schedule: FaultSchedule) -> Outcome:
+def run(schedule: FaultSchedule) -> RunResult:
     """Run one schedule."""
     return Run(schedule).run()
 

@@ -12,22 +12,22 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from blackboard.domain.settings import RaftSettings
-from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
-    INJECTOR,
+    FAULT_PERIOD,
+    LEADER,
     OPERATOR,
     SETTLE,
-    THE_ACTIVE_ONE,
     BadLinks,
     Crash,
     Cut,
     FaultSchedule,
     Freeze,
-    Moment,
-    Point,
     SetState,
     Strike,
+    Trigger,
+    WritePoint,
 )
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def _members(robots: int) -> tuple[str, ...]:
 def _times(random: Random, most: int) -> list[float]:
     """Draw when trouble comes [s]."""
     count = random.randint(2, most)
-    return sorted(SETTLE + random.uniform(0.0, 0.8 * INJECTOR) for _ in range(count))
+    return sorted(SETTLE + random.uniform(0.0, 0.8 * FAULT_PERIOD) for _ in range(count))
 
 
 def _close(random: Random) -> RaftSettings:
@@ -75,27 +75,27 @@ def _unseat(random: Random, at: float, members: tuple[str, ...]) -> Happening:
     kind = random.choice(["crash", "freeze", "cut", "cut", "link", "deaf"])
     lasts = random.uniform(2.3, 7.0)
     if kind == "crash":
-        return Crash(at, THE_ACTIVE_ONE, random.choice([_short(random), lasts]))
+        return Crash(at, LEADER, random.choice([_short(random), lasts]))
     if kind == "freeze":
-        return Freeze(at, THE_ACTIVE_ONE, lasts)
+        return Freeze(at, LEADER, lasts)
     if kind == "link":
         some = random.sample(members, random.randint(1, len(members) - 1))
-        return Cut(at, (THE_ACTIVE_ONE,), lasts, others=tuple(some))
-    return Cut(at, (THE_ACTIVE_ONE,), lasts, one_way=kind == "deaf")
+        return Cut(at, (LEADER,), lasts, others=tuple(some))
+    return Cut(at, (LEADER,), lasts, one_way=kind == "deaf")
 
 
 def _strike(random: Random, at: float, members: tuple[str, ...]) -> Strike:
     """Draw a short fault at a turning point."""
-    moment, lasts = random.choice(list(Moment)), _short(random)
+    trigger, lasts = random.choice(list(Trigger)), _short(random)
     kind = random.choice(["crash", "crash", "freeze", "cut", "link"])
     if kind == "crash":
-        point = random.choice(list(Point))
-        return Strike(at, moment, Crash(at, "", lasts), point)
+        point = random.choice(list(WritePoint))
+        return Strike(at, trigger, Crash(at, "", lasts), point)
     if kind == "freeze":
-        return Strike(at, moment, Freeze(at, "", lasts * random.choice([1.0, 4.0])))
+        return Strike(at, trigger, Freeze(at, "", lasts * random.choice([1.0, 4.0])))
     lasts = random.uniform(0.2, 6.0)
     others = () if kind == "cut" else (random.choice(members),)
-    return Strike(at, moment, Cut(at, (), lasts, random.choice([True, False]), others))
+    return Strike(at, trigger, Cut(at, (), lasts, random.choice([True, False]), others))
 
 
 def _storm(random: Random) -> Setting:
@@ -126,10 +126,10 @@ def _late_messages(random: Random) -> Setting:
         random.choice([0.0, 0.05, 0.5]),
         random.choice([1.0, 3.0, 9.0]),
     )
-    faults: list[Happening] = [BadLinks(SETTLE, INJECTOR - 4.0, quality)]
+    faults: list[Happening] = [BadLinks(SETTLE, FAULT_PERIOD - 4.0, quality)]
     for at in _times(random, 8):
         way, lasts = random.choice([True, False]), random.uniform(2.0, 4.0)
-        cut = Cut(at, (THE_ACTIVE_ONE,), lasts, way, holds=True)
+        cut = Cut(at, (LEADER,), lasts, way, holds=True)
         faults.append(random.choice([cut, cut, _unseat(random, at, members)]))
         # What a robot hands back is written down, and again when it is given away.
         robot = random.choice(members[1:])
@@ -147,7 +147,7 @@ def _restarts(random: Random) -> Setting:
     for at in _times(random, 4):
         lasts = random.uniform(3.0, 8.0)
         some = random.sample(members, random.randint(1, len(members) - 1))
-        faults.append(Cut(at, (THE_ACTIVE_ONE,), lasts, random.choice([True, False]), tuple(some)))
+        faults.append(Cut(at, (LEADER,), lasts, random.choice([True, False]), tuple(some)))
         for _ in range(random.randint(1, 4)):
             when = at + random.uniform(0.0, lasts)
             faults.append(Crash(when, random.choice(members), _short(random)))
@@ -174,7 +174,7 @@ def _come_and_go(random: Random) -> Setting:
         lasts = random.uniform(2.5, 8.0)
         if random.choice([True, False]):
             cut = Cut(at, (), lasts, others=half)
-            faults.append(Strike(at, Moment.CHANGES_MEMBERS, cut))
+            faults.append(Strike(at, Trigger.CHANGES_MEMBERS, cut))
         else:
             faults.append(Cut(at + random.uniform(0.0, 4.0), half, lasts))
     settings = RaftSettings(kept_changes=4, member_timeout=random.choice([2.5, 4.0, 10.0]))
@@ -199,7 +199,7 @@ def _lost_disks(random: Random) -> Setting:
 def _founder_alone(random: Random) -> Setting:
     """The blackboard node loses its disk while it hears nobody, perhaps but for the operator."""
     robots = random.randint(2, 4)
-    at = SETTLE + random.uniform(0.0, 0.4 * INJECTOR)
+    at = SETTLE + random.uniform(0.0, 0.4 * FAULT_PERIOD)
     alone = (BLACKBOARD, OPERATOR) if random.choice([True, False]) else (BLACKBOARD,)
     lasts = random.uniform(3.0, 15.0)
     faults: list[Happening] = [

@@ -15,12 +15,12 @@ from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
     from blackboard.domain.task import Task
-    from hive_lab.fault_schedules.network import Quality
+    from hive_lab.fault_schedules.faulty_network import Quality
 
 SETTLE = 6.0
 """Nothing happens before this time, in which the hive is founded [s]."""
 
-INJECTOR = 36.0
+FAULT_PERIOD = 36.0
 """How long things go wrong after that [s]."""
 
 BLACKBOARD = "blackboard"
@@ -32,7 +32,7 @@ BY_HAND = "by hand"
 PATIENCE = BlackboardSettings(retry_period=10.0)
 """Of the blackboard, where a schedule says nothing else."""
 
-THE_ACTIVE_ONE = "the active one"
+LEADER = "the active one"
 """In place of a name: whoever carries the blackboard at the time."""
 
 
@@ -162,7 +162,7 @@ class Cancel:
         return f"{self.at:6.2f} an operator cancels {self.task}"
 
 
-class Moment(Enum):
+class Trigger(Enum):
     """A turning point in the life of a member, seen by what it writes to its disk."""
 
     STANDS = "begins an epoch"
@@ -172,7 +172,7 @@ class Moment(Enum):
     WRITES = "writes down a change"
 
 
-class Point(Enum):
+class WritePoint(Enum):
     """When exactly."""
 
     BEFORE_WRITING = "before it is on disk"
@@ -193,13 +193,13 @@ class Strike:
     """
 
     at: float
-    moment: Moment
+    trigger: Trigger
     fault: Crash | Freeze | Cut
-    point: Point = Point.AFTER
+    point: WritePoint = WritePoint.AFTER
 
     def __str__(self) -> str:
         fault = str(self.fault)[7:].strip()
-        return f"{self.at:6.2f} the next that {self.moment.value} {self.point.value}: {fault}"
+        return f"{self.at:6.2f} the next that {self.trigger.value} {self.point.value}: {fault}"
 
 
 Happening = Crash | Freeze | Cut | BadLinks | PowerCut | Strike | SetState | Post | Cancel

@@ -24,7 +24,7 @@ from blackboard.robot.controller import Controller
 from blackboard.robot.robot import Robot
 from hive_common.map_file import FREE, load_map
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import lone_backup
+from hive_lab.virtual.hive import lone_node
 from hive_lab.virtual.network import Network, NetworkTalker
 from robot_description.models import model_path
 
@@ -86,7 +86,7 @@ class VirtualFleet:
         self.grid = Grid(chart.cells != FREE, chart.resolution, *corner)
         self._plan = ChargingPlan(chargers, fleet.battery)
         talker = NetworkTalker(self.network, "blackboard")
-        backup = lone_backup(talker)
+        backup = lone_node(talker)
         Blackboard(talker, backup, GridPathLengths(self.grid), BlackboardSettings()).start()
         backup.start()
         self.network.listen(TASK_COST, self._note_bids)

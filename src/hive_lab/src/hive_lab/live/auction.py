@@ -27,9 +27,9 @@ from std_msgs.msg import String
 from blackboard.errors import LiveHiveError
 from hive_common.ros.links import PAUSES
 from hive_lab.bench.registry import BenchResult
+from hive_lab.live.bidders import SPACING
 from hive_lab.live.live_hive import LiveHive, own_master
 from hive_lab.live.live_operator import TERMINAL, LiveOperator, make_task
-from hive_lab.live.parked import SPACING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -270,7 +270,7 @@ def _bare_nodes(robots: int) -> Iterator[None]:
 def _module(name: str, *arguments: str) -> Iterator[None]:
     """Run a module of this package in a process of its own."""
     process = subprocess.Popen(  # noqa: S603  (our own nodes)
-        [sys.executable, "-m", f"blackboard.ros.{name}", *arguments],
+        [sys.executable, "-m", f"hive_lab.live.{name}", *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
@@ -293,7 +293,7 @@ def _hive_at(robots: int, folder: Path) -> Iterator[LiveHive]:
     with contextlib.ExitStack() as stack:
         stack.callback(hive.end)
         operator = LiveOperator(hive.namespace, hive.members)
-        stack.enter_context(_module("parked", *spaces))
+        stack.enter_context(_module("bidders", *spaces))
         hive.start_all()
         operator.demand(operator.all_answer, f"{robots} robots answer", _START)
         operator.close()

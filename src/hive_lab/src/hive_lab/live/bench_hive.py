@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import rospy
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive, own_master
 from hive_lab.live.live_operator import LiveOperator
-from hive_lab.live.stand_in import StandIn
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,7 +32,7 @@ def bench_hive(node: str) -> Iterator[tuple[LiveHive, LiveOperator]]:
         stack.callback(rospy.signal_shutdown, "what follows ends the master")
         hive = LiveHive(folder)
         stack.callback(hive.end)
-        stand_ins = [StandIn(f"/{name}", x=float(i)) for i, name in enumerate(hive.robots)]
+        stand_ins = [FakeBase(f"/{name}", x=float(i)) for i, name in enumerate(hive.robots)]
         operator = LiveOperator(hive.namespace, hive.members)
         hive.start_all()
         yield hive, operator

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from blackboard.domain.path_lengths import PathLengths
-    from hive_lab.virtual.network import Call, Listening, Network
+    from hive_lab.virtual.network import Call, Network, Subscription
 
 DECISIONS = ("distributed", "centralized")
 SIZES = {"straight": (2, 5, 10, 20, 50, 100), "map": (2, 5, 10, 20)}
@@ -79,7 +79,7 @@ class TimedTalker(NetworkTalker):
         topic: str,
         handler: Callable[[Any], None],
         when: Callable[[], bool] | None = None,
-    ) -> Listening:
+    ) -> Subscription:
         """Have the messages of a topic handed over."""
         return super().subscribe(
             topic, lambda message: self._timed(lambda: handler(message)), when

@@ -2,7 +2,7 @@
 """The processes of a real hive without a world, for tests and benchmarks that end them.
 
 A hive is a blackboard node and some robot nodes in a namespace of their own, so that several hives
-share a ROS master. What drives the robots is `stand_in.StandIn`.
+share a ROS master. What drives the robots is `fake_base.FakeBase`.
 """
 
 from __future__ import annotations

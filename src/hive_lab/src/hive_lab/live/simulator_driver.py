@@ -22,7 +22,7 @@ from simenv.srv import Spawn
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
-from hive_lab.bench.simulator import NUMBERS, crowd
+from hive_lab.bench.simulator import NUMBERS, spawn_robots
 from hive_lab.bench.usage import usage_of
 
 SECONDS = 5.0
@@ -41,12 +41,12 @@ WAIT = 60.0
 """How long the simulator may take to answer [s, wall clock]."""
 
 
-class Crowd:
+class DrivenRobots:
     """Robots in the simulator that drive all the time; one that runs into something turns away."""
 
     def __init__(self) -> None:
         """Know where robots find room; none is there yet."""
-        self._places = crowd(max(NUMBERS))
+        self._places = spawn_robots(max(NUMBERS))
         self._turns = np.linspace(-0.8, 0.8, max(NUMBERS)).tolist()
         self._commands: list[rospy.Publisher] = []
         self._stuck: list[bool] = []
@@ -104,7 +104,7 @@ def processor_time() -> float:
 def measure() -> dict[str, float]:
     """Measure every number of robots, with lasers and without; see `bench.simulation.measure`."""
     rospy.wait_for_service("simenv/spawn", WAIT)
-    robots = Crowd()
+    robots = DrivenRobots()
     figures: dict[str, float] = {}
     for number, lasers in itertools.product(NUMBERS, (False, True)):
         if not lasers:

@@ -39,7 +39,7 @@ from hive_lab.virtual.hive import (
     Network,
     NetworkTalker,
     TimedCommand,
-    lone_backup,
+    lone_node,
 )
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class BlackboardHarness(_Harness):
         self.talker = NetworkTalker(self.network, "blackboard")
         blocked = np.zeros((40, 40), dtype=bool)
         blocked[:, 20] = True
-        backup = lone_backup(self.talker)
+        backup = lone_node(self.talker)
         path_lengths = GridPathLengths(Grid(blocked, 0.1))
         self.book = MemoryBook()
         Blackboard(

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
 
 __all__ = ["LATENCY", "SMALL_ROBOT", "Hive", "Listener", "Network", "NetworkTalker"]
-__all__ += ["TimedCommand", "lone_backup"]
+__all__ += ["TimedCommand", "lone_node"]
 
 SMALL_ROBOT = RobotCharacteristics(
     mass=50.0,
@@ -76,7 +76,7 @@ SMALL_ROBOT = RobotCharacteristics(
 """A mobile manipulator; vary it with `dataclasses.replace`."""
 
 
-def lone_backup(talker: Talker) -> RaftNode:
+def lone_node(talker: Talker) -> RaftNode:
     """Return the backup of a blackboard that is the only member of its hive."""
     disk = MemoryJournal(founder("blackboard#1", "hive1"))
     return RaftNode(talker, "blackboard", RaftSettings(), disk, random.Random(0))
@@ -195,7 +195,7 @@ class Hive:
         self._updates: dict[str, list[TaskUpdate]] = defaultdict(list)
         self._list: TaskList | None = None
         talker = self._talker("blackboard")
-        backup = lone_backup(talker)
+        backup = lone_node(talker)
         settings = settings or BlackboardSettings()
         Blackboard(talker, backup, path_lengths or EuclideanLengths(), settings).start()
         backup.start()

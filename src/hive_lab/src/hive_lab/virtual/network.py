@@ -38,7 +38,7 @@ class Call:
 
 
 @dataclass(frozen=True)
-class Listening:
+class Subscription:
     """A topic that is listened to; see `blackboard.domain.talker.Subscription`."""
 
     cancel: Callable[[], None]
@@ -92,7 +92,7 @@ class Network:
             if to is None or not member or member in to:
                 self._deliver(handler, message)
 
-    def listen(self, topic: str, handler: Callable[[Any], None], member: str = "") -> Listening:
+    def listen(self, topic: str, handler: Callable[[Any], None], member: str = "") -> Subscription:
         """Have every message of a topic handed over; each listener is a function of its own.
 
         Args:
@@ -102,7 +102,7 @@ class Network:
         """
         listener = (handler, member)
         self._handlers[topic].append(listener)
-        return Listening(lambda: self._handlers[topic].remove(listener))
+        return Subscription(lambda: self._handlers[topic].remove(listener))
 
     def watch(self, look: Callable[[], None]) -> None:
         """Have a look taken after everything that happens."""
@@ -169,7 +169,7 @@ class NetworkTalker:
         topic: str,
         handler: Callable[[Any], None],
         when: Callable[[], bool] | None = None,
-    ) -> Listening:
+    ) -> Subscription:
         """Have the messages of a topic handed over."""
 
         def receive(message: object) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _WITH_A_ROBOT = {TaskState.ASSIGNED, TaskState.STARTED}
 
 
-class Properties:
+class TaskChecker:
     """Watches a hive and raises AssertionError as soon as something does not hold.
 
     1. No task is under way with two robots at once.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Stands in for what moves a robot, where a real hive is tried out without a world.
 
-    python3 -m hive_lab.live.stand_in /robot1 0.5 2.0
+    python3 -m hive_lab.live.fake_base /robot1 0.5 2.0
 
 runs one in a process of its own: the robot's namespace, how long each drive takes [s], and where
 the robot stands at first (x [m]).
@@ -22,7 +22,7 @@ _LOOK_EVERY = 0.02
 """Time between two looks whether the goal was cancelled [s]."""
 
 
-class StandIn:
+class FakeBase:
     """A robot's localization and its `move_base`, which arrives anywhere after a while.
 
     Make it after `rospy.init_node`.
@@ -91,7 +91,7 @@ def main() -> None:
     """Stand in for one robot until the node is shut down."""
     namespace, seconds, x = rospy.myargv()[1:4]
     rospy.init_node("stand_in", anonymous=True)
-    StandIn(namespace, float(seconds), float(x))
+    FakeBase(namespace, float(seconds), float(x))
     rospy.spin()
 
 

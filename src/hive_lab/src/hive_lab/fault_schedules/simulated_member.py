@@ -16,8 +16,8 @@ from blackboard.domain.talker import BB_VOTE
 from blackboard.domain.task import StepKind
 from blackboard.robot.controller import CommandResult, CommandState, Controller
 from blackboard.robot.robot import Robot
-from hive_lab.fault_schedules.network import HostTalker, SimulatedCrashError
-from hive_lab.fault_schedules.schedule import BLACKBOARD, Point
+from hive_lab.fault_schedules.faulty_network import HostTalker, SimulatedCrashError
+from hive_lab.fault_schedules.schedule import BLACKBOARD, WritePoint
 from hive_lab.virtual.hive import SMALL_ROBOT
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from blackboard.domain.settings import BlackboardSettings, RaftSettings
     from blackboard.domain.task import TaskStep
     from hive_common.pose import Pose
-    from hive_lab.fault_schedules.network import Host
+    from hive_lab.fault_schedules.faulty_network import Host
 
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 
@@ -48,7 +48,7 @@ class Disk(MemoryJournal):
     """
 
     crashes: bool = False
-    watched_by: Callable[[HardState | None, HardState], Point] = lambda *_: Point.AFTER
+    watched_by: Callable[[HardState | None, HardState], WritePoint] = lambda *_: WritePoint.AFTER
 
     def save(self, hard_state: HardState) -> None:
         """Write down, or end before anything is written, or right afterwards.
@@ -57,11 +57,11 @@ class Disk(MemoryJournal):
             SimulatedCrashError: The host crashes now.
         """
         point = self.watched_by(self.hard_state, hard_state)
-        if self.crashes or point is Point.BEFORE_WRITING:
+        if self.crashes or point is WritePoint.BEFORE_WRITING:
             self.crashes = False
             raise SimulatedCrashError
         self.hard_state = hard_state
-        if point is Point.BEFORE_SAYING:
+        if point is WritePoint.BEFORE_SAYING:
             raise SimulatedCrashError
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Stands in for robots that bid and do not drive, where only the auction is looked at.
 
-    python3 -m hive_lab.live.parked /robot1 /robot2
+    python3 -m hive_lab.live.bidders /robot1 /robot2
 
 takes the namespaces of all robots, so that they share one process beside the hive's own.
 """
@@ -19,7 +19,7 @@ SPACING = 2.0
 """Distance between two robots, which stand in a row [m]."""
 
 
-class Parked:
+class Bidder:
     """A robot's localization and its `move_base`, which takes every goal and never moves.
 
     Make it after `rospy.init_node`.
@@ -57,8 +57,8 @@ def _cancel(goal: Any) -> None:  # noqa: ANN401  (a ServerGoalHandle)
 
 def main() -> None:
     """Stand in for robots until the node is shut down."""
-    rospy.init_node("parked", anonymous=True)
-    robots = [Parked(name, SPACING * i) for i, name in enumerate(rospy.myargv()[1:])]
+    rospy.init_node("bidders", anonymous=True)
+    robots = [Bidder(name, SPACING * i) for i, name in enumerate(rospy.myargv()[1:])]
     rospy.spin()
     robots.clear()
 

@@ -19,18 +19,18 @@ from blackboard.domain.settings import BlackboardSettings, RaftSettings
 from blackboard.domain.talker import BACKUP, BB_VOTE, NEW_TASK, TASK_STATE
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
+from hive_lab.fault_schedules.faulty_network import FaultyNetwork, HostTalker
 from hive_lab.fault_schedules.history import Violation
-from hive_lab.fault_schedules.hive import Disk, SimulatedMember
 from hive_lab.fault_schedules.injector import FaultInjector
-from hive_lab.fault_schedules.network import HostTalker, Network
-from hive_lab.fault_schedules.properties import Properties
+from hive_lab.fault_schedules.protocol_checker import ProtocolChecker
 from hive_lab.fault_schedules.schedule import BLACKBOARD, OPERATOR, SETTLE, Crash
+from hive_lab.fault_schedules.simulated_member import Disk, SimulatedMember
 
 if TYPE_CHECKING:
     from blackboard.consensus.messages import Heartbeat
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.talker import Talker
-    from hive_lab.fault_schedules.network import Host
+    from hive_lab.fault_schedules.faulty_network import Host
 
 _ROOM = 10.0
 """Each robot has a square of that side to itself, so that large fleets are no denser [m]."""
@@ -49,7 +49,7 @@ _LIMIT = 3600.0
 
 
 @dataclass(frozen=True)
-class CrowdRun:
+class LargeHiveResult:
     """What came of it.
 
     Attributes:
@@ -95,7 +95,7 @@ class _LoneRobot(SimulatedMember):
         self._robot(talker, _Onlooker(talker)).start()
 
 
-class Crowd:
+class LargeHive:
     """A hive of many robots.
 
     Args:
@@ -107,14 +107,14 @@ class Crowd:
     def __init__(self, robots: int, tasks: int, seed: int) -> None:
         self._random = Random(seed)
         self._side = _ROOM * sqrt(robots)
-        self._network = Network(self._random)
+        self._network = FaultyNetwork(self._random)
         settings = RaftSettings()
         names = [BLACKBOARD, *(f"robot{number + 1}" for number in range(robots))]
         voters, others = names[: settings.most_members], names[settings.most_members :]
         self._members = {name: self._add(SimulatedMember, name, settings) for name in voters}
         self._robots = [self._add(_LoneRobot, name, settings) for name in others]
         self._tasks = [self._task(number + 1) for number in range(tasks)]
-        self._properties = Properties(self._members, self._tasks, lambda: self._network.now)
+        self._properties = ProtocolChecker(self._members, self._tasks, lambda: self._network.now)
         self._injector = FaultInjector(self._network, self._members, self._properties)
         self._network.after_event = self._properties.after_event
         self._network.said = self._note
@@ -125,7 +125,7 @@ class Crowd:
         self._operator.up = True
         self._operator.handlers[TASK_STATE] = [self._hear]
 
-    def run(self) -> CrowdRun:
+    def run(self) -> LargeHiveResult:
         """Let all tasks be posted and done; a broken property ends it."""
         violation = ""
         for each in (*self._members.values(), *self._robots):
@@ -144,7 +144,7 @@ class Crowd:
             ending.check()
         except Violation as broken:
             violation = str(broken)
-        return CrowdRun(
+        return LargeHiveResult(
             violation,
             Counter(record.state.name for record in ending.truth.values()),
             self._network.now,

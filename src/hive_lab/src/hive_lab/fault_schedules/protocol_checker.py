@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from blackboard.consensus.journal import HardState
     from blackboard.consensus.member import Member
     from blackboard.domain.task import Task, TaskStep
-    from hive_lab.fault_schedules.hive import SimulatedMember
-    from hive_lab.fault_schedules.network import Host
+    from hive_lab.fault_schedules.faulty_network import Host
+    from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
 
-class Properties:
+class ProtocolChecker:
     """Watches one hive.
 
     Args:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from blackboard.domain.talker import BB_VOTE
-from hive_lab.virtual.network import Listening
+from hive_lab.virtual.network import Subscription
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -35,7 +35,7 @@ class Host:
         on_crash: Called when it crashes by itself.
     """
 
-    def __init__(self, network: Network, name: str, rate: float = 1.0) -> None:
+    def __init__(self, network: FaultyNetwork, name: str, rate: float = 1.0) -> None:
         self.network = network
         self.name = name
         self.rate = rate
@@ -133,7 +133,7 @@ class HostTalker:
         topic: str,
         handler: Callable[[Any], None],
         when: Callable[[], bool] | None = None,
-    ) -> Listening:
+    ) -> Subscription:
         """Have the messages of a topic handed over."""
 
         def hear(message: object) -> None:
@@ -144,7 +144,7 @@ class HostTalker:
         handlers = self._host.handlers.setdefault(name, [])
         handlers.append(hear)
         self._host.network.forget_listeners()
-        return Listening(lambda: handlers.remove(hear))
+        return Subscription(lambda: handlers.remove(hear))
 
     def every(self, period: float, action: Callable[[], None]) -> _Timer:
         """Call again and again."""
@@ -206,7 +206,7 @@ class SimulatedCrashError(Exception):
     """The process ends here, in the middle of what it does."""
 
 
-class Network:
+class FaultyNetwork:
     """Everything that is going to happen, in order.
 
     Args:
