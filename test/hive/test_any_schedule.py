@@ -12,7 +12,8 @@ from blackboard.domain.talker import NEW_TASK, SET_STATE, TASK_CANCEL, TASK_STAT
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.controller import CommandResult, CommandState
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Hive, Network
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.network import Network
 from hive_lab.virtual.task_checker import TaskChecker
 
 OPERATORS = (NEW_TASK, TASK_CANCEL, SET_STATE)

@@ -17,7 +17,8 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.controller import CommandResult, CommandState
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import SMALL_ROBOT, Hive, Network
+from hive_lab.virtual.hive import SMALL_ROBOT, Hive
+from hive_lab.virtual.network import Network
 from hive_lab.virtual.task_checker import TaskChecker
 
 GO = Task("T1", TaskType.GA, (Pose(5.0, 0.0),))

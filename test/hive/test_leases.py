@@ -10,7 +10,8 @@ from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import BACKUP, ROBOT_STATUS, SYNC, TASK_ASSIGN, TASK_STATE
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Hive, Network
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.network import Network
 from hive_lab.virtual.task_checker import TaskChecker
 
 ROUND = Task("T1", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)))

@@ -7,7 +7,8 @@ from blackboard.domain.characteristics import RobotState
 from blackboard.domain.talker import TASK_ASSIGN
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Hive, Network
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.network import Network
 from hive_lab.virtual.task_checker import TaskChecker
 
 LEFT, RIGHT = Pose(0.0, 0.0), Pose(50.0, 0.0)

@@ -7,7 +7,7 @@ from blackboard.domain.settings import ControllerSettings
 from blackboard.domain.task import StepKind, Task, TaskType
 from blackboard.robot.controller import CommandResult, CommandState, Controller
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Network, NetworkTalker
+from hive_lab.virtual.network import Network, NetworkTalker
 
 A, B = Pose(1.0, 0.0), Pose(2.0, 0.0)
 CARRY = Task("T1", TaskType.GPAB, (A, B), payload=1.0)

@@ -41,7 +41,8 @@ from blackboard.robot.robot import Robot
 from hive_common.pose import Pose
 from hive_lab.fault_schedules import network as simulated
 from hive_lab.fault_schedules.faulty_network import HostTalker
-from hive_lab.virtual.hive import SMALL_ROBOT, Network, NetworkTalker, TimedCommand, lone_node
+from hive_lab.virtual.hive import SMALL_ROBOT, TimedCommand, lone_node
+from hive_lab.virtual.network import Network, NetworkTalker
 
 GO = Task("T1", TaskType.GA, (Pose(6.0, 0.0),))
 LEADER, CARRIERS = ("blackboard",), ("blackboard", "robot2")

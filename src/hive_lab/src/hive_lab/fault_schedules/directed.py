@@ -12,8 +12,8 @@ from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
+    BOARD_SETTINGS,
     OPERATOR,
-    PATIENCE,
     Crash,
     Cut,
     FaultSchedule,
@@ -40,8 +40,8 @@ def _schedule(
 ) -> FaultSchedule:
     """Return what happens to the blackboard node and two robots."""
     settings = RaftSettings(kept_changes=4, stagger=stagger)
-    patience = replace(PATIENCE, keep_ended=keep_ended)
-    return FaultSchedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, patience, scenario=name)
+    board = replace(BOARD_SETTINGS, keep_ended=keep_ended)
+    return FaultSchedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, board, scenario=name)
 
 
 # Both the blackboard node and robot2 ask robot1 for its vote in epoch 2. The blackboard node wins

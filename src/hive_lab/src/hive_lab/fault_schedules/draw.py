@@ -13,12 +13,26 @@ from typing import TYPE_CHECKING
 
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
-from hive_lab.fault_schedules.faults import any_fault
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.scenarios import SCENARIOS, Setting
-from hive_lab.fault_schedules.schedule import FAULT_PERIOD, SETTLE, Cancel, FaultSchedule, Post
+from hive_lab.fault_schedules.schedule import (
+    FAULT_PERIOD,
+    SETTLE,
+    BadLinks,
+    Cancel,
+    Crash,
+    Cut,
+    FaultSchedule,
+    Freeze,
+    Post,
+    PowerCut,
+    SetState,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+
+    from hive_lab.fault_schedules.schedule import Happening
 
 _CANCELLED = 0.1
 """Share of the tasks that an operator cancels."""
@@ -70,7 +84,7 @@ def _ordinary(seed: int, random: Random) -> FaultSchedule:
     faults = [
         fault
         for _ in range(random.randint(1, 6))
-        for fault in any_fault(random, members, SETTLE + random.uniform(0.0, FAULT_PERIOD))
+        for fault in _any_fault(random, members, SETTLE + random.uniform(0.0, FAULT_PERIOD))
     ]
     happenings = (*posts, *_cancels(random, posts), *faults)
     return FaultSchedule(seed, robots, happenings, scenario="anything at any time")
@@ -91,7 +105,7 @@ def _forgetful(schedule: FaultSchedule) -> FaultSchedule:
             *schedule.happenings,
             *(each for each in anew if each.at < SETTLE + FAULT_PERIOD),
         ),
-        patience=replace(schedule.patience, keep_ended=keep, most_ended=most),
+        board=replace(schedule.board, keep_ended=keep, most_ended=most),
     )
 
 
@@ -116,3 +130,74 @@ def _cancels(random: Random, posts: Sequence[Post]) -> Sequence[Cancel]:
         for post in posts
         if random.random() < _CANCELLED
     ]
+
+
+def _any_fault(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    """Draw a fault of any kind.
+
+    Args:
+        random: Where chances are drawn from.
+        members: Whom it may hit.
+        at: When it happens [s].
+    """
+    kind = random.choices(list(_KINDS), list(_KINDS.values()))[0]
+    return kind(random, members, at)
+
+
+def _crash(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    how = random.choices(["plain", "disk lost", "for ever"], [8, 1, 1])[0]
+    back_after = random.choice([0.3, 1.0, 3.0, 12.0]) * random.random()
+    return [
+        Crash(
+            at,
+            random.choice(members),
+            None if how == "for ever" else back_after,
+            disk_lost=how == "disk lost",
+            while_writing=random.choice([True, False]),
+        )
+    ]
+
+
+def _freeze(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    return [Freeze(at, random.choice(members), random.choice([0.8, 3.0, 6.0, 14.0]))]
+
+
+def _cut(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    group = tuple(random.sample(members, random.randint(1, len(members) - 1)))
+    others: tuple[str, ...] = ()
+    if random.random() < 0.3:  # noqa: PLR2004  (a share: some cuts are between two groups only)
+        rest = [name for name in members if name not in group]
+        others = tuple(random.sample(rest, random.randint(1, len(rest))))
+    way = random.choice([True, False])
+    holds = random.choice([True, False])
+    return [Cut(at, group, random.uniform(0.5, 14.0), way, others, holds)]
+
+
+def _bad_links(random: Random, _: tuple[str, ...], at: float) -> list[Happening]:
+    quality = Quality(
+        random.choice([0.0, 0.1, 0.3, 0.5]),
+        random.choice([0.0, 0.2]),
+        random.choice([0.02, 0.5, 2.0]),
+    )
+    return [BadLinks(at, random.uniform(2.0, 20.0), quality)]
+
+
+def _power_cut(random: Random, _: tuple[str, ...], at: float) -> list[Happening]:
+    return [PowerCut(at, random.uniform(0.1, 5.0))]
+
+
+def _defect(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
+    robot = random.choice(members[1:])
+    back = at + random.uniform(1.0, 15.0)
+    return [SetState(at, robot, "defect"), SetState(back, robot, "idle")]
+
+
+_KINDS: dict[Callable[[Random, tuple[str, ...], float], list[Happening]], int] = {
+    _crash: 7,
+    _freeze: 4,
+    _cut: 4,
+    _bad_links: 3,
+    _power_cut: 1,
+    _defect: 1,
+}
+"""How often each kind of fault comes, relative to the others."""

@@ -29,7 +29,7 @@ OPERATOR = "operator"
 BY_HAND = "by hand"
 """Mood of a schedule that was not drawn."""
 
-PATIENCE = BlackboardSettings(retry_period=10.0)
+BOARD_SETTINGS = BlackboardSettings(retry_period=10.0)
 """Of the blackboard, where a schedule says nothing else."""
 
 LEADER = "the active one"
@@ -214,7 +214,7 @@ class FaultSchedule:
         robots: How many robots there are besides the blackboard node.
         happenings: In any order.
         settings: The hive's timers.
-        patience: How patient its blackboard is, and for how long it keeps what has ended.
+        board: How patient its blackboard is, and for how long it keeps what has ended.
         late: Who is started how late [s]; the others are started within the first second.
         far_clocks: Whether every clock is as wrong as is allowed, one way or the other.
         proofs: Share of the deaths that others get proof of.
@@ -226,7 +226,7 @@ class FaultSchedule:
     robots: int
     happenings: tuple[Happening, ...]
     settings: RaftSettings = field(default_factory=lambda: RaftSettings(kept_changes=4))
-    patience: BlackboardSettings = PATIENCE
+    board: BlackboardSettings = BOARD_SETTINGS
     late: tuple[tuple[str, float], ...] = ()
     far_clocks: bool = False
     proofs: float = 0.9
@@ -247,9 +247,9 @@ class FaultSchedule:
             for name in ("election", "stagger", "member_timeout", "most_members")
             if getattr(self.settings, name) != getattr(usual, name)
         ]
-        patience = self.patience
-        if patience.keep_ended != PATIENCE.keep_ended:
-            kept = f"{patience.most_ended} ended tasks kept, for {patience.keep_ended:g} s"
+        board = self.board
+        if board.keep_ended != BOARD_SETTINGS.keep_ended:
+            kept = f"{board.most_ended} ended tasks kept, for {board.keep_ended:g} s"
             timers.append(kept)
         clocks = ["clocks 1 % wrong"] if self.far_clocks else []
         proofs = [] if self.proofs else ["no death is proved"]

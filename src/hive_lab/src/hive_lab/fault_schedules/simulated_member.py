@@ -127,7 +127,7 @@ class SimulatedMember:
         host: The machine.
         disk: Survives crashes, unless it is lost.
         settings: The hive's timers.
-        patience: How patient its blackboard is.
+        board: How patient its blackboard is.
         backup: Of the process that runs now; None while none does.
         pose: Where the robot stands; it stays where it is when its process ends.
         gone: Whether it never comes back.
@@ -140,7 +140,7 @@ class SimulatedMember:
     pose: Pose
     random: Random
     settings: RaftSettings
-    patience: BlackboardSettings
+    board: BlackboardSettings
     backup: RaftNode | None = None
     drive: Drive | None = None
     gone: bool = False
@@ -169,7 +169,7 @@ class SimulatedMember:
             voter=self.voter,
         )
         if self.voter:
-            Blackboard(talker, self.backup, EuclideanLengths(), self.patience).start()
+            Blackboard(talker, self.backup, EuclideanLengths(), self.board).start()
         else:
             host.handlers[BB_VOTE] = []  # as members do, it hears only what concerns it
         try:
