@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 
-"""Rules of elections, each of which, left out, breaks a property for some schedule.
+"""Rules of elections: without any of them, some schedule breaks a property.
 
-The table in docs/protocol.md lists these mutations. A seed replays with
-`python3 -m hive_lab.fault_schedules.run SEED --mood MOOD`, which finds nothing as long as the rule is
-there.
+The table in docs/protocol.md lists these mutations. To replay a seed, run
+`python3 -m hive_lab.fault_schedules.run SEED --scenario SCENARIO`; with the rule in place it finds
+nothing.
 """
 
 from dataclasses import replace
@@ -165,7 +165,7 @@ CAUGHT_BY = {
     listen_to_every_hive: (1, ALONE),
     join_without_handing_over: (326, DISKS),
 }
-"""For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
 
 
 @pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)

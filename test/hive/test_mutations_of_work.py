@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 
-"""Rules of the list, of reports and of leases, each of which, left out, breaks a property.
+"""Rules of the log, of reports and of leases: without any of them, a schedule breaks a property.
 
 As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
 """
@@ -133,7 +133,7 @@ CAUGHT_BY = {
     reassign_before_the_lease_has_ended: (11, ANY),
     count_leases_from_before_the_takeover: (3, STORM),
 }
-"""For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
 
 
 @pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)

@@ -85,7 +85,7 @@ def bench(outside: Outside, name: str | None, file: Path | None, **counts: int |
 def _measure(
     entry: Bench, name: str, outside: Outside, counts: Mapping[str, int | None]
 ) -> BenchResult:
-    """Measure, with the count that the user chose where there is one."""
+    """Run the benchmark, with the count that the user chose, if any."""
     chosen = {option: count for option, count in counts.items() if count is not None}
     for option in chosen:
         if option != entry.option:
@@ -94,7 +94,7 @@ def _measure(
 
 
 def _table(result: BenchResult) -> list[str]:
-    """Return a line for each figure, with its aim where it has one."""
+    """Return a line for each figure, with its aim if it has one."""
     width = max(map(len, result.figures))
     lines = []
     for name, value in result.figures.items():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A day of a fleet: a task every two minutes, and robots that go to chargers by themselves.
+"""A day of a fleet: a task every two minutes, and robots that charge by themselves.
 
-The hive is made of the real classes on virtual time; its robots are reckoned, not simulated.
+The hive consists of the real classes on virtual time; its robots are estimated, not simulated.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ HOURS = 24.0
 PICTURE = Path("day.png")
 
 APART = 120.0
-"""Time from one task to the next [s]."""
+"""Time between tasks [s]."""
 
 LOOK = 7.0
-"""So often it is looked how the robots are [s]; never in step with the tasks."""
+"""Time between samples of the robots' states [s]; never in step with the tasks."""
 
 PATIENCE = 3600.0
-"""For what is still on the list at the end of the day [s]."""
+"""Longest wait for unfinished tasks at the end of the day [s]."""
 
 AIMS = {"stranded": 0.0, "not_done": 0.0}
 
 
 @dataclass
 class Day:
-    """What came of a day.
+    """The course of a day.
 
     Attributes:
-        hours: How long it was [h].
+        hours: Its length [h].
         statuses: Of each robot, one every `LOOK`, by name.
         posted: When each task was posted [s].
-        waited: Of each task that was done: time from posting until then [s].
-        stranded: What robots say that stand with an empty battery, or a load nobody wants.
+        waited: Time from posting to DONE of each task [s].
+        stranded: Robots with an empty battery or an unwanted load, with their words.
     """
 
     hours: float
@@ -63,36 +63,31 @@ class Day:
 
     @property
     def length(self) -> float:
-        """How long it was [s]."""
+        """Its length [s]."""
         return self.hours * 3600.0
 
     def is_over(self, now: float) -> bool:
-        """Return whether it has passed and everything is done."""
+        """Return whether it has passed and every task is done."""
         return now >= self.length and len(self.waited) == len(self.posted)
 
     def hear(self, update: TaskUpdate, now: float) -> None:
-        """Take in what is said about a task."""
+        """Record an update."""
         if update.state is TaskState.DONE and update.task_id not in self.waited:
             self.waited[update.task_id] = now - self.posted[update.task_id]
 
     def note(self, status: RobotStatus) -> None:
-        """Keep how a robot is."""
+        """Record a status."""
         self.statuses.setdefault(status.robot_id, []).append(status)
         if status.state is RobotState.DEFECT:
             self.stranded.add(f"{status.robot_id}: {status.reason}")
 
     def share(self, robot: str, state: RobotState) -> float:
-        """Return the share of the day that a robot was in a state."""
+        """Return the share of the day that a robot spent in a state."""
         return float(np.mean([status.state is state for status in self.statuses[robot]]))
 
 
 def live(hours: float = HOURS, seed: int = 1) -> Day:
-    """Let a day pass in the lab.
-
-    Args:
-        hours: How long it is [h].
-        seed: Of the tasks, and of how long drives take.
-    """
+    """Let a day of some hours pass in the lab; `seed` draws tasks and drive times."""
     random = np.random.default_rng(seed)
     chargers = {place.name: Pose(*place.pose) for place in load_world("lab").chargers}
     fleet = VirtualFleet(read_fleet("lab"), "lab", ReckonedBodies(random), chargers)
@@ -111,17 +106,12 @@ def live(hours: float = HOURS, seed: int = 1) -> Day:
 
 
 def run(hours: float = HOURS, seed: int = 1, picture: Path = PICTURE) -> BenchResult:
-    """Measure.
-
-    Args:
-        hours: How long the day is [h].
-        seed: Of the tasks, and of how long drives take.
-        picture: Where the day is drawn.
+    """Measure a day of some hours, and draw it.
 
     Returns:
-        `tasks` posted, `not_done` of them, robots `stranded`, times from posting to done `median`
-        and `longest` [s]; of each robot the shares of the day in which it was `busy` and
-        `charging`, its least `charge`, 0..1, and how many `charges` it had.
+        `tasks` posted, `not_done` of them, robots `stranded`, times from posting to DONE `median` and
+        `longest` [s]; of each robot the shares of the day it was `busy` and `charging`, its least
+        `charge`, 0..1, and its number of `charges`.
     """
     day = live(hours, seed)
     figures = {

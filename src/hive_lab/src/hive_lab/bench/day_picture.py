@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws a day of a fleet: the robots' batteries, and what each of them was doing."""
+"""Draws a day of a fleet: the robots' batteries and states."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hive_lab.bench.day import Day
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Told apart by colour-blind people too (Okabe and Ito, 2008); then from the beginning again."""
+"""Safe for colour-blind readers (Okabe and Ito, 2008); repeats after the last."""
 
 _STATES = {
     RobotState.BUSY: ("at work", "#0072B2"),
@@ -34,12 +34,7 @@ _HOUR = 3600.0
 
 
 def draw_day(path: Path, day: Day) -> None:
-    """Draw a day and write it as PNG.
-
-    Args:
-        path: The file.
-        day: What came of it.
-    """
+    """Draw a day into a PNG file."""
     figure = Figure(figsize=_INCHES, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
     done, posted = len(day.waited), len(day.posted)

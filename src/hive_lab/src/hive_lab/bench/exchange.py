@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures what exchanging tasks gains in a running hive, on virtual time.
+"""Measures the gain of reallocation in a running hive, on virtual time.
 
-Robots are given tasks at random places of a square and never get on with the first ones, so that
-what they have to do stays the same while they exchange it.
+Robots get tasks at random places of a square and never finish the first one, so their total work
+stays constant while they exchange tasks.
 """
 
 from __future__ import annotations
@@ -24,25 +24,21 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
 ROBOTS, TASKS, SIDE, SEEDS = 6, 30, 60.0, range(4)
-"""Robots, tasks, side of the square [m], and what is drawn anew in each run."""
+"""Robots, tasks, side of the square [m], and the runs' seeds."""
 
 LASTS = 80.0
-"""Virtual time to exchange tasks in [s]: lateness and aging do not count yet."""
+"""Virtual time for reallocation [s]: before lateness and aging count."""
 
 COST_MODELS = ("energy", "time", "makespan", "latency")
-"""Those that make something small for the whole fleet."""
+"""The models that minimise a figure of the whole fleet."""
 
 
 def run(seeds: Iterable[int] = SEEDS) -> BenchResult:
-    """Let hives exchange tasks under each cost model.
-
-    Args:
-        seeds: What places are drawn from; a hive for each.
+    """Let hives reallocate under each cost model, one hive for each seed.
 
     Returns:
-        `figures`: by cost model what the hive makes small, over what it was when all tasks had
-        been given out, in the mean, and the number of tasks that were given anew; `aims`:
-        exchanging makes nothing worse.
+        By cost model the mean ratio of the minimised figure after reallocation to that before, and
+        the mean number of reassigned tasks. Aim: no figure gets worse.
     """
     figures = {}
     for model in COST_MODELS:
@@ -84,12 +80,12 @@ def _exchange(model: str, seed: int) -> tuple[float, float]:
 
 
 def _taken(lists: Mapping[Pose, Sequence[Task]]) -> dict[str, float]:
-    """Return what lists take by where their robots begin, in metres of way: robots are alike."""
+    """Return what lists cost by their starting poses, as path lengths [m]: robots are alike."""
     ends = []
     for start, tasks in lists.items():
         stops = [start, *(goal for task in tasks for goal in task.goals)]
-        ways = accumulate(one.distance_to(other) for one, other in pairwise(stops))
-        ends.append([*ways][1::2])
+        lengths = accumulate(one.distance_to(other) for one, other in pairwise(stops))
+        ends.append([*lengths][1::2])
     return {
         "way": sum(each[-1] for each in ends if each),
         "makespan": max(each[-1] for each in ends if each),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures what a hive costs over its size: whole hives in one process, on virtual time."""
+"""Measures the cost of a hive over its size: whole hives in one process, on virtual time."""
 
 from __future__ import annotations
 
@@ -23,16 +23,12 @@ _SEED = 1
 
 
 def run(*sizes: int) -> BenchResult:
-    """Let hives of some sizes do ten tasks for each robot, each hive in a process of its own.
-
-    Args:
-        sizes: How many robots, each at least 2; `SIZES` where none is given.
+    """Let hives of some sizes, by default `SIZES`, do ten tasks for each robot.
 
     Returns:
-        `figures`, by size: processor and wall time [s], virtual time [s], messages that were
-        published and that were handed over for each task, the most tasks on the list, peak memory
-        of the process [MB], tasks that were not done, and properties that were broken; `aims`:
-        nothing broken.
+        By size: processor and wall time [s], virtual time [s], published and delivered messages for
+        each task, the most tasks on the list, peak memory of the process [MB], unfinished tasks, and
+        broken properties. Aim: nothing broken.
     """
     figures: dict[str, float] = {}
     context = multiprocessing.get_context("forkserver")
@@ -52,17 +48,17 @@ def run(*sizes: int) -> BenchResult:
 def _measure(robots: int) -> tuple[dict[str, float], str]:
     wall, cpu = time.perf_counter(), time.process_time()
     tasks = TASKS_EACH * robots
-    outcome = LargeHive(robots, tasks, _SEED).run()
+    result = LargeHive(robots, tasks, _SEED).run()
     return {
         "tasks": float(tasks),
         "wall": time.perf_counter() - wall,
         "cpu": time.process_time() - cpu,
-        "virtual": outcome.lasted,
-        "messages_per_task": sum(outcome.sent.values()) / tasks,
-        "events_per_task": outcome.events / tasks,
-        "longest_list": float(outcome.longest_list),
+        "virtual": result.lasted,
+        "messages_per_task": sum(result.sent.values()) / tasks,
+        "events_per_task": result.events / tasks,
+        "longest_list": float(result.longest_list),
         "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-        "takeovers": float(outcome.takeovers),
-        "not_done": float(tasks - outcome.ended["DONE"]),
-        "broken": float(bool(outcome.violation)),
-    }, outcome.violation
+        "takeovers": float(result.takeovers),
+        "not_done": float(tasks - result.ended["DONE"]),
+        "broken": float(bool(result.violation)),
+    }, result.violation

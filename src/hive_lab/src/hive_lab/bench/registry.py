@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The benchmarks by name, and the form in which every one of them gives its figures."""
+"""The benchmarks by name, and the form of their results."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BenchResult:
-    """What a benchmark found.
+    """The result of a benchmark.
 
     Attributes:
-        figures: Every figure by name; the unit is in the benchmark's description.
-        aims: What some of the figures should be at most, by the same names.
-        broken: Whether it has found that the system breaks a promise.
+        figures: Every figure by name; the benchmark's description has the unit.
+        aims: Upper limits of some figures, by the same names.
+        broken: Whether the system broke a promise.
     """
 
     figures: Mapping[str, float]
@@ -46,9 +46,9 @@ class Bench:
 
     Attributes:
         line: What it measures, in a line, with units.
-        module: Where it is, imported only when it runs.
+        module: Imported only when it runs.
         option: The count that a user may choose: `runs`, `schedules`, `minutes` or `robots`.
-        connects: Whether `run` is given how to open a link to a hive.
+        connects: Whether `run` gets a function that opens a link to a hive.
         own_master: Whether it needs a ROS master of its own.
     """
 
@@ -59,14 +59,10 @@ class Bench:
     own_master: bool = False
 
     def run(self, context: Outside, count: int | None = None) -> BenchResult:
-        """Measure.
-
-        Args:
-            context: What the commands need from outside.
-            count: The chosen number for `option`; its default where None.
+        """Measure, with a number for `option` if the user chose one.
 
         Raises:
-            TimeUpError: The hive did not do in time what the benchmark waits for.
+            TimeUpError: The hive was too slow.
         """
         arguments: list[Any] = [context.connect] if self.connects else []
         arguments += [] if count is None else [count]
@@ -93,7 +89,7 @@ BENCHES: Mapping[str, Bench] = {
         own_master=True,
     ),
     "charge": Bench(
-        "predicted over used charge of 100 tasks in the simulator, less 1, without its sign",
+        "relative error of the predicted charge of 100 tasks in the simulator, without its sign",
         "bench.charge",
     ),
     "day": Bench(
@@ -101,11 +97,11 @@ BENCHES: Mapping[str, Bench] = {
         "bench.day",
     ),
     "decision": Bench(
-        "bytes and processor time [s] for each task, bids worked out by robots or the blackboard",
+        "bytes and processor time [s] per task, with bids computed by robots or the blackboard",
         "live.decision",
     ),
     "exchange": Bench(
-        "what exchanging tasks makes small over what it was before, and tasks given anew [1]",
+        "a fleet's cost after reallocation over that before, and reassigned tasks [1]",
         "bench.exchange",
     ),
     "faults": Bench(
@@ -114,7 +110,7 @@ BENCHES: Mapping[str, Bench] = {
         option="schedules",
     ),
     "failover": Bench(
-        "time [s] without an active blackboard after a crash and after a freeze, on real ROS",
+        "time [s] without a leader after a crash and after a freeze, on real ROS",
         "live.failover",
         option="runs",
         own_master=True,
@@ -142,7 +138,7 @@ BENCHES: Mapping[str, Bench] = {
         "bench.mapping",
     ),
     "plan": Bench(
-        "planning time [s] and length of the way over the shortest one, 200 pairs on each map",
+        "planning time [s] and length of the path over the shortest one, 200 pairs on each map",
         "bench.plan",
     ),
     "sim": Bench(
@@ -151,7 +147,7 @@ BENCHES: Mapping[str, Bench] = {
         connects=True,
     ),
     "soak": Bench(
-        "tasks not done [1] and growth [MB, threads, files] of a hive that is broken each minute",
+        "tasks not done [1] and growth [MB, threads, files] of a hive with a fault each minute",
         "live.soak",
         option="minutes",
         own_master=True,
@@ -165,14 +161,7 @@ BENCHES: Mapping[str, Bench] = {
 
 
 def as_json(name: str, result: BenchResult, machine: str, date: str) -> dict[str, Any]:
-    """Return a result in the form in which it is kept in files.
-
-    Args:
-        name: Of the benchmark.
-        result: What it found.
-        machine: On which machine, in words.
-        date: When, ISO 8601.
-    """
+    """Return the JSON form of a result that was measured on a machine at a date, ISO 8601."""
     return {
         "bench": name,
         "machine": machine,

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures how fast simulated time can pass: in this process, and through ROS.
 
-Through ROS twice: the simulator's node alone, with nobody but whoever drives the robots, and a
-whole hive with all nodes of four robots.
+Through ROS twice: the simulator's node alone, and a whole hive with all nodes of four robots.
 """
 
 from __future__ import annotations
@@ -38,26 +37,22 @@ if TYPE_CHECKING:
 
 
 NUMBERS = (1, 4, 20, 100)
-"""How many robots are tried."""
+"""Numbers of robots."""
 
 MODELS = ("mir100", "ld60", "youbot", "fetch")
 
 SCANS = 10.0
-"""Scans of each robot in a simulated second [Hz]."""
+"""Scans of each robot [Hz, simulated]."""
 
 WALL_TIME = 3.0
-"""How long each case is measured [s, wall clock]."""
+"""Duration of each case [s, wall clock]."""
 
 AIMS = {"lasers_4": 0.01, "lasers_100": 0.25}
-"""Wall time for a simulated second, at most [s]: 100 and 4 times real time."""
+"""Wall time for a simulated second [s]: 100 and 4 times real time."""
 
 
 def spawn_robots(number: int) -> Simulation:
-    """Put some robots into the warehouse, row by row wherever there is room.
-
-    Args:
-        number: Of robots; the models take turns.
-    """
+    """Spawn robots of alternating models in the warehouse, row by row wherever there is room."""
     simulation = Simulation(load_world("warehouse"), seed=1)
     width, depth = simulation.world.size
     places = itertools.product(np.arange(1.0, depth, 1.5), np.arange(1.0, width, 1.5))
@@ -74,13 +69,7 @@ def spawn_robots(number: int) -> Simulation:
 
 
 def drive(simulation: Simulation, seconds: float, *, lasers: bool) -> float:
-    """Let all robots drive for a time on the wall; return how much simulated time passed [s].
-
-    Args:
-        simulation: The robots.
-        seconds: How long [s, wall clock].
-        lasers: Whether they take scans.
-    """
+    """Let all robots drive for a time [s, wall clock]; return the simulated time passed [s]."""
     names = simulation.names
     turns: Array = np.linspace(-0.8, 0.8, len(names))
     between = round(1.0 / (SCANS * STEP))
@@ -99,16 +88,12 @@ def drive(simulation: Simulation, seconds: float, *, lasers: bool) -> float:
 
 
 def measure_in_process(wall_time: float = WALL_TIME) -> dict[str, float]:
-    """Measure.
-
-    Args:
-        wall_time: How long each case is measured [s, wall clock].
+    """Measure each case for a time [s, wall clock].
 
     Returns:
-        `{"figures": {...}, "aims": {...}}`: for each number of robots `lasers_N` and `bare_N`,
-        wall time for a simulated second with lasers and without [s], and `speed_...`, the same the
-        other way round: simulated seconds in one on the wall; and `cpu_...`, simulated
-        seconds in one of processor time, which other work on the machine changes less.
+        For each number of robots, with lasers and without: `lasers_N` and `bare_N`, wall time for a
+        simulated second [s]; `speed_...`, its inverse; and `cpu_...`, simulated seconds in one of
+        processor time, which depends less on other work of the machine.
     """
     figures: dict[str, float] = {}
     for number, lasers in itertools.product(NUMBERS, (True, False)):
@@ -124,17 +109,18 @@ def measure_in_process(wall_time: float = WALL_TIME) -> dict[str, float]:
 
 
 _RTF = 6.0
-"""What the whole hive is asked for: a little more than the aim. A simulator that is asked for much
-more takes processor time away from the robots that it simulates."""
+"""Real-time factor asked of the whole hive: a little above the aim. A simulator that is asked for
+much more takes processor time away from the robots that it simulates.
+"""
 
 _MAX_RTF = 100.0
-"""What the simulator alone is asked for: more than it reaches."""
+"""Real-time factor asked of the simulator alone: more than it reaches."""
 
 _AIM = 0.2
 """Wall time for a simulated second with all nodes of four robots, at most [s]."""
 
 _LIMIT = 300.0
-"""The simulator alone is measured by then [s]."""
+"""Time limit for the simulator alone [s]."""
 
 
 def run(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
@@ -144,11 +130,10 @@ def run(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> Ben
         connect: Opens the link; see `cli.outside.Outside`.
 
     Returns:
-        The figures of `measure_in_process`; `speed_node_...`, simulated seconds in one on the
-        wall of the simulator's node alone, and `cpu_node_...`, in one of its processor time;
-        `ros_4`, wall time for a simulated second with all nodes of four robots that drive [s],
-        `speed_ros_4`, the other way round, what `bench.system` says of how they drove, and
-        `ros_4 cpu ...` of each process meanwhile [s per s].
+        The figures of `measure_in_process`; `speed_node_...` and `cpu_node_...`, simulated seconds of
+        the simulator's node alone in one on the wall clock and of its processor time; `ros_4`, wall
+        time for a simulated second of a whole hive that drives [s], `speed_ros_4`, its inverse, what
+        `bench.system` says of the drives, and `ros_4 cpu ...` of each process [s per s].
     """
     click.echo("in this process, for half a minute", err=True)
     figures, aims = measure_in_process(), AIMS | {"ros_4": _AIM}
@@ -164,7 +149,7 @@ def run(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> Ben
 
 
 def _simulator_alone() -> dict[str, float]:
-    """Return what `ros.bench_simulator` finds, on a ROS master of its own."""
+    """Return the figures of `live.simulator_driver`, on a ROS master of its own."""
     with (
         tempfile.TemporaryDirectory(prefix="robo-hive-bench-") as folder,
         local_hive(Path(folder)) as hive,
@@ -181,6 +166,6 @@ def _simulator_alone() -> dict[str, float]:
         )
         hive.check()
     if done.returncode:
-        raise StartError("the simulator could not be measured; the reason stands above")
+        raise StartError("the simulator could not be measured; see the reason above")
     figures: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
     return figures

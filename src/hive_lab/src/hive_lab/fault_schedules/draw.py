@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws schedules: a few tasks, a hive, and trouble of one mood.
+"""Draws schedules: a hive, a few tasks, and faults.
 
-Faults that come singly and at any time seldom meet in the short moments that a protocol is made
-for. So half of the schedules have a mood that brings such moments about; see `moods`.
+Independent faults seldom meet in the short moments that a protocol is made for. Half of the
+schedules therefore follow a scenario that produces such moments; see `scenarios`.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ if TYPE_CHECKING:
 _CANCELLED = 0.1
 """Share of the tasks that an operator cancels."""
 
-_IN_A_MOOD = 0.5
-"""Share of the schedules that have a mood."""
+_WITH_SCENARIO = 0.5
+"""Share of the schedules that follow a scenario."""
 
 _FORGETFUL = 0.5
-"""Share of the schedules whose hive soon forgets what has ended."""
+"""Share of the schedules whose hive soon forgets ended tasks."""
 
 _ANEW = 0.3
 """Share of the tasks in these that are posted anew under the same id."""
@@ -52,15 +52,15 @@ def draw(seed: int, scenario: str = "") -> FaultSchedule:
 
     Args:
         seed: The same seed gives the same schedule.
-        mood: A name of `SCENARIOS`; drawn too where it is left out.
+        scenario: A name of `SCENARIOS`; by default drawn too.
     """
     random = Random(seed)
-    in_a_mood = scenario or random.random() < _IN_A_MOOD
-    schedule = _in_a_mood(seed, random, scenario) if in_a_mood else _ordinary(seed, random)
+    follows = scenario or random.random() < _WITH_SCENARIO
+    schedule = _by_scenario(seed, random, scenario) if follows else _ordinary(seed, random)
     return _forgetful(schedule) if random.random() < _FORGETFUL else schedule
 
 
-def _in_a_mood(seed: int, random: Random, scenario: str) -> FaultSchedule:
+def _by_scenario(seed: int, random: Random, scenario: str) -> FaultSchedule:
     name = scenario or random.choice(list(SCENARIOS))
     setting: Setting = SCENARIOS[name](random)
     posts = _posts(random)
@@ -91,7 +91,7 @@ def _ordinary(seed: int, random: Random) -> FaultSchedule:
 
 
 def _forgetful(schedule: FaultSchedule) -> FaultSchedule:
-    """Have what has ended forgotten soon, and some of it posted anew."""
+    """Make the hive forget ended tasks soon, and post some of them anew."""
     random = Random(schedule.seed)
     keep, most = random.choice([0.5, 3.0, 12.0]), random.choice([1, 500])
     anew = tuple(
@@ -133,13 +133,7 @@ def _cancels(random: Random, posts: Sequence[Post]) -> Sequence[Cancel]:
 
 
 def _any_fault(random: Random, members: tuple[str, ...], at: float) -> list[Happening]:
-    """Draw a fault of any kind.
-
-    Args:
-        random: Where chances are drawn from.
-        members: Whom it may hit.
-        at: When it happens [s].
-    """
+    """Draw a fault of any kind that hits some of these members at a time [s]."""
     kind = random.choices(list(_KINDS), list(_KINDS.values()))[0]
     return kind(random, members, at)
 
@@ -200,4 +194,4 @@ _KINDS: dict[Callable[[Random, tuple[str, ...], float], list[Happening]], int] =
     _power_cut: 1,
     _defect: 1,
 }
-"""How often each kind of fault comes, relative to the others."""
+"""Relative frequency of each kind of fault."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Virtual time, and links that lose, double, delay, hold back and cut.
+"""Virtual time, and links that lose, duplicate, delay, hold and cut messages.
 
-Every chance is drawn from the network's one generator, so a seed gives the same run twice.
+The network's one generator draws every chance, so the same seed gives the same run.
 """
 
 from __future__ import annotations
@@ -30,9 +30,8 @@ class Host:
 
     Attributes:
         up: Whether it runs.
-        frozen: Whether it is stopped for a while and knows nothing of it.
-        generation: How often it has been started; what was meant for an earlier one is lost.
-        on_crash: Called when it crashes by itself.
+        frozen: Whether it is suspended.
+        generation: Counts starts and ends; events for an earlier generation are dropped.
     """
 
     def __init__(self, network: FaultyNetwork, name: str, rate: float = 1.0) -> None:
@@ -48,14 +47,14 @@ class Host:
         self.warnings: list[str] = []
 
     def boot(self) -> None:
-        """Start, with nothing in memory."""
+        """Start, with empty memory."""
         self.generation += 1
         self.up, self.frozen = True, False
         self.handlers, self.watched, self.backlog = {}, None, []
         self.network.forget_listeners()
 
     def crash(self) -> None:
-        """End; those who watch it may get proof of it."""
+        """Crash; watchers may get proof of the death."""
         self.generation += 1
         self.up, self.frozen = False, False
         self.handlers, self.backlog = {}, []
@@ -63,7 +62,7 @@ class Host:
         self.network.prove_death(self)
 
     def thaw(self) -> None:
-        """Go on: timers that have become due come first, then what has arrived meanwhile."""
+        """Resume: overdue timers fire first, then the messages that arrived meanwhile."""
         self.frozen = False
         backlog, self.backlog = self.backlog, []
         for _, action, argument in sorted(backlog, key=lambda each: not each[0]):
@@ -72,18 +71,18 @@ class Host:
             self.network.act(self, action, argument)
 
     def timer(self, action: Callable[[], None], period: float | None = None) -> _Timer:
-        """Return a call on this host that has not been scheduled yet."""
+        """Return a timer on this host that is not scheduled yet."""
         return _Timer(self, action, period)
 
     def deliver(self, message: tuple[str, object]) -> None:
-        """Hand a message to who listens here."""
+        """Deliver a message to its handlers."""
         topic, value = message
         for handler in tuple(self.handlers.get(topic, ())):
             handler(value)
 
 
 class _Timer:
-    """A call on one host that is going to happen; see `blackboard.domain.talker.Timer`."""
+    """A timer on one host; see `blackboard.domain.talker.Timer`."""
 
     __slots__ = ("action", "cancelled", "host", "period")
 
@@ -94,11 +93,11 @@ class _Timer:
         self.cancelled = False
 
     def cancel(self) -> None:
-        """Make it not happen."""
+        """Cancel the timer."""
         self.cancelled = True
 
     def fire(self, _: None) -> None:
-        """Let it happen."""
+        """Run the action, and schedule the next period."""
         if self.cancelled:
             return
         if self.period is not None:
@@ -109,23 +108,18 @@ class _Timer:
 
 
 class HostTalker:
-    """The talker of one host; see `blackboard.domain.talker.Talker`.
-
-    Args:
-        host: Whose it is.
-        namespace: Put before the names of a robot's own topics.
-    """
+    """The talker of one host; `namespace` comes before a robot's own topics."""
 
     def __init__(self, host: Host, namespace: str = "") -> None:
         self._host = host
         self._own = f"{namespace}/set_state"
 
     def now(self) -> float:
-        """Return the time by this host's own clock [s]."""
+        """Return the time of this host's own clock [s]."""
         return self._host.network.now * self._host.rate
 
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
-        """Send a message to everyone who listens and is not left out."""
+        """Send a message to every listener, or only to the members in `to`."""
         self._host.network.send(self._host, topic, message, to)
 
     def subscribe(
@@ -134,7 +128,7 @@ class HostTalker:
         handler: Callable[[Any], None],
         when: Callable[[], bool] | None = None,
     ) -> Subscription:
-        """Have the messages of a topic handed over."""
+        """Subscribe to a topic."""
 
         def hear(message: object) -> None:
             if when is None or when():
@@ -147,7 +141,7 @@ class HostTalker:
         return Subscription(lambda: handlers.remove(hear))
 
     def every(self, period: float, action: Callable[[], None]) -> _Timer:
-        """Call again and again."""
+        """Call periodically."""
         return self._start(_Timer(self._host, action, period), period)
 
     def after(self, delay: float, action: Callable[[], None]) -> _Timer:
@@ -160,39 +154,39 @@ class HostTalker:
         return timer
 
     def ping(self, member: str) -> bool:
-        """Return whether a host runs and can be reached."""
+        """Return whether a host runs."""
         host = self._host.network.hosts.get(member)
         return host is not None and host.up and not host.frozen
 
     def watch(self, member: str, died: Callable[[], None]) -> None:
-        """Be told if a host ends while it is watched."""
+        """Watch for the death of a host."""
         self._host.watched = (member, died)
 
     def refuse(self, topic: str, reason: str) -> None:
-        """Note that a message was refused, which nobody reads in a simulation."""
+        """Ignore a refusal: nobody reads it in a simulation."""
 
     def warn(self, text: str) -> None:
-        """Note what a person should know."""
+        """Record a warning to the operator."""
         self._host.warnings.append(f"{self._host.network.now:.2f} {self._host.name}: {text}")
 
 
 _INSIDE = 0.0005
-"""What a message takes from a host to itself [s]."""
+"""Latency of a message from a host to itself [s]."""
 
 _FASTEST = 0.001
-"""What the fastest message takes from one host to another [s]."""
+"""Least latency between two hosts [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """How good all links are at a time.
+    """The quality of all links.
 
     Attributes:
-        loss: Share of the messages that get lost.
-        double: Share of the messages that come twice.
-        delay: Longest time that most messages take [s]; messages overtake each other.
-        late: Share of the messages that take longer than that ...
-        latest: ... up to so long [s].
+        loss: Share of the messages that are lost.
+        double: Share of the messages that arrive twice.
+        delay: Longest latency of most messages [s]; messages overtake each other.
+        late: Share of the messages with a longer latency ...
+        latest: ... of up to this [s].
     """
 
     loss: float = 0.0
@@ -203,25 +197,25 @@ class Quality:
 
 
 class SimulatedCrashError(Exception):
-    """The process ends here, in the middle of what it does."""
+    """The process crashes here, in the middle of its work."""
 
 
 class FaultyNetwork:
-    """Everything that is going to happen, in order.
+    """The event queue, and all links.
 
     Args:
-        random: Where every chance is drawn from.
-        proofs: Share of the deaths that those who watch get proof of.
+        random: The source of every chance.
+        proofs: Share of the deaths that watchers get proof of.
 
     Attributes:
         now: The true time [s].
         events: How many have happened.
         quality: Of all links.
-        cut: Pairs of names between which nothing passes in this direction.
-        holding: Those of them whose messages are kept until `release`.
-        after_event: Called after every event on a host, with it.
-        said: Called with every message as it is sent, and who sent it.
-        counts: Of what became of messages, by kind.
+        cut: Pairs of names (sender, receiver) between which no message passes.
+        holding: The cut pairs whose messages are kept until `release`.
+        after_event: Called with the host after every event on it.
+        said: Called with sender, topic and message before each send.
+        counts: Lost, late, doubled and held messages, and proven deaths.
     """
 
     def __init__(self, random: Random, proofs: float = 0.9) -> None:
@@ -248,7 +242,7 @@ class FaultyNetwork:
         return host
 
     def forget_listeners(self) -> None:
-        """Note that a host has begun to listen to something, or listens to nothing any more."""
+        """Recompute the listeners of every topic: those of a host have changed."""
         self._listeners.clear()
 
     def schedule(
@@ -260,13 +254,13 @@ class FaultyNetwork:
         *,
         timer: bool = False,
     ) -> None:
-        """Have something happen on a host, or to the world where it is None, after a delay [s]."""
+        """Schedule an action on a host, or in the world if it is None, after a delay [s]."""
         generation = host.generation if host else 0
         entry = (self.now + delay, next(self._order), host, generation, timer, action, argument)
         heapq.heappush(self._queue, entry)
 
     def run(self, until: float, finished: Callable[[], bool] | None = None) -> None:
-        """Let time pass up to a time [s], or until something asked for once a second is so."""
+        """Let time pass up to a time [s], or until `finished`, asked once a second, is true."""
         queue = self._queue
         next_look = self.now + 1.0
         while queue and queue[0][0] <= until:
@@ -285,7 +279,7 @@ class FaultyNetwork:
         self.now = max(self.now, until)
 
     def act(self, host: Host, action: Callable[[Any], None], argument: object) -> None:
-        """Let one event happen on a host."""
+        """Run one event on a host."""
         self.events += 1
         try:
             action(argument)
@@ -298,7 +292,7 @@ class FaultyNetwork:
     ) -> None:
         """Send a message to every host that listens, the sender included.
 
-        Of those that vote, which are the members, only some get it where they are named.
+        `to` restricts which members, the hosts that listen to votes, get it.
         """
         self.said(sender, topic, message)
         packet = (topic, message)
@@ -333,7 +327,7 @@ class FaultyNetwork:
         return found
 
     def _stop(self, sender: Host, host: Host, packet: tuple[str, object]) -> None:
-        """Lose a message, or keep it until the link is there again."""
+        """Lose a message, or keep it until the link is back."""
         pair = sender.name, host.name
         if pair in self.holding:
             self._held.append((pair, host, host.generation, packet))
@@ -341,7 +335,7 @@ class FaultyNetwork:
             self.counts["cut off"] += 1
 
     def release(self) -> None:
-        """Deliver what was kept for links that are there again, to processes that still run."""
+        """Deliver the kept messages of links that are back, to processes that still run."""
         kept = self._held
         self._held = [each for each in kept if each[0] in self.cut]
         for pair, host, generation, packet in kept:
@@ -351,7 +345,7 @@ class FaultyNetwork:
                 self.schedule(delay, host, host.deliver, packet)
 
     def prove_death(self, dead: Host) -> None:
-        """Let most of those that watch a host and can reach it know that it has ended."""
+        """Tell most of the watchers that can reach a host that it is dead."""
         for host in self.hosts.values():
             reached = (host.name, dead.name) not in self.cut
             if host.watched is None or host.watched[0] != dead.name or not reached:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Does to a simulated hive what a schedule says: crashes, freezes, cuts, bad links."""
+"""Injects a schedule's faults into a simulated hive."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ if TYPE_CHECKING:
 
 
 class FaultInjector:
-    """Everything that goes wrong in one hive.
+    """Injects the faults of one hive.
 
     Args:
         network: What connects the members.
-        members: All of them by name.
-        properties: Is told of what ends and of disks that are lost.
+        members: All members, by name.
+        checker: Is told of ended processes and lost disks.
 
     Attributes:
-        faults: How many there were of each kind.
+        faults: Number of faults by kind.
     """
 
     def __init__(
         self,
         network: FaultyNetwork,
         members: Mapping[str, SimulatedMember],
-        properties: ProtocolChecker,
+        checker: ProtocolChecker,
     ) -> None:
         self._network = network
         self._members = members
-        self._properties = properties
+        self._checker = checker
         self._bad_links: list[BadLinks] = []
         self._cuts: list[Cut] = []
         self._strikes: list[Strike] = []
@@ -61,7 +61,7 @@ class FaultInjector:
             member.disk.watched_by = partial(self._watch, member)
 
     def happen(self, fault: object) -> None:
-        """Let a fault happen."""
+        """Inject a fault."""
         self.faults[type(fault).__name__] += 1
         if isinstance(fault, Crash):
             self._crash(replace(fault, member=self._who(fault.member)))
@@ -81,14 +81,14 @@ class FaultInjector:
             self._strikes.append(fault)
 
     def boot(self, member: SimulatedMember) -> None:
-        """Start a member unless it runs or is gone."""
+        """Start a member, unless it runs or is gone."""
         if member.host.up or member.gone:
             return
         member.boot()
-        self._properties.after_event(member.host)
+        self._checker.after_event(member.host)
 
     def calm_down(self) -> None:
-        """End all trouble: links are good, and who is not gone comes back."""
+        """End all faults: links are good, and every member that is not gone comes back."""
         self._cuts.clear()
         self._bad_links.clear()
         self._strikes.clear()
@@ -104,20 +104,20 @@ class FaultInjector:
         if name != LEADER:
             return name
         leader = [
-            (member.backup.epoch, member.name)
+            (member.node.epoch, member.name)
             for member in self._members.values()
-            if member.backup is not None
+            if member.node is not None
             and member.host.up
-            and member.backup.member.role is Role.LEADER
+            and member.node.member.role is Role.LEADER
         ]
         return max(leader)[1] if leader else self._network.random.choice(sorted(self._members))
 
     def _watch(
         self, member: SimulatedMember, before: HardState | None, after: HardState
     ) -> WritePoint:
-        """Have a strike that waited for what a member writes happen; return when it does."""
+        """Inject a strike that waited for a member's write; return when it hits."""
         if before is not None and before.member != after.member:
-            self._properties.disk_given_up(before)
+            self._checker.disk_given_up(before)
         for strike in self._strikes:
             if before is not None and strike.trigger in triggers(before, after):
                 self._strikes.remove(strike)
@@ -157,7 +157,7 @@ class FaultInjector:
             self._end(crash)
 
     def _end_unless_crashed(self, crash: Crash) -> None:
-        """Go on with a crash that was to happen at a write, whether there was one or not."""
+        """Crash now if no write came."""
         self._members[crash.member].disk.crashes = False
         self._end(crash)
 
@@ -167,11 +167,11 @@ class FaultInjector:
             crash = replace(crash, back_after=crash.back_after or 1.0, disk_lost=False)
         if member.host.up:
             member.host.crash()
-        self._properties.after_event(member.host)
-        self._properties.stopped(member.name)
+        self._checker.after_event(member.host)
+        self._checker.stopped(member.name)
         if crash.disk_lost:
             self.faults["disks lost"] += 1
-            self._properties.disk_lost(member.name, member.disk.hard_state)
+            self._checker.disk_lost(member.name, member.disk.hard_state)
             member.disk.hard_state, member.disk.reports = None, ()
         if crash.back_after is None:
             member.gone = True
@@ -179,7 +179,7 @@ class FaultInjector:
             self._network.schedule(crash.back_after, None, self.boot, member)
 
     def _would_lose_majority(self, lost: SimulatedMember) -> bool:
-        """Return whether a disk is one that a majority needs: to lose it is not promised for."""
+        """Return whether a majority needs this disk: the protocol does not survive its loss."""
         hard_state = lost.disk.hard_state
         if hard_state is None:
             return False
@@ -201,8 +201,8 @@ class FaultInjector:
         host = self._members[freeze.member].host
         if host.up and not host.frozen:
             host.frozen = True
-            # A frozen host sends no velocities, so the base's own watchdog stops it.
-            self._properties.stopped(freeze.member)
+            # A frozen host sends no velocities, so the base's watchdog stops it.
+            self._checker.stopped(freeze.member)
             self._network.schedule(freeze.lasts, None, self._thaw, (host, host.generation))
 
     def _thaw(self, what: tuple[Host, int]) -> None:
@@ -240,7 +240,7 @@ class FaultInjector:
 
 
 def triggers(before: HardState, after: HardState) -> set[Trigger]:
-    """Return what happens to a member that writes one after the other to its disk."""
+    """Return the turning points between two states on a member's disk."""
     found: set[Trigger] = set()
     if after.vote and after.vote != before.vote:
         found.add(Trigger.STANDS if after.vote == after.member else Trigger.VOTES)

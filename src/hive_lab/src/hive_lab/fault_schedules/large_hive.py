@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Hives of any size that do their tasks to the end, with all properties checked.
+"""Hives of any size that run until every task has ended, with all properties checked.
 
-The blackboard node and the first robots are the members that have a vote. The other robots are
-robots only: they hear the list on `bb_sync`, which is what robots without a member beside them do.
+The blackboard node and the first robots are members with a vote. The other robots have no member
+beside them and follow the task list on `bb_sync`.
 """
 
 from __future__ import annotations
@@ -31,30 +31,30 @@ if TYPE_CHECKING:
     from hive_lab.fault_schedules.faulty_network import Host
 
 _ROOM = 10.0
-"""Each robot has a square of that side to itself, so that large fleets are no denser [m]."""
+"""Side of the floor area for each robot, so that larger fleets are no denser [m]."""
 
 _POSTING = 30.0
-"""All tasks are posted within that time [s]."""
+"""All tasks are posted within this time [s]."""
 
 _CRASH, _BACK = 20.0, 5.0
-"""The blackboard node crashes that long after the first task, and is back after that [s]."""
+"""When the blackboard node crashes after the first task, and for how long [s]."""
 
 _LIMIT = 3600.0
-"""By then all has to have ended [s]."""
+"""Every task has to end by then [s]."""
 
 
 @dataclass(frozen=True)
 class LargeHiveResult:
-    """What came of it.
+    """The result.
 
     Attributes:
-        violation: The property that was broken; empty where none was.
-        ended: How many tasks ended in which state.
-        lasted: Until the last task had ended [s].
-        sent: Messages that were published, by topic.
-        events: Messages that were handed over, timers and drives.
-        takeovers: How often a member became active.
-        longest_list: Tasks on the list at most.
+        violation: The property that broke; empty if none did.
+        ended: Number of tasks by terminal state.
+        lasted: When the last task ended [s].
+        sent: Number of published messages by topic.
+        events: Number of delivered messages, timers and drives.
+        takeovers: How often a member became leader.
+        longest_list: The most tasks on the list.
     """
 
     violation: str
@@ -66,8 +66,8 @@ class LargeHiveResult:
     longest_list: int
 
 
-class _Onlooker(NoFilter):
-    """Knows who carries the blackboard by listening, so that a robot tells only those."""
+class _Listener(NoFilter):
+    """Learns the leader from heartbeats, so that a robot sends only to possible leaders."""
 
     def __init__(self, talker: Talker) -> None:
         super().__init__(talker)
@@ -80,14 +80,14 @@ class _Onlooker(NoFilter):
 
 @dataclass
 class _LoneRobot(SimulatedMember):
-    """A robot that has no member of the hive beside it."""
+    """A robot without a member beside it."""
 
     def boot(self) -> None:
         """Start the process."""
         self.host.boot()
-        self.host.handlers[BB_VOTE] = []  # as members do, it hears only what concerns it
+        self.host.handlers[BB_VOTE] = []  # like members, it gets only messages for it
         talker = HostTalker(self.host, self.name)
-        self._robot(talker, _Onlooker(talker)).start()
+        self._robot(talker, _Listener(talker)).start()
 
 
 class LargeHive(Harness):

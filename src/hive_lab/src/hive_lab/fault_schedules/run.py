@@ -46,16 +46,15 @@ _SLOWEST, _FASTEST = 0.99, 1.01
 
 @dataclass(frozen=True)
 class RunResult:
-    """What came of a schedule.
+    """The result of a schedule.
 
     Attributes:
-        schedule: What was run.
-        violation: The property that was broken; empty where none was.
+        violation: The property that broke; empty if none did.
         events: How many events happened.
-        faults: How many of each kind happened, lost messages and the like included.
-        takeovers: How often a member became active.
-        ended: How many tasks ended in each state, and how many are left behind in a hive that
-            gives way to another and waits for a person.
+        faults: Faults by kind, lost messages and the like included.
+        takeovers: How often a member became leader.
+        ended: Tasks by terminal state; "left behind" counts those in a hive that gives way to
+            another one and waits for a person.
         lasted: Virtual time [s].
     """
 
@@ -68,10 +67,10 @@ class RunResult:
     lasted: float = 0.0
 
     def in_full(self) -> str:
-        """Return the schedule, what broke, and how to run it again, for a person."""
+        """Return the schedule, what broke, and how to run it again."""
         schedule = self.schedule
         if schedule.scenario == BY_HAND:
-            again = "it is written in the test"
+            again = "see the test that defines it"
         elif schedule.scenario in DIRECTED:
             again = f'python3 -m hive_lab.fault_schedules.run "{schedule.scenario}"'
         else:
@@ -80,7 +79,7 @@ class RunResult:
                 "" if draw(schedule.seed) == schedule else f' --scenario "{schedule.scenario}"'
             )
         broken = self.violation or "every property holds"
-        return f"{schedule}\n\n{broken}\nto see it again: {again}\n"
+        return f"{schedule}\n\n{broken}\nto run it again: {again}\n"
 
 
 class Run(Harness):
@@ -160,10 +159,10 @@ def main() -> None:
     names = ", ".join(DIRECTED)
     parser.add_argument("first", help=f"seed of the first schedule, or one of: {names}")
     parser.add_argument(
-        "end", type=int, nargs="?", help="seed after the last; only the first if left out"
+        "end", type=int, nargs="?", help="seed after the last; by default only one runs"
     )
     parser.add_argument(
-        "--scenario", "--mood", choices=SCENARIOS, default="", help="drawn too if left out"
+        "--scenario", "--mood", choices=SCENARIOS, default="", help="by default drawn"
     )
     wanted = parser.parse_args()
     schedules: Iterable[FaultSchedule]

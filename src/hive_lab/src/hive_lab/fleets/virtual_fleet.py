@@ -113,7 +113,7 @@ class VirtualFleet:
         self.network.send(NEW_TASK, task)
 
     def run(self, duration: float) -> None:
-        """Let time pass [s], and drop the recorded messages: those of a day would fill the memory."""
+        """Let time pass [s]; drop the recorded messages, which would fill the memory in a day."""
         self.network.run(duration)
         self.network.sent.clear()
         self.network.heard.clear()

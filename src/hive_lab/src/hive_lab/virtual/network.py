@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The virtual network: ROS's in-process replacement for whole hives.
+"""The virtual network: an in-process replacement for ROS.
 
-Time passes only inside `Network.run`, which jumps from event to event: hours of a hive take seconds,
-and every run is identical. Whoever creates the network chooses how long each message takes and
-which ones get lost.
+Time passes only inside `Network.run`, which jumps from event to event: hours of a hive take
+seconds, and every run is identical. Whoever creates the network chooses how long each message
+takes and which ones get lost.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Network:
                 self._deliver(handler, message)
 
     def listen(self, topic: str, handler: Callable[[Any], None], member: str = "") -> Subscription:
-        """Subscribe a handler, each time another function object; `member` names its owner, if any."""
+        """Subscribe a new function object; `member` names its owner, if it is a member."""
         listener = (handler, member)
         self._handlers[topic].append(listener)
         return Subscription(lambda: self._handlers[topic].remove(listener))
@@ -154,7 +154,7 @@ class NetworkTalker:
         return self._network.now
 
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
-        """Send a message to every listener, this member included, or only to those in `to`."""
+        """Send a message to every listener, or only to the members in `to`."""
         if self.connected and self.running:
             self._network.send(self._name(topic), message, to)
 

@@ -13,6 +13,8 @@ from blackboard.domain.talker import SYNC, TASK_STATE
 from blackboard.domain.task import StepKind, TaskState
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.record import TaskRecord, TaskUpdate
     from blackboard.robot.robot import Robot
@@ -25,14 +27,15 @@ class TaskChecker:
     """Watches a hive and raises AssertionError as soon as a property breaks.
 
     1. No two robots work on one task at the same time.
-    2. A task is done once: after a robot says DONE, nobody reports DONE for another run or begins a
-       step of the task, unless that robot's process has ended since or the task had been taken from
-       it because it was lost.
+    2. A task is done once: after a robot says DONE, nobody reports DONE for another run or begins
+       a step of the task, unless that robot's process has ended since or the task had been taken
+       from it because it was lost.
     3. A task that was accepted stays on the task list until somebody says that it has ended.
     4. A terminal state never changes.
     5. An assigned or started task has a robot, unless it was split; a waiting task has none.
     6. Every assignment of a task has a new number.
-    7. An unfinished task leaves a robot only after the robot handed it back, or is lost and stopped.
+    7. An unfinished task leaves a robot only after the robot has handed it back, or is lost and
+       has stopped.
     8. An arm works only while its robot stands at the goal.
 
     Args:
@@ -124,10 +127,8 @@ class TaskChecker:
         self._records = now
 
     def _check_holder(self, before: TaskRecord, after: TaskRecord) -> None:
-        holder = before.robot, before.assignment
         name = before.task.id
-        left = not after.state.is_terminal and (after.robot, after.assignment) != holder
-        if not (left and before.robot) or (name, *holder) in self._handed_back:
+        if not before.robot or not is_taken_away(before, after, self._handed_back):
             return
         self._lost.add(name)
         step = self._hive.commands[before.robot].running
@@ -135,6 +136,15 @@ class TaskChecker:
             step is None or step.task_id != name,
             f"{name} was taken from {before.robot}, which still works on it",
         )
+
+
+def is_taken_away(
+    before: TaskRecord, after: TaskRecord, handed_back: Collection[tuple[str, str, int]]
+) -> bool:
+    """Return whether an unfinished task leaves its robot without a handback (task, robot, number)."""
+    holder = before.robot, before.assignment
+    leaves = not after.state.is_terminal and (after.robot, after.assignment) != holder
+    return leaves and (before.task.id, *holder) not in handed_back
 
 
 def _check_record(record: TaskRecord) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes the instances into files for programs that know nothing of Robo-Hive.
+"""Exports the instances for solvers that know nothing of Robo-Hive.
 
 Run as `python -m hive_lab.bench.allocation.export FOLDER`; see setup/reference.
 """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The seeded instances: robots and tasks at random places of the warehouse.
 
-Starts and ends are drawn uniformly from the free cells of the map; what they cost is the length of
-the way. Robots drive at 1 m/s, so that a way in metres is a time in seconds.
+Starts and ends are uniform over the free cells of the map. Robots drive at 1 m/s, so a length in
+metres is a time in seconds.
 """
 
 from __future__ import annotations
@@ -31,14 +31,7 @@ KINDS = ("bring", "go")
 
 @dataclass(frozen=True)
 class Size:
-    """How many robots and tasks, and how many instances of them.
-
-    Attributes:
-        robots: Number of robots.
-        tasks: Number of tasks.
-        seeds: Number of instances.
-        seconds: Processor time that the search may take [s].
-    """
+    """A size of instances; `seeds` is their number, `seconds` the search's processor time [s]."""
 
     robots: int
     tasks: int
@@ -60,7 +53,7 @@ SIZES = (
 
 
 class Floor:
-    """The free places of the warehouse and how far they are from each other."""
+    """The free places of the warehouse, and the distances between them."""
 
     def __init__(self) -> None:
         known = read_map(maps_folder() / "warehouse.yaml")
@@ -71,11 +64,11 @@ class Floor:
         self.path_lengths = GridPathLengths(self._grid, RADIUS)
 
     def own_path_lengths(self) -> GridPathLengths:
-        """Return ways that nothing is known of yet, as in a process of its own."""
+        """Return path lengths with an empty cache, as in a process of its own."""
         return GridPathLengths(self._grid, RADIUS)
 
     def places(self, random: np.random.Generator, number: int) -> list[Pose]:
-        """Return the middles of random free cells [map frame]."""
+        """Return the centres of random free cells, frame map."""
         chosen = self._cells[random.integers(len(self._cells), size=number)] + 0.5
         side = self._grid.resolution
         return [
@@ -84,7 +77,7 @@ class Floor:
 
 
 def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:
-    """Yield all instances of a size, each with its name; the kinds share their places."""
+    """Yield all instances of a size with their names; the kinds share their places."""
     for seed in range(size.seeds):
         random = np.random.default_rng([size.robots, size.tasks, seed])
         robots = floor.places(random, size.robots)
