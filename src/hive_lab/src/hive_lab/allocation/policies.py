@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How lists are kept while tasks arrive: simple rules, and the auction that goes on improving."""
+"""Policies for tasks that arrive over time: simple rules, and the auction with reallocation."""
 
 from __future__ import annotations
 
@@ -22,11 +22,7 @@ if TYPE_CHECKING:
 
 
 class Append:
-    """Every task goes to the end of one list when it arrives, and stays there.
-
-    Args:
-        cost: Of one task for all robots; see `rules`.
-    """
+    """Appends every task to one list when it arrives, by a cost of `rules`, and never moves it."""
 
     def __init__(self, cost: Callable[[Ends, int], Floats]) -> None:
         self._cost = cost
@@ -38,7 +34,7 @@ class Append:
 
 
 class IdleTakesNearest:
-    """No lists: a robot that becomes free takes the nearest task, of those that wait."""
+    """Keeps no lists: a robot that becomes free takes the nearest waiting task."""
 
     def decide(self, state: StreamState) -> Plan:
         """Return the lists; see `Policy`."""
@@ -55,15 +51,14 @@ class IdleTakesNearest:
 
 
 class Reallocation:
-    """A new task is auctioned; all that has not begun is offered again in a few rounds.
+    """Auctions each new task, and reallocates all tasks that have not begun in a few rounds.
 
     Args:
-        objective: What is to be made small.
+        objective: What to minimise.
         random: Chooses the offers.
-        rounds: Of offers, at every event.
-        aging: A task that has waited this long [s] counts twice as much as a new one, one that
-            has waited twice as long counts four times; infinite where age does not count.
-        afresh: Whether all that has not begun is auctioned anew at every event.
+        rounds: Number of rounds at every event.
+        aging: Waiting time that doubles a task's weight [s]; infinite if age does not count.
+        afresh: Whether to auction all tasks that have not begun anew at every event.
     """
 
     def __init__(
@@ -87,11 +82,7 @@ class Reallocation:
         plan = auction(instance, self._objective, None if self._afresh else state.plan)
         rounds = iter(range(self._rounds))
         return improve(
-            instance,
-            self._objective,
-            plan,
-            self._random,
-            lambda: next(rounds, None) is not None,
+            instance, self._objective, plan, self._random, lambda: next(rounds, None) is not None
         )
 
     def _aged(self, state: StreamState) -> Instance:
@@ -101,14 +92,9 @@ class Reallocation:
 
 
 def aged(weight: Floats, age: Floats, aging: float) -> Floats:
-    """Return what a second of waiting counts for tasks that have waited.
+    """Return the weights of tasks that have waited for a time [s].
 
-    Doubles with every `aging`, up to a million times, so that whoever waits long enough goes
-    before all that is new.
-
-    Args:
-        weight: (tasks,) of new ones.
-        age: (tasks,) since each was posted [s].
-        aging: In which the weight doubles [s].
+    They double with every `aging` [s], up to a million times, so that a task that waits long
+    enough goes before all new ones.
     """
     return weight * 2.0 ** np.minimum(age / aging, 20.0)

@@ -69,8 +69,8 @@ def run(first: int = FIRST, tasks: int = TASKS, seed: int = 1) -> BenchResult:
 
     Returns:
         `median_error` and `error_95` without sign, `bias`, the median with its sign,
-        `first_median_error` of the first tasks, `tasks` that were done, `collisions`, and `simulated`
-        time [s].
+        `first_median_error` of the first tasks, `tasks` that were done, `collisions`, and
+        `simulated` time [s].
     """
     bodies = SimulatedBodies("lab", seed)
     fleet = VirtualFleet(read_fleet("lab"), "lab", bodies, {})

@@ -86,10 +86,10 @@ def run(schedules: int = 1000, first: int = 0) -> BenchResult:
 
     Returns:
         Schedules per second and in all, events per second, hours of virtual time, takeovers,
-        violations, the seed of the first violation (-1 if none), tasks left behind in a second hive,
-        and faults by kind; takeovers in 10 hours with 20 % of the messages lost, and for each of 100
-        freezes of the leader for 5 s. Aims: no violation, no takeover by losses, one for each freeze,
-        no rivals.
+        violations, the seed of the first violation (-1 if none), tasks left behind in a second
+        hive, and faults by kind; takeovers in 10 hours with 20 % of the messages lost, and for
+        each of 100 freezes of the leader for 5 s. Aims: no violation, no takeover by losses, one
+        for each freeze, no rivals.
     """
     began = said = time.perf_counter()
     total = _Sum()

@@ -52,8 +52,8 @@ def run(runs: int = 20) -> BenchResult:
     The output of a failed run is kept in a temporary folder, which its line names.
 
     Returns:
-        `runs`, `failures` (runs with a failed or missing case), median and longest time of a run [s],
-        and for each case `passes`, `failures`, and its median and longest time [s].
+        `runs`, `failures` (runs with a failed or missing case), median and longest time of a run
+        [s], and for each case `passes`, `failures`, and its median and longest time [s].
 
     Raises:
         InputError: The test plan is missing, because this is an installed copy.

@@ -26,9 +26,9 @@ def run(*sizes: int) -> BenchResult:
     """Let hives of some sizes, by default `SIZES`, do ten tasks for each robot.
 
     Returns:
-        By size: processor and wall time [s], virtual time [s], published and delivered messages for
-        each task, the most tasks on the list, peak memory of the process [MB], unfinished tasks, and
-        broken properties. Aim: nothing broken.
+        By size: processor and wall time [s], virtual time [s], published and delivered messages
+        for each task, the most tasks on the list, peak memory of the process [MB], unfinished
+        tasks, and broken properties. Aim: nothing broken.
     """
     figures: dict[str, float] = {}
     context = multiprocessing.get_context("forkserver")

@@ -91,9 +91,9 @@ def measure_in_process(wall_time: float = WALL_TIME) -> dict[str, float]:
     """Measure each case for a time [s, wall clock].
 
     Returns:
-        For each number of robots, with lasers and without: `lasers_N` and `bare_N`, wall time for a
-        simulated second [s]; `speed_...`, its inverse; and `cpu_...`, simulated seconds in one of
-        processor time, which depends less on other work of the machine.
+        For each number of robots, with lasers and without: `lasers_N` and `bare_N`, wall time for
+        a simulated second [s]; `speed_...`, its inverse; and `cpu_...`, simulated seconds in one
+        of processor time, which depends less on other work of the machine.
     """
     figures: dict[str, float] = {}
     for number, lasers in itertools.product(NUMBERS, (True, False)):
@@ -124,16 +124,14 @@ _LIMIT = 300.0
 
 
 def run(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
-    """Measure all.
-
-    Args:
-        connect: Opens the link; see `cli.outside.Outside`.
+    """Measure all; `connect` opens the link, see `cli.outside.Outside`.
 
     Returns:
-        The figures of `measure_in_process`; `speed_node_...` and `cpu_node_...`, simulated seconds of
-        the simulator's node alone in one on the wall clock and of its processor time; `ros_4`, wall
-        time for a simulated second of a whole hive that drives [s], `speed_ros_4`, its inverse, what
-        `bench.system` says of the drives, and `ros_4 cpu ...` of each process [s per s].
+        The figures of `measure_in_process`; `speed_node_...` and `cpu_node_...`, simulated seconds
+        of the simulator's node alone in one on the wall clock and of its processor time; `ros_4`,
+        wall time for a simulated second of a whole hive that drives [s], `speed_ros_4`, its
+        inverse, what `bench.system` says of the drives, and `ros_4 cpu ...` of each process
+        [s per s].
     """
     click.echo("in this process, for half a minute", err=True)
     figures, aims = measure_in_process(), AIMS | {"ros_4": _AIM}

@@ -45,7 +45,7 @@ def _schedule(
 
 
 # The blackboard node and robot2 both ask robot1 for its vote in epoch 2. The blackboard node wins
-# and can tell nobody; only then robot2 learns that robot1 would vote for it, and becomes a candidate.
+# and can tell nobody; only then robot2 learns that robot1 would vote for it, and is a candidate.
 _RIVALS = (
     Cut(12.0, (BLACKBOARD,), 3.0, others=("robot1",)),
     Cut(12.0, (BLACKBOARD,), 20.0, others=("robot2",)),

@@ -123,10 +123,7 @@ class HostTalker:
         self._host.network.send(self._host, topic, message, to)
 
     def subscribe(
-        self,
-        topic: str,
-        handler: Callable[[Any], None],
-        when: Callable[[], bool] | None = None,
+        self, topic: str, handler: Callable[[Any], None], when: Callable[[], bool] | None = None
     ) -> Subscription:
         """Subscribe to a topic."""
 

@@ -23,14 +23,7 @@ from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.harness import Harness
 from hive_lab.fault_schedules.history import Violation
 from hive_lab.fault_schedules.scenarios import SCENARIOS
-from hive_lab.fault_schedules.schedule import (
-    BY_HAND,
-    FAULT_PERIOD,
-    SETTLE,
-    Cancel,
-    Post,
-    SetState,
-)
+from hive_lab.fault_schedules.schedule import BY_HAND, FAULT_PERIOD, SETTLE, Cancel, Post, SetState
 from hive_lab.fault_schedules.simulated_member import Disk, SimulatedMember
 
 if TYPE_CHECKING:

@@ -47,8 +47,8 @@ class Subscription:
 class Network:
     """Virtual time, and the messages in flight.
 
-    As in ROS, messages of one topic reach one listener in the order they were sent; nothing else is
-    ordered.
+    As in ROS, messages of one topic reach one listener in the order they were sent; nothing else
+    is ordered.
 
     Args:
         delay: Returns the latency of the next message to its next listener [s].
@@ -159,10 +159,7 @@ class NetworkTalker:
             self._network.send(self._name(topic), message, to)
 
     def subscribe(
-        self,
-        topic: str,
-        handler: Callable[[Any], None],
-        when: Callable[[], bool] | None = None,
+        self, topic: str, handler: Callable[[Any], None], when: Callable[[], bool] | None = None
     ) -> Subscription:
         """Subscribe to a topic."""
 

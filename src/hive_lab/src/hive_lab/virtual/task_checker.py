@@ -141,7 +141,7 @@ class TaskChecker:
 def is_taken_away(
     before: TaskRecord, after: TaskRecord, handed_back: Collection[tuple[str, str, int]]
 ) -> bool:
-    """Return whether an unfinished task leaves its robot without a handback (task, robot, number)."""
+    """Return whether an unfinished task leaves its robot that has not handed it back."""
     holder = before.robot, before.assignment
     leaves = not after.state.is_terminal and (after.robot, after.assignment) != holder
     return leaves and (before.task.id, *holder) not in handed_back

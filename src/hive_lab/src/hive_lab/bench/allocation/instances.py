@@ -3,11 +3,15 @@
 
 Starts and ends are uniform over the free cells of the map. Robots drive at 1 m/s, so a length in
 metres is a time in seconds.
+
+`python -m hive_lab.bench.allocation.instances FOLDER` exports them for other solvers.
 """
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,12 +48,7 @@ class Size:
         return f"{self.robots}x{self.tasks}"
 
 
-SIZES = (
-    Size(3, 10, 10, 0.1),
-    Size(4, 20, 6, 0.2),
-    Size(20, 100, 3, 1.0),
-    Size(100, 1000, 1, 1.5),
-)
+SIZES = (Size(3, 10, 10, 0.1), Size(4, 20, 6, 0.2), Size(20, 100, 3, 1.0), Size(100, 1000, 1, 1.5))
 
 
 class Floor:
@@ -90,3 +89,17 @@ def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:
         for kind in KINDS:
             to_start = np.concatenate([after[kind], from_robot])
             yield f"{size.name}/{kind}/{seed}", Instance.plain(to_start, inner[kind])
+
+
+def export(folder: Path) -> None:
+    """Write each instance as `<name>.npz` with `way` and `inner`, `/` in its name as `_`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    floor = Floor()
+    for size in SIZES:
+        for name, instance in instances(size, floor):
+            path = folder / f"{name.replace('/', '_')}.npz"
+            np.savez_compressed(path, way=instance.way, inner=instance.tasks.inner)
+
+
+if __name__ == "__main__":
+    export(Path(sys.argv[1]))
