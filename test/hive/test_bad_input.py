@@ -13,7 +13,7 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
 from blackboard.domain.bid import Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.talker import (
     BACKUP,
     BB_ACK,
@@ -102,11 +102,10 @@ class Nonsense:
         return Order(
             self.task(),
             robot,
-            take_back=self.draw.random() < 0.5,
+            self.draw.choice(tuple(OrderKind)),
             step=self.count(),
             epoch=self.count(),
             assignment=self.count(),
-            hand_back=self.draw.random() < 0.5,
             heard=self.number(),
         )
 
@@ -224,5 +223,5 @@ def test_an_order_for_a_task_of_unknown_type_is_refused():
 
     assert "type 77 is unknown" in why_refused(TASK_ASSIGN, order)
     assert "type 77 is unknown" in why_refused(
-        TASK_ASSIGN, Order(Task("T1", 77, ()), "robot1", take_back=True)
+        TASK_ASSIGN, Order(Task("T1", 77, ()), "robot1", OrderKind.TAKE_BACK)
     )

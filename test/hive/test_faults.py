@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     ROBOT_STATUS,
     SYNC,
@@ -191,7 +192,9 @@ def test_a_cancelled_task_stops_its_robot():
 
 
 def test_a_cancel_that_the_robot_did_not_hear_is_made_good_by_the_task_list():
-    hive = pair(Network(lose=lose_first(TASK_ASSIGN, lambda order: order.take_back)))
+    hive = pair(
+        Network(lose=lose_first(TASK_ASSIGN, lambda order: order.kind is not OrderKind.ASSIGN))
+    )
     hive.post(ROUND)
     hive.network.run(5.0)
     hive.cancel("T1")

@@ -265,7 +265,7 @@ def test_a_robot_that_does_not_get_on_hands_the_task_back_to_another():
     record = hive.record("T1")
     assert before is STARTED
     assert (record.state, record.robot, record.tried) == (DONE, "robot2", ("robot1",))
-    assert "robot1 had 73 s to get on with it and did not" in hive.updates("T1")[4].reason
+    assert "robot1 made no progress within 73 s" in hive.updates("T1")[4].reason
 
 
 def test_a_late_robot_that_does_not_obey_is_stopped_by_its_lease():

@@ -24,7 +24,7 @@ def vote_for_any_list(patch):
 
 
 def vote_although_the_active_one_is_heard(patch):
-    patch.setattr(election, "misses_active", lambda *_: True)
+    patch.setattr(election, "misses_leader", lambda *_: True)
 
 
 def vote_twice_in_an_epoch(patch):
@@ -32,15 +32,15 @@ def vote_twice_in_an_epoch(patch):
 
 
 def do_not_take_a_vote_for_a_promise(patch):
-    hear_question = election.hear_question
+    handle_vote_request = election.handle_vote_request
 
     def loose(member, ballot, now):
-        after, said = hear_question(member, ballot, now)
+        after, messages = handle_vote_request(member, ballot, now)
         if after.vote != member.vote and after.vote:
-            after = after.but(heard=member.heard, leader=member.leader)
-        return after, said
+            after = after.evolve(heard=member.heard, leader=member.leader)
+        return after, messages
 
-    patch.setattr(election, "hear_question", loose)
+    patch.setattr(election, "handle_vote_request", loose)
 
 
 def forget_the_vote_over_a_restart(patch):
@@ -54,12 +54,12 @@ def forget_the_vote_over_a_restart(patch):
 
 
 def vote_at_once_after_a_restart(patch):
-    awake = node.awake
+    restore = node.restore
 
     def hasty(*what, **how):
-        return awake(*what, **how).but(heard=float("-inf"), quiet_until=float("-inf"))
+        return restore(*what, **how).evolve(heard=float("-inf"), quiet_until=float("-inf"))
 
-    patch.setattr(node, "awake", hasty)
+    patch.setattr(node, "restore", hasty)
 
 
 def elect_with_half_of_the_members(patch):
@@ -70,56 +70,51 @@ def elect_with_half_of_the_members(patch):
 
 
 def count_a_vote_however_late(patch):
-    hear_answer = election.hear_answer
-    patch.setattr(
-        election,
-        "hear_answer",
-        lambda member, ballot, _: hear_answer(member, ballot, member.asked),
-    )
+    patch.setattr(election, "is_vote_in_time", lambda *_: True)
 
 
 def obey_an_active_one_of_any_epoch(patch):
-    heed = step._heed  # noqa: SLF001  (what is broken here has no public name)
+    follow = step._follow  # noqa: SLF001  (what is broken here has no public name)
 
-    def meek(member, epoch, speaker, hive, now):
-        return heed(member, max(epoch, member.epoch), speaker, hive, now)
+    def meek(member, epoch, name, hive, now):
+        return follow(member, max(epoch, member.epoch), name, hive, now)
 
-    patch.setattr(step, "_heed", meek)
+    patch.setattr(step, "_follow", meek)
 
 
 def count_answers_of_any_epoch(patch):
-    hear_reply, hear_answer = leader.hear_reply, election.hear_answer
+    append_reply, vote_reply = leader.handle_append_reply, election.handle_vote_reply
 
-    def count_ack(member, ack, now):
-        return hear_reply(member, replace(ack, epoch=member.epoch), now)
+    def count_reply(member, reply, now):
+        return append_reply(member, replace(reply, epoch=member.epoch), now)
 
     def count_vote(member, ballot, now):
         if ballot.kind is BallotKind.VOTE_REPLY:
             ballot = replace(ballot, epoch=member.epoch)
-        return hear_answer(member, ballot, now)
+        return vote_reply(member, ballot, now)
 
-    patch.setattr(leader, "hear_ack", count_ack)
-    patch.setattr(election, "hear_answer", count_vote)
+    patch.setattr(leader, "handle_append_reply", count_reply)
+    patch.setattr(election, "handle_vote_reply", count_vote)
 
 
 def ignore_epochs(patch):
     obey_an_active_one_of_any_epoch(patch)
     count_answers_of_any_epoch(patch)
-    patch.setattr(MemberFilter, "refuses", lambda *_: False)
+    patch.setattr(MemberFilter, "obeys", lambda *_: True)
 
 
 def count_when_an_answer_came(patch):
-    hear_reply = leader.hear_reply
+    handle_append_reply = leader.handle_append_reply
 
-    def generous(member, ack, now):
-        return hear_reply(member, replace(ack, echo=now), now)
+    def generous(member, reply, now):
+        return handle_append_reply(member, replace(reply, echo=now), now)
 
-    patch.setattr(leader, "hear_ack", generous)
+    patch.setattr(leader, "handle_append_reply", generous)
 
 
 def go_on_without_a_majority(patch):
-    patch.setattr(leader, "has_lease", lambda *_: True)
-    patch.setattr(step, "has_lease", lambda *_: True)
+    for module in (leader, step, node):
+        patch.setattr(module, "has_lease", lambda *_: True)
 
 
 def change_members_without_waiting(patch):
@@ -127,17 +122,17 @@ def change_members_without_waiting(patch):
 
 
 def keep_the_id_when_the_disk_is_lost(patch):
-    awake = node.awake
+    restore = node.restore
 
     def same(hard_state, *what, **how):
-        return awake(replace(hard_state, member=name_of(hard_state.member)), *what, **how)
+        return restore(replace(hard_state, member=name_of(hard_state.member)), *what, **how)
 
-    patch.setattr(node, "awake", same)
+    patch.setattr(node, "restore", same)
 
 
 def listen_to_every_hive(patch):
-    patch.setattr(MemberFilter, "lets_in", lambda *_: True)
-    patch.setattr(MemberFilter, "refuses", lambda _self, _hive, epoch, own: epoch < own.epoch)
+    patch.setattr(MemberFilter, "accepts", lambda *_: True)
+    patch.setattr(MemberFilter, "obeys", lambda _self, _hive, epoch, own: epoch >= own.epoch)
 
 
 def join_without_handing_over(patch):

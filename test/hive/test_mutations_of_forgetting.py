@@ -24,7 +24,7 @@ def forget_before_the_end_is_committed(patch):
     def hasty(self, *records, then=None, tell=True):
         commit(self, *records, then=then, tell=tell)
         ended = (record.task.id for record in records if record.state.is_terminal)
-        self._backup.forget(tuple(ended))
+        self._node.forget(tuple(ended))
 
     patch.setattr(Blackboard, "_commit", hasty)
 

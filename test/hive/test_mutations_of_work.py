@@ -5,13 +5,15 @@
 As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
 """
 
+from dataclasses import replace
+
 import pytest
 
 from blackboard.board.watch import Watch
-from blackboard.consensus import append_entries, leader, step
+from blackboard.consensus import leader, step
 from blackboard.consensus.lease import Lease, Leases
-from blackboard.consensus.node import _TOPICS, RaftNode
-from blackboard.consensus.step import Write
+from blackboard.consensus.node import RaftNode
+from blackboard.consensus.step import Propose
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.reports import Reports
 from hive_lab.fault_schedules.simulated_member import Disk
@@ -33,7 +35,7 @@ def announce_before_a_majority_holds_it(patch):
     def hasty(self, records, then):
         if self.may_act():
             if records:
-                self._step(Write(records))
+                self._step(Propose(records))
             then()
 
     patch.setattr(RaftNode, "commit", hasty)
@@ -42,12 +44,12 @@ def announce_before_a_majority_holds_it(patch):
 def answer_before_writing_to_disk(patch):
     def hasty(self, event):
         before = self._member
-        after, said = step.step(before, event, self._talker.now())
-        for message in said:
-            self._talker.publish(_TOPICS[type(message)], self._with_leases(message))
-        if self._write_down(before, after):
+        after, messages = step.step(before, event, self._talker.now())
+        for message in messages:
+            self._send(replace(message, to=None))
+        if self._save(before, after):
             self._member = after
-            self._notice(before, after)
+            self._react(before, after)
 
     patch.setattr(RaftNode, "_step", hasty)
 
@@ -142,6 +144,6 @@ def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
 
 
 def test_what_an_earlier_epoch_left_is_not_committed_by_count(caught, monkeypatch):
-    monkeypatch.setattr(append_entries, "MAX_ENTRIES", 1)  # else the changes come in one message
+    monkeypatch.setattr(leader, "MAX_ENTRIES", 1)  # else the changes come in one message
 
     assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")

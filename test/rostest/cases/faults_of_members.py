@@ -194,7 +194,7 @@ def test_a_blackboard_that_was_frozen_comes_back_as_a_follower(hive, operator):
     assert all(e > epoch or who == active for e, who in bosses_after(operator, back))
     late = [beat for _, beat in operator.beats if beat.sent > back + 1 and beat.epoch <= epoch]
     assert late == []
-    assert "no longer carries the blackboard" in hive.log_of(active)
+    assert "is no longer the leader" in hive.log_of(active)
 
 
 def test_a_blackboard_that_is_frozen_for_less_than_a_second_stays_the_active_one(hive, operator):

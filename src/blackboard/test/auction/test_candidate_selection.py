@@ -20,7 +20,7 @@ def record(name, priority=0, place=0.0):
 
 
 def last(robot):
-    """Return how a robot of the fleet is."""
+    """Return the status of a robot of the fleet."""
     if robot == "unheard":
         return None
     place = 100.0 if robot == "far" else 1.0
@@ -32,86 +32,81 @@ def names(records):
     return [each.task.id for each in records]
 
 
-def test_all_is_offered_where_that_is_not_too_much():
+def test_everything_is_offered_if_that_is_not_too_much():
     records = [record("T1"), record("T2", 5)]
 
-    assert CandidateSelection(100, 100, 4, last).offers(records, robots=2) is records
+    assert CandidateSelection(100, 100, 4).offers(records, robots=2) is records
 
 
 def test_the_most_urgent_and_then_the_oldest_are_offered_first():
     records = [record("T1"), record("T2", 5), record("T3"), record("T4", 9)]
 
-    assert names(CandidateSelection(100, 100, 6, last).offers(records, robots=2)) == [
+    assert names(CandidateSelection(100, 100, 6).offers(records, robots=2)) == [
         "T4",
         "T2",
         "T1",
     ]
 
 
-def test_no_more_is_offered_than_a_few_rounds_can_give_out():
+def test_no_more_is_offered_than_a_few_rounds_can_award():
     records = [record(f"T{number}") for number in range(9)]
 
-    assert names(CandidateSelection(100, 2, 100, last).offers(records, robots=3)) == names(
-        records[:6]
-    )
+    assert names(CandidateSelection(100, 2, 100).offers(records, robots=3)) == names(records[:6])
 
 
-def test_what_is_offered_stays_alone_while_there_is_something_for_each_robot():
+def test_an_offer_stays_alone_while_it_has_a_task_for_each_robot():
     records = [record(f"T{number}") for number in range(9)]
-    reach = CandidateSelection(100, 2, 100, last)
+    selection = CandidateSelection(100, 2, 100)
 
-    assert names(reach.offers(records, 3, {"T2", "T4", "T6"})) == ["T2", "T4", "T6"]
-    assert names(reach.offers(records, 3, {"T2", "T4"})) == names(records[:6])
+    assert names(selection.offers(records, 3, {"T2", "T4", "T6"})) == ["T2", "T4", "T6"]
+    assert names(selection.offers(records, 3, {"T2", "T4"})) == names(records[:6])
 
 
-def test_a_call_to_many_robots_stays_until_half_of_it_is_given_out():
+def test_a_call_to_many_robots_stays_until_half_of_it_is_awarded():
     records = [record(f"T{number}") for number in range(9)]
-    reach = CandidateSelection(100, 4, 24, last)
+    selection = CandidateSelection(100, 4, 24)
 
-    assert names(reach.offers(records, 6, {"T2", "T4"})) == ["T2", "T4"]
-    assert names(reach.offers(records, 6, {"T2"})) == names(records[:4])
+    assert names(selection.offers(records, 6, {"T2", "T4"})) == ["T2", "T4"]
+    assert names(selection.offers(records, 6, {"T2"})) == names(records[:4])
 
 
 @pytest.mark.parametrize(("robots", "bundles"), [(1, 10), (10, 10), (20, 5), (50, 5), (2, 10)])
-def test_improving_asks_for_no_more_bids_than_a_call_may(robots, bundles):
-    assert CandidateSelection(10, 4, 100, last).max_bundles(robots) == bundles
+def test_a_reallocation_asks_for_no_more_bids_than_a_call_may(robots, bundles):
+    assert CandidateSelection(10, 4, 100).max_bundles(robots) == bundles
 
 
 def test_at_least_two_robots_offer_at_a_time():
-    assert CandidateSelection(100, 4, 4, last).max_bundles(50) == 2
+    assert CandidateSelection(100, 4, 4).max_bundles(50) == 2
 
 
-def test_something_more_urgent_is_offered_at_once():
+def test_a_more_urgent_task_is_offered_at_once():
     records = [record("T1"), record("T2", 5), record("T3"), record("T4", 5), record("T5", 9)]
-    reach = CandidateSelection(100, 2, 100, last)
+    selection = CandidateSelection(100, 2, 100)
 
-    assert names(reach.offers(records, 2, {"T2", "T4"})) == ["T5", "T2", "T4", "T1"]
-    assert names(reach.offers(records, 2, {"T2", "T4", "T5"})) == ["T5", "T2", "T4"]
+    assert names(selection.offers(records, 2, {"T2", "T4"})) == ["T5", "T2", "T4", "T1"]
+    assert names(selection.offers(records, 2, {"T2", "T4", "T5"})) == ["T5", "T2", "T4"]
 
 
 def test_one_task_is_offered_however_many_robots_there_are():
-    assert names(
-        CandidateSelection(100, 100, 6, last).offers([record("T1"), record("T2")], 1000)
-    ) == ["T1"]
+    assert names(CandidateSelection(100, 100, 6).offers([record("T1"), record("T2")], 1000)) == [
+        "T1"
+    ]
 
 
-def test_all_are_asked_where_they_are_not_too_many():
-    assert CandidateSelection(4, 100, 100, last).asked([record("T1")], FLEET) == FLEET
+def test_all_robots_of_a_small_fleet_are_asked():
+    assert CandidateSelection(4, 100, 100).asked([record("T1")], FLEET, last) == FLEET
 
 
 @pytest.mark.parametrize(
     ("most", "asked"), [(1, {"unheard"}), (2, {"near", "unheard"}), (3, FLEET - {"loaded"})]
 )
-def test_the_shortest_lists_are_asked_first_and_among_equals_the_nearest(most, asked):
-    assert (
-        CandidateSelection(most, 100, 100, last).asked(
-            [record("T1"), record("T2", place=-50.0)], FLEET
-        )
-        == asked
-    )
+def test_the_shortest_schedules_are_asked_first_and_among_equals_the_nearest(most, asked):
+    offers = [record("T1"), record("T2", place=-50.0)]
+
+    assert CandidateSelection(most, 100, 100).asked(offers, FLEET, last) == asked
 
 
-def test_what_those_that_were_asked_first_cannot_take_is_offered_to_all():
+def test_a_task_that_the_robots_asked_first_cannot_take_is_offered_to_all():
     hive = Hive(BlackboardSettings(most_asked=1))
     for name, place in (("near", 0.0), ("far", 50.0)):
         hive.add_robot(name, Pose(place, 0.0), charge=0.05 if name == "near" else 1.0)
@@ -124,7 +119,7 @@ def test_what_those_that_were_asked_first_cannot_take_is_offered_to_all():
     assert hive.record("T1").robot == "far"
 
 
-def test_a_long_list_is_given_out_call_by_call():
+def test_a_long_task_list_is_awarded_call_by_call():
     hive = Hive(BlackboardSettings(most_bids=4))
     for name in ("robot1", "robot2"):
         hive.add_robot(name, Pose(0.0, 0.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bids that the blackboard works out for robots are those that they would have made."""
+"""Bids that the blackboard works out are those that the robots would make."""
 
 import random
 from dataclasses import replace
@@ -33,7 +33,7 @@ OFFER = Broadcast(3, 7, ((Task("T1", TaskType.GA, (Pose(5.0, 0.0),)), 0),), roun
 
 
 class Fleet:
-    """A seeded robot with a list, and tasks that are offered to it."""
+    """A random robot with a schedule, and tasks that are offered to it."""
 
     def __init__(self, seed):
         self.draw = random.Random(seed)
@@ -88,13 +88,13 @@ class Fleet:
 
 
 def central(*tasks):
-    """Return what works bids out for a blackboard that knows some tasks."""
+    """Return the central office of a blackboard that knows some tasks."""
     records = {task.id: TaskRecord(task) for task in tasks}
     return Central(records.get, lambda _radius: EuclideanLengths(), lambda: NOW)
 
 
 @pytest.mark.parametrize("seed", range(200))
-def test_the_blackboard_works_out_the_very_bids_that_the_robot_would_make(seed):
+def test_the_blackboard_works_out_exactly_the_bids_that_the_robot_would_make(seed):
     fleet = Fleet(seed)
     made = fleet.respondent.answer(fleet.broadcast, fleet.pose, at_work=fleet.at_work)
     office = central(*fleet.tasks, *fleet.listed)
@@ -133,7 +133,7 @@ def test_a_robot_that_bids_itself_may_take_part():
         ({"tasks": (("T1", 2),)}, "is at step 2 of T1, which has fewer"),
     ],
 )
-def test_a_robot_that_tells_nonsense_of_itself_is_not_bid_for(change, words):
+def test_an_invalid_basis_is_refused(change, words):
     answer = Bids("robot1", 3, 7, (), 2, replace(BASIS, **change))
 
     with pytest.raises(BidRefusedError, match=words):

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Why a task went to whom: noted, kept, read again and worked out anew."""
+"""Decisions: noted, kept, read again and worked out by another cost model."""
 
 import json
+from dataclasses import asdict
 
 import pytest
 
-from blackboard.auction.advice import what_would_help
-from blackboard.auction.decision import Decision, from_plain, replayed, to_plain
+from blackboard.auction.decision import (
+    Decision,
+    from_plain,
+    replayed,
+    what_would_help,
+)
 from blackboard.auction.decision_log import ENDING, SqliteBook, read_decisions
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
 from blackboard.domain.task import Task, TaskType
@@ -32,7 +37,7 @@ def decision(task="T1", auction=1, **fields):
 def test_a_decision_survives_being_written_as_json():
     made = decision()
 
-    assert from_plain(json.loads(json.dumps(to_plain(made)))) == made
+    assert from_plain(json.loads(json.dumps(asdict(made)))) == made
 
 
 def test_the_decisions_on_a_task_are_read_from_all_files_of_a_folder_oldest_first(tmp_path):
@@ -46,7 +51,7 @@ def test_the_decisions_on_a_task_are_read_from_all_files_of_a_folder_oldest_firs
     assert found[1] == decision(auction=2)
 
 
-def test_a_book_goes_on_where_it_was_left(tmp_path):
+def test_a_log_continues_where_it_was_left(tmp_path):
     for number in (1, 2):
         book = SqliteBook(tmp_path / f"a{ENDING}")
         book.note([decision(auction=number)])
@@ -55,7 +60,7 @@ def test_a_book_goes_on_where_it_was_left(tmp_path):
     assert len(read_decisions(tmp_path, "T1")) == 2
 
 
-def test_the_oldest_decisions_make_way(tmp_path, monkeypatch):
+def test_the_oldest_decisions_are_deleted(tmp_path, monkeypatch):
     monkeypatch.setattr("blackboard.auction.decision_log.MAX_KEPT", 3)
     book = SqliteBook(tmp_path / f"a{ENDING}")
     for number in range(1, 6):
@@ -64,7 +69,7 @@ def test_the_oldest_decisions_make_way(tmp_path, monkeypatch):
     assert [each.auction for each in read_decisions(tmp_path, "T1")] == [3, 4, 5]
 
 
-def test_a_file_that_is_no_book_is_named(tmp_path):
+def test_a_file_that_is_no_decision_log_is_named(tmp_path):
     path = tmp_path / f"a{ENDING}"
     path.write_text("no database, but long enough to be looked at " * 10)
 
@@ -74,7 +79,7 @@ def test_a_file_that_is_no_book_is_named(tmp_path):
         SqliteBook(path)
 
 
-def test_a_book_that_cannot_be_written_says_so(tmp_path):
+def test_a_log_that_cannot_be_written_says_so(tmp_path):
     book = SqliteBook(tmp_path / f"a{ENDING}")
     book.close()
 
@@ -82,7 +87,7 @@ def test_a_book_that_cannot_be_written_says_so(tmp_path):
         book.note([decision()])
 
 
-def test_another_model_may_have_chosen_another():
+def test_another_cost_model_may_choose_another_robot():
     near_but_late = bid("robot1", 1.0, eta=100.0, energy_charge=0.1)
     far_but_soon = bid("robot2", 2.0, eta=10.0, energy_charge=0.5)
     made = Decision("T1", 1, 1, 1, 0.0, "robot1", bids=(near_but_late, far_but_soon))
@@ -94,7 +99,7 @@ def test_another_model_may_have_chosen_another():
     assert by_time[0].cost == pytest.approx(1000 * 10 / 610)
 
 
-def test_who_could_not_could_not_by_any_model():
+def test_a_robot_that_cannot_take_a_task_cannot_by_any_cost_model():
     made = decision()
 
     assert replayed(made, "time")[-1] == made.bids[1]
@@ -119,6 +124,6 @@ def test_what_would_help_follows_from_why_each_robot_is_excluded(exclusions, wor
     assert what_would_help(CARRY, bids) == words
 
 
-def test_an_exclusion_that_nobody_knows_helps_nobody():
+def test_an_unknown_exclusion_gives_no_advice():
     assert what_would_help(CARRY, [bid("robot1", MAX_COST, "whim")]) == ""
     assert Exclusion("") is Exclusion.NONE

@@ -15,13 +15,13 @@ BOTH = frozenset({"robot1", "robot2"})
 
 
 def held(name, robot, state=TaskState.ASSIGNED, tried=()):
-    """Return the record of a task on a robot's list."""
+    """Return the record of a task in a robot's schedule."""
     task = Task(name, TaskType.GA, (Pose(1.0, 1.0),))
     return TaskRecord(task, state, robot, assignment=1, tried=tried)
 
 
 def offer(record, **waiting):
-    """Return an offer with how much longer all would wait with each robot; None: it cannot."""
+    """Return an offer with the waiting time that each robot would add; None: it cannot."""
     return (record,), [
         Bid(robot, record.task.id, MAX_COST)
         if seconds is None
@@ -31,7 +31,7 @@ def offer(record, **waiting):
 
 
 def moved(offers, threshold=0.1, measure="waiting"):
-    """Return which tasks change hands, and to whom: those that go together in one text."""
+    """Return which tasks change hands, and to whom; each exchange is one text."""
     return [
         " ".join(f"{move.records[0].task.id}>{move.taker.robot_id}" for move in exchange)
         for exchange in exchanges(offers, MEASURES[measure], threshold)
@@ -39,27 +39,43 @@ def moved(offers, threshold=0.1, measure="waiting"):
 
 
 def names(bundles):
-    """Return the ids of what is offered: those of one piece in one text."""
+    """Return the ids of what is offered; each bundle is one text."""
     return [" ".join(record.task.id for record in bundle) for bundle in bundles]
 
 
-def reallocation(*records, threshold=0.1):
-    """Return what chooses among some records; lists are in the order of the names of tasks."""
-    shown = {record.robot: [] for record in records}
-    for record in sorted(records, key=lambda each: each.task.id):
-        shown[record.robot].append(record.task.id)
-    status = {
-        robot: RobotStatus(robot, RobotState.BUSY, Pose(0.0, 0.0), 1.0, tasks=tuple(tasks))
-        for robot, tasks in shown.items()
-    }
-    return Reallocation(lambda: records, status.get, "waiting", threshold)
+class Fleet:
+    """A reallocation that steps, among records held in the order of their tasks' names."""
+
+    def __init__(self, *records):
+        shown = {record.robot: [] for record in records}
+        for record in sorted(records, key=lambda each: each.task.id):
+            shown[record.robot].append(record.task.id)
+        self.statuses = {
+            robot: RobotStatus(robot, RobotState.BUSY, Pose(0.0, 0.0), 1.0, tasks=tuple(tasks))
+            for robot, tasks in shown.items()
+        }
+        self.records = records
+        self.reallocation = Reallocation("waiting", 0.1)
+
+    def offers(self, robots=BOTH, most=100):
+        self.reallocation, bundles = self.reallocation.next_step(
+            self.records, robots, self.statuses.get, most
+        )
+        return names(bundles)
+
+    def resume(self):
+        self.reallocation = self.reallocation.resume()
+
+    def decide(self, *offers):
+        self.reallocation, found = self.reallocation.decide(offers)
+        return found
 
 
-def test_a_task_moves_to_the_robot_with_which_all_wait_less():
+def test_a_task_moves_to_the_robot_with_which_all_tasks_wait_less():
     assert moved([offer(held("T1", "robot1"), robot1=10.0, robot2=5.0)]) == ["T1>robot2"]
 
 
-def test_a_task_stays_where_it_gains_no_more_than_the_threshold():
+def test_a_task_stays_if_it_gains_no_more_than_the_threshold():
     assert moved([offer(held("T1", "robot1"), robot1=10.0, robot2=9.0)]) == []
     assert moved([offer(held("T1", "robot1"), robot1=10.0, robot2=8.9)]) == ["T1>robot2"]
 
@@ -73,7 +89,7 @@ def test_two_tasks_are_swapped_together():
     assert moved(offers) == ["T1>robot2 T2>robot1"]
 
 
-def test_tasks_are_passed_on_in_a_chain_that_begins_with_who_takes_nothing():
+def test_a_chain_of_moves_begins_with_the_robot_that_takes_nothing():
     offers = [
         offer(held("T1", "robot1"), robot1=10.0, robot2=11.0, robot3=1.0),
         offer(held("T2", "robot2"), robot1=1.0, robot2=10.0, robot3=11.0),
@@ -95,7 +111,7 @@ def test_each_exchange_has_to_gain_enough_by_itself():
     assert moved(small + large) == ["T3>robot4 T4>robot3"]
 
 
-def test_no_robot_gets_two():
+def test_no_robot_gets_two_bundles():
     offers = [
         offer(held("T1", "robot1"), robot1=10.0, robot2=1.0, robot3=9.0),
         offer(held("T3", "robot3"), robot1=20.0, robot2=2.0, robot3=8.0),
@@ -105,7 +121,7 @@ def test_no_robot_gets_two():
     assert moved(offers) == ["T1>robot2"]
 
 
-def test_what_counts_is_what_the_fleet_makes_small():
+def test_only_the_fleet_s_measure_counts():
     far = Bid("robot1", "T1", 1.0, terms=CostTerms(0, 1, 1, way=9.0, eta=1, finish=50, waiting=1))
     near = Bid("robot2", "T1", 9.0, terms=CostTerms(0, 1, 1, way=1.0, eta=9, finish=90, waiting=9))
     here, there = ((held("T1", "robot1"),), [far, near]), ((held("T1", "robot2"),), [far, near])
@@ -117,7 +133,7 @@ def test_what_counts_is_what_the_fleet_makes_small():
     assert moved([there], measure="makespan") == ["T1>robot1"]
 
 
-def test_the_list_that_ends_last_counts_most():
+def test_the_makespan_counts_the_schedule_that_ends_last():
     def ends(task, robot, **finish):
         bids = [
             Bid(name, task, 1.0, terms=CostTerms(0, 1, 1, 0, 1, finish=end, waiting=0))
@@ -125,7 +141,7 @@ def test_the_list_that_ends_last_counts_most():
         ]
         return (held(task, robot),), bids
 
-    # All lists end earlier in sum, but the last one ends later.
+    # The schedules end earlier in sum, but the last one ends later.
     offers = [
         ends("T1", "robot1", robot1=100.0, robot2=40.0),
         ends("T2", "robot2", robot1=104.0, robot2=50.0),
@@ -145,29 +161,29 @@ def test_a_robot_that_cannot_or_has_tried_in_vain_gets_nothing():
     assert moved([offer(record, robot1=10.0, robot2=1.0)]) == []
 
 
-def test_a_robot_that_does_not_say_what_its_bid_is_made_of_gets_nothing():
+def test_a_robot_whose_bid_has_no_cost_terms_gets_nothing():
     bundle, bids = offer(held("T1", "robot1"), robot1=10.0)
 
     assert moved([(bundle, [*bids, Bid("robot2", "T1", 0.1)])]) == []
 
 
-def test_nothing_offered_nothing_moved():
+def test_nothing_moves_if_nothing_is_offered():
     assert moved([]) == []
 
 
-def steps(chooser, count, robots=BOTH, most=100):
-    """Return what is offered in so many steps, whether they gain or not."""
+def steps(fleet, count):
+    """Return what is offered in so many steps, as if each gained."""
     offered = []
     for _ in range(count):
-        offered.append(names(chooser.offers(robots, most)))
-        chooser.note_change()
+        offered.append(fleet.offers())
+        fleet.resume()
     return offered
 
 
-def test_robots_offer_a_piece_each_and_in_every_third_pass_one_of_them_only_takes():
-    chooser = reallocation(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
+def test_each_robot_offers_one_bundle_and_in_every_third_pass_only_takes():
+    fleet = Fleet(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
-    assert steps(chooser, 6) == [
+    assert steps(fleet, 6) == [
         ["T3"],  # the first pass begins with its second step
         ["T1 T2", "T3"],
         ["T2", "T3"],
@@ -177,87 +193,85 @@ def test_robots_offer_a_piece_each_and_in_every_third_pass_one_of_them_only_take
     ]
 
 
-def test_ends_of_lists_are_offered_in_the_order_in_which_the_robot_has_them():
+def test_ends_of_schedules_are_offered_in_the_robot_s_order():
     records = [held(name, "robot1") for name in ("T3", "T1", "T2")]
-    chooser = reallocation(*records, held("T4", "robot2"))
+    fleet = Fleet(*records, held("T4", "robot2"))
 
-    offered = {name for step in steps(chooser, 18) for name in step}
+    offered = {name for step in steps(fleet, 18) for name in step}
 
     assert offered == {"T1", "T2", "T3", "T1 T2 T3", "T2 T3", "T4"}
 
 
-def test_what_is_offered_as_one_is_of_one_priority():
+def test_a_bundle_has_one_priority():
     urgent = held("T1", "robot1")
     urgent = replace(urgent, task=replace(urgent.task, priority=5))
-    chooser = reallocation(
-        urgent, held("T2", "robot1"), held("T3", "robot1"), held("T4", "robot2")
-    )
+    fleet = Fleet(urgent, held("T2", "robot1"), held("T3", "robot1"), held("T4", "robot2"))
 
-    offered = {name for step in steps(chooser, 18) for name in step}
+    offered = {name for step in steps(fleet, 18) for name in step}
 
     assert "T2 T3" in offered
     assert not any(name.startswith("T1 ") for name in offered)
 
 
-def test_it_rests_when_all_was_offered_in_some_passes_without_a_gain():
-    chooser = reallocation(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
+def test_it_rests_after_some_passes_without_a_gain():
+    fleet = Fleet(held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"))
 
-    offered = [names(chooser.offers(BOTH, 100)) for _ in range(8)]
+    offered = [fleet.offers() for _ in range(8)]
 
     assert [] not in offered[:6]
     assert offered[6:] == [[], []]
 
 
-def test_of_a_large_fleet_others_offer_in_each_step_until_all_have():
+def test_other_robots_of_a_large_fleet_offer_in_each_step_until_all_have():
     robots = [f"robot{number}" for number in range(6)]
-    chooser = reallocation(*(held(f"T{number}", robot) for number, robot in enumerate(robots)))
+    fleet = Fleet(*(held(f"T{number}", robot) for number, robot in enumerate(robots)))
 
-    offered = [names(chooser.offers(frozenset(robots), 2)) for _ in range(10)]
+    offered = [fleet.offers(frozenset(robots), 2) for _ in range(10)]
 
     assert {name for step in offered for name in step} == {f"T{number}" for number in range(6)}
     assert all(len(step) <= 2 for step in offered)
     assert offered[9] == []
 
 
-def test_after_a_change_it_is_offered_again():
-    chooser = reallocation(held("T1", "robot1"))
+def test_it_begins_again_after_a_change():
+    fleet = Fleet(held("T1", "robot1"))
     for _ in range(3):
-        chooser.offers(BOTH, 100)
-    rests = chooser.offers(BOTH, 100) == []
-    chooser.note_change()
+        fleet.offers()
+    rests = fleet.offers() == []
+    fleet.resume()
 
     assert rests
-    assert names(chooser.offers(BOTH, 100)) == ["T1"]
+    assert fleet.offers() == ["T1"]
 
 
-def test_what_has_begun_is_not_offered_nor_what_a_robot_out_of_service_has():
-    chooser = reallocation(
+def test_neither_begun_tasks_nor_those_of_robots_out_of_service_are_offered():
+    fleet = Fleet(
         held("T1", "robot1", TaskState.STARTED), held("T2", "robot3"), held("T3", "robot2")
     )
 
-    assert names(chooser.offers(BOTH, 100)) == ["T3"]
+    assert fleet.offers() == ["T3"]
 
 
 def test_a_lone_robot_offers_nothing():
-    chooser = reallocation(held("T1", "robot1"))
+    fleet = Fleet(held("T1", "robot1"))
 
-    assert chooser.offers(frozenset({"robot1"}), 100) == []
+    assert fleet.offers(frozenset({"robot1"})) == []
 
 
-def test_in_each_pass_a_task_meets_another_one_of_the_next_robot():
-    chooser = reallocation(
+def test_in_each_pass_a_task_meets_another_of_the_next_robot():
+    fleet = Fleet(
         held("T1", "robot1"), held("T2", "robot1"), held("T3", "robot2"), held("T4", "robot2")
     )
 
-    met = {tuple(step) for step in steps(chooser, 40)}
+    met = {tuple(step) for step in steps(fleet, 40)}
 
     assert {("T1", "T3"), ("T1", "T4"), ("T2", "T3"), ("T2", "T4")} <= met
 
 
-def test_after_a_gain_it_goes_on():
-    chooser = reallocation(record := held("T1", "robot1"))
-    chooser.offers(BOTH, 100)
+def test_it_goes_on_after_a_gain():
+    fleet = Fleet(record := held("T1", "robot1"))
+    fleet.offers()
 
-    chooser.decide([offer(record, robot1=10.0, robot2=5.0)])
+    assert fleet.decide(offer(record, robot1=10.0, robot2=5.0))
 
-    assert names(chooser.offers(BOTH, 100)) == ["T1"]
+    assert fleet.offers() == ["T1"]

@@ -55,7 +55,7 @@ def test_the_parts_are_the_fewest_and_fit_as_many_robots_as_possible(payload, ca
 
 
 @given(st.floats(0.01, 1000.0), st.lists(st.floats(0.5, 100.0), min_size=1, max_size=6))
-def test_whatever_the_weights_the_parts_are_the_whole_and_can_be_carried(payload, capacities):
+def test_whatever_the_weights_the_parts_add_up_and_can_be_carried(payload, capacities):
     parts = shares(payload, capacities)
     strongest = math.floor(max(capacities) * 1000 + 1e-6) / 1000
 
@@ -64,7 +64,7 @@ def test_whatever_the_weights_the_parts_are_the_whole_and_can_be_carried(payload
     assert all(0 < part <= strongest + 1e-9 for part in parts)
 
 
-def test_a_part_is_the_same_task_with_a_share_of_the_weight():
+def test_a_part_is_the_same_task_with_a_share_of_the_payload():
     whole, *parts = divide(robot1=20.0)
 
     assert [part.task.id for part in parts] == ["T7.1", "T7.2", "T7.3"]
@@ -80,11 +80,11 @@ def test_every_part_can_be_carried_to_the_gram():
     assert [part.task.payload for part in parts] == [4.7, 4.7]
 
 
-def test_what_one_robot_could_carry_is_not_split():
+def test_a_task_that_one_robot_can_carry_is_not_split():
     assert divide(robot1=20.0, robot2=50.0) == ()
 
 
-def test_what_nobody_can_carry_any_of_is_not_split():
+def test_a_task_of_which_nobody_can_carry_any_part_is_not_split():
     assert divide(robot1=-1.0) == ()
 
 
@@ -141,17 +141,17 @@ def test_an_id_that_leaves_no_room_for_those_of_the_parts_is_not_split():
         ((CANCELLED, WAITING), FAILED, 0),
     ],
 )
-def test_the_whole_stands_as_its_parts_stand(parts, state, step):
+def test_the_state_of_the_whole_follows_its_parts(parts, state, step):
     whole = whole_of(*parts)
 
     assert (whole.state, whole.step) == (state, step)
 
 
-def test_the_whole_says_how_far_it_is():
+def test_the_whole_tells_its_progress():
     assert whole_of(DONE, STARTED, WAITING).reason == "1 of 3 parts done"
 
 
-def test_a_whole_that_failed_says_because_of_which_part():
+def test_a_failed_whole_names_the_part_that_failed():
     whole = whole_of(FAILED, STARTED, reason="no way")
 
     assert whole.reason == "its part T7.1 failed: no way; parts that have not ended go on"
@@ -162,7 +162,7 @@ def test_the_whole_is_done_with_its_last_part():
     assert whole_of(DONE, WAITING).eta == 0.0
 
 
-def test_what_has_ended_follows_its_parts_no_more():
+def test_an_ended_whole_no_longer_follows_its_parts():
     ended = replace(HEAVY, state=CANCELLED, parts=1)
 
     assert progress(ended, [replace(HEAVY, state=DONE)]) is ended
@@ -178,7 +178,7 @@ def test_the_whole_changes_together_with_its_part():
     assert (whole_after.task.id, whole_after.state, whole_after.step) == ("T7", STARTED, 1)
 
 
-def test_a_change_that_does_not_show_in_the_whole_leaves_it_alone():
+def test_a_change_that_does_not_show_in_the_whole_leaves_it_unchanged():
     whole, first, second = divide(robot1=25.0)
 
     waits = replace(first, reason="waits")
@@ -196,7 +196,7 @@ def test_a_part_that_is_split_again_carries_its_progress_up_to_the_whole():
     assert after == {"T7.1.1": DONE, "T7.1.2": DONE, "T7.1": DONE, "T7": DONE}
 
 
-def test_what_has_not_ended_is_found_on_every_level():
+def test_unfinished_parts_are_found_on_every_level():
     whole, first, second = divide(robot1=25.0)
     first, *halves = divide(first, robot1=12.5)
     known = by_id(whole, first, replace(second, state=DONE), *halves)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tasks on their way from robot to robot: given out together, or left to the next auction."""
+"""Tasks on their way from robot to robot: awarded together, or left to the next auction."""
 
 from dataclasses import replace
 
@@ -14,18 +14,27 @@ from hive_common.pose import Pose
 ALL = frozenset({"robot1", "robot2", "robot3"})
 
 
-class Lists:
-    """Where tasks stand, and who was asked to hand one back."""
+class Desk:
+    """A task list, and the transfers of its tasks that have begun."""
 
-    def __init__(self, *records):
-        self.records = {record.task.id: record for record in records}
-        self.recalled = []
+    def __init__(self, *exchanges):
+        moves = [move for exchange in exchanges for move in exchange]
+        self.list = {record.task.id: record for move in moves for record in move.records}
+        self.begin(*exchanges)
+
+    def begin(self, *exchanges):
+        transfers = getattr(self, "transfers", Transfers())
+        self.transfers = transfers.begin(exchanges, self.list.get)
+
+    def ready(self, in_service=ALL):
+        self.transfers, moves = self.transfers.ready(in_service, self.list.get)
+        return moves
 
     def hand_back(self, name):
         self.change(name, state=TaskState.WAITING, robot="")
 
     def change(self, name, **what):
-        self.records[name] = replace(self.records[name], **what)
+        self.list[name] = replace(self.list[name], **what)
 
 
 def move(name, giver, taker):
@@ -40,63 +49,54 @@ def swap():
 
 
 @pytest.fixture
-def lists(swap):
-    return Lists(*(each.records[0] for each in swap))
+def desk(swap):
+    return Desk(swap)
 
 
-@pytest.fixture
-def transfers(lists, swap):
-    over = Transfers(lists.records.get, lambda record: lists.recalled.append(record.task.id))
-    over.begin([swap])
-    return over
+def test_what_changes_hands_is_recalled_and_that_is_no_vain_try(desk, swap):
+    recalled = [record.task.id for record in desk.transfers.records]
+
+    assert recalled == ["T1", "T2"]
+    assert all(desk.transfers.has_recalled(each.records[0]) for each in swap)
+    assert not desk.transfers.has_recalled(replace(swap[0].records[0], assignment=2))
 
 
-def test_what_is_to_change_hands_is_asked_for_and_that_is_no_try_in_vain(transfers, lists, swap):
-    assert lists.recalled == ["T1", "T2"]
-    assert all(transfers.has_recalled(each.records[0]) for each in swap)
-    assert not transfers.has_recalled(replace(swap[0].records[0], assignment=2))
+def test_one_half_of_a_swap_is_kept_until_the_other_is_there(desk, swap):
+    desk.hand_back("T1")
+
+    assert desk.ready() == []
+    assert desk.transfers.task_ids == {"T1", "T2"}
+
+    desk.hand_back("T2")
+
+    assert desk.ready() == list(swap)
+    assert desk.transfers.task_ids == frozenset()
+    assert desk.ready() == []
 
 
-def test_one_half_of_a_swap_is_kept_until_the_other_is_there(transfers, lists, swap):
-    lists.hand_back("T1")
-
-    assert transfers.ready(ALL) == []
-    assert transfers.kept == {"T1", "T2"}
-
-    lists.hand_back("T2")
-
-    assert transfers.ready(ALL) == list(swap)
-    assert transfers.kept == frozenset()
-    assert transfers.ready(ALL) == []
-
-
-def test_what_is_taken_as_one_is_given_out_one_by_one_when_all_is_there(swap):
+def test_a_bundle_is_awarded_task_by_task_when_all_of_it_is_there(swap):
     bundle = swap[0]._replace(records=tuple(each.records[0] for each in swap))
-    lists = Lists(*bundle.records)
-    over = Transfers(lists.records.get, lambda _: None)
-    over.begin([(bundle,)])
-    lists.hand_back("T2")
+    desk = Desk((bundle,))
+    desk.hand_back("T2")
 
-    assert over.ready(ALL) == []
+    assert desk.ready() == []
 
-    lists.hand_back("T1")
+    desk.hand_back("T1")
 
-    assert over.ready(ALL) == [bundle]
+    assert desk.ready() == [bundle]
     assert [(bid.task_id, bid.robot_id) for bid in bundle.awards] == [
         ("T1", "robot2"),
         ("T2", "robot2"),
     ]
 
 
-def test_exchanges_do_not_wait_for_each_other(lists, swap):
+def test_exchanges_do_not_wait_for_each_other(swap):
     other = move("T3", "robot3", "robot3")
-    lists.records["T3"] = other.records[0]
-    over = Transfers(lists.records.get, lambda _: None)
-    over.begin([swap, (other,)])
-    lists.hand_back("T3")
+    desk = Desk(swap, (other,))
+    desk.hand_back("T3")
 
-    assert over.ready(ALL) == [other]
-    assert over.kept == {"T1", "T2"}
+    assert desk.ready() == [other]
+    assert desk.transfers.task_ids == {"T1", "T2"}
 
 
 @pytest.mark.parametrize(
@@ -106,49 +106,46 @@ def test_exchanges_do_not_wait_for_each_other(lists, swap):
         {"state": TaskState.CANCELLED},
         {"assignment": 2},
     ],
-    ids=["begun", "cancelled", "given out anew"],
+    ids=["begun", "cancelled", "assigned again"],
 )
-def test_nothing_is_kept_for_a_task_that_will_not_come(transfers, lists, change):
-    lists.hand_back("T1")
-    lists.change("T2", **change)
+def test_nothing_is_kept_for_a_task_that_will_not_come(desk, change):
+    desk.hand_back("T1")
+    desk.change("T2", **change)
 
-    assert transfers.ready(ALL) == []
-    assert transfers.kept == frozenset()
-
-
-def test_nothing_is_kept_for_a_task_that_the_hive_has_forgotten(transfers, lists):
-    del lists.records["T2"]
-
-    assert transfers.ready(ALL) == []
-    assert transfers.kept == frozenset()
+    assert desk.ready() == []
+    assert desk.transfers.task_ids == frozenset()
 
 
-def test_nothing_is_kept_for_a_robot_that_is_out_of_service(transfers, lists):
-    lists.hand_back("T1")
-    lists.hand_back("T2")
+def test_nothing_is_kept_for_a_task_that_the_hive_has_forgotten(desk):
+    del desk.list["T2"]
 
-    assert transfers.ready(ALL - {"robot1"}) == []
-    assert transfers.kept == frozenset()
-
-
-def test_nothing_is_kept_for_a_robot_that_has_won_something_else(transfers):
-    transfers.leave_out("robot3")
-    assert transfers.kept == {"T1", "T2"}
-
-    transfers.leave_out("robot2")
-    assert transfers.kept == frozenset()
+    assert desk.ready() == []
+    assert desk.transfers.task_ids == frozenset()
 
 
-def test_what_is_given_up_is_still_no_try_in_vain(transfers, swap):
-    transfers.give_up()
+def test_nothing_is_kept_for_a_robot_that_is_out_of_service(desk):
+    desk.hand_back("T1")
+    desk.hand_back("T2")
 
-    assert transfers.kept == frozenset()
-    assert transfers.has_recalled(swap[0].records[0])
+    assert desk.ready(ALL - {"robot1"}) == []
+    assert desk.transfers.task_ids == frozenset()
 
 
-def test_what_was_recalled_long_ago_is_not_remembered_for_ever(transfers, lists, swap):
-    lists.change("T1", assignment=2)
-    transfers.begin([])
+def test_nothing_is_kept_for_a_robot_that_has_won_something_else(desk):
+    assert desk.transfers.without_taker("robot3").task_ids == {"T1", "T2"}
+    assert desk.transfers.without_taker("robot2").task_ids == frozenset()
 
-    assert not transfers.has_recalled(swap[0].records[0])
-    assert transfers.has_recalled(swap[1].records[0])
+
+def test_what_is_given_up_is_still_no_vain_try(desk, swap):
+    given_up = desk.transfers.give_up()
+
+    assert given_up.task_ids == frozenset()
+    assert given_up.has_recalled(swap[0].records[0])
+
+
+def test_what_was_recalled_long_ago_is_not_remembered_for_ever(desk, swap):
+    desk.change("T1", assignment=2)
+    desk.begin()
+
+    assert not desk.transfers.has_recalled(swap[0].records[0])
+    assert desk.transfers.has_recalled(swap[1].records[0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the blackboard gives tasks out, with the test in the robots' place."""
+"""How the blackboard auctions tasks, with the test in the robots' place."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ ROUND = Task("T3", TaskType.GAB, (A, B))
 WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
-def test_all_that_waits_is_broadcast_with_the_step_to_begin_at():
+def test_a_call_offers_every_waiting_task_with_its_first_open_step():
     harness = BlackboardHarness()
     harness.join("robot1")
     harness.post(GO)
@@ -32,7 +32,7 @@ def test_all_that_waits_is_broadcast_with_the_step_to_begin_at():
     assert [step for _, step in harness.said(TASK_BROADCAST)[-1].tasks] == [0, 0]
 
 
-def test_the_auction_ends_as_soon_as_everyone_in_service_has_answered():
+def test_a_round_closes_as_soon_as_every_robot_in_service_has_answered():
     harness = BlackboardHarness()
     harness.join("robot1", "robot2")
     harness.status("robot3", RobotState.DEFECT)
@@ -46,7 +46,7 @@ def test_the_auction_ends_as_soon_as_everyone_in_service_has_answered():
     assert harness.network.now < 0.2
 
 
-def test_a_report_that_is_repeated_takes_no_bid_back():
+def test_a_repeated_report_does_not_withdraw_a_bid():
     harness = BlackboardHarness()
     harness.assign(GO, "robot2")
     harness.join("robot1", "robot2")
@@ -59,7 +59,7 @@ def test_a_report_that_is_repeated_takes_no_bid_back():
     assert harness.orders()[-1] == ("T3", "robot2")
 
 
-def test_the_auction_ends_at_the_bid_timeout_at_the_latest():
+def test_a_round_closes_at_the_bid_timeout_at_the_latest():
     harness = BlackboardHarness(bid_timeout=2.0)
     harness.join("robot1", "robot2")
     harness.post(GO)
@@ -72,7 +72,7 @@ def test_the_auction_ends_at_the_bid_timeout_at_the_latest():
     assert harness.orders() == [("T1", "robot1")]
 
 
-def test_an_assignment_is_said_with_robot_number_and_promise():
+def test_an_assignment_is_told_with_robot_number_and_predicted_time():
     harness = BlackboardHarness()
     harness.assign(GO)
 
@@ -108,7 +108,7 @@ def test_a_robot_that_was_slow_once_is_waited_for_again_when_it_has_answered():
     assert harness.orders() == [("T1", "robot1"), ("T2", "slow")]
 
 
-def test_if_all_are_slow_they_are_waited_for():
+def test_slow_robots_are_waited_for_if_all_are_slow():
     harness = BlackboardHarness(bid_timeout=2.0)
     harness.join("slow", "slower")
     harness.post(GO)
@@ -120,7 +120,7 @@ def test_if_all_are_slow_they_are_waited_for():
     assert harness.orders() == [("T2", "slower")]
 
 
-def test_several_tasks_are_spread_over_the_robots_one_in_each_round():
+def test_each_robot_wins_one_task_a_round():
     harness = BlackboardHarness()
     harness.join("robot1", "robot2")
     harness.post(GO)
@@ -149,7 +149,7 @@ def test_only_the_winner_is_asked_again_and_told_what_it_has_won():
     assert (asked.auction, asked.round) == (harness.said(TASK_BROADCAST)[-2].auction, 3)
 
 
-def test_a_robot_that_has_finished_a_task_meanwhile_is_asked_again():
+def test_a_robot_that_finishes_a_task_meanwhile_is_asked_again():
     harness = BlackboardHarness()
     harness.join("robot1", "robot2")
     harness.post(GO)
@@ -163,7 +163,7 @@ def test_a_robot_that_has_finished_a_task_meanwhile_is_asked_again():
     assert harness.said(TASK_BROADCAST)[-1].asked == {"robot1": "T2", "robot2": ""}
 
 
-def test_a_robot_that_is_out_of_service_gives_no_bid_that_counts():
+def test_bids_of_a_robot_out_of_service_do_not_count():
     harness = BlackboardHarness()
     harness.join("robot1")
     harness.status("robot2", RobotState.DEFECT)
@@ -175,7 +175,7 @@ def test_a_robot_that_is_out_of_service_gives_no_bid_that_counts():
     assert "is not in service" in harness.talker.warnings[0]
 
 
-def test_a_robot_that_breaks_down_after_its_bid_is_given_nothing():
+def test_a_robot_that_breaks_down_after_its_bid_wins_nothing():
     harness = BlackboardHarness()
     harness.join("robot1", "robot2")
     harness.post(GO)
@@ -186,7 +186,7 @@ def test_a_robot_that_breaks_down_after_its_bid_is_given_nothing():
     assert harness.orders() == [("T1", "robot1")]
 
 
-def test_the_most_urgent_task_is_given_first():
+def test_the_most_urgent_task_is_awarded_first():
     harness = BlackboardHarness()
     harness.post(GO, replace(CARRY, priority=9))
     harness.join("robot1")
@@ -203,7 +203,7 @@ def test_without_a_robot_a_task_waits_and_says_so():
     assert not harness.said(TASK_BROADCAST)
 
 
-def test_a_task_nobody_can_take_waits_with_every_robot_s_reason():
+def test_a_task_that_nobody_can_take_waits_with_the_reason_of_each_robot():
     harness = BlackboardHarness()
     harness.join("robot1", "robot2")
     harness.post(GO)

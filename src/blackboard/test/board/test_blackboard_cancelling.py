@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tasks that an operator takes off the list."""
+"""Tasks that an operator cancels."""
 
 import pytest
 
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     TASK_STATE,
 )
@@ -18,7 +19,7 @@ WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
 def in_state(state):
-    """Return a rig with a task in a state."""
+    """Return a harness with a task in a state."""
     harness = BlackboardHarness()
     if state is WAITING:
         harness.post(ROUND)
@@ -39,11 +40,11 @@ def test_an_open_task_can_be_cancelled_and_its_robot_is_told(state):
     record = harness.record(ROUND)
     assert (record.state, record.reason) == (CANCELLED, "cancelled by an operator")
     assert harness.states(ROUND)[-1][0] is CANCELLED
-    assert harness.orders(take_back=True) == ([] if state is WAITING else [("T3", "robot1")])
+    assert harness.orders(OrderKind.TAKE_BACK) == ([] if state is WAITING else [("T3", "robot1")])
 
 
 @pytest.mark.parametrize("state", [DONE, CANCELLED, FAILED])
-def test_a_task_that_has_ended_stays_as_it_is_and_that_is_said(state):
+def test_cancelling_an_ended_task_tells_its_state_again(state):
     harness = in_state(state)
     said = len(harness.states(ROUND))
     harness.cancel("T3")
@@ -52,7 +53,7 @@ def test_a_task_that_has_ended_stays_as_it_is_and_that_is_said(state):
     assert harness.states(ROUND)[said:] == [(state, "robot1")]
 
 
-def test_a_cancelled_task_is_not_given_to_who_bids_on_it():
+def test_a_cancelled_task_is_not_awarded_to_a_later_bid():
     harness = BlackboardHarness()
     harness.post(GO, CARRY)
     harness.join("robot1")
@@ -62,14 +63,14 @@ def test_a_cancelled_task_is_not_given_to_who_bids_on_it():
     assert harness.orders() == [("T2", "robot1")]
 
 
-def test_done_after_a_cancel_does_not_count():
+def test_a_done_report_after_a_cancel_does_not_count():
     harness = in_state(CANCELLED)
     harness.report("robot1", ROUND, DONE)
 
     assert harness.record(ROUND).state is CANCELLED
 
 
-def test_what_does_not_exist_cannot_be_cancelled():
+def test_an_unknown_task_cannot_be_cancelled():
     harness = BlackboardHarness()
     harness.cancel("never there")
 

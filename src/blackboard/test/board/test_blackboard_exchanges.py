@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How tasks that have not begun are exchanged, with the test in the robots' place."""
+"""How tasks that have not begun change hands, with the test in the robots' place."""
 
 import pytest
 
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import TASK_BROADCAST
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -16,7 +17,7 @@ WAITING, ASSIGNED, STARTED, *_ = TaskState
 
 @pytest.fixture
 def harness():
-    """Return a hive whose two robots have been told to swap what they have."""
+    """Return a harness whose two robots have been told to swap their tasks."""
     harness = BlackboardHarness(improve_period=1.0, order_timeout=2.0)
     harness.join("robot1", "robot2")
     harness.post(ONE)
@@ -36,12 +37,12 @@ def given(harness):
     return harness.orders()[2:]
 
 
-def test_what_is_to_change_hands_is_asked_for(harness):
+def test_tasks_that_change_hands_are_recalled(harness):
     assert harness.orders() == [("T1", "robot1"), ("T2", "robot2")]
-    assert harness.orders(take_back=True) == [("T1", "robot1"), ("T2", "robot2")]
+    assert harness.orders(OrderKind.HAND_BACK_UNBEGUN) == [("T1", "robot1"), ("T2", "robot2")]
 
 
-def test_a_swap_is_given_out_when_both_are_there_and_without_an_auction(harness):
+def test_a_swap_is_awarded_without_an_auction_once_both_tasks_are_back(harness):
     harness.report("robot1", ONE, WAITING)
     one_half = given(harness)
     harness.report("robot2", TWO, WAITING)
@@ -51,13 +52,13 @@ def test_a_swap_is_given_out_when_both_are_there_and_without_an_auction(harness)
     assert harness.offered == ["T1", "T2"]
     assert harness.record(ONE).assignment == harness.record(TWO).assignment == 2
     assert harness.record(ONE).tried == ()
-    assert [(each.task_id, each.winner, each.reason) for each in harness.book.decisions[2:]] == [
+    assert [(each.task_id, each.winner, each.reason) for each in harness.decisions[2:]] == [
         ("T1", "robot2", "exchanged: T1 from robot1 to robot2, T2 from robot2 to robot1"),
         ("T2", "robot1", "exchanged: T1 from robot1 to robot2, T2 from robot2 to robot1"),
     ]
 
 
-def test_where_the_other_half_has_begun_the_first_is_auctioned(harness):
+def test_one_half_of_a_swap_is_auctioned_if_the_other_has_begun(harness):
     harness.report("robot1", ONE, WAITING)
     harness.report("robot2", TWO, STARTED)
     harness.wait(2.0)
@@ -68,7 +69,7 @@ def test_where_the_other_half_has_begun_the_first_is_auctioned(harness):
     assert harness.record(TWO).robot == "robot2"
 
 
-def test_where_an_order_was_lost_the_other_half_is_auctioned_after_a_while(harness):
+def test_one_half_of_a_swap_is_auctioned_after_a_while_if_the_other_order_was_lost(harness):
     harness.report("robot1", ONE, WAITING)
     harness.wait(1.5)
     kept = given(harness)
@@ -78,7 +79,7 @@ def test_where_an_order_was_lost_the_other_half_is_auctioned_after_a_while(harne
     assert harness.offered == ["T1"]
 
 
-def test_a_new_task_is_given_out_at_once_and_its_winner_gets_nothing_in_exchange(harness):
+def test_a_new_task_is_awarded_at_once_and_its_winner_drops_out_of_the_swap(harness):
     harness.report("robot1", ONE, WAITING)
     harness.post(NEW)
     harness.bid("robot1", T3=9.0)
@@ -97,7 +98,7 @@ def test_nothing_else_is_offered_while_an_exchange_is_under_way(harness):
     assert harness.offered == before == ["T1", "T2"]
 
 
-def test_a_cancelled_half_leaves_the_other_one_to_an_auction(harness):
+def test_one_half_of_a_swap_is_auctioned_if_the_other_is_cancelled(harness):
     harness.report("robot1", ONE, WAITING)
     harness.cancel("T2")
     harness.wait(2.0)
@@ -105,7 +106,7 @@ def test_a_cancelled_half_leaves_the_other_one_to_an_auction(harness):
     assert harness.offered == ["T1"]
 
 
-def test_ends_of_lists_are_exchanged_as_a_whole():
+def test_ends_of_schedules_are_exchanged_as_bundles():
     harness = BlackboardHarness(improve_period=1.0)
     harness.join("robot1", "robot2")
     for task, winner in ((ONE, "robot1"), (TWO, "robot1"), (NEW, "robot2")):
@@ -127,7 +128,7 @@ def test_ends_of_lists_are_exchanged_as_a_whole():
 
 
 def offering():
-    """Return a hive whose two robots have just been offered what each of them has."""
+    """Return a harness whose two robots have just been offered each other's tasks."""
     harness = BlackboardHarness(improve_period=1.0)
     harness.join("robot1", "robot2")
     for task, winner in ((ONE, "robot1"), (TWO, "robot2")):
@@ -138,7 +139,7 @@ def offering():
     return harness
 
 
-def test_a_new_task_does_not_wait_for_an_improvement():
+def test_a_new_task_does_not_wait_for_a_reallocation():
     harness = offering()
     assert harness.offered == ["T1", "T2"]
 
@@ -147,7 +148,7 @@ def test_a_new_task_does_not_wait_for_an_improvement():
     assert harness.offered == ["T3"]
 
 
-def test_answers_to_an_improvement_that_has_made_way_change_nothing_and_are_no_fault():
+def test_late_bids_on_a_dropped_reallocation_are_ignored_without_a_refusal():
     harness = offering()
     improvement = harness.said(TASK_BROADCAST)[-1].auction
     harness.post(NEW)
@@ -160,7 +161,7 @@ def test_answers_to_an_improvement_that_has_made_way_change_nothing_and_are_no_f
     assert harness.talker.warnings == []
 
 
-def test_of_a_large_fleet_only_some_offer_what_they_have_at_a_time():
+def test_only_some_robots_of_a_large_fleet_offer_their_tasks_at_a_time():
     harness = BlackboardHarness(improve_period=1.0, most_bids=8)
     robots = [f"robot{number}" for number in range(1, 5)]
     harness.join(*robots)

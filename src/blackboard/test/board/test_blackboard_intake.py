@@ -16,7 +16,7 @@ GO = Task("T1", TaskType.GA, (A,), priority=3)
 WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
-def test_a_good_task_is_taken_in_and_said_to_wait():
+def test_a_valid_task_enters_the_list_and_waits():
     harness = BlackboardHarness()
     harness.post(GO)
 
@@ -25,7 +25,7 @@ def test_a_good_task_is_taken_in_and_said_to_wait():
     assert (update.step, update.steps, update.epoch) == (0, 1, 1)
 
 
-def test_a_bad_task_is_rejected_with_the_reason_and_never_enters_the_list():
+def test_an_invalid_task_is_rejected_with_the_reason_and_never_enters_the_list():
     harness = BlackboardHarness()
     harness.post(replace(GO, goals=(Pose(2.05, 1.0),)))
 
@@ -35,7 +35,7 @@ def test_a_bad_task_is_rejected_with_the_reason_and_never_enters_the_list():
     assert harness.record(GO) is None
 
 
-def test_only_the_beginning_of_a_name_that_is_too_long_is_repeated():
+def test_an_id_that_is_too_long_is_repeated_only_in_part():
     harness = BlackboardHarness()
     harness.post(replace(GO, id="x" * 100_000))
 
@@ -44,14 +44,14 @@ def test_only_the_beginning_of_a_name_that_is_too_long_is_repeated():
     assert len(update.task_id) == 64
 
 
-def test_goals_that_will_not_be_visited_are_said():
+def test_goals_that_will_not_be_visited_are_named():
     harness = BlackboardHarness()
     harness.post(replace(GO, goals=(A, B)))
 
     assert "not used" in harness.said(TASK_STATE)[0].reason
 
 
-def test_the_same_task_again_repeats_where_it_stands():
+def test_posting_the_same_task_again_tells_its_state():
     harness = BlackboardHarness()
     harness.assign(GO)
     harness.post(replace(GO, posted=99.0))
@@ -70,7 +70,7 @@ def test_a_done_task_posted_again_is_still_done_and_not_done_again():
     assert len(harness.said(TASK_BROADCAST)) == 1
 
 
-def test_another_task_by_a_taken_name_is_refused_and_the_first_goes_on():
+def test_another_task_with_a_taken_id_is_refused_and_the_first_goes_on():
     harness = BlackboardHarness()
     harness.assign(GO)
     harness.post(replace(GO, priority=4))

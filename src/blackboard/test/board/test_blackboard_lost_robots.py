@@ -14,7 +14,7 @@ GO = Task("T1", TaskType.GA, (A,), priority=3)
 WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
-def test_a_robot_that_falls_silent_is_said_to_be_offline_and_its_tasks_wait_for_another():
+def test_a_silent_robot_is_told_to_be_offline_and_its_tasks_wait_for_another():
     harness = BlackboardHarness(reassign=5.0)
     harness.assign(GO)
     harness.wait(6.1)
@@ -24,7 +24,7 @@ def test_a_robot_that_falls_silent_is_said_to_be_offline_and_its_tasks_wait_for_
     assert (harness.record(GO).state, harness.record(GO).robot) == (WAITING, "")
 
 
-def test_a_robot_that_is_back_without_its_task_is_given_it_again():
+def test_a_robot_that_comes_back_without_its_task_is_ordered_again():
     harness = BlackboardHarness(reassign=5.0, order_timeout=2.0)
     harness.assign(GO)
     harness.wait(4.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tasks that nobody can take, and answers that do not count."""
+"""Tasks that nobody can take, and bids that do not count."""
 
 import math
 
@@ -21,7 +21,7 @@ WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
 def nobody_can():
-    """Return a rig on which robot1 cannot take a task now."""
+    """Return a harness on which robot1 cannot take a task now."""
     harness = BlackboardHarness(retry_period=30.0)
     harness.status("robot1", tasks=["T0"])
     harness.post(GO)
@@ -30,7 +30,7 @@ def nobody_can():
 
 
 def busy_seconds(harness, seconds):
-    """Let time pass while robot1 says every second that it is still at work."""
+    """Let time pass while robot1 tells every second that it is still at work."""
     for _ in range(seconds):
         harness.wait(1.0)
         harness.status("robot1", tasks=["T0"])
@@ -72,7 +72,7 @@ def test_a_change_while_the_auction_is_open_is_not_lost():
     assert len(harness.said(TASK_BROADCAST)) == 2
 
 
-def test_a_robot_that_changes_while_the_auction_is_open_bids_again_alone_and_then_it_rests():
+def test_a_robot_that_improves_while_the_auction_is_open_bids_again_alone_and_then_it_rests():
     harness = BlackboardHarness()
     harness.status("robot1", tasks=["T0"])
     harness.join("robot2")
@@ -108,7 +108,7 @@ def test_another_task_is_auctioned_without_the_one_nobody_can_take():
     ],
     ids=str,
 )
-def test_a_bad_answer_is_refused_and_gives_nobody_anything(answer):
+def test_an_invalid_answer_is_refused_and_wins_nothing(answer):
     harness = BlackboardHarness()
     harness.join("robot1", "robot2")
     harness.post(GO)

@@ -4,6 +4,7 @@
 import pytest
 
 from blackboard.domain.bid import MAX_COST
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     SYNC,
     TASK_ASSIGN,
@@ -20,7 +21,7 @@ ROUND = Task("T3", TaskType.GAB, (A, B))
 WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
-def test_an_order_that_the_robot_did_not_hear_is_given_again():
+def test_a_lost_order_is_repeated():
     harness = BlackboardHarness(order_timeout=2.0)
     harness.assign(GO)
     harness.wait(1.0)
@@ -31,7 +32,7 @@ def test_an_order_that_the_robot_did_not_hear_is_given_again():
     assert harness.orders() == [("T1", "robot1"), ("T1", "robot1")]
 
 
-def test_an_order_that_the_robot_has_on_its_list_is_not_given_again():
+def test_an_order_that_the_robot_s_status_shows_is_not_repeated():
     harness = BlackboardHarness(order_timeout=2.0)
     harness.assign(GO)
     for _ in range(5):
@@ -41,7 +42,7 @@ def test_an_order_that_the_robot_has_on_its_list_is_not_given_again():
     assert harness.orders() == [("T1", "robot1")]
 
 
-def test_what_is_done_is_not_ordered_again():
+def test_a_done_task_is_not_ordered_again():
     harness = BlackboardHarness(order_timeout=2.0)
     harness.assign(GO)
     harness.report("robot1", GO, DONE)
@@ -51,7 +52,7 @@ def test_what_is_done_is_not_ordered_again():
     assert harness.orders() == [("T1", "robot1")]
 
 
-def test_what_its_robot_reports_is_written_down_and_not_said_again():
+def test_a_robot_s_report_changes_the_list_and_is_not_told_again():
     harness = BlackboardHarness()
     harness.assign(CARRY)
     harness.report("robot1", CARRY, STARTED, step=1, eta=33.0)
@@ -61,7 +62,7 @@ def test_what_its_robot_reports_is_written_down_and_not_said_again():
     assert harness.states(CARRY) == [(WAITING, ""), (ASSIGNED, "robot1"), (STARTED, "robot1")]
 
 
-def test_a_report_that_comes_late_does_not_undo_a_step():
+def test_a_late_report_does_not_undo_a_step():
     harness = BlackboardHarness()
     harness.assign(CARRY)
     harness.report("robot1", CARRY, STARTED, step=2)
@@ -79,7 +80,7 @@ def test_done_is_done():
 
 
 @pytest.mark.parametrize("state", [WAITING, STARTED, FAILED])
-def test_what_another_robot_reports_changes_nothing(state):
+def test_a_report_of_another_robot_changes_nothing(state):
     harness = BlackboardHarness()
     harness.assign(GO)
     harness.report("robot2", GO, state)
@@ -88,7 +89,7 @@ def test_what_another_robot_reports_changes_nothing(state):
 
 
 @pytest.mark.parametrize("state", [WAITING, STARTED, FAILED])
-def test_what_is_reported_on_an_earlier_assignment_changes_nothing(state):
+def test_a_report_on_an_earlier_assignment_changes_nothing(state):
     harness = BlackboardHarness()
     harness.assign(GO)
     harness.report("robot1", GO, WAITING)
@@ -99,7 +100,7 @@ def test_what_is_reported_on_an_earlier_assignment_changes_nothing(state):
 
 
 @pytest.mark.parametrize("state", [REJECTED, CANCELLED, ASSIGNED])
-def test_what_is_not_a_robot_s_to_say_changes_nothing(state):
+def test_a_state_that_robots_do_not_report_changes_nothing(state):
     harness = BlackboardHarness()
     harness.assign(GO)
     harness.report("robot1", GO, STARTED)
@@ -108,14 +109,14 @@ def test_what_is_not_a_robot_s_to_say_changes_nothing(state):
     assert harness.record(GO).state is STARTED
 
 
-def test_a_report_on_a_task_nobody_knows_is_no_task():
+def test_a_report_on_an_unknown_task_adds_no_task():
     harness = BlackboardHarness()
     harness.report("robot1", GO, DONE)
 
     assert harness.record(GO) is None
 
 
-def test_done_is_believed_from_a_robot_that_has_lost_the_task_and_the_other_is_stopped():
+def test_a_done_report_of_a_robot_that_lost_the_task_counts_and_the_other_robot_is_stopped():
     harness = BlackboardHarness()
     harness.assign(GO)
     harness.report("robot1", GO, WAITING)
@@ -128,7 +129,7 @@ def test_done_is_believed_from_a_robot_that_has_lost_the_task_and_the_other_is_s
     harness.report("robot1", GO, DONE, assignment=1)
 
     assert (harness.record(GO).state, harness.record(GO).robot) == (DONE, "robot1")
-    assert harness.orders(take_back=True) == [("T1", "robot2")]
+    assert harness.orders(OrderKind.TAKE_BACK) == [("T1", "robot2")]
 
 
 def test_a_task_that_is_handed_back_is_auctioned_again_at_once():
@@ -155,7 +156,7 @@ def test_the_next_robot_goes_on_where_a_round_was_left_and_begins_a_pick_anew():
     assert steps == {"T3": 1, "T2": 0}
 
 
-def test_a_step_that_a_task_does_not_have_is_taken_for_its_last():
+def test_a_step_beyond_the_last_counts_as_the_last():
     harness = BlackboardHarness()
     harness.assign(ROUND)
     harness.report("robot1", ROUND, WAITING, step=200)
@@ -164,7 +165,7 @@ def test_a_step_that_a_task_does_not_have_is_taken_for_its_last():
     assert harness.said(TASK_ASSIGN)[-1].step == 2
 
 
-def test_a_task_that_robots_keep_handing_back_is_given_up():
+def test_a_task_that_robots_keep_handing_back_fails():
     harness = BlackboardHarness(most_hand_backs=3)
     harness.assign(GO)
     for assignment in (1, 2, 3):
@@ -188,7 +189,7 @@ def test_a_task_whose_load_is_on_board_stays_failed():
     assert len(harness.said(TASK_BROADCAST)) == 1
 
 
-def test_a_report_that_is_repeated_is_answered_with_the_list_again():
+def test_a_repeated_report_is_answered_with_the_list_again():
     harness = BlackboardHarness()
     harness.assign(GO)
     harness.report("robot1", GO, DONE)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What has ended is forgotten in the end."""
+"""How the blackboard forgets ended tasks."""
 
 from dataclasses import replace
 
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     TASK_ASSIGN,
 )
@@ -16,7 +17,7 @@ WAITING, ASSIGNED, STARTED, DONE, REJECTED, CANCELLED, FAILED = TaskState
 
 
 def forgotten(**settings):
-    """Return a rig that has forgotten a task which robot1 has done."""
+    """Return a harness that has forgotten a task done by robot1."""
     harness = BlackboardHarness(keep_ended=30.0, **settings)
     harness.assign(GO)
     harness.report("robot1", GO, DONE)
@@ -27,7 +28,7 @@ def forgotten(**settings):
     return harness
 
 
-def test_a_task_that_has_ended_leaves_the_list_after_its_time():
+def test_an_ended_task_leaves_the_list_after_its_time():
     harness = BlackboardHarness(keep_ended=30.0)
     harness.post(GO)
     harness.cancel("T1")
@@ -38,12 +39,12 @@ def test_a_task_that_has_ended_leaves_the_list_after_its_time():
     assert harness.record(GO) is None
 
 
-def test_a_robot_that_reports_on_a_forgotten_task_is_told_to_report_no_more():
+def test_a_robot_that_reports_on_a_forgotten_task_is_told_to_stop_reporting():
     harness = forgotten()
     harness.report("robot1", GO, DONE)
 
     order = harness.said(TASK_ASSIGN)[-1]
-    assert (order.robot_id, order.forgotten, order.take_back) == ("robot1", True, True)
+    assert (order.robot_id, order.kind) == ("robot1", OrderKind.FORGOTTEN)
     assert (order.task.id, order.assignment) == ("T1", 1)
     assert harness.record(GO) is None
 
@@ -52,10 +53,10 @@ def test_a_robot_that_has_a_forgotten_task_on_its_list_is_told_to_drop_it():
     harness = forgotten()
     harness.status("robot1", tasks=["T1"])
 
-    assert harness.said(TASK_ASSIGN)[-1].forgotten
+    assert harness.said(TASK_ASSIGN)[-1].kind is OrderKind.FORGOTTEN
 
 
-def test_an_id_that_is_forgotten_may_be_used_again_for_another_task():
+def test_the_id_of_a_forgotten_task_may_be_used_for_another():
     harness = forgotten()
     harness.post(replace(GO, goals=(B,)))
     harness.bid("robot1", T1=1.0)
@@ -64,20 +65,20 @@ def test_an_id_that_is_forgotten_may_be_used_again_for_another_task():
     assert harness.said(TASK_ASSIGN)[-1].assignment == 2
 
 
-def test_a_late_report_on_a_forgotten_task_says_nothing_of_another_one_of_its_id():
+def test_a_late_report_on_a_forgotten_task_does_not_count_for_another_with_its_id():
     harness = forgotten()
     harness.post(GO)
     harness.bid("robot1", T1=1.0)
     harness.report("robot1", GO, DONE, assignment=1)
 
     assert harness.record(GO).state is ASSIGNED
-    assert harness.said(TASK_ASSIGN)[-1].forgotten
+    assert harness.said(TASK_ASSIGN)[-1].kind is OrderKind.FORGOTTEN
 
     harness.report("robot1", GO, DONE, assignment=2)
     assert harness.record(GO).state is DONE
 
 
-def test_a_forgotten_task_cannot_be_cancelled_and_the_reason_is_said():
+def test_cancelling_a_forgotten_task_is_refused_with_the_reason():
     harness = forgotten()
     harness.cancel("T1")
 

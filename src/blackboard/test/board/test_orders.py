@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Orders, and how lost ones are made good."""
+"""Orders, and how lost ones are repeated."""
 
 from dataclasses import replace
 
 from blackboard.board.orders import Orders
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import Order, TaskRecord
+from blackboard.domain.record import Order, OrderKind, TaskRecord
 from blackboard.domain.talker import TASK_ASSIGN
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -18,21 +18,21 @@ STATUS = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), 1.0)
 
 
 class Desk:
-    """Orders with a list behind them, and what was said."""
+    """Orders for the tasks of a list, and what was said."""
 
     def __init__(self, record=HELD):
         self.network = Network()
         talker = NetworkTalker(self.network, "blackboard")
-        self.backup = lone_node(talker)
-        self.backup.start()
-        self.backup.commit((record,), lambda: None)
-        self.orders = Orders(talker, self.backup, timeout=2.0)
+        self.node = lone_node(talker)
+        self.node.start()
+        self.node.commit((record,), lambda: None)
+        self.orders = Orders(talker, self.node, timeout=2.0)
 
     def said(self):
         return [message for topic, message in self.network.heard if topic == TASK_ASSIGN]
 
 
-def test_an_order_says_who_does_what_from_which_step_by_which_assignment():
+def test_an_order_names_robot_task_first_step_and_assignment():
     desk = Desk()
     desk.orders.give(HELD)
 
@@ -49,7 +49,7 @@ def test_a_status_that_shows_the_task_answers_the_order():
     assert len(desk.said()) == 1
 
 
-def test_a_robot_gets_time_to_hear_an_order():
+def test_an_order_is_not_repeated_before_its_timeout():
     desk = Desk()
     desk.orders.give(HELD)
     desk.network.run(2.0)
@@ -59,7 +59,7 @@ def test_a_robot_gets_time_to_hear_an_order():
     assert len(desk.said()) == 1
 
 
-def test_an_order_that_the_status_does_not_show_in_time_is_given_again():
+def test_an_order_that_the_status_does_not_show_in_time_is_repeated():
     desk = Desk()
     desk.orders.give(HELD)
     desk.network.run(2.1)
@@ -80,10 +80,10 @@ def test_another_robot_s_status_says_nothing_about_an_order():
     assert len(desk.said()) == 1
 
 
-def test_an_order_is_given_again_as_the_task_stands_now():
+def test_a_repeated_order_has_the_task_s_present_step():
     desk = Desk()
     desk.orders.give(HELD)
-    desk.backup.commit((replace(HELD, step=2),), lambda: None)
+    desk.node.commit((replace(HELD, step=2),), lambda: None)
     desk.network.run(2.1)
 
     desk.orders.compare(STATUS)
@@ -91,7 +91,7 @@ def test_an_order_is_given_again_as_the_task_stands_now():
     assert desk.said()[-1].step == 2
 
 
-def test_what_no_robot_has_to_have_any_more_is_not_ordered_again():
+def test_an_order_for_a_task_that_no_robot_holds_is_not_repeated():
     desk = Desk()
     desk.orders.give(HELD)
     desk.orders.forget("T1")
@@ -105,21 +105,21 @@ def test_what_no_robot_has_to_have_any_more_is_not_ordered_again():
 
 def test_a_task_is_taken_back_from_the_robot_that_has_it():
     desk = Desk()
-    desk.orders.take_back(HELD)
+    desk.orders.send(HELD, OrderKind.TAKE_BACK)
 
     assert desk.said() == [
-        Order(TASK, "robot1", take_back=True, step=1, epoch=1, assignment=3, hive="hive1")
+        Order(TASK, "robot1", OrderKind.TAKE_BACK, step=1, epoch=1, assignment=3, hive="hive1")
     ]
 
 
-def test_a_task_that_nobody_has_is_not_taken_back():
+def test_a_task_that_no_robot_has_is_not_taken_back():
     desk = Desk()
-    desk.orders.take_back(replace(HELD, robot=""))
+    desk.orders.send(replace(HELD, robot=""), OrderKind.TAKE_BACK)
 
     assert not desk.said()
 
 
-def test_it_is_known_what_a_robot_has_to_have():
+def test_the_tasks_that_a_robot_holds_are_known():
     desk = Desk()
     desk.orders.give(HELD)
 

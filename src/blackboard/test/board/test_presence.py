@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.board.presence import Presence
+from blackboard.board.watch import Presence
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from hive_common.pose import Pose
 
@@ -14,12 +14,12 @@ TIMEOUT = 5.0
 
 
 def changes(*statuses):
-    """Return what each of some statuses, one a second, is taken for."""
+    """Return for each of some statuses, one a second, whether the robot may bid better."""
     presence = Presence(TIMEOUT)
     return [presence.hear(status, float(now)) for now, status in enumerate(statuses)]
 
 
-def test_a_robot_that_says_it_takes_tasks_is_in_service():
+def test_a_robot_that_takes_tasks_is_in_service():
     presence = Presence(TIMEOUT)
     presence.hear(IDLE, 0.0)
     presence.hear(replace(IDLE, robot_id="robot2", state=RobotState.BUSY), 0.0)
@@ -29,31 +29,31 @@ def test_a_robot_that_says_it_takes_tasks_is_in_service():
     assert presence.in_service() == {"robot1", "robot2"}
 
 
-def test_a_new_robot_is_a_change_if_it_is_in_service():
+def test_a_new_robot_may_bid_better_if_it_is_in_service():
     assert changes(IDLE) == [True]
     assert changes(replace(IDLE, state=RobotState.DEFECT)) == [False]
 
 
-def test_the_same_status_again_is_no_change():
+def test_a_repeated_status_changes_nothing():
     assert changes(IDLE, IDLE, IDLE) == [True, False, False]
 
 
 @pytest.mark.parametrize("out", [RobotState.DEFECT, RobotState.CHARGING])
-def test_a_robot_that_comes_back_into_service_is_a_change_and_one_that_leaves_is_none(out):
+def test_a_robot_may_bid_better_when_it_returns_to_service_but_not_when_it_leaves(out):
     assert changes(IDLE, replace(IDLE, state=out), IDLE) == [True, False, True]
 
 
-def test_a_task_that_has_left_the_list_is_a_change_and_one_that_came_is_none():
+def test_a_robot_may_bid_better_when_it_loses_a_task_but_not_when_it_gets_one():
     one, two = replace(IDLE, tasks=("T1",)), replace(IDLE, tasks=("T1", "T2"))
 
     assert changes(IDLE, one, two, one, IDLE) == [True, False, False, True, True]
 
 
-def test_a_task_that_has_left_is_seen_even_if_another_has_come():
+def test_a_lost_task_is_noticed_even_if_another_came():
     assert changes(replace(IDLE, tasks=("T1",)), replace(IDLE, tasks=("T2",))) == [True, True]
 
 
-def test_only_a_charge_that_matters_is_a_change():
+def test_only_a_substantial_charge_is_a_change():
     levels = [0.50, 0.54, 0.56, 0.60, 0.62]
 
     assert changes(*(replace(IDLE, charge=level) for level in levels)) == [
@@ -65,7 +65,7 @@ def test_only_a_charge_that_matters_is_a_change():
     ]
 
 
-def test_charging_is_counted_from_the_lowest_level():
+def test_charging_counts_from_the_lowest_level():
     levels = [0.50, 0.20, 0.24, 0.26]
 
     assert changes(*(replace(IDLE, charge=level) for level in levels)) == [
@@ -76,7 +76,7 @@ def test_charging_is_counted_from_the_lowest_level():
     ]
 
 
-def test_a_robot_that_is_silent_for_too_long_is_offline_once():
+def test_a_robot_that_is_silent_for_too_long_is_marked_offline_once():
     presence = Presence(TIMEOUT)
     presence.hear(IDLE, 0.0)
 
@@ -88,7 +88,7 @@ def test_a_robot_that_is_silent_for_too_long_is_offline_once():
     assert not presence.in_service()
 
 
-def test_a_robot_that_is_heard_again_is_back_in_service_and_a_change():
+def test_a_robot_that_is_heard_again_is_back_in_service():
     presence = Presence(TIMEOUT)
     presence.hear(IDLE, 0.0)
     presence.fall_silent(6.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The book of what a member refuses to take in."""
+"""How refused messages are counted and said."""
 
 from blackboard.board.refusals import MAX_REASONS, OTHERS, Refusals
 
@@ -15,7 +15,7 @@ def test_a_reason_is_said_once_and_counted_each_time():
     assert book.total == 9
 
 
-def test_a_reason_that_comes_again_and_again_is_said_with_growing_gaps():
+def test_a_reason_that_repeats_is_said_with_growing_gaps():
     said = []
     book = Refusals(said.append)
     for _ in range(1000):
@@ -40,7 +40,7 @@ def test_many_different_reasons_neither_fill_the_memory_nor_the_log():
     assert book.by_topic() == {"task_state": 10_000}
 
 
-def test_a_reason_that_repeats_ten_megabytes_is_cut():
+def test_a_reason_that_quotes_ten_megabytes_is_cut():
     said = []
     Refusals(said.append).refuse("task_state", "x" * 10_000_000)
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which ended tasks the list does without, and when."""
+"""Which ended tasks are forgotten, and when."""
 
 import pytest
 
-from blackboard.board.retention import MAX_AT_ONCE, SHORTEST, Retention
+from blackboard.board.retention import MAX_AT_ONCE, MIN_KEPT, Retention
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -18,7 +18,7 @@ def record(name, state=DONE, parent="", parts=0, assignment=1):
 
 
 class Desk:
-    """A list that is committed, unless it is said otherwise, and what of it is to be forgotten."""
+    """A log, committed unless said otherwise, and what of it is to be forgotten."""
 
     def __init__(self, *records, keep=60.0, most=500):
         self.log = Log.of(Snapshot(Position(1, 1)))
@@ -35,20 +35,20 @@ class Desk:
 
 
 @pytest.mark.parametrize("state", [DONE, CANCELLED, FAILED])
-def test_what_has_ended_is_forgotten_once_it_was_kept_for_its_time(state):
+def test_an_ended_task_is_forgotten_after_its_time(state):
     desk = Desk(record("T1", state))
 
     assert [desk.due(now) for now in (100.0, 159.9, 160.0)] == [(), (), ("T1",)]
 
 
 @pytest.mark.parametrize("state", [WAITING, STARTED])
-def test_what_has_not_ended_is_never_forgotten(state):
+def test_a_task_that_has_not_ended_is_never_forgotten(state):
     desk = Desk(record("T1", state), keep=0.1, most=1)
 
     assert [desk.due(now) for now in (0.0, 1e9)] == [(), ()]
 
 
-def test_time_counts_from_when_it_has_ended():
+def test_the_time_counts_from_the_end_of_the_task():
     desk = Desk(record("T1", STARTED))
     desk.due(0.0)
     desk.write(record("T1"))
@@ -57,7 +57,7 @@ def test_time_counts_from_when_it_has_ended():
     assert [desk.due(now) for now in (60.0, 119.0)] == [(), ("T1",)]
 
 
-def test_a_new_active_blackboard_counts_from_its_own_beginning():
+def test_a_new_leader_counts_from_its_own_election():
     desk = Desk(record("T1"))
     desk.due(0.0)
     desk.retention.begin()
@@ -65,7 +65,7 @@ def test_a_new_active_blackboard_counts_from_its_own_beginning():
     assert [desk.due(now) for now in (60.0, 119.0, 120.0)] == [(), (), ("T1",)]
 
 
-def test_an_end_that_may_still_be_given_up_by_the_hive_is_kept():
+def test_a_task_whose_end_is_not_committed_is_kept():
     desk = Desk()
     desk.write(record("T1"), committed=False)
     desk.due(0.0)
@@ -75,13 +75,13 @@ def test_an_end_that_may_still_be_given_up_by_the_hive_is_kept():
     assert desk.due(100.0) == ("T1",)
 
 
-def test_of_too_many_the_oldest_go_first_though_not_at_once():
+def test_of_too_many_the_oldest_are_forgotten_first_but_not_at_once():
     desk = Desk(record("T1"), keep=3600.0, most=2)
     desk.due(0.0)
     desk.write(record("T2"), record("T3"), record("T4"))
 
-    assert [desk.due(now) for now in (1.0, SHORTEST - 0.1)] == [(), ()]
-    assert desk.due(SHORTEST + 1.0) == ("T1", "T2")
+    assert [desk.due(now) for now in (1.0, MIN_KEPT - 0.1)] == [(), ()]
+    assert desk.due(MIN_KEPT + 1.0) == ("T1", "T2")
 
 
 def test_a_task_that_was_split_is_forgotten_with_its_parts_when_all_have_ended():
@@ -106,7 +106,7 @@ def test_one_change_does_not_forget_more_than_a_message_may_hold():
     assert len(desk.due(60.0)) == MAX_AT_ONCE
 
 
-def test_the_list_does_without_what_is_forgotten():
+def test_a_forgotten_task_leaves_the_list():
     desk = Desk(record("T1"), record("T2", STARTED), record("T3"))
     version = desk.log.position.version
 
@@ -126,7 +126,7 @@ def test_a_task_that_is_posted_anew_comes_last():
     assert list(log.latest.records) == ["T2", "T1"]
 
 
-def test_numbers_of_assignments_go_on_from_the_highest_that_was_forgotten():
+def test_assignment_numbers_continue_from_the_highest_forgotten():
     desk = Desk(record("T1", assignment=3), record("T2", assignment=5), record("T3", assignment=7))
     version = desk.log.position.version
 

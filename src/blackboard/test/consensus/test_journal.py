@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a member has written down, it knows again; what it cannot read, it does not destroy."""
+"""A journal returns what was written, and destroys nothing that it cannot read."""
 
 import json
 import sqlite3
@@ -33,18 +33,18 @@ def again(journal, path):
     return SqliteJournal(path)
 
 
-def test_a_new_journal_knows_nothing(path):
+def test_a_new_journal_is_empty(path):
     assert SqliteJournal(path).load() is None
 
 
-def test_what_was_written_is_known_to_the_next_process(path):
+def test_the_next_process_reads_what_was_written(path):
     journal = SqliteJournal(path)
     journal.save(EMPTY)
 
     assert again(journal, path).load() == EMPTY
 
 
-def test_changes_are_known_to_the_next_process_folded_or_not(path):
+def test_the_next_process_reads_entries_folded_or_not(path):
     journal = SqliteJournal(path)
     log = EMPTY.log
     for version in range(2, 40):
@@ -57,7 +57,7 @@ def test_changes_are_known_to_the_next_process_folded_or_not(path):
     assert list(known.log.latest.records) == ["T1", "T2"]
 
 
-def test_changes_that_gave_way_to_others_are_gone(path):
+def test_replaced_entries_are_gone(path):
     journal = SqliteJournal(path)
     first = EMPTY.log.append(Entry(3, 2, (ONE,))).append(Entry(3, 3, (TWO,)))
     journal.save(replace(EMPTY, log=first))
@@ -68,7 +68,7 @@ def test_changes_that_gave_way_to_others_are_gone(path):
 
 
 @pytest.mark.parametrize("kept", [1, 100])
-def test_what_was_forgotten_stays_forgotten_folded_or_not(path, kept):
+def test_forgotten_tasks_stay_forgotten_folded_or_not(path, kept):
     journal = SqliteJournal(path)
     log = EMPTY.log
     for changed, forgotten in (((ONE, TWO), ()), ((), ("T1",)), ((ONE,), ()), ((TWO,), ())):
@@ -83,7 +83,7 @@ def test_what_was_forgotten_stays_forgotten_folded_or_not(path, kept):
     assert known.log.latest.earlier == ONE.assignment == 2
 
 
-def test_a_journal_of_a_program_that_forgot_nothing_is_read(path):
+def test_a_journal_of_a_version_without_forgetting_is_read(path):
     journal = SqliteJournal(path)
     journal.save(replace(EMPTY, log=EMPTY.log.append(Entry(3, 2, (replace(TWO, assignment=1),)))))
     journal.close()
@@ -100,7 +100,7 @@ def test_a_journal_of_a_program_that_forgot_nothing_is_read(path):
     assert latest.earlier == 0
 
 
-def test_open_reports_are_known_to_the_next_process(path):
+def test_the_next_process_reads_unacknowledged_reports(path):
     journal = SqliteJournal(path)
     journal.save_reports([DONE])
 
@@ -115,7 +115,7 @@ def test_acknowledged_reports_are_gone(path):
     assert again(journal, path).load_reports() == ()
 
 
-def test_a_damaged_file_is_set_aside_as_it_is(path):
+def test_a_damaged_file_is_renamed_unchanged(path):
     path.parent.mkdir()
     path.write_bytes(b"no database at all, but somebody's work" * 100)
 
@@ -139,7 +139,7 @@ def test_a_file_that_is_torn_is_set_aside_byte_for_byte(path, length):
     assert again.set_aside.read_bytes() == torn
 
 
-def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+def test_a_folder_that_cannot_be_created_is_named(tmp_path):
     (tmp_path / "file").write_text("")
 
     with pytest.raises(JournalError, match=r"file/robot1\.sqlite3 cannot be used"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Members that would not carry the blackboard: they hold the list, and have no vote."""
+"""Learners: members that hold the log, but neither vote nor lead."""
 
 from random import Random
 from types import MappingProxyType
@@ -12,7 +12,7 @@ from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.member import Member, Peer, Role
 from blackboard.consensus.messages import AppendReply
 from blackboard.consensus.node import RaftNode
-from blackboard.consensus.step import Tick, Write, concerned, step
+from blackboard.consensus.step import Propose, Tick, step
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
@@ -30,63 +30,63 @@ def member(role=Role.LEADER, **fields):
     return Member(VOTERS[0], RaftSettings(), log, epoch=1, role=role, hive="hive1", **fields)
 
 
-def boss_of(**voter):
-    """Return the active member that has heard others of late, and whether they stand by."""
+def leader_of(**voter):
+    """Return a leader that has heard others recently, and whether they are voters."""
     peers = {f"{name}#1": Peer(1, NOW, NOW, each) for name, each in voter.items()}
     return member(leader="blackboard", peers=MappingProxyType(peers))
 
 
-def test_who_does_not_stand_by_gets_no_vote():
-    boss = boss_of(robot1=True, robot2=False, robot3=True)
+def test_a_learner_gets_no_vote():
+    head = leader_of(robot1=True, robot2=False, robot3=True)
 
-    assert leader.next_members(boss, NOW) == (*VOTERS, "robot3#1")
-
-
-def test_who_stands_by_no_more_loses_its_vote():
-    assert leader.next_members(boss_of(robot1=False), NOW) == VOTERS[:1]
+    assert leader.next_members(head, NOW) == (*VOTERS, "robot3#1")
 
 
-def test_the_active_one_learns_from_acknowledgements_who_stands_by():
-    boss, _ = step(boss_of(robot1=True), AppendReply("robot2#1", 1, 1, NOW, "hive1", False), NOW)
-
-    assert not boss.peers["robot2#1"].voter
+def test_a_voter_that_becomes_a_learner_loses_its_vote():
+    assert leader.next_members(leader_of(robot1=False), NOW) == VOTERS[:1]
 
 
-def told(boss, beats):
-    """Return whom some heartbeats in a row concern, each with the changes that go with it."""
+def test_the_leader_sees_from_replies_who_is_a_learner():
+    head, _ = step(leader_of(robot1=True), AppendReply("robot2#1", 1, 1, NOW, "hive1", False), NOW)
+
+    assert not head.peers["robot2#1"].voter
+
+
+def told(head, beats):
+    """Return the receivers of some heartbeats in a row, and of the entries sent with them."""
     heard = []
     for number in range(beats):
-        boss, said = step(boss, Tick(0.0), NOW + 0.2 * number)
-        heard.append([concerned(each, Tick(0.0)) for each in said])
+        head, messages = step(head, Tick(0.0), NOW + 0.2 * number)
+        heard.append([each.to for each in messages])
     return heard
 
 
-def test_who_does_not_stand_by_hears_one_heartbeat_in_five_and_changes_with_it():
-    boss = boss_of(robot1=True, robot2=False).but(settings=RaftSettings(most_members=2))
-    boss, _ = step(boss, Write((TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 1.0),))),)), NOW)
+def test_a_learner_hears_one_heartbeat_in_five_and_gets_entries_with_it():
+    head = leader_of(robot1=True, robot2=False).evolve(settings=RaftSettings(most_members=2))
+    head, _ = step(head, Propose((TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 1.0),))),)), NOW)
 
-    assert told(boss, 5) == [[("blackboard", "robot1")]] * 4 + [[None, ("robot2",)]]
-
-
-def test_where_all_stand_by_all_hear_every_heartbeat():
-    assert told(boss_of(robot1=True), 5) == [[None]] * 5
+    assert told(head, 5) == [[("blackboard", "robot1")]] * 4 + [[None, ("robot2",)]]
 
 
-def test_everyone_hears_at_once_who_has_become_active():
-    candidate = member(Role.CANDIDATE, votes=frozenset(VOTERS)).but(progress=1)
+def test_without_learners_all_hear_every_heartbeat():
+    assert told(leader_of(robot1=True), 5) == [[None]] * 5
 
-    _, said = leader.become_leader(candidate, NOW)
 
-    assert concerned(said[0], Tick(0.0)) is None
+def test_everyone_hears_at_once_of_a_new_leader():
+    candidate = member(Role.CANDIDATE, votes=frozenset(VOTERS)).evolve(progress=1)
+
+    _, messages = leader.become_leader(candidate, NOW)
+
+    assert messages[0].to is None
 
 
 @pytest.mark.parametrize("voter", [True, False])
-def test_who_has_a_vote_from_before_stands_only_if_it_stands_by(voter):
+def test_a_member_campaigns_only_if_it_is_a_voter(voter):
     follower = member(Role.FOLLOWER, heard=NOW - 60.0, voter=voter)
 
-    _, said = election.stand_if_due(follower, NOW, 0.0)
+    _, messages = election.campaign_if_due(follower, NOW, 0.0)
 
-    assert bool(said) == voter
+    assert bool(messages) == voter
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_who_has_a_vote_from_before_stands_only_if_it_stands_by(voter):
         (False, {BACKUP, BB_ENTRIES}),
     ],
 )
-def test_who_does_not_stand_by_listens_to_the_active_one_only(voter, topics):
+def test_a_learner_listens_to_the_leader_only(voter, topics):
     heard = set()
 
     class Ears(NetworkTalker):

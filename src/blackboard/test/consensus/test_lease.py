@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Leases on both sides, promises, and what becomes of the task of a lost robot."""
+"""Leases on both sides, deadlines, and the recovery of a lost robot's tasks."""
 
 from dataclasses import replace
 
@@ -32,11 +32,11 @@ def started(task, step=0, **fields):
     return TaskRecord(task, STARTED, robot="robot1", step=step, assignment=1, **fields)
 
 
-def lost(record, policy="reassign", most_tries=5):
-    return after_loss(record, policy, "last seen at (1.00, 2.00)", most_tries)
+def lost(record, policy="reassign", max_tries=5):
+    return after_loss(record, policy, "last seen at (1.00, 2.00)", max_tries)
 
 
-def test_a_robot_that_was_never_heard_may_not_work():
+def test_a_robot_without_an_echo_may_not_work():
     assert not Lease("robot1", now=0.0).holds(0.0)
 
 
@@ -86,7 +86,7 @@ def test_a_blackboard_of_a_lower_epoch_renews_nothing():
     assert lease.renew(beat(sent=2.0, epoch=2), now=2.1)
 
 
-def test_a_robot_that_goes_over_to_another_hive_begins_anew():
+def test_a_robot_that_joins_another_hive_starts_a_new_lease():
     lease = Lease("robot1", now=0.0)
     lease.renew(beat(sent=1.0, epoch=7), now=1.1)
     lease.begin_anew(now=2.0)
@@ -96,7 +96,7 @@ def test_a_robot_that_goes_over_to_another_hive_begins_anew():
     assert lease.renew(beat(sent=2.5), now=2.6)
 
 
-def test_an_order_is_void_that_is_older_than_a_lease_or_than_the_robots_process():
+def test_an_order_older_than_a_lease_or_than_the_robots_process_is_void():
     lease = Lease("robot1", now=5.0)
     lease.renew(beat(sent=10.0), now=10.1)
 
@@ -106,11 +106,11 @@ def test_an_order_is_void_that_is_older_than_a_lease_or_than_the_robots_process(
     assert not lease.covers(heard=12.0, now=11.0)
 
 
-def test_an_order_may_be_the_first_thing_that_a_robot_hears():
+def test_an_order_may_be_the_first_message_a_robot_hears():
     assert Lease("robot1", now=5.0).covers(heard=5.0, now=5.1)
 
 
-def test_it_shows_whether_a_status_of_the_last_while_was_echoed():
+def test_a_lease_knows_whether_a_recent_status_was_echoed():
     lease = Lease("robot1", now=0.0)
     never = lease.is_echoed_within(1.5, 0.0)
     lease.renew(beat(sent=10.0), now=10.1)
@@ -163,12 +163,12 @@ def test_a_robot_has_stopped_before_it_is_lost_whatever_the_clocks(
 
 
 @pytest.mark.parametrize("changes", [{"reassign": 4.0}, {"robot_lease": 5.0}, {"lease_margin": 3}])
-def test_settings_in_which_a_robot_might_not_have_stopped_are_refused_by_name(changes):
+def test_settings_that_might_not_stop_a_robot_in_time_are_refused_by_name(changes):
     with pytest.raises(SettingsError, match=r"reassign is .* above robot_lease .* lease_margin"):
         BlackboardSettings(**changes)
 
 
-def test_an_unknown_policy_is_refused_with_those_there_are():
+def test_an_unknown_policy_is_refused_with_the_allowed_ones():
     with pytest.raises(SettingsError, match="'hope'; allowed: reassign, wait, operator"):
         BlackboardSettings(on_robot_lost="hope")
 
@@ -181,7 +181,7 @@ def test_the_rest_of_a_lost_robots_task_is_for_another():
     assert after.reason == "robot1 is lost, last seen at (1.00, 2.00)"
 
 
-def test_who_has_not_picked_yet_leaves_the_whole_task():
+def test_a_robot_lost_before_picking_leaves_the_whole_task():
     after = lost(started(CARRY, step=0))
 
     assert (after.state, after.step) == (WAITING, 0)
@@ -189,70 +189,70 @@ def test_who_has_not_picked_yet_leaves_the_whole_task():
 
 @pytest.mark.parametrize("policy", ["reassign", "wait", "operator"])
 @pytest.mark.parametrize("step", [1, 2, 3])
-def test_a_load_that_may_be_on_the_lost_robot_is_for_a_person(step, policy):
+def test_a_load_that_may_be_on_a_lost_robot_needs_a_person(step, policy):
     after = lost(started(CARRY, step=step), policy)
 
     assert (after.state, after.robot) == (FAILED, "robot1")
     assert "last seen at (1.00, 2.00); the load of 2 kg may be on board" in after.reason
 
 
-def test_a_load_without_a_known_weight_is_a_load_as_well():
+def test_a_load_of_unknown_weight_is_a_load_as_well():
     assert lost(started(replace(CARRY, payload=0.0), step=2)).state is FAILED
 
 
-def test_what_people_have_loaded_is_not_forgotten():
+def test_the_reason_mentions_what_people_have_loaded():
     after = lost(started(replace(ROUND, payload=7.0)))
 
     assert after.state is WAITING
     assert "bring what was loaded on it (7 kg) to the next robot" in after.reason
 
 
-def test_what_had_not_begun_was_not_tried_in_vain():
+def test_a_task_that_had_not_begun_has_not_failed():
     queued = replace(started(ROUND), state=ASSIGNED)
 
     assert lost(queued).tried == ()
     assert lost(queued).state is WAITING
 
 
-def test_a_task_that_robots_keep_getting_lost_with_is_given_up():
-    after = lost(started(ROUND, tried=("robot2", "robot3")), most_tries=3)
+def test_a_task_with_which_robots_keep_getting_lost_fails():
+    after = lost(started(ROUND, tried=("robot2", "robot3")), max_tries=3)
 
     assert after.state is FAILED
     assert after.reason.startswith("given up after 3 tries, the last: robot1 is lost")
 
 
-def test_with_wait_the_task_stays_and_says_so():
+def test_with_wait_the_task_keeps_its_robot_and_says_so():
     after = lost(started(ROUND, step=1), "wait")
 
     assert (after.state, after.robot, after.step) == (STARTED, "robot1", 1)
     assert after.reason.startswith("waits for robot1 to come back")
 
 
-def test_with_operator_the_task_is_for_a_person():
+def test_with_operator_the_task_needs_a_person():
     after = lost(replace(started(ROUND), state=ASSIGNED), "operator")
 
     assert after.state is FAILED
     assert "look how far it has come" in after.reason
 
 
-def test_a_task_that_was_handed_back_for_a_more_urgent_one_was_not_tried_in_vain():
+def test_a_task_handed_back_for_a_more_urgent_one_has_not_failed():
     update = TaskUpdate("T2", WAITING, "robot1", step=1, reason="put off", put_off_for="T9")
-    after = put_back(started(ROUND, step=1), update, most_tries=1)
+    after = put_back(started(ROUND, step=1), update, max_tries=1)
 
     assert (after.state, after.robot, after.step, after.tried) == (WAITING, "", 1, ())
 
 
-def test_a_robot_cannot_have_done_more_steps_than_there_are():
+def test_a_robot_cannot_have_done_more_steps_than_the_task_has():
     update = TaskUpdate("T2", WAITING, "robot1", step=200)
 
-    assert put_back(started(ROUND), update, most_tries=5).step == 2
+    assert put_back(started(ROUND), update, max_tries=5).step == 2
 
 
 def overdue(deadlines, *records, now):
     return [(record.task.id, allowed) for record, allowed in deadlines.overdue(records, now)]
 
 
-def test_a_robot_is_late_after_a_multiple_of_what_it_promised_and_a_grace():
+def test_a_robot_is_overdue_after_a_multiple_of_its_prediction_and_a_grace():
     deadlines = Deadlines(factor=2.0, grace=60.0)
     record = started(ROUND, eta=20.0)
     overdue(deadlines, record, now=1000.0)
@@ -261,7 +261,7 @@ def test_a_robot_is_late_after_a_multiple_of_what_it_promised_and_a_grace():
     assert overdue(deadlines, record, now=1100.1) == [("T2", 100.0)]
 
 
-def test_a_step_renews_the_promise():
+def test_a_step_renews_the_deadline():
     deadlines = Deadlines(2.0, 60.0)
     overdue(deadlines, started(ROUND, eta=20.0), now=0.0)
     overdue(deadlines, started(ROUND, step=1, eta=10.0), now=90.0)
@@ -271,7 +271,7 @@ def test_a_step_renews_the_promise():
 
 
 @pytest.mark.parametrize(("task", "allowed"), [(URGENT, 70.0), (ROUND, 260.0)])
-def test_from_priority_8_on_every_step_is_promised(task, allowed):
+def test_from_priority_8_on_every_step_has_a_deadline(task, allowed):
     deadlines = Deadlines(2.0, 60.0)
     record = started(task, eta=100.0, step_eta=5.0)
     overdue(deadlines, record, now=0.0)
@@ -280,14 +280,14 @@ def test_from_priority_8_on_every_step_is_promised(task, allowed):
     assert overdue(deadlines, record, now=allowed + 0.1) == [("T2", allowed)]
 
 
-def test_a_robot_that_predicts_nothing_is_never_late():
+def test_a_robot_that_predicts_nothing_is_never_overdue():
     deadlines = Deadlines(2.0, 60.0)
     overdue(deadlines, started(ROUND), now=0.0)
 
     assert not overdue(deadlines, started(ROUND), now=1e6)
 
 
-def test_what_waits_in_a_list_is_promised_anew_when_its_robot_gets_on_with_another_task():
+def test_a_queued_task_gets_a_new_deadline_when_its_robot_advances_with_another_task():
     deadlines = Deadlines(2.0, 60.0)
     queued = TaskRecord(CARRY, ASSIGNED, robot="robot1", assignment=1, eta=20.0)
     overdue(deadlines, queued, started(ROUND, eta=500.0), now=0.0)
@@ -298,7 +298,7 @@ def test_what_waits_in_a_list_is_promised_anew_when_its_robot_gets_on_with_anoth
     assert late == [("T1", 100.0)]
 
 
-def test_another_assignment_is_another_promise():
+def test_another_assignment_has_another_deadline():
     deadlines = Deadlines(2.0, 60.0)
     record = TaskRecord(CARRY, ASSIGNED, robot="robot1", assignment=1, eta=20.0)
     overdue(deadlines, record, now=0.0)

@@ -5,6 +5,7 @@ import pytest
 
 from blackboard.domain.bid import MAX_COST
 from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     ROBOT_STATUS,
     TASK_STATE,
@@ -60,7 +61,7 @@ def test_asked_for_a_task_that_has_not_begun_it_hands_it_back():
     harness = RobotHarness()
     harness.order(GO)
     harness.order(CARRY)
-    harness.order(CARRY, take_back=True, hand_back=True, if_unbegun=True)
+    harness.order(CARRY, kind=OrderKind.HAND_BACK_UNBEGUN)
 
     assert harness.reports(CARRY) == [(WAITING, 0)]
     assert harness.status.tasks == ("T1",)
@@ -69,7 +70,7 @@ def test_asked_for_a_task_that_has_not_begun_it_hands_it_back():
 def test_asked_for_a_task_that_has_begun_it_keeps_it():
     harness = RobotHarness()
     harness.order(GO)
-    harness.order(GO, take_back=True, hand_back=True, if_unbegun=True)
+    harness.order(GO, kind=OrderKind.HAND_BACK_UNBEGUN)
 
     assert harness.reports(GO) == [(STARTED, 0)]
     assert harness.status.task_id == "T1"

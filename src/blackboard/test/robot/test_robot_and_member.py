@@ -2,7 +2,7 @@
 """A robot and the task list of the member beside it."""
 
 from blackboard.consensus.task_list import TaskList
-from blackboard.domain.record import TaskRecord
+from blackboard.domain.record import OrderKind, TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import STEP, RobotHarness
@@ -63,7 +63,7 @@ def test_a_robot_asks_its_member_for_the_list_with_every_status():
 def test_a_robot_drops_a_task_that_the_hive_has_forgotten():
     harness = RobotHarness()
     harness.order(GO)
-    harness.order(GO, assignment=2**32 - 1, take_back=True, forgotten=True)
+    harness.order(GO, assignment=2**32 - 1, kind=OrderKind.FORGOTTEN)
 
     assert harness.status.tasks == ()
     assert harness.command.running is None
@@ -73,7 +73,7 @@ def test_a_robot_reports_no_more_on_a_task_that_the_hive_has_forgotten():
     harness = RobotHarness()
     harness.order(GO)
     harness.wait(STEP + 1.5)
-    harness.order(GO, take_back=True, forgotten=True)
+    harness.order(GO, kind=OrderKind.FORGOTTEN)
     said = len(harness.reports(GO))
     harness.wait(5.0)
 
@@ -85,7 +85,7 @@ def test_a_report_is_kept_that_is_on_a_later_task_than_the_forgotten_one():
     harness = RobotHarness()
     harness.order(GO, assignment=3)
     harness.wait(STEP + 1.5)
-    harness.order(GO, assignment=2, take_back=True, forgotten=True)
+    harness.order(GO, assignment=2, kind=OrderKind.FORGOTTEN)
     said = len(harness.reports(GO))
     harness.wait(5.0)
 
@@ -95,7 +95,7 @@ def test_a_report_is_kept_that_is_on_a_later_task_than_the_forgotten_one():
 def test_that_a_task_is_forgotten_counts_only_while_it_is_news():
     harness = RobotHarness()
     harness.order(GO)
-    harness.order(GO, assignment=9, take_back=True, forgotten=True, heard=-10.0)
+    harness.order(GO, assignment=9, kind=OrderKind.FORGOTTEN, heard=-10.0)
 
     assert harness.status.tasks == ("T1",)
 
@@ -104,7 +104,7 @@ def test_what_was_done_is_done_again_as_another_task_once_it_is_forgotten():
     harness = RobotHarness()
     harness.order(GO)
     harness.wait(STEP + 1.5)
-    harness.order(GO, take_back=True, forgotten=True)
+    harness.order(GO, kind=OrderKind.FORGOTTEN)
     harness.order(GO, assignment=2)
 
     assert harness.status.tasks == ("T1",)

@@ -4,6 +4,7 @@
 import pytest
 
 from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import OrderKind
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import STEP, RobotHarness
@@ -105,7 +106,7 @@ def test_a_task_that_is_taken_back_stops_the_robot_and_the_next_one_begins():
     harness.order(GO)
     harness.order(ROUND)
 
-    harness.order(GO, take_back=True)
+    harness.order(GO, kind=OrderKind.TAKE_BACK)
     harness.wait(STEP)
 
     assert harness.reports(GO) == [(STARTED, 0)]
@@ -117,7 +118,7 @@ def test_a_task_that_is_taken_back_before_its_turn_disturbs_nothing():
     harness.order(GO)
     harness.order(ROUND)
 
-    harness.order(ROUND, take_back=True)
+    harness.order(ROUND, kind=OrderKind.TAKE_BACK)
     harness.wait(STEP)
 
     assert harness.reports(GO) == [(STARTED, 0), (DONE, 1)]
@@ -127,7 +128,7 @@ def test_a_task_that_is_taken_back_before_its_turn_disturbs_nothing():
 def test_to_take_back_what_it_does_not_have_is_harmless():
     harness = RobotHarness()
 
-    harness.order(GO, take_back=True)
+    harness.order(GO, kind=OrderKind.TAKE_BACK)
 
     assert harness.status.state is RobotState.IDLE
 
@@ -136,7 +137,7 @@ def test_to_take_back_an_earlier_assignment_leaves_the_later_one():
     harness = RobotHarness()
     harness.order(GO, assignment=2)
 
-    harness.order(GO, assignment=1, take_back=True)
+    harness.order(GO, assignment=1, kind=OrderKind.TAKE_BACK)
 
     assert harness.status.tasks == ("T1",)
 

@@ -4,6 +4,7 @@
 import pytest
 
 from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     TASK_STATE,
 )
@@ -110,7 +111,7 @@ def test_a_cancelled_task_whose_load_is_on_board_takes_the_robot_out_of_service(
     harness.order(CARRY)
     harness.wait(2 * STEP)
 
-    harness.order(CARRY, take_back=True)
+    harness.order(CARRY, kind=OrderKind.TAKE_BACK)
 
     assert harness.status.state is RobotState.DEFECT
     assert harness.status.payload == 5.0

@@ -205,7 +205,7 @@ def test_a_founder_beside_a_hive_that_nobody_carries_waits_for_it():
     network = Network()
     talker = NetworkTalker(network, "blackboard")
     disk = MemoryJournal()
-    backup = RaftNode(talker, "blackboard", RaftSettings(), disk, Random(1), founds=True)
+    backup = RaftNode(talker, "blackboard", RaftSettings(), disk, Random(1), bootstrap=True)
     log = Log.of(Snapshot(Position(1, 1), members=("robot1#1", "gone#1")))
     held = MemoryJournal(HardState("robot1#1", 1, "", log, "hive1"))
     member = NetworkTalker(network, "robot1")
@@ -214,7 +214,7 @@ def test_a_founder_beside_a_hive_that_nobody_carries_waits_for_it():
     network.run(10.0)
 
     assert backup.hive == ""
-    assert "waits for that hive and founds no other" in talker.warnings[0]
+    assert "waits for that hive and does not bootstrap another" in talker.warnings[0]
 
 
 @pytest.fixture

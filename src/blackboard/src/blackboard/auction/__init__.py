@@ -1,4 +1,4 @@
-"""Who gets which task: auctions, candidate selection, reallocation, splitting, decisions.
+"""Which robot gets which task: auctions, reallocation, splitting, and why it was decided so.
 
 What a bid is computed from belongs in `costing`; what is ordered from robots in `board`.
 """

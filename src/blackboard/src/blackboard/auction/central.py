@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Works the robots' bids out at the blackboard, where the fleet decides centrally."""
+"""Works out the robots' bids at the blackboard, for fleets that decide centrally."""
 
 from __future__ import annotations
 
@@ -22,37 +22,36 @@ if TYPE_CHECKING:
 
 
 class Central:
-    """Asks robots for what their bids are worked out from, and works them out.
+    """Asks robots for the basis of their bids, and works the bids out.
 
     Args:
-        get: Gives the record of a task by its id; None where it is unknown.
-        ways_for: Gives what knows how far it is for a robot of a radius [m].
+        path_lengths_for: Gives the path lengths for a robot of a radius [m].
         now: Gives the time on the clock of `Task.posted` [s].
     """
 
     def __init__(
         self,
         get: Callable[[str], TaskRecord | None],
-        ways_for: Callable[[float], PathLengths],
+        path_lengths_for: Callable[[float], PathLengths],
         now: Callable[[], float],
     ) -> None:
         self._get = get
-        self._path_lengths_for = ways_for
+        self._path_lengths_for = path_lengths_for
         self._now = now
 
     def question(self, broadcast: Broadcast) -> Broadcast:
-        """Return what robots are asked instead of a call for bids; they need not see the tasks."""
+        """Return what robots are asked instead of for bids; they need not see the tasks."""
         return replace(broadcast, tasks=(), sizes=(), basis=True)
 
     def bids(self, answer: Bids, broadcast: Broadcast) -> Bids:
-        """Return the bids of a robot that has told what they are worked out from.
+        """Return the bids of a robot.
 
         Args:
-            answer: What it has told; bids of a robot that bids itself stay as they are.
+            answer: The basis of its bids; bids of a robot that bids itself stay as they are.
             broadcast: What is offered.
 
         Raises:
-            BidRefusedError: No bid can be worked out of it.
+            BidRefusedError: No bids can be worked out from the basis.
         """
         basis, robot = answer.basis, answer.robot_id
         if basis is None:

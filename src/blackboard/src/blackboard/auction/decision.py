@@ -1,32 +1,35 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an auction has decided about one task, with all that was bid: the answer to "why?"."""
+"""What an auction decides about one task, with all bids: the answer to "why?"."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from blackboard.costing.cost import COST_MODELS
-from blackboard.domain.bid import MAX_COST, Bid, CostTerms
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from blackboard.domain.task import Task
+
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What one round of an auction has decided about one task.
+    """What one round of an auction decides about one task.
 
     Attributes:
-        task_id: About which task.
-        epoch: Of the blackboard that has decided.
+        task_id: The task.
+        epoch: Of the blackboard that decided.
         auction: Its number within the epoch.
         round: Of the auction.
         at: When [s].
-        winner: The robot that was given the task; empty where nobody could take it.
-        reason: In words, where nobody could take it, or it was not for the lowest bid.
-        bids: What the robots had bid, in the order of their names.
-        silent: The robots that were waited for in vain.
+        winner: The robot that got the task; empty if no robot could take it.
+        reason: In words, if no robot could take it or it did not go to the lowest bid.
+        bids: The robots' bids, in the order of their names.
+        silent: Robots that did not answer in time.
     """
 
     task_id: str
@@ -48,36 +51,60 @@ def ranked(bids: Iterable[Bid]) -> list[Bid]:
 def replayed(decision: Decision, model: str) -> list[Bid]:
     """Return what the robots would have bid by another cost model, the cheapest first.
 
-    The places in the lists stay those that were bid for.
+    The tasks keep the places in the schedules that were bid for.
 
     Args:
         decision: As it was made.
         model: A name of `COST_MODELS`.
     """
-    return ranked(_by_model(bid, model) for bid in decision.bids)
-
-
-def _by_model(bid: Bid, model: str) -> Bid:
-    if not bid.is_able or bid.terms is None:
-        return bid
-    return replace(bid, cost=min(COST_MODELS[model].cost(bid.terms), MAX_COST))
-
-
-def to_plain(decision: Decision) -> dict[str, Any]:
-    """Return a decision as plain data for JSON."""
-    return asdict(decision)
+    cost = COST_MODELS[model].cost
+    return ranked(
+        replace(bid, cost=min(cost(bid.terms), MAX_COST)) if bid.is_able and bid.terms else bid
+        for bid in decision.bids
+    )
 
 
 def from_plain(values: dict[str, Any]) -> Decision:
-    """Return the decision that plain data stand for.
+    """Return the decision in plain data.
 
     Raises:
-        KeyError, TypeError: They stand for none.
+        KeyError, TypeError: There is none in it.
     """
     bids = tuple(Bid(**{**bid, "terms": _terms(bid["terms"])}) for bid in values["bids"])
     return Decision(**{**values, "bids": bids, "silent": tuple(values["silent"])})
 
 
 def _terms(values: dict[str, Any] | None) -> CostTerms | None:
-    """Return terms; older records do not have what the charge of the whole list grows by."""
+    """Return terms; records of older programs have no `added_charge`."""
     return CostTerms(**{"added_charge": values["energy_charge"], **values}) if values else None
+
+
+def what_would_help(task: Task, bids: Iterable[Bid]) -> str:
+    """Return in words what would let some robot take a task; empty if the bids do not tell.
+
+    Robots that only lack charge or are only out of service are named first: they are there.
+
+    Args:
+        task: A task that nobody can take.
+        bids: The robots' answers, each with why it is excluded.
+    """
+    robots: dict[str, list[str]] = {}
+    for bid in bids:
+        robots.setdefault(bid.exclusion, []).append(bid.robot_id)
+    kind = TaskType(task.type)
+    with_arm = " with its arm" if kind.picks else ""
+    told = {
+        Exclusion.CHARGE: f"to charge {_listed(robots.get(Exclusion.CHARGE, ()))}",
+        Exclusion.SERVICE: f"to put {_listed(robots.get(Exclusion.SERVICE, ()))} back in service",
+        Exclusion.WAY: "to clear the way, or another goal",
+        Exclusion.PAYLOAD: f"a robot that carries {task.payload:g} kg{with_arm}",
+        Exclusion.TYPE: f"a robot that does {kind.name}",
+    }
+    helps = [words for exclusion, words in told.items() if exclusion in robots]
+    if Exclusion.PAYLOAD in robots and Exclusion.TYPE in robots:
+        helps.remove(told[Exclusion.TYPE])
+    return ", or ".join(helps)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names))

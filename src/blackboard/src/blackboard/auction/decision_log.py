@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a member keeps what auctions have decided while it carried the blackboard.
+"""Where a member keeps the decisions that auctions made while it led.
 
-A file of its own beside the journal, not replicated and not forced to disk: who has won is in the
-task list; this only says why, and may lose its last lines in a power cut.
+The file lies beside the journal. It is neither replicated nor forced to disk: the task list tells
+who has won; this only tells why, and may lose its last lines in a power cut.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 import json
 import sqlite3
 from contextlib import closing, suppress
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from blackboard.auction.decision import from_plain
-from blackboard.consensus.json_records import fields_of
+from blackboard.consensus.journal import fields_of
 from blackboard.errors import JournalError
 
 if TYPE_CHECKING:
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from blackboard.auction.decision import Decision
 
 ENDING = ".auctions.sqlite3"
-"""Of the files' names."""
+"""End of the files' names."""
 
 MAX_KEPT = 20_000
-"""Decisions in a file; the oldest make way."""
+"""Decisions in a file; older ones are deleted."""
 
 _TABLE = """
 CREATE TABLE IF NOT EXISTS decisions
@@ -35,47 +35,14 @@ CREATE INDEX IF NOT EXISTS by_task ON decisions (task);
 """
 
 
-class DecisionBook(Protocol):
-    """Keeps decisions."""
-
-    def note(self, decisions: Iterable[Decision]) -> None:
-        """Write decisions down.
-
-        Raises:
-            JournalError: They cannot be written; the text says why and where.
-        """
-
-
-class MemoryBook:
-    """Keeps decisions in a list, for tests and simulations.
-
-    Attributes:
-        decisions: All of them, oldest first.
-    """
-
-    def __init__(self) -> None:
-        self.decisions: list[Decision] = []
-
-    def note(self, decisions: Iterable[Decision]) -> None:
-        """Write decisions down."""
-        self.decisions.extend(decisions)
-
-
-class NoBook:
-    """Keeps nothing."""
-
-    def note(self, decisions: Iterable[Decision]) -> None:
-        """Write nothing down."""
-
-
 class SqliteBook:
     """Keeps decisions in a file.
 
     Args:
-        path: The file; its folder is made where it does not exist.
+        path: The file; it and its folder are created if missing.
 
     Raises:
-        JournalError: The file can neither be read nor made.
+        JournalError: The file can neither be read nor created.
     """
 
     def __init__(self, path: Path) -> None:
@@ -90,7 +57,11 @@ class SqliteBook:
             raise self._failed(error) from None
 
     def note(self, decisions: Iterable[Decision]) -> None:
-        """Write decisions down."""
+        """Keep decisions.
+
+        Raises:
+            JournalError: They cannot be written; the text says why and where.
+        """
         rows = [(each.task_id, json.dumps(each, default=fields_of)) for each in decisions]
         if not rows:
             return
@@ -110,7 +81,7 @@ class SqliteBook:
             raise self._failed(error) from None
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._database.close()
 
     def _failed(self, error: Exception) -> JournalError:
@@ -121,10 +92,10 @@ class SqliteBook:
 
 
 def read_decisions(folder: Path, task_id: str) -> list[Decision]:
-    """Return what all members whose files lie in a folder have decided about a task, oldest first.
+    """Return the decisions about a task in all files of a folder, oldest first.
 
     Raises:
-        JournalError: A file is there and cannot be read.
+        JournalError: A file cannot be read.
     """
     found: list[Decision] = []
     for path in sorted(folder.glob(f"*{ENDING}")):

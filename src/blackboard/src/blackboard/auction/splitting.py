@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Splits a task that is too heavy for every robot into parts that can be carried.
+"""Splits a task that is too heavy for every robot into parts that robots can carry.
 
 A part is a task like any other, with the goals and the priority of the whole and a share of its
-payload. The whole is not auctioned any more and shows how far its parts have come.
+payload. The whole is not auctioned any more; its record shows the progress of its parts.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
     from blackboard.domain.bid import Bid
 
 MAX_PARTS = 100
-"""More than that is rather a slip of the pen than a load for robots."""
+"""More parts than this are almost certainly a typo in the payload."""
 
 _GRAM = 0.001
 _SETTLED = {TaskState.FAILED, TaskState.CANCELLED}
 
 
 def shares(payload: float, capacities: Sequence[float]) -> tuple[float, ...]:
-    """Return the fewest parts of a payload [kg] that some robots can carry, the heaviest first.
+    """Return the fewest shares of a payload [kg] that some robots can carry, the heaviest first.
 
-    As many as the strongest robot would need on its own. Among as many, every robot is meant to
-    carry one, so that they can work side by side, and each in proportion to what it can carry.
+    There are as many as the strongest robot would need on its own. As far as they go, each robot
+    is meant to carry one, so that robots work side by side, in proportion to what it can carry.
 
     Args:
-        payload: What is to be carried [kg], above 0.
-        capacities: The most that each robot carries [kg], each at least a gram.
+        payload: Total load [kg], above 0.
+        capacities: What each robot can carry [kg], each at least a gram.
     """
     limits = sorted((math.floor(most / _GRAM + 1e-6) for most in capacities), reverse=True)
     rest = math.ceil(payload / _GRAM - 1e-6)
@@ -58,13 +58,13 @@ def split(
     is_taken: Callable[[str], bool],
     earlier: int = 0,
 ) -> tuple[TaskRecord, ...]:
-    """Return the record of a task that was split and those of its parts; none if it is not heavy.
+    """Return the record of a task that is split and those of its parts; none if it is not heavy.
 
     Args:
-        record: A task that nobody has bid on.
-        bids: What robots have answered.
-        in_service: The robots that count; others may carry more, but not now.
-        is_taken: Says whether a task has an id already.
+        record: A task that no robot can take.
+        bids: The robots' answers.
+        in_service: The robots that count.
+        is_taken: Says whether a task already has an id.
         earlier: The highest number of an assignment that the hive has forgotten.
 
     Raises:
@@ -85,34 +85,22 @@ def split(
         raise SplitRefusedError(
             f"{payload:g} kg would take more than {MAX_PARTS} parts of {max(able):g} kg at most"
         )
-    return _divide(record, shares(payload, able), is_taken, earlier)
-
-
-def _divide(
-    record: TaskRecord, weights: Sequence[float], is_taken: Callable[[str], bool], earlier: int
-) -> tuple[TaskRecord, ...]:
-    whole = record.task
     parts = []
-    for number, weight in enumerate(weights, start=1):
-        part_id = f"{whole.id}.{number}"
+    for number, share in enumerate(shares(payload, able), start=1):
+        part_id = f"{record.task.id}.{number}"
         if is_taken(part_id) or len(part_id) > MAX_ID_LENGTH:
             raise SplitRefusedError(
                 f"cannot be split, because the id {part_id} of a part is taken or longer than "
                 f"{MAX_ID_LENGTH} characters; post it again with another id"
             )
-        task = replace(whole, id=part_id, payload=round(weight, 3))
-        parts.append(TaskRecord.new(task, earlier, parent=whole.id))
-    split_up = replace(record, parts=len(parts), step=0, eta=0.0)
-    return progress(split_up, parts), *parts
+        task = replace(record.task, id=part_id, payload=round(share, 3))
+        parts.append(TaskRecord.new(task, earlier, parent=record.task.id))
+    whole = replace(record, parts=len(parts), step=0, eta=0.0)
+    return progress(whole, parts), *parts
 
 
 def progress(whole: TaskRecord, parts: Sequence[TaskRecord]) -> TaskRecord:
-    """Return the record of a task that was split, as its parts stand.
-
-    Args:
-        whole: Its record so far.
-        parts: The records of all its parts.
-    """
+    """Return the record of a split task, brought up to date with the records of its parts."""
     if whole.state.is_terminal:
         return whole
     done = sum(part.state is TaskState.DONE for part in parts)
@@ -124,36 +112,21 @@ def progress(whole: TaskRecord, parts: Sequence[TaskRecord]) -> TaskRecord:
         if done + 1 < len(parts):
             reason += "; parts that have not ended go on"
         return replace(whole, state=TaskState.FAILED, reason=reason, **changes)  # type: ignore[arg-type]  # fields by name
+    state = TaskState.DONE
     if done < len(parts):
-        changes["eta"] = _eta(parts)
+        state = min(max(part.state for part in parts), TaskState.STARTED)
+        etas = [part.eta for part in parts if part.state is not TaskState.DONE]
+        changes["eta"] = max(etas) if all(etas) else 0.0
     reason = f"{done} of {len(parts)} parts done"
-    state = _state(done, parts)
     return replace(whole, state=state, reason=reason, **changes)  # type: ignore[arg-type]  # fields by name
-
-
-def _state(done: int, parts: Sequence[TaskRecord]) -> TaskState:
-    if done == len(parts):
-        return TaskState.DONE
-    furthest = max(part.state for part in parts)
-    return min(furthest, TaskState.STARTED)
-
-
-def _eta(parts: Sequence[TaskRecord]) -> float:
-    """Return when the last part is going to be done, as far as all have robots that know [s]."""
-    etas = [part.eta for part in parts if part.state is not TaskState.DONE]
-    return max(etas) if all(etas) else 0.0
 
 
 def with_wholes(
     changed: Sequence[TaskRecord], known: Mapping[str, TaskRecord]
 ) -> tuple[TaskRecord, ...]:
-    """Return changed records, and after them those of the tasks that they are parts of.
+    """Return changed records, followed by those of the tasks that they are parts of.
 
-    They change together, so that no copy of the list holds one without the other.
-
-    Args:
-        changed: Records as they are to become.
-        known: All records of the list as it is, by id.
+    They change together, so that no copy of the list has one without the other.
     """
     result = {record.task.id: record for record in changed}
 
@@ -170,12 +143,12 @@ def with_wholes(
 
 
 def part_ids(whole: TaskRecord) -> Iterable[str]:
-    """Return the ids of the parts into which a task was split; none where it is whole."""
+    """Return the ids of the parts of a task; none if it was not split."""
     return (f"{whole.task.id}.{number}" for number in range(1, whole.parts + 1))
 
 
 def unfinished_parts(whole: TaskRecord, known: Mapping[str, TaskRecord]) -> tuple[TaskRecord, ...]:
-    """Return the parts of a task, and theirs, that have not ended."""
+    """Return the parts of a task, and their parts, that have not ended."""
     found: list[TaskRecord] = []
     for part in (known[name] for name in part_ids(whole) if name in known):
         found += [] if part.state.is_terminal else [part]

@@ -1,36 +1,37 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tasks on their way from one robot's list to another's, because both are better off so.
+"""Tasks on their way from one robot's schedule to another's, because the fleet gains by it.
 
-Their robots are asked to hand them back. Each is kept out of auctions until all that change hands
-with it are there: a swap of which only one half happens is no gain. Then they are given out as was
-decided. Where that fails, because a robot has begun meanwhile, has won something else, or is out
-of service, they are auctioned like any other.
+The robots that have them are asked to hand them back. Each such task is kept out of auctions until
+all tasks of its exchange are back, since half a swap is no gain; then they are awarded as decided.
+If that fails because a robot has begun, has won another task, or is out of service, the tasks are
+auctioned like any other.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
+    from blackboard.auction.auction import Bundle
     from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
 
 
 class Move(NamedTuple):
-    """A task, or some that follow each other, that another robot is to have.
+    """A bundle that another robot gets.
 
     Attributes:
-        records: The tasks, with the robot that has them.
-        taker: What the robot has bid that is to have it.
-        bids: What all have bid on them.
+        records: Its tasks, as the giver holds them.
+        taker: The bid of the robot that gets it.
+        bids: All bids on it.
     """
 
-    records: tuple[TaskRecord, ...]
+    records: Bundle
     taker: Bid
     bids: tuple[Bid, ...]
 
@@ -40,12 +41,12 @@ class Move(NamedTuple):
 
     @property
     def giver(self) -> str:
-        """The robot that has them."""
+        """The robot that has it."""
         return self.records[0].robot
 
     @property
     def awards(self) -> tuple[Bid, ...]:
-        """What the robot has bid that is to have them, as a bid on each."""
+        """The taker's bid as one bid on each task."""
         return tuple(replace(self.taker, task_id=each.task.id, size=1) for each in self.records)
 
 
@@ -53,85 +54,87 @@ Exchange = tuple[Move, ...]
 """Moves that gain only together."""
 
 
+@dataclass(frozen=True, slots=True)
 class Transfers:
-    """Knows what is on its way, and what of it can be given out.
+    """The transfers under way.
 
-    Args:
-        get: Gives the record of a task by its id; None where it is unknown.
-        recall: Has a robot hand a task back if it has not begun.
+    Attributes:
+        exchanges: Those whose tasks have not all been handed back.
+        recalled: Number of the assignment under which each task was recalled, by task id.
+        decided_in: Epoch, auction and round that decided on them.
     """
 
-    def __init__(
+    exchanges: tuple[Exchange, ...] = ()
+    recalled: Mapping[str, int] = field(default_factory=dict)
+    decided_in: tuple[int, int, int] = (0, 0, 0)
+
+    def begin(
         self,
+        exchanges: Iterable[Exchange],
         get: Callable[[str], TaskRecord | None],
-        recall: Callable[[TaskRecord], None],
-    ) -> None:
-        self._get = get
-        self._recall = recall
-        self._under_way: list[Exchange] = []
-        self._recalled: dict[str, int] = {}
-
-    def begin(self, exchanges: Iterable[Exchange]) -> None:
-        """Ask for what is to change hands."""
-        self._recalled = {
+        decided_in: tuple[int, int, int] = (0, 0, 0),
+    ) -> Transfers:
+        """Return transfers with new exchanges in place of the old; `records` is to be recalled."""
+        recalled = {
             task_id: assignment
-            for task_id, assignment in self._recalled.items()
-            if (record := self._get(task_id)) is not None and record.assignment == assignment
+            for task_id, assignment in self.recalled.items()
+            if (record := get(task_id)) is not None and record.assignment == assignment
         }
-        self._under_way = list(exchanges)
-        asked_for = list(self._records())
-        self._recalled |= {record.task.id: record.assignment for record in asked_for}
-        for record in asked_for:
-            self._recall(record)
+        begun = Transfers(tuple(exchanges), decided_in=decided_in)
+        recalled |= {record.task.id: record.assignment for record in begun.records}
+        return replace(begun, recalled=recalled)
 
-    def give_up(self) -> None:
-        """Leave what is under way to the next auction."""
-        self._under_way.clear()
+    def give_up(self) -> Transfers:
+        """Leave everything under way to the next auction."""
+        return replace(self, exchanges=())
 
-    def leave_out(self, robot: str) -> None:
-        """Leave to the next auction what a robot is to have: its list is not what it bid for."""
-        self._under_way = [
-            exchange
-            for exchange in self._under_way
-            if all(move.taker.robot_id != robot for move in exchange)
-        ]
-
-    def ready(self, robots: frozenset[str]) -> list[Move]:
-        """Return what can be given out now, and keep it no longer.
-
-        Args:
-            robots: Those that are in service.
-        """
-        can = [
-            exchange
-            for exchange in self._under_way
-            if all(move.taker.robot_id in robots for move in exchange)
-            and self._states(exchange) <= {TaskState.ASSIGNED, TaskState.WAITING}
-        ]
-        complete = [each for each in can if self._states(each) == {TaskState.WAITING}]
-        self._under_way = [exchange for exchange in can if exchange not in complete]
-        return [move for exchange in complete for move in exchange]
-
-    @property
-    def kept(self) -> frozenset[str]:
-        """The ids of the tasks that are under way."""
-        return frozenset(record.task.id for record in self._records())
-
-    def has_recalled(self, record: TaskRecord) -> bool:
-        """Return whether a task is handed back because of this, and was not tried in vain."""
-        return self._recalled.get(record.task.id) == record.assignment
-
-    def _records(self) -> Iterable[TaskRecord]:
-        return (
-            record for exchange in self._under_way for move in exchange for record in move.records
+    def without_taker(self, robot: str) -> Transfers:
+        """Leave what a robot would get to the next auction: its schedule differs from its bid."""
+        return replace(
+            self,
+            exchanges=tuple(
+                exchange
+                for exchange in self.exchanges
+                if all(move.taker.robot_id != robot for move in exchange)
+            ),
         )
 
-    def _states(self, exchange: Exchange) -> set[TaskState | None]:
-        """Return where the tasks of an exchange stand; None for one that was given out since."""
-        return {self._state(record) for move in exchange for record in move.records}
+    def ready(
+        self, in_service: frozenset[str], get: Callable[[str], TaskRecord | None]
+    ) -> tuple[Transfers, list[Move]]:
+        """Return the transfers that are still under way, and the moves to be awarded now."""
+        pending: list[Exchange] = []
+        moves: list[Move] = []
+        for exchange in self.exchanges:
+            states = {_state(get, record) for move in exchange for record in move.records}
+            if any(move.taker.robot_id not in in_service for move in exchange):
+                continue
+            if states == {TaskState.WAITING}:
+                moves += exchange
+            elif states <= {TaskState.ASSIGNED, TaskState.WAITING}:
+                pending.append(exchange)
+        return replace(self, exchanges=tuple(pending)), moves
 
-    def _state(self, asked_for: TaskRecord) -> TaskState | None:
-        record = self._get(asked_for.task.id)
-        if record is None or record.assignment != asked_for.assignment:
-            return None
-        return record.state
+    @property
+    def records(self) -> Iterable[TaskRecord]:
+        """The tasks under way, as they were recalled."""
+        return (
+            record for exchange in self.exchanges for move in exchange for record in move.records
+        )
+
+    @property
+    def task_ids(self) -> frozenset[str]:
+        """Ids of the tasks under way, which no auction offers."""
+        return frozenset(record.task.id for record in self.records)
+
+    def has_recalled(self, record: TaskRecord) -> bool:
+        """Return whether a task is handed back for a transfer rather than tried in vain."""
+        return self.recalled.get(record.task.id) == record.assignment
+
+
+def _state(get: Callable[[str], TaskRecord | None], recalled: TaskRecord) -> TaskState | None:
+    """Return the state of a recalled task; None if it has been assigned again since."""
+    record = get(recalled.task.id)
+    if record is None or record.assignment != recalled.assignment:
+        return None
+    return record.state

@@ -2,10 +2,10 @@
 """Takes tasks in, auctions them among the robots and follows them to their end.
 
 This is the report's Blackboard. It decides by messages alone and keeps nothing that it could not
-learn again: the task list lives in `RaftNode`, robots say how they are, and an order that was lost
-is given again when a robot's status shows that it has not heard it. So every member of the hive
-hosts one; it decides while its `RaftNode` is active, and only listens otherwise. What it decides it
-tells once `RaftNode` has committed it.
+learn again: the task list lives in `RaftNode`, robots tell their status, and a lost order is
+repeated when a robot's status shows that it was not heard. So every member of the hive hosts a
+blackboard; it decides while its `RaftNode` leads, and only listens otherwise. It tells a decision
+once `RaftNode` has committed it.
 """
 
 from __future__ import annotations
@@ -14,26 +14,30 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.auction.auctioneer import Auctioneer
-from blackboard.auction.candidate_selection import CandidateSelection
 from blackboard.auction.central import Central
-from blackboard.auction.decision_log import NoBook
-from blackboard.auction.reallocation import Reallocation
 from blackboard.auction.splitting import unfinished_parts, with_wholes
-from blackboard.auction.transfers import Transfers
-from blackboard.board.awarding import Awarding
+from blackboard.auction.step import (
+    ReallocationDue,
+    RobotImproved,
+    ScheduleChanged,
+    Signal,
+    Withdrawn,
+)
+from blackboard.board.awarding import assigned, decisions, unassigned
 from blackboard.board.orders import Orders
 from blackboard.board.recovery import put_back
 from blackboard.board.retention import Retention
-from blackboard.board.watch import Watch
-from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.board.watch import Presence, Watch
+from blackboard.domain.record import OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
 from blackboard.domain.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
-from blackboard.errors import TaskRefusedError
+from blackboard.errors import JournalError, TaskRefusedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from blackboard.auction.decision_log import DecisionBook
+    from blackboard.auction.auction import Result
+    from blackboard.auction.decision import Decision
     from blackboard.consensus.node import RaftNode
     from blackboard.costing.bid_basis import Bids
     from blackboard.domain.characteristics import RobotStatus
@@ -43,7 +47,7 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
 
 _LOOKS_IN_TIME = 5
-"""How often lost and late robots are looked for within the time after which a robot is lost."""
+"""Looks for lost and overdue robots within the time after which a robot counts as lost."""
 
 _EVENTS = {
     TaskState.WAITING: TaskEvent.RELEASE,
@@ -58,57 +62,41 @@ class Blackboard:
     """Decides which robot does which task.
 
     Args:
-        talker: How it hears and speaks.
-        backup: Keeps the task list.
-        ways: Knows where a robot can stand.
-        settings: How patient it is.
-        book: Where it notes why each task went to whom; nowhere, where it is left out.
-        ways_for: Gives what knows how far it is for a robot of a radius [m], for central
-            decisions; `path_lengths` for all, where it is left out.
+        node: Keeps the task list.
+        path_lengths: Tells where a robot can stand.
+        note: Keeps the decisions, which tell why each task went to whom.
+        path_lengths_for: Gives the path lengths for a robot of a radius [m], for central
+            decisions; `path_lengths` for all if None.
     """
 
     def __init__(
         self,
         talker: Talker,
-        backup: RaftNode,
+        node: RaftNode,
         path_lengths: PathLengths,
         settings: BlackboardSettings,
-        book: DecisionBook | None = None,
-        ways_for: Callable[[float], PathLengths] | None = None,
+        *,
+        note: Callable[[Iterable[Decision]], None] = lambda _decisions: None,
+        path_lengths_for: Callable[[float], PathLengths] | None = None,
     ) -> None:
         self._talker = talker
-        self._backup = backup
+        self._node = node
         self._path_lengths = path_lengths
         self._settings = settings
-        self._orders = Orders(talker, backup, settings.order_timeout)
-        self._watch = Watch(talker, backup, self._orders, settings)
-        in_service = self._watch.in_service
-        awarding = Awarding(
-            backup, self._orders, in_service, self._commit, talker, book or NoBook()
-        )
-        self._transfers = Transfers(backup.get, self._orders.recall_unbegun)
-        central = Central(backup.get, ways_for or (lambda _radius: path_lengths), talker.now)
+        self._presence = Presence(settings.reassign)
+        self._orders = Orders(talker, node, settings.order_timeout)
+        self._watch = Watch(talker, node, self._orders, self._presence, settings)
+        self._note = note
+        central = Central(node.get, path_lengths_for or (lambda _radius: path_lengths), talker.now)
         self._auctioneer = Auctioneer(
             talker,
-            backup,
-            in_service,
-            settings.bid_timeout,
-            Reallocation(
-                self._orders.held,
-                self._watch.last,
-                settings.improve_by,
-                settings.improve_threshold,
-            ),
-            self._transfers,
-            settings.order_timeout,
-            awarding.carry_out,
-            CandidateSelection(
-                settings.most_asked,
-                settings.offers_each,
-                settings.most_bids,
-                self._watch.last,
-            ),
-            central if settings.decision == "centralized" else None,
+            node,
+            settings,
+            in_service=self._presence.in_service,
+            last=self._presence.last,
+            recall=lambda record: self._orders.send(record, OrderKind.HAND_BACK_UNBEGUN),
+            carry_out=self._carry_out,
+            central=central if settings.decision == "centralized" else None,
         )
         self._retention = Retention(settings.keep_ended, settings.most_ended)
         self._done_twice: set[str] = set()
@@ -116,39 +104,76 @@ class Blackboard:
 
     def start(self) -> None:
         """Begin to listen."""
-        self._backup.serve(self)
-        leader = self._backup.may_act
-        self._talker.subscribe(NEW_TASK, self._take_in, when=leader)
-        self._talker.subscribe(TASK_CANCEL, self._cancel, when=leader)
-        self._talker.subscribe(TASK_COST, self._take_bids, when=leader)
-        self._talker.subscribe(TASK_STATE, self._hear_update, when=leader)
+        self._node.serve(self)
+        leads = self._node.may_act
+        self._talker.subscribe(NEW_TASK, self._take_in, when=leads)
+        self._talker.subscribe(TASK_CANCEL, self._cancel, when=leads)
+        self._talker.subscribe(TASK_COST, self._hear_bids, when=leads)
+        self._talker.subscribe(TASK_STATE, self._hear_update, when=leads)
         self._talker.subscribe(ROBOT_STATUS, self._hear_status)
 
     def became_leader(self) -> None:
         """Begin to decide, with the task list that the hive has committed."""
-        self._orders.resume(self._backup.records.values())
+        self._orders.resume(self._node.records.values())
         self._watch.begin()
         self._retention.begin()
+        every, settings = self._talker.every, self._settings
         self._timers = [
-            self._talker.every(self._settings.reassign / _LOOKS_IN_TIME, self._look_after_robots),
-            self._talker.every(self._settings.retry_period, self._auctioneer.try_again),
-            self._talker.every(self._settings.improve_period, self._auctioneer.improve),
+            every(settings.reassign / _LOOKS_IN_TIME, self._look),
+            every(settings.retry_period, self._retry),
+            every(settings.improve_period, self._reallocate),
         ]
-        self._look_after_robots()
-        self._auctioneer.try_again()
+        self._look()
+        self._retry()
 
     def stepped_down(self) -> None:
-        """Stop to decide; what was not committed yet is for the next active one to do again."""
+        """Stop deciding; what is not committed yet is left to the next leader."""
         for timer in self._timers:
             timer.cancel()
         self._timers = []
-        self._auctioneer.stop()
+        self._auctioneer.handle(Signal.STEPPED_DOWN)
+
+    def _retry(self) -> None:
+        self._auctioneer.handle(Signal.FLEET_CHANGED)
+
+    def _reallocate(self) -> None:
+        self._auctioneer.handle(ReallocationDue(tuple(self._orders.held())))
+
+    def _look(self) -> None:
+        """Release the tasks of lost robots, and forget what ended long ago."""
+        if not self._node.may_act():
+            return
+        released = self._watch.look()
+        if released:
+            self._commit(*released)
+            self._retry()
+        self._node.forget(self._retention.due(self._node.member.log, self._talker.now()))
+
+    def _carry_out(self, result: Result, then: Callable[[], None]) -> None:
+        """Assign tasks to their winners and split tasks that are too heavy, as one change."""
+        won = list(assigned(result, self._node))
+        others = unassigned(result, self._node, self._presence.in_service())
+
+        def order() -> None:
+            for record in won:
+                self._orders.give(record)
+            then()
+
+        if won or others:
+            self._commit(*won, *others, then=order)
+        else:
+            then()
+        # While the other members write the change to disk.
+        try:
+            self._note(decisions(result, others, self._talker.now()))
+        except JournalError as error:
+            self._talker.warn(f"the reasons for these assignments are lost: {error}")
 
     def _take_in(self, task: Task) -> None:
-        known = self._backup.get(task.id)
+        known = self._node.get(task.id)
         if known is not None and known.task.asks_the_same_as(task):
-            self._backup.tell()
-            self._backup.commit((), lambda: self._tell(known))
+            self._node.tell()
+            self._node.commit((), lambda: self._tell(known))
             return
         if known is not None:
             self._reject(task, "the id is taken by another task; post it with another id")
@@ -158,159 +183,152 @@ class Blackboard:
         except TaskRefusedError as error:
             self._reject(task, str(error))
             return
-        self._commit(TaskRecord.new(task, self._backup.earlier, unused_goals(task)))
-        self._auctioneer.open()
+        self._commit(TaskRecord.new(task, self._node.earlier, unused_goals(task)))
+        self._auctioneer.handle(Signal.TASK_CAME)
 
     def _reject(self, task: Task, reason: str) -> None:
         """Tell why a task does not enter the list; only what could be its id is repeated.
 
-        Members are told as well, for a lone founder of another hive may have posted it.
+        Members are told as well, because a lone member that bootstraps another hive may have
+        posted it.
         """
         self._talker.refuse(NEW_TASK, reason)
-        task_id = task.id[:MAX_ID_LENGTH]
-        epoch = self._backup.epoch
+        task_id, epoch = task.id[:MAX_ID_LENGTH], self._node.epoch
         update = TaskUpdate(task_id, TaskState.REJECTED, epoch=epoch, reason=reason)
         self._talker.publish(TASK_STATE, update)
 
     def _cancel(self, task_id: str) -> None:
-        record = self._backup.get(task_id)
+        record = self._node.get(task_id)
         if record is None:
             listed = f"there is no task {task_id[:MAX_ID_LENGTH]!r} on the list"
             self._talker.refuse(TASK_CANCEL, f"{listed}; it may have ended long ago")
-            return
-        if record.state.is_terminal:
-            self._backup.commit((), lambda: self._tell(record))
-            return
-        self._end(record, *unfinished_parts(record, self._backup.records))
+        elif record.state.is_terminal:
+            self._node.commit((), lambda: self._tell(record))
+        else:
+            self._end(record, *unfinished_parts(record, self._node.records))
 
     def _end(self, *records: TaskRecord, reason: str = "cancelled by an operator") -> None:
-        """Cancel what has not ended yet, and stop the robots that are at it."""
+        """Cancel tasks that have not ended yet, and stop the robots that do them."""
         ended = [record.after(TaskEvent.CANCEL, eta=0.0, reason=reason) for record in records]
-        changed = [record for record in ended if record is not None]
 
         def stop() -> None:
             for record in records:
-                self._orders.take_back(record)
+                self._orders.send(record, OrderKind.TAKE_BACK)
 
-        self._commit(*changed, then=stop)
+        self._commit(*(record for record in ended if record is not None), then=stop)
 
-    def _take_bids(self, bids: Bids) -> None:
+    def _hear_bids(self, bids: Bids) -> None:
         if self._is_known(TASK_COST, bids.robot_id):
-            self._auctioneer.take_bids(bids)
+            self._auctioneer.hear_bids(bids)
 
     def _is_known(self, topic: str, robot_id: str) -> bool:
-        """Return whether a robot has ever said how it is; refuse what it says otherwise."""
-        known = self._watch.knows(robot_id)
+        """Return whether a robot has ever told its status; if not, refuse what it says."""
+        known = self._presence.knows(robot_id)
         if not known:
             self._talker.refuse(topic, f"no robot {robot_id[:MAX_ID_LENGTH]!r} has been heard")
         return known
 
+    def _hear_status(self, status: RobotStatus) -> None:
+        if status.hive not in {"", self._node.hive}:
+            return
+        can_bid_better = self._watch.hear(status)
+        if can_bid_better and self._node.may_act():
+            self._auctioneer.handle(RobotImproved(status.robot_id))
+
     def _hear_update(self, update: TaskUpdate) -> None:
-        """Follow what a robot reports; what this blackboard says itself comes by here too."""
-        record = self._backup.get(update.task_id)
+        """Follow what a robot reports; this blackboard's own updates arrive here too."""
+        robot_id = update.robot_id
+        record = self._node.get(update.task_id)
         event = _EVENTS.get(update.state)
-        if event is None or not update.robot_id:
+        if event is None or not robot_id:
             return
         if record is None or 1 <= update.assignment <= record.earlier:
-            if self._watch.knows(update.robot_id):
-                self._orders.disown(update.task_id, update.robot_id, update.assignment)
+            if self._presence.knows(robot_id):
+                self._orders.disown(update.task_id, robot_id, update.assignment)
             return
-        if not self._is_known(TASK_STATE, update.robot_id):
+        if not self._is_known(TASK_STATE, robot_id):
             return
-        # The robot repeats it until a copy of the list shows that it is known.
-        self._backup.tell()
-        holds = (update.robot_id, update.assignment) == (record.robot, record.assignment)
+        # The robot repeats its report until a copy of the list shows that it was heard.
+        self._node.tell()
+        holds = (robot_id, update.assignment) == (record.robot, record.assignment)
         # A repeated DONE is no news: what the robot has bid since holds.
-        is_news = record.state is not TaskState.DONE
-        if is_news and event is not TaskEvent.START:
-            self._auctioneer.list_changed(update.robot_id)
+        if event is not TaskEvent.START and record.state is not TaskState.DONE:
+            self._auctioneer.handle(ScheduleChanged(robot_id))
         if event is TaskEvent.FINISH and not holds and record.is_once_held(update.assignment):
             self._believe(record, update)
         elif holds and event is TaskEvent.RELEASE:
-            self._put_back(record, update)
+            self._release(record, update)
         elif holds and (event is not TaskEvent.START or record.gets_on(update)):
             changed = record.reported(event, update)
             if changed is not None:
                 self._commit(changed, tell=False)
 
     def _believe(self, record: TaskRecord, update: TaskUpdate) -> None:
-        """Take a task for done by a robot that it no longer belongs to, and count double work."""
-        known = record.task.id in self._done_twice
+        """Accept that a robot has done a task it no longer holds, and count doubled work."""
+        task_id = record.task.id
         begun = record.state in {TaskState.STARTED, TaskState.DONE}
-        doubled = begun and record.robot != update.robot_id
         changed = record.reported(TaskEvent.FINISH, update)
-        if doubled and not known:
-            self._done_twice.add(record.task.id)
-            other = record.robot or "its parts"
+        if begun and record.robot != update.robot_id and task_id not in self._done_twice:
+            self._done_twice.add(task_id)
             reason = (
-                f"done by {update.robot_id} as well as by {other}; "
+                f"done by {update.robot_id} as well as by {record.robot or 'its parts'}; "
                 f"tasks with doubled work so far: {len(self._done_twice)}"
             )
             changed = replace(changed or record, reason=reason)
         if changed is not None:
-            self._commit(changed, then=lambda: self._orders.take_back(record))
+            self._commit(changed, then=lambda: self._orders.send(record, OrderKind.TAKE_BACK))
         if not record.state.is_terminal:
-            parts = unfinished_parts(record, self._backup.records)
-            self._end(*parts, reason=f"{record.task.id} was done as a whole")
+            parts = unfinished_parts(record, self._node.records)
+            self._end(*parts, reason=f"{task_id} was done as a whole")
 
-    def _put_back(self, record: TaskRecord, update: TaskUpdate) -> None:
-        """Have a task that a robot handed back done by another, or give it up."""
+    def _release(self, record: TaskRecord, update: TaskUpdate) -> None:
+        """Offer a task that a robot handed back to the others, or give it up."""
         if late := self._watch.lateness(record):
             update = replace(update, reason=f"{update.reason} ({late})")
-        most = self._settings.most_hand_backs
-        released = put_back(record, update, most, tried=not self._transfers.has_recalled(record))
+        tried = not self._auctioneer.has_recalled(record)
+        released = put_back(record, update, self._settings.most_hand_backs, tried=tried)
         if released is not None:
             self._commit(released)
-            self._auctioneer.open()
-
-    def _hear_status(self, status: RobotStatus) -> None:
-        if status.hive not in {"", self._backup.hive}:
-            return
-        can_bid_better = self._watch.hear(status)
-        if can_bid_better and self._backup.may_act():
-            self._auctioneer.bids_better(status.robot_id)
-
-    def _look_after_robots(self) -> None:
-        if not self._backup.may_act():
-            return
-        released = self._watch.look()
-        if released:
-            self._commit(*released)
-            self._auctioneer.try_again()
-        log = self._backup.member.log
-        self._backup.forget(self._retention.due(log, self._talker.now()))
+            self._auctioneer.handle(Signal.TASK_CAME)
 
     def _commit(
         self, *records: TaskRecord, then: Callable[[], None] | None = None, tell: bool = True
     ) -> None:
-        """Have changes written down; then tell everyone, unless the robot has done so already.
+        """Have changes committed; then tell everyone, unless the robot has done so already.
 
-        What follows from them for the tasks that they are parts of belongs to the same change.
+        What follows for the tasks that they are parts of belongs to the same change.
         """
-        changed = with_wholes(records, self._backup.records)
-        for record in changed:
-            if record.state is not TaskState.WAITING or record.parts:
-                self._auctioneer.withdraw(record.task.id)
-        self._forget(changed)
+        changed = with_wholes(records, self._node.records)
+        if not changed:
+            return
+        self._auctioneer.handle(
+            Withdrawn(
+                frozenset(
+                    record.task.id
+                    for record in changed
+                    if record.state is not TaskState.WAITING or record.parts
+                )
+            )
+        )
+        self._stop_resending(changed)
 
         def committed() -> None:
             # An order that was waiting for its commit has been given in the meantime.
-            self._forget(changed)
+            self._stop_resending(changed)
             for record in changed:
                 if tell or record not in records:
                     self._tell(record)
             if then is not None:
                 then()
 
-        if changed:
-            self._backup.commit(changed, committed)
+        self._node.commit(changed, committed)
 
-    def _forget(self, changed: Iterable[TaskRecord]) -> None:
-        """Order nothing again that no robot has to have any more."""
+    def _stop_resending(self, changed: Iterable[TaskRecord]) -> None:
+        """Stop resending orders for tasks that no robot holds."""
         for record in changed:
             if not record.is_held:
                 self._orders.forget(record.task.id)
 
     def _tell(self, record: TaskRecord) -> None:
-        """Tell those who are no members; these have the list."""
-        self._talker.publish(TASK_STATE, record.told(self._backup.epoch), to=())
+        """Tell everyone who is no member; members have the list."""
+        self._talker.publish(TASK_STATE, record.told(self._node.epoch), to=())

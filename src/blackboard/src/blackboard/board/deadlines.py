@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""By when a robot has promised to get on with a task, and whether it is too late by now.
+"""When each task has to make progress, and which tasks are overdue.
 
-With every report a robot says how long the rest of the task is going to take, and how long the
-next step. The promise lasts a multiple of that and a grace; the next report renews it. Of a task
-of high priority every step has to be in time. A task that waits in a robot's list is promised anew
-whenever its robot gets on with another one.
+With every report a robot predicts how long the rest of the task takes, and how long the present
+step. The deadline is a multiple of that plus a grace; every report sets a new one. Of a task of
+high priority each step has a deadline of its own. A task that waits in a robot's schedule gets a
+new deadline whenever the robot makes progress with another one.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
 
 STEPWISE_FROM = 8
-"""The least priority of which every single step is promised."""
+"""The least priority of which every single step has a deadline."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Deadline:
     progress: object
-    deadline: float
+    at: float
     allowed: float
 
 
 class Deadlines:
-    """Remembers when each task was last heard to get on.
+    """Remembers when each task last made progress.
 
     Args:
-        factor: How many times the promised time a robot may take.
+        factor: How many times the predicted time a robot may take.
         grace: What it may take beyond that [s].
     """
 
@@ -44,12 +44,7 @@ class Deadlines:
         self._deadlines: dict[str, _Deadline] = {}
 
     def overdue(self, held: Iterable[TaskRecord], now: float) -> list[tuple[TaskRecord, float]]:
-        """Return the records whose robots are too late, each with the time that it had [s].
-
-        Args:
-            held: All records that a robot has now; those of other tasks are forgotten.
-            now: The time [s].
-        """
+        """Return the overdue records of all that are held now [s], with the time allowed [s]."""
         records = tuple(held)
         at_work = {
             record.robot: (record.task.id, record.step)
@@ -57,21 +52,21 @@ class Deadlines:
             if record.state is TaskState.STARTED
         }
         deadlines = {}
-        late = []
+        overdue = []
         for record in records:
             progress = (record.assignment, record.state, record.step, at_work.get(record.robot))
-            promise = self._deadlines.get(record.task.id)
-            if promise is None or promise.progress != progress:
+            deadline = self._deadlines.get(record.task.id)
+            if deadline is None or deadline.progress != progress:
                 allowed = self._allowed(record)
-                promise = _Deadline(progress, now + allowed, allowed)
-            deadlines[record.task.id] = promise
-            if now > promise.deadline:
-                late.append((record, promise.allowed))
+                deadline = _Deadline(progress, now + allowed, allowed)
+            deadlines[record.task.id] = deadline
+            if now > deadline.at:
+                overdue.append((record, deadline.allowed))
         self._deadlines = deadlines
-        return late
+        return overdue
 
     def _allowed(self, record: TaskRecord) -> float:
         stepwise = record.task.priority >= STEPWISE_FROM and record.state is TaskState.STARTED
-        promised = (record.step_eta if stepwise else 0.0) or record.eta
-        # A robot that cannot predict, or another maker's that does not, promises nothing.
-        return self._factor * promised + self._grace if promised else float("inf")
+        predicted = (record.step_eta if stepwise else 0.0) or record.eta
+        # A robot that predicts nothing, as another maker's may, has no deadline.
+        return self._factor * predicted + self._grace if predicted else float("inf")

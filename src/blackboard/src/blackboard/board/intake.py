@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a member refuses to take in at all, whatever topic it comes on.
+"""What a member refuses on any topic.
 
-ROS makes sure that a number is a number and a text is a text; that it can be calculated with, and
-kept, is looked at here. What an operator posts is let through: the blackboard answers that, with
-the reason, see `task.analyze_task`. So are bids, which the auction answers.
+ROS makes sure that a number is a number and a text is a text; this module checks that one can
+calculate with them and keep them. It lets through what an operator posts, because the blackboard
+answers with the reason (see `task.analyze_task`), and bids, which the auction answers.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import re
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     BB_ENTRIES,
     NEW_TASK,
@@ -36,34 +37,25 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
 
 _ROBOT = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_NAME - 1}}}", re.ASCII)
-"""ROS's own rule for a name that is a namespace."""
+"""ROS's rule for names of namespaces."""
 
 _TYPES = frozenset(kind.value for kind in TaskType)
 
 
 def why_refused(topic: str, message: object) -> str:
-    """Return why a message is not taken in, in words for a person; empty where it is.
-
-    Args:
-        topic: On which it came.
-        message: One of the core's values.
-    """
+    """Return why a message of a topic is refused, in words for a person; empty if it is not."""
     check = _CHECKS.get(topic)
     return flaw_of(message, type(message).__name__) if check is None else check(message)
 
 
-def _answered_by_others(_message: object) -> str:
-    return ""
-
-
 def _broadcast_flaw(broadcast: Broadcast) -> str:
     if broadcast.sizes and (sum(broadcast.sizes) != len(broadcast.tasks) or 0 in broadcast.sizes):
-        return f"sizes {broadcast.sizes} are not those of pieces of {len(broadcast.tasks)} tasks"
+        return f"sizes {broadcast.sizes} do not add up to {len(broadcast.tasks)} tasks"
     return next(filter(None, (_task_flaw(*offer) for offer in broadcast.tasks)), "")
 
 
 def _order_flaw(order: Order) -> str:
-    if not order.take_back:
+    if order.kind is OrderKind.ASSIGN:
         return _task_flaw(order.task, order.step) or flaw_of(order.heard, "Order.heard")
     return _kind_flaw(order.task) or flaw_of(order, "Order")
 
@@ -84,7 +76,7 @@ def _list_flaw(known: TaskList) -> str:
 
 def _update_flaw(update: TaskUpdate) -> str:
     if not update.task_id:
-        return "task_id is empty; it says whom the message is about"
+        return "task_id is empty; it says which task the message is about"
     return flaw_of(update, "TaskUpdate")
 
 
@@ -101,8 +93,8 @@ def _status_flaw(status: RobotStatus) -> str:
 
 _CHECKS: Mapping[str, Callable[[Any], str]] = MappingProxyType(
     {
-        NEW_TASK: _answered_by_others,
-        TASK_COST: _answered_by_others,
+        NEW_TASK: lambda _task: "",
+        TASK_COST: lambda _bids: "",
         TASK_BROADCAST: _broadcast_flaw,
         TASK_ASSIGN: _order_flaw,
         BB_ENTRIES: _entries_flaw,
@@ -111,7 +103,7 @@ _CHECKS: Mapping[str, Callable[[Any], str]] = MappingProxyType(
         ROBOT_STATUS: _status_flaw,
     }
 )
-"""What is looked at on which topic; on the others, only that all can be calculated with."""
+"""Checks by topic; on other topics only numbers, texts and lengths are checked."""
 
 
 def _kind_flaw(task: Task) -> str:
@@ -119,7 +111,7 @@ def _kind_flaw(task: Task) -> str:
 
 
 def _task_flaw(task: Task, step: int) -> str:
-    """Return what is wrong with a task that is offered, given, or on the list."""
+    """Return what is wrong with a task that is offered, assigned, or on the list."""
     try:
         analyze_task(task)
     except TaskRefusedError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What becomes of a task whose robot no longer does it: handed back, or lost with its robot."""
+"""What becomes of a task whose robot does not finish it: handed back, or lost with its robot."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ if TYPE_CHECKING:
 
 
 def put_back(
-    record: TaskRecord, update: TaskUpdate, most_tries: int, *, tried: bool = True
+    record: TaskRecord, update: TaskUpdate, max_tries: int, *, tried: bool = True
 ) -> TaskRecord | None:
-    """Return a task that its robot has handed back, or None where that changes nothing.
+    """Return a task after its robot has handed it back, or None if that changes nothing.
 
-    A robot that has put it off for a more urgent one has not tried in vain.
+    A robot that puts a task off for a more urgent one has not tried it in vain.
 
     Args:
-        record: Where it stood.
-        update: What the robot has said.
-        most_tries: After that many vain tries it is given up.
-        tried: Whether the robot has tried it in vain; not where it was asked for it.
+        record: The task before.
+        update: The robot's report.
+        max_tries: After this many vain tries the task fails.
+        tried: Whether the robot tried it in vain; False if it was asked to hand it back.
     """
     in_vain = tried and not update.put_off_for
     tries = (*record.tried, update.robot_id) if in_vain else record.tried
     step = min(update.step, record.steps)
-    return _waiting(record, step, tries, update.reason, most_tries)
+    return _waiting(record, step, tries, update.reason, max_tries)
 
 
 def after_loss(
-    record: TaskRecord, policy: str, last_seen: str, most_tries: int
+    record: TaskRecord, policy: str, last_seen: str, max_tries: int
 ) -> TaskRecord | None:
-    """Return a task whose robot is lost and has stopped, or None where that changes nothing.
+    """Return a task whose robot is lost and has stopped, or None if that changes nothing.
 
     Args:
-        record: Where it stands, with the robot that is lost.
-        policy: One of `ON_ROBOT_LOST`; a task whose load may be on board goes to a person anyway.
+        record: The task, with the robot that is lost.
+        policy: One of `ON_ROBOT_LOST`; if the load may be on board, a person decides anyway.
         last_seen: Where and when the robot was last heard of, in words.
-        most_tries: After that many vain tries it is given up.
+        max_tries: After this many vain tries the task fails.
     """
     lost = f"{record.robot} is lost, {last_seen}"
     started = record.state is TaskState.STARTED
@@ -58,23 +58,23 @@ def after_loss(
     if record.task.payload and started:
         lost += f"; bring what was loaded on it ({record.task.payload:g} kg) to the next robot"
     tried = (*record.tried, record.robot) if started else record.tried
-    return _waiting(record, record.step, tried, lost, most_tries)
+    return _waiting(record, record.step, tried, lost, max_tries)
 
 
 def may_be_on_board(record: TaskRecord) -> bool:
     """Return whether the robot of a task may have taken its load on board with its own arm.
 
-    A robot does not begin to pick before the task list shows that it has arrived, so the list
-    knows: from the pick on the load may be on board.
+    A robot does not begin to pick before the task list shows that it has arrived, so from that
+    step on the load may be on board.
     """
     picks = TaskType(record.task.type).picks
     return picks and record.state is TaskState.STARTED and record.step > 0
 
 
 def _waiting(
-    record: TaskRecord, step: int, tried: tuple[str, ...], reason: str, most_tries: int
+    record: TaskRecord, step: int, tried: tuple[str, ...], reason: str, max_tries: int
 ) -> TaskRecord | None:
-    if len(tried) > len(record.tried) and len(tried) >= most_tries:
+    if len(tried) > len(record.tried) and len(tried) >= max_tries:
         text = f"given up after {len(tried)} tries, the last: {reason}"
         return record.after(TaskEvent.FAIL, tried=tried, eta=0.0, reason=text)
     return record.after(

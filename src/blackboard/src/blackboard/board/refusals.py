@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Keeps book of what a member refuses to take in: each reason is said once, and counted.
+"""Counts the messages that a member refuses, and warns of each reason once.
 
-A program that goes wrong sends the same nonsense a thousand times. So a reason is said the first
-time, then the tenth, the hundredth and so on, and how often it came stands in the book.
+A faulty program sends the same nonsense a thousand times. So a reason is said the first time, then
+the tenth, the hundredth and so on, and each time is counted.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 MAX_REASONS = 100
-"""Reasons in the book; what comes after them is counted for each topic, under `OTHERS`."""
+"""Reasons that are counted; further ones are counted for each topic under `OTHERS`."""
 
 MAX_REASON = 300
-"""Characters of a reason; it may repeat what was refused."""
+"""Characters of a reason; it may quote what was refused."""
 
 OTHERS = "for other reasons"
 
@@ -26,7 +26,7 @@ class Refusals:
     """Counts refusals by topic and reason.
 
     Args:
-        say: Tells the person who runs this member.
+        say: Warns the person who runs this member.
     """
 
     def __init__(self, say: Callable[[str], None]) -> None:
@@ -35,28 +35,23 @@ class Refusals:
 
     @property
     def counts(self) -> Mapping[tuple[str, str], int]:
-        """How often something was refused, by topic and reason."""
+        """Number of refusals by topic and reason."""
         return MappingProxyType(self._counts)
 
     @property
     def total(self) -> int:
-        """How often anything was refused."""
+        """Number of all refusals."""
         return sum(self._counts.values())
 
     def by_topic(self) -> dict[str, int]:
-        """Return how often something was refused on each topic."""
+        """Return the number of refusals by topic."""
         sums: dict[str, int] = {}
         for (topic, _), count in self._counts.items():
             sums[topic] = sums.get(topic, 0) + count
         return sums
 
     def refuse(self, topic: str, reason: str) -> None:
-        """Note that a message was refused.
-
-        Args:
-            topic: On which it came.
-            reason: Why, in words for a person.
-        """
+        """Count a refused message of a topic; the reason is in words for a person."""
         key = (topic, reason[:MAX_REASON])
         if key not in self._counts and len(self._counts) >= MAX_REASONS:
             key = (topic, OTHERS)

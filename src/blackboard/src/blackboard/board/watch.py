@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Watches over the robots that hold tasks: who may go on, who is lost, who is too late.
+"""Watches over the robots: who is there, who may go on, who is lost, who is overdue.
 
-A status renews its robot's lease, unless the robot has something in its list that is not its own
-or has not handed back what it was told to. So what the blackboard no longer wants done comes to a
-standstill in the end, even on a robot that does not hear it.
+A status renews its robot's lease, unless the robot has a task in its schedule that is not its own
+or has not handed back what it was told to. So whatever the blackboard no longer wants done stops
+in the end, even on a robot that cannot hear it.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from blackboard.board.deadlines import Deadlines
-from blackboard.board.presence import Presence
 from blackboard.board.recovery import after_loss
 from blackboard.consensus.lease import Leases
 from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import ROBOT_STATUS
 
 if TYPE_CHECKING:
@@ -27,64 +27,119 @@ if TYPE_CHECKING:
     from blackboard.domain.talker import Talker
 
 
-class Watch:
-    """Grants leases and finds the tasks that have to be taken from their robots.
+_CHARGE_STEP = 0.05
+"""A robot that has charged by this much may now take what it refused before."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    status: RobotStatus
+    heard: float
+    charge: float
+
+
+class Presence:
+    """Keeps the last status of every robot.
 
     Args:
-        talker: How it speaks and knows the time.
-        backup: Tells robots that they were heard.
-        orders: Knows what each robot has to have in its list.
-        settings: How patient it is.
+        timeout: A robot that is silent for longer counts as offline [s].
     """
 
+    def __init__(self, timeout: float) -> None:
+        self._timeout = timeout
+        self._seen: dict[str, _Seen] = {}
+        self._in_service: frozenset[str] = frozenset()
+
+    def hear(self, status: RobotStatus, now: float) -> bool:
+        """Note a status; return whether the robot may now bid better than before."""
+        before = self._seen.get(status.robot_id)
+        known_charge = status.charge if before is None else before.charge
+        charged = status.charge - known_charge >= _CHARGE_STEP
+        charge = status.charge if charged else min(status.charge, known_charge)
+        self._note(_Seen(status, now, charge))
+        if before is None:
+            return status.state.in_service
+        returned = status.state.in_service and not before.status.state.in_service
+        relieved = not set(before.status.tasks) <= set(status.tasks)
+        return returned or relieved or charged
+
+    def knows(self, robot_id: str) -> bool:
+        """Return whether a robot was ever heard."""
+        return robot_id in self._seen
+
+    def in_service(self) -> frozenset[str]:
+        """Return the names of the robots that take tasks."""
+        return self._in_service
+
+    def last(self, robot_id: str) -> RobotStatus | None:
+        """Return the last status of a robot; None if it was never heard."""
+        seen = self._seen.get(robot_id)
+        return None if seen is None else seen.status
+
+    def fall_silent(self, now: float) -> tuple[RobotStatus, ...]:
+        """Mark robots as offline that are silent for too long; return those just marked."""
+        fallen = tuple(
+            replace(
+                seen.status,
+                state=RobotState.OFFLINE,
+                reason=f"not heard of for {now - seen.heard:.0f} s",
+            )
+            for seen in self._seen.values()
+            if now - seen.heard > self._timeout and seen.status.state is not RobotState.OFFLINE
+        )
+        for status in fallen:
+            self._note(replace(self._seen[status.robot_id], status=status))
+        return fallen
+
+    def _note(self, seen: _Seen) -> None:
+        name = seen.status.robot_id
+        self._seen[name] = seen
+        if seen.status.state.in_service != (name in self._in_service):
+            self._in_service ^= {name}
+
+
+class Watch:
+    """Grants leases and finds the tasks that have to be taken from their robots."""
+
     def __init__(
-        self, talker: Talker, backup: RaftNode, orders: Orders, settings: BlackboardSettings
+        self,
+        talker: Talker,
+        node: RaftNode,
+        orders: Orders,
+        presence: Presence,
+        settings: BlackboardSettings,
     ) -> None:
         self._talker = talker
-        self._backup = backup
+        self._node = node
         self._orders = orders
+        self._presence = presence
         self._settings = settings
-        self._presence = Presence(settings.reassign)
         self.begin()
 
     def begin(self) -> None:
-        """Count from now on: what was granted and promised before is another's business."""
+        """Count leases and deadlines from now on; those before were another blackboard's."""
         settings = self._settings
         self._leases = Leases(settings.reassign, self._talker.now())
         self._deadlines = Deadlines(settings.overdue_factor, settings.overdue_grace)
         self._late: dict[tuple[str, int], str] = {}
         self._kept: set[str] = set()
 
-    def in_service(self) -> frozenset[str]:
-        """Return the names of the robots that take tasks."""
-        return self._presence.in_service()
-
-    def knows(self, robot_id: str) -> bool:
-        """Return whether a robot has ever been heard."""
-        return self._presence.knows(robot_id)
-
-    def last(self, robot_id: str) -> RobotStatus | None:
-        """Return the last status of a robot, or None where it was never heard."""
-        return self._presence.last(robot_id)
-
     def hear(self, status: RobotStatus) -> bool:
         """Take in a robot's status; return whether it may now bid better than before."""
         if status.state is RobotState.OFFLINE:
             return False
         now = self._talker.now()
-        if not self._backup.may_act():
-            return self._presence.hear(status, now)
-        in_accord = self._orders.compare(status)
-        if in_accord and not self._has_to_hand_back(status.robot_id):
-            self._leases.grant(status.robot_id, now)
-            self._backup.grant(status.robot_id, status.sent, self._settings.robot_lease)
+        if self._node.may_act():
+            in_accord = self._orders.compare(status)
+            if in_accord and not self._has_to_hand_back(status.robot_id):
+                self._leases.grant(status.robot_id, now)
+                self._node.grant(status.robot_id, status.sent, self._settings.robot_lease)
         return self._presence.hear(status, now)
 
     def look(self) -> list[TaskRecord]:
         """Return the records that change because a robot is lost or has come back.
 
-        Everyone is told of robots that have fallen silent, and robots that are too late are told
-        to hand back.
+        Also tells everyone of robots that have fallen silent, and recalls overdue tasks.
         """
         now = self._talker.now()
         for status in self._presence.fall_silent(now):
@@ -95,19 +150,19 @@ class Watch:
         return [after for record, after in looked if after != record]
 
     def lateness(self, record: TaskRecord) -> str:
-        """Say why a robot had to hand a task back; empty where it was not late."""
+        """Say why a task was recalled; empty if it was not overdue."""
         return self._late.get((record.task.id, record.assignment), "")
 
     def _recall(self, held: list[TaskRecord], now: float) -> None:
-        """Have what is overdue handed back; this is said again until it is answered."""
+        """Recall what is overdue, again at every look until it is handed back."""
         self._late.clear()
         for record, allowed in self._deadlines.overdue(held, now):
-            reason = f"{record.robot} had {allowed:.0f} s to get on with it and did not"
+            reason = f"{record.robot} made no progress within {allowed:.0f} s"
             self._late[record.task.id, record.assignment] = reason
-            self._orders.recall(record)
+            self._orders.send(record, OrderKind.HAND_BACK)
 
     def _has_to_hand_back(self, robot_id: str) -> bool:
-        late = (self._backup.get(task_id) for task_id, _ in self._late)
+        late = (self._node.get(task_id) for task_id, _ in self._late)
         return any(
             record.is_held and record.robot == robot_id and self.lateness(record)
             for record in late
@@ -123,8 +178,8 @@ class Watch:
         seen = self.lateness(record) or "not heard of any more"
         if last is not None:
             seen += f", last seen at {last.pose}"
-        policy, most_tries = self._settings.on_robot_lost, self._settings.most_hand_backs
-        after = after_loss(record, policy, seen, most_tries) or record
+        policy, max_tries = self._settings.on_robot_lost, self._settings.most_hand_backs
+        after = after_loss(record, policy, seen, max_tries) or record
         if after.is_held:
             self._kept.add(record.task.id)
         return after

@@ -1,4 +1,4 @@
-"""One replicated task list: Raft's election and log, with the report's roles.
+"""One replicated task list: Raft's election, log replication and journal.
 
-What a change means to tasks and robots belongs in `board`.
+What a committed change means for tasks and robots belongs in `board`.
 """

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a member does not listen to: other hives, and blackboards whose time is over.
+"""What a member ignores: other hives, and blackboards of an epoch that is over.
 
-Every hive has an id, drawn when it was founded, and its members put it into what they say to each
-other and to robots. Nothing passes from one hive to another; the one with fewer members gives way
-while it hears the other (see docs/decisions/024).
+Every hive has a random id, which its members put into their messages to each other and to robots.
+No message passes from one hive to another. If two hives hear each other, the one with fewer
+members pauses (docs/decisions/024).
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from blackboard.consensus.bootstrap import Handover, newcomer
+from blackboard.consensus.bootstrap import Handover, new_member
 from blackboard.consensus.member import Role, name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Heartbeat, Message
 from blackboard.domain.talker import BB_ACK, SYNC
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
-    from blackboard.consensus.bootstrap import Founding
     from blackboard.consensus.journal import HardState
     from blackboard.consensus.member import Member
     from blackboard.consensus.task_list import TaskList
@@ -31,31 +30,31 @@ class HiveFilter(Protocol):
 
     @property
     def hive(self) -> str:
-        """The id of the robot's hive; empty where it belongs to none yet."""
+        """The id of the robot's hive; empty while it belongs to none."""
 
     @property
     def leader(self) -> tuple[str, ...] | None:
-        """Name of the member that carries the blackboard; None where that is not known."""
+        """Name of the leader; None if unknown."""
 
     @property
     def carriers(self) -> tuple[str, ...] | None:
-        """Names of that member and its backup; None where they are not known."""
+        """Names of the leader and of the backup; None if unknown."""
 
     def obeys(self, hive: str, epoch: int) -> bool:
-        """Return whether the blackboard of a hive and an epoch is to be obeyed."""
+        """Return whether the robot obeys the blackboard of a hive and an epoch."""
 
     def follow(self, hear: Callable[[TaskList], None]) -> None:
-        """Have the committed task list handed over soon after every change."""
+        """Pass on the committed task list soon after every change."""
 
     def show(self) -> None:
-        """Have the list handed over soon although nothing has changed."""
+        """Pass on the list soon although nothing has changed."""
 
 
 class NoFilter:
     """Obeys everybody, and takes the list from `bb_sync`: no member is beside the robot.
 
     Args:
-        talker: How it hears.
+        talker: Listens.
     """
 
     hive = ""
@@ -66,145 +65,153 @@ class NoFilter:
         self.carriers: tuple[str, ...] | None = None
 
     def obeys(self, _hive: str, _epoch: int) -> bool:
-        """Return that it is to be obeyed."""
+        """Return True."""
         return True
 
     def follow(self, hear: Callable[[TaskList], None]) -> None:
-        """Have every list handed over that the blackboard tells."""
+        """Pass on every list that the blackboard publishes."""
         self._talker.subscribe(SYNC, hear)
 
     def show(self) -> None:
-        """Do nothing: the blackboard tells the list again when a report is repeated."""
+        """Do nothing: the blackboard publishes the list again when a report is repeated."""
 
 
 class MemberFilter:
-    """Keeps other hives' messages out, and knows whether its own hive has to give way.
+    """Keeps other hives' messages out, and decides which of two hives pauses.
 
     Args:
-        talker: How it warns and knows the time.
+        talker: Warns and has the time.
         name: Of the member.
-        patience: A hive that was not heard for longer needs no way [s].
+        timeout: A larger hive that was not heard for so long is gone [s].
+        bootstraps: Whether this member bootstraps a hive if it hears none.
 
     Attributes:
-        founding: While this member waits whether it has to found a hive.
+        known_hive: Id of a hive heard while this member belonged to none and was to bootstrap one.
     """
 
-    def __init__(self, talker: Talker, name: str, patience: float) -> None:
+    def __init__(self, talker: Talker, name: str, timeout: float, *, bootstraps: bool) -> None:
+        self.known_hive = ""
         self._talker = talker
         self._name = name
-        self._patience = patience
-        self._greater: tuple[str, float] | None = None
+        self._timeout = timeout
+        self._larger: tuple[str, float] | None = None
         self._own_size = 0
         self._handover: Handover | None = None
-        self._told: set[str] = set()
-        self.founding: Founding | None = None
+        self._warned: set[str] = set()
+        self._bootstraps = bootstraps
 
-    def lets_in(self, message: Message, own: Member) -> bool:
-        """Return whether a message concerns this member; note what is another hive's.
+    def accepts(self, message: Message, own: Member) -> bool:
+        """Return whether this member handles a message; note what it tells of other hives.
 
-        A newcomer joins the hive of the first active one that it hears.
+        A member without a hive joins the hive of the first leader it hears.
         """
         if not own.hive:
             if isinstance(message, Heartbeat | AppendEntries):
                 return True
-            if message.hive and self.founding is not None:
-                self.founding.hear(message.hive)
+            if message.hive and self._bootstraps and not self.known_hive:
+                self.known_hive = message.hive
+                self._talker.warn(
+                    f"{self._name} has an empty disk and hears members of hive {message.hive}, "
+                    "which has no leader at present. It waits for that hive and does not "
+                    "bootstrap another. If that hive cannot recover, stop its members, move their "
+                    "journals away and start all of them again"
+                )
             return False
         if message.hive == own.hive:
             if isinstance(message, Heartbeat):
                 self._own_size = len(message.members)
             return not isinstance(message, AppendReply) or own.role is Role.LEADER
         if message.hive and isinstance(message, Heartbeat):
-            self._meet(message, own)
+            self._compare(message, own)
         elif isinstance(message, AppendReply) and not message.hive:
-            self._greet(message, own)
+            # Somebody is about to bootstrap a hive: tell it that there is one.
+            to = (name_of(message.member),)
+            answer = AppendReply(own.id, own.epoch, 0, 0.0, own.hive, own.voter, to)
+            self._talker.publish(BB_ACK, answer, to)
         return False
 
-    def makes_way_for(self) -> str:
-        """Return the id of the hive to which this one has to give way now; empty if to none."""
-        if self._greater is None:
+    @property
+    def larger_hive(self) -> str:
+        """Id of the hive for which this one pauses now; empty if it does not."""
+        if self._larger is None:
             return ""
-        hive, heard = self._greater
-        return hive if self._talker.now() - heard < self._patience else ""
+        hive, heard = self._larger
+        return hive if self._talker.now() - heard < self._timeout else ""
 
-    def gives_way(self, own: Member) -> bool:
-        """Return whether the hive has to give way; who may leave it gets ready to join the other.
+    def pauses(self, own: Member) -> bool:
+        """Return whether the hive pauses for a larger one; if so, prepare to join that.
 
-        A lone founder may, and so may a member without a vote, on which nobody counts.
+        Only a member without a vote may join, or the only member of its hive.
         """
-        to = self.makes_way_for()
-        if not to:
+        larger = self.larger_hive
+        if not larger:
             self._end_handover()
-            return False
-        if self._handover is None and _may_leave(own):
+        elif self._handover is None and _may_leave(own):
             records = own.log.latest.records.values() if own.members == (own.id,) else ()
-            self._handover = Handover(self._talker, self._name, to, records)
-        return True
+            self._handover = Handover(self._talker, self._name, larger, records)
+        return bool(larger)
 
     def join(self, random: Random) -> HardState | None:
-        """Go on with handing over, called at every heartbeat while a hive gives way.
+        """Hand tasks over to the larger hive; called at every heartbeat while this one pauses.
 
         Returns:
-            What it begins anew with once the other hive has all a lone founder's tasks; else None.
+            The state with which the member starts in the larger hive; None until that hive has all
+            tasks, and for a member that may not join.
         """
         if self._handover is None:
             return None
-        self._handover.beat()
+        self._handover.post()
         if not self._handover.is_done:
             return None
-        hive = self.makes_way_for()
+        hive = self.larger_hive
         self._end_handover()
-        self._greater = None
-        return newcomer(self._name, random, hive)
+        self._larger = None
+        return new_member(self._name, random, hive)
 
-    def refuses(self, hive: str, epoch: int, own: Member) -> bool:
-        """Return whether a blackboard is of another hive or of an epoch that is over."""
-        if hive == own.hive and epoch >= own.epoch:
+    def obeys(self, hive: str, epoch: int, own: Member) -> bool:
+        """Return whether a blackboard is of this hive and its epoch is not over."""
+        if hive != own.hive:
             return False
         kind = f"epoch {epoch}"
-        if kind not in self._told and hive == own.hive:
-            self._told.add(kind)
+        if epoch < own.epoch and kind not in self._warned:
+            self._warned.add(kind)
             self._talker.warn(
-                f"{name_of(own.id)} refuses what the blackboard of epoch {epoch} says, because "
-                f"epoch {own.epoch} has begun"
+                f"{name_of(own.id)} ignores the blackboard of epoch {epoch}, because epoch "
+                f"{own.epoch} has begun"
             )
-        return True
-
-    def _greet(self, founder: AppendReply, own: Member) -> None:
-        """Let one who waits whether it has to found a hive know that there is one."""
-        answer = AppendReply(own.id, own.epoch, 0, 0.0, own.hive, own.voter)
-        self._talker.publish(BB_ACK, answer, (name_of(founder.member),))
+        return epoch >= own.epoch
 
     def _end_handover(self) -> None:
         if self._handover is not None:
             self._handover.end()
         self._handover = None
 
-    def _meet(self, beat: Heartbeat, own: Member) -> None:
-        """Find out which of two hives gives way, and say so once."""
+    def _compare(self, heartbeat: Heartbeat, own: Member) -> None:
+        """Find out which of two hives pauses, and say so once."""
+        other = heartbeat.hive
         size = len(own.members) if own.id in own.members else self._own_size
-        gives_way = (len(beat.members), beat.hive) > (size, own.hive)
-        if gives_way:
-            self._greater = beat.hive, self._talker.now()
-        if beat.hive in self._told:
+        pauses = (len(heartbeat.members), other) > (size, own.hive)
+        if pauses:
+            self._larger = other, self._talker.now()
+        if other in self._warned:
             return
-        self._told.add(beat.hive)
+        self._warned.add(other)
         mine = ", ".join(map(name_of, own.members)) or "nobody yet"
-        if not gives_way:
-            then = "the other one gives way"
+        if not pauses:
+            then = "the other hive pauses"
         elif _may_leave(own):
-            then = "its own hive is smaller, so it gives way and joins the other"
+            then = "its own hive is smaller, so it joins the other"
         else:
             then = (
-                "its own hive is smaller and decides nothing while the other is heard. To have a "
-                "member join the other, end it, move its journal away and start it again"
+                "its own hive is smaller and pauses while it hears the other. To have a member "
+                "join the other hive, stop it, move its journal away and start it again"
             )
         self._talker.warn(
-            f"{name_of(own.id)} belongs to hive {own.hive} ({mine}) and hears hive {beat.hive} "
-            f"({', '.join(beat.members)}), which {beat.leader} carries; {then}"
+            f"{name_of(own.id)} belongs to hive {own.hive} ({mine}) and hears hive {other} "
+            f"({', '.join(heartbeat.members)}), led by {heartbeat.leader}; {then}"
         )
 
 
 def _may_leave(own: Member) -> bool:
-    """Return whether a member may join another hive: nobody else has to count on its disk."""
+    """Return whether a member may join another hive: nobody else counts on its disk."""
     return own.members == (own.id,) or own.id not in own.members

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a member must not forget: its epoch, its vote, its list, and a robot's open reports.
+"""The disk of a member: its hard state, and a robot's unacknowledged reports, as JSON.
 
-A member writes here before it says anything that others rely on. `SqliteJournal` survives a power
-cut; `MemoryJournal` is a disk for simulations, which survives its member's crash.
+A member writes here before it sends anything that others rely on. `SqliteJournal` survives a power
+cut; `MemoryJournal` serves simulations, and survives a crash of its member.
 """
 
 from __future__ import annotations
@@ -14,28 +14,26 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
-from blackboard.consensus.json_records import entry_from, record_from, report_from, to_json
-from blackboard.consensus.log import Log, Position, Snapshot
+from blackboard.consensus.log import Entry, Log, Position, Snapshot
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import Task, TaskState
 from blackboard.errors import JournalError
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
     from pathlib import Path
-
-    from blackboard.consensus.log import Entry
-    from blackboard.domain.record import TaskRecord, TaskUpdate
 
 
 @dataclass(frozen=True, slots=True)
 class HardState:
-    """What a member writes down of itself.
+    """What a member has to remember after a restart (Raft's persistent state).
 
     Attributes:
-        member: Its id: its name and the life of its disk.
-        epoch: The highest it has seen.
-        vote: Id of the candidate that has its vote in this epoch; empty where nobody has.
-        log: Its list.
-        hive: Id of its hive; empty where it belongs to none yet.
+        member: Its id.
+        epoch: The highest epoch it has seen.
+        vote: Id of the candidate it voted for in this epoch; empty if it has not voted.
+        hive: Id of its hive; empty while it belongs to none.
     """
 
     member: str
@@ -46,54 +44,50 @@ class HardState:
 
 
 class Journal(Protocol):
-    """A disk of one member."""
+    """The disk of one member."""
 
     def load(self) -> HardState | None:
-        """Return what was written last, or None where nothing was.
+        """Return the hard state written last, or None if there is none.
 
         Raises:
             JournalError: It cannot be read.
         """
 
     def save(self, hard_state: HardState) -> None:
-        """Write down; when this returns, a power cut no longer loses it.
+        """Write the hard state; once this returns, a power cut does not lose it.
 
         Raises:
             JournalError: It cannot be written; the text says why and where.
         """
 
     def load_reports(self) -> tuple[TaskUpdate, ...]:
-        """Return the reports that nobody has acknowledged yet."""
+        """Return the reports that the blackboard has not acknowledged."""
 
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
-        """Write down which reports nobody has acknowledged yet.
-
-        Raises:
-            JournalError: They cannot be written; the text says why and where.
-        """
+        """Replace the reports that the blackboard has not acknowledged; raises as `save` does."""
 
 
 @dataclass
 class MemoryJournal:
-    """A disk that only simulations and tests trust."""
+    """A disk for simulations and tests."""
 
     hard_state: HardState | None = None
     reports: tuple[TaskUpdate, ...] = field(default=())
 
     def load(self) -> HardState | None:
-        """Return what was written last."""
+        """Return the hard state written last."""
         return self.hard_state
 
     def save(self, hard_state: HardState) -> None:
-        """Write down."""
+        """Keep the hard state."""
         self.hard_state = hard_state
 
     def load_reports(self) -> tuple[TaskUpdate, ...]:
-        """Return the open reports."""
+        """Return the unacknowledged reports."""
         return self.reports
 
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
-        """Write down the open reports."""
+        """Replace the unacknowledged reports."""
         self.reports = tuple(reports)
 
 
@@ -113,17 +107,17 @@ PRAGMA user_version = {_FORMAT};
 class SqliteJournal:
     """A file that survives a power cut (SQLite, write-ahead log, every commit on disk).
 
-    A file that is damaged or none of ours is never overwritten: it is set aside under a name with
-    the time in it.
+    A file that is damaged or has another format is never overwritten, but renamed, with the time
+    in its new name.
 
     Args:
-        path: The file; its folder is made where it does not exist.
+        path: The file; missing folders are created.
 
     Attributes:
-        set_aside: Where a file was moved that could not be read; None where there was none.
+        set_aside: New path of an unreadable file; None if there was none.
 
     Raises:
-        JournalError: The file can be neither read, nor made, nor set aside.
+        JournalError: The file can be neither read, nor created, nor renamed.
     """
 
     def __init__(self, path: Path) -> None:
@@ -135,47 +129,44 @@ class SqliteJournal:
             try:
                 self._database = self._open()
                 self._saved = self._read()
-            except (sqlite3.DatabaseError, _ForeignError, ValueError, KeyError, TypeError):
+            except (sqlite3.DatabaseError, ValueError, KeyError, TypeError):
                 self._move_away()
                 self._database = self._open()
         except (OSError, sqlite3.Error) as error:
             raise self._failed(error) from None
 
     def load(self) -> HardState | None:
-        """Return what was written last."""
+        """Return the hard state written last."""
         return self._saved
 
     def save(self, hard_state: HardState) -> None:
-        """Write down what has changed, in one transaction."""
-        before = self._saved
-        try:
-            with self._transaction():
-                self._write_self(hard_state)
-                if before is None or not _continues(before.log, hard_state.log):
-                    self._write_all(hard_state.log)
-                elif before.log is not hard_state.log:
-                    self._write_changes(before.log, hard_state.log)
-        except (OSError, sqlite3.Error) as error:
-            raise self._failed(error) from None
+        """Write what has changed since the last time, in one transaction."""
+        before, log = self._saved, hard_state.log
+        with self._transaction():
+            self._write_self(hard_state)
+            if before is None or not _continues(before.log, log):
+                self._database.execute("DELETE FROM records")
+                self._database.execute("DELETE FROM entries")
+                self._write_records(log.base.records.values())
+                self._write_entries(log.entries)
+            elif before.log is not log:
+                self._write_changes(before.log, log)
         self._saved = hard_state
 
     def load_reports(self) -> tuple[TaskUpdate, ...]:
-        """Return the open reports."""
+        """Return the unacknowledged reports."""
         rows = self._database.execute("SELECT report FROM reports ORDER BY rowid")
-        return tuple(report_from(text) for (text,) in rows)
+        return tuple(_report(json.loads(text)) for (text,) in rows)
 
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
-        """Write down the open reports."""
-        rows = [(report.task_id, to_json(report)) for report in reports]
-        try:
-            with self._transaction():
-                self._database.execute("DELETE FROM reports")
-                self._database.executemany("INSERT INTO reports VALUES (?, ?)", rows)
-        except (OSError, sqlite3.Error) as error:
-            raise self._failed(error) from None
+        """Replace the unacknowledged reports."""
+        rows = [(report.task_id, _to_json(report)) for report in reports]
+        with self._transaction():
+            self._database.execute("DELETE FROM reports")
+            self._database.executemany("INSERT INTO reports VALUES (?, ?)", rows)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._database.close()
 
     def _open(self) -> sqlite3.Connection:
@@ -207,14 +198,16 @@ class SqliteJournal:
                 beside.rename(self.set_aside.with_name(self.set_aside.name + ending))
 
     @contextlib.contextmanager
-    def _transaction(self) -> Any:  # noqa: ANN401  (a context manager)
-        self._database.execute("BEGIN IMMEDIATE")
+    def _transaction(self) -> Iterator[None]:
         try:
+            self._database.execute("BEGIN IMMEDIATE")
             yield
             self._database.execute("COMMIT")
-        except BaseException:
+        except BaseException as error:
             with contextlib.suppress(sqlite3.Error):
                 self._database.execute("ROLLBACK")
+            if isinstance(error, (OSError, sqlite3.Error)):
+                raise self._failed(error) from None
             raise
 
     def _failed(self, error: Exception) -> JournalError:
@@ -238,17 +231,12 @@ class SqliteJournal:
         rows = [(key, json.dumps(value)) for key, value in values.items()]
         self._database.executemany("INSERT OR REPLACE INTO self VALUES (?, ?)", rows)
 
-    def _write_all(self, log: Log) -> None:
-        self._database.execute("DELETE FROM records")
-        self._database.execute("DELETE FROM entries")
-        self._write_records(log.base.records.values())
-        self._write_entries(log.entries)
-
     def _write_changes(self, before: Log, log: Log) -> None:
         base, old = log.base.position.version, before.base.position.version
         if base > old:
             for entry in before.entries[: base - old]:
-                self._forget_records(entry.forgotten)
+                forgotten = [(task_id,) for task_id in entry.forgotten]
+                self._database.executemany("DELETE FROM records WHERE task = ?", forgotten)
                 self._write_records(entry.records)
             self._database.execute("DELETE FROM entries WHERE version <= ?", (base,))
         known = before.entries[base - old :]
@@ -264,15 +252,11 @@ class SqliteJournal:
             "INSERT INTO records VALUES"
             " (:task, (SELECT coalesce(max(place), -1) + 1 FROM records), :record)"
             " ON CONFLICT (task) DO UPDATE SET record = :record",
-            [{"task": each.task.id, "record": to_json(each)} for each in records],
+            [{"task": each.task.id, "record": _to_json(each)} for each in records],
         )
 
-    def _forget_records(self, task_ids: Iterable[str]) -> None:
-        rows = [(task_id,) for task_id in task_ids]
-        self._database.executemany("DELETE FROM records WHERE task = ?", rows)
-
     def _write_entries(self, entries: Iterable[Entry]) -> None:
-        rows = [(entry.version, to_json(entry)) for entry in entries]
+        rows = [(entry.version, _to_json(entry)) for entry in entries]
         self._database.executemany("INSERT INTO entries VALUES (?, ?)", rows)
 
     def _read(self) -> HardState | None:
@@ -280,29 +264,65 @@ class SqliteJournal:
         values = {key: json.loads(value) for key, value in rows}
         if not values:
             return None
-        texts = self._database.execute("SELECT record FROM records ORDER BY place")
-        records = [record_from(text) for (text,) in texts]
-        texts = self._database.execute("SELECT entry FROM entries ORDER BY version")
-        entries = tuple(entry_from(text) for (text,) in texts)
-        known = {record.task.id: record for record in records}
-        earlier = values.get("earlier", 0)  # not in journals of older programs
+        rows = self._database.execute("SELECT task, record FROM records ORDER BY place")
+        known = {task: _record(json.loads(text)) for task, text in rows}
+        rows = self._database.execute("SELECT entry FROM entries ORDER BY version")
+        entries = tuple(_entry(json.loads(text)) for (text,) in rows)
+        earlier = values.get("earlier", 0)  # Journals of older versions lack it.
         base = Snapshot(Position(*values["base"]), known, tuple(values["members"]), earlier)
         log = Log.of(base, entries, values["committed"])
         return HardState(values["member"], values["epoch"], values["vote"], log, values["hive"])
 
 
-class _ForeignError(Exception):
-    """A database that something else has written."""
-
-
 def _check(is_new: bool, application: int, format_: int, found: str) -> None:
-    """Refuse a file before anything is written to it: it is set aside as it is."""
+    """Refuse a file before anything is written to it."""
     if not is_new and (application, format_) != (_APPLICATION, _FORMAT):
-        raise _ForeignError
+        raise sqlite3.DatabaseError("another program has written it")
     if found != "ok":
         raise sqlite3.DatabaseError(found)
 
 
 def _continues(before: Log, log: Log) -> bool:
-    """Return whether a log came from another by changes at its end and by folding."""
+    """Return whether a log came from another by changes of its end and by folding."""
     return before.base is log.base or log.base.position == before.at(log.base.position.version)
+
+
+def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
+    """Return the fields of a value by name, for `json.dumps`.
+
+    `asdict` would copy nested values, and `fields` takes ten times as long. A Pose among the goals
+    becomes an object; `json` would make it a list.
+    """
+    values = {name: getattr(value, name) for name in value.__dataclass_fields__}
+    if "goals" in values:
+        values["goals"] = [goal._asdict() for goal in values["goals"]]
+    return values
+
+
+def _to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
+    return json.dumps(value, default=fields_of)
+
+
+# These raise ValueError for an unknown state, KeyError for a missing field and TypeError for an
+# unknown one.
+
+
+def _entry(values: dict[str, Any]) -> Entry:
+    records = tuple(map(_record, values["records"]))
+    members = None if values["members"] is None else tuple(values["members"])
+    forgotten = tuple(values.get("forgotten", ()))  # Journals of older versions lack it.
+    return Entry(values["epoch"], values["version"], records, members, forgotten)
+
+
+def _report(values: dict[str, Any]) -> TaskUpdate:
+    return TaskUpdate(state=TaskState(values.pop("state")), **values)
+
+
+def _record(values: dict[str, Any]) -> TaskRecord:
+    task = values.pop("task")
+    goals = tuple(Pose(**goal) for goal in task.pop("goals"))
+    state = TaskState(values.pop("state"))
+    others: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
+    }
+    return TaskRecord(Task(goals=goals, **task), state, **others)

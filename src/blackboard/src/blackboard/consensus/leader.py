@@ -1,48 +1,63 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the active blackboard does for the hive: replicate, count, and keep the list of members.
+"""What the leader does: replicates entries, commits them and maintains the list of members.
 
-It commits a change once a majority of the members has it on disk, and steps down by itself when no
-majority has followed it of late: by then the others may elect another.
+An entry is committed once a majority of the members has it on disk. A leader that no majority has
+answered recently steps down, because the others may elect another by then.
+
+Each entry goes to each member once, unless it was lost. A busy member answers late. Sending it the
+same entries again makes it busier, and if all are busy the hive stalls (docs/decisions/083). So
+the leader sends an entry again only to a member that answers a later message without having it.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from blackboard.consensus.append_entries import send, send_what_is_missing
 from blackboard.consensus.log import Entry, Log, committed_version
 from blackboard.consensus.member import (
+    UNKNOWN_PEER,
     Peer,
     Role,
-    follow,
-    followed_since,
+    become_follower,
     has_lease,
+    last_majority_contact,
     majority_of,
     name_of,
 )
-from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.messages import AppendEntries, Heartbeat
 
 if TYPE_CHECKING:
-    from blackboard.consensus.election import Step
-    from blackboard.consensus.member import Member
-    from blackboard.consensus.messages import AppendReply
+    from collections.abc import Collection
+
+    from blackboard.consensus.log import Position
+    from blackboard.consensus.member import Member, Step
+    from blackboard.consensus.messages import AppendReply, Message
     from blackboard.domain.record import TaskRecord
 
-BEATS_ASIDE = 5
-"""Whoever does not stand by hears only one in so many heartbeats, and changes only with it: of a
-large fleet these are nearly all, and to hear one costs a robot more than anything else at rest."""
+LEARNER_INTERVAL = 5
+"""Learners hear one heartbeat in so many, and get entries only with it. Nearly all robots of a
+large fleet are learners, and receiving heartbeats is what costs an idle robot the most."""
 
 MIN_MEMBERS = 3
-"""With fewer, no majority is left when one is gone, so failover is off."""
+"""With fewer members, the loss of one leaves no majority, so failover is off."""
+
+MAX_ENTRIES = 200
+"""Entries in one message; the rest follows later."""
+
+_OVERTAKING = 0.5
+"""Messages of different topics overtake each other by less than this many heartbeats. So an entry
+is lost if the answer to something sent that much later shows that the member does not have it."""
 
 
 def become_leader(member: Member, now: float) -> Step:
-    """Take over: say so, and write an empty change, which commits all before it."""
+    """Announce the new leader and append an empty entry, which commits everything before it."""
     known = Peer(heard=now)
     peers = {each: known for each in member.members if each != member.id}
     peers |= {each: Peer(echo=member.asked, heard=now) for each in member.votes - {member.id}}
-    member = member.but(
+    member = member.evolve(
         role=Role.LEADER,
         leader=name_of(member.id),
         backup="",
@@ -51,132 +66,177 @@ def become_leader(member: Member, now: float) -> Step:
         peers=MappingProxyType(peers),
         in_flight=0,
     )
-    member, first = beat(member, now)
-    member, more = write(member, now)
-    return member, [first, *more]
+    member, announcement = _heartbeat(member, now)
+    member, messages = propose(member, now)
+    return member, [announcement, *messages]
 
 
-def write(
+def propose(
     member: Member,
     now: float,
     records: tuple[TaskRecord, ...] = (),
     members: tuple[str, ...] | None = None,
     forgotten: tuple[str, ...] = (),
 ) -> Step:
-    """Add a change to the list and have the others write it down too.
+    """Append an entry to the log and replicate it.
 
-    While one is on its way to them, those after it are gathered, and go together when a majority
-    has written it down.
+    While an entry is in flight, later ones wait; they go out together once it is committed.
     """
     log = member.log
     entry = Entry(member.epoch, log.position.version + 1, records, members, forgotten)
     is_alone = member.in_flight <= log.committed
-    member = member.but(log=log.append(entry))
-    if not is_alone:  # it may leave so few members that a majority has what is on its way
-        return _go_on(advance(member), now)
-    member, message = send(member, member.members, log.position, (entry,), now)
-    return advance(member.but(in_flight=entry.version)), [message]
+    member = member.evolve(log=log.append(entry))
+    if not is_alone:  # A shorter list of members may commit what is in flight.
+        return _send_waiting(advance_commit(member), now)
+    member, message = _send(member, member.members, log.position, now)
+    return advance_commit(member.evolve(in_flight=entry.version)), [message]
 
 
-def _go_on(member: Member, now: float) -> Step:
-    """Send what was gathered, if nothing is on its way any more."""
+def _send_waiting(member: Member, now: float) -> Step:
+    """Send the entries that wait, unless one is still in flight."""
     log = member.log
-    before, gathered = log.at(log.committed), log.since(log.committed)
-    if member.in_flight > log.committed or before is None or not gathered:
+    if member.in_flight > log.committed or log.position.version == log.committed:
         return member, []
-    member, message = send(member, member.members, before, gathered, now)
-    return member.but(in_flight=message.reaches), [message]
+    member, message = _send(member, member.members, log.at(log.committed), now)
+    return member.evolve(in_flight=message.last_version), [message]
 
 
-def advance(member: Member) -> Member:
-    """Commit what a majority holds."""
-    nobody = Peer()
+def advance_commit(member: Member) -> Member:
+    """Commit the entries that a majority holds."""
     held = [
         member.log.position.version
         if each == member.id
-        else member.peers.get(each, nobody).version
+        else member.peers.get(each, UNKNOWN_PEER).version
         for each in member.members
     ]
     version = committed_version(member.log, member.epoch, held, majority_of(member.members))
     if version == member.log.committed:
         return member
-    return member.but(log=member.log.commit(version, member.settings.kept_changes))
+    return member.evolve(log=member.log.commit(version, member.settings.kept_changes))
 
 
-def hear_reply(member: Member, reply: AppendReply, now: float) -> Step:
-    """Note what another member has on disk, and that it follows."""
+def handle_append_reply(member: Member, reply: AppendReply, now: float) -> Step:
+    """Note how much of the log another member has on disk, and that it follows."""
     if reply.epoch != member.epoch or reply.member == member.id:
         return member, []
-    known = member.peers.get(reply.member, Peer())
+    known = member.peers.get(reply.member, UNKNOWN_PEER)
     version = min(reply.version, member.log.position.version)
-    if reply.echo <= known.echo:
-        version = max(version, known.version)  # otherwise it has been started again
+    if reply.echo <= known.echo:  # A later answer with a lower version comes after a restart.
+        version = max(version, known.version)
     echo = max(known.echo, min(reply.echo, now))
-    gets_on = version > known.version
-    # What it has not answered yet was sent after that.
-    sent_at = max(known.sent_at, echo) if gets_on else known.sent_at
+    advances = version > known.version
+    # What the peer has not answered yet was sent after what it answers now.
+    sent_at = max(known.sent_at, echo) if advances else known.sent_at
     peer = Peer(version, echo, now, reply.voter, known.sent, sent_at)
-    member = member.but(peers=MappingProxyType({**member.peers, reply.member: peer}))
-    return _go_on(advance(member), now) if gets_on else (member, [])
+    member = member.evolve(peers=MappingProxyType({**member.peers, reply.member: peer}))
+    return _send_waiting(advance_commit(member), now) if advances else (member, [])
 
 
-def keep_going(member: Member, now: float) -> Step:
-    """Do what is due at every heartbeat."""
-    change = next_members(member, now)
-    said: list[object] = []
+def lead(member: Member, now: float) -> Step:
+    """Do what is due at every heartbeat: change members, announce, resend; or step down."""
     changed = member
-    if change is not None:
-        changed, said = write(member, now, members=change)
-    # Who goes on alone when the other one of two falls silent is the majority only afterwards.
+    messages: list[Message] = []
+    if (members := next_members(member, now)) is not None:
+        changed, messages = propose(member, now, members=members)
+    # A leader that drops the other of two members is a majority only after the change.
     if not has_lease(changed, now):
         return step_down(member, now), []
-    member = changed
-    member, beaten = beat(member, now)
-    member, missing = send_what_is_missing(member, now, aside=beaten.to is None)
-    return member, [*said, beaten, *missing]
+    member, heartbeat = _heartbeat(changed, now)
+    member, missing = _send_missing(member, now, learners=heartbeat.to is None)
+    return member, [*messages, heartbeat, *missing]
+
+
+def _send(
+    member: Member, to: Collection[str], before: Position | None, now: float
+) -> tuple[Member, AppendEntries]:
+    """Send the entries after a position, and note that they are sent.
+
+    If there is no such position, the log does not reach that far back: send the snapshot too.
+    """
+    log = member.log
+    start = log.base.position if before is None else before
+    message = AppendEntries(
+        member.epoch,
+        member.id,
+        start,
+        (log.since(start.version) or ())[:MAX_ENTRIES],
+        log.committed,
+        now,
+        log.base if before is None else None,
+        member.hive,
+        tuple(map(name_of, to)),
+    )
+    peers = dict(member.peers)
+    for each in to:
+        if (peer := peers.get(each)) is not None:
+            first = before is None or before.version <= peer.version
+            sent_at = now if first else peer.sent_at
+            peers[each] = replace(peer, sent=message.last_version, sent_at=sent_at)
+    return member.evolve(peers=MappingProxyType(peers)), message
+
+
+def _send_missing(member: Member, now: float, *, learners: bool) -> Step:
+    """Send what is in flight or committed to voters that were not sent it, or that lost it.
+
+    With `learners`, send it to learners too.
+    """
+    log = member.log
+    recently = now - member.settings.self_demotion
+    overtaking = _OVERTAKING * member.settings.heartbeat
+    lacking = defaultdict(list)
+    for each, peer in member.peers.items():
+        is_lost = peer.echo > peer.sent_at + overtaking
+        held = peer.version if is_lost else max(peer.version, peer.sent)
+        is_due = (learners or peer.voter) and peer.heard >= recently
+        if is_due and held < max(member.in_flight, log.committed):
+            lacking[log.at(held)].append(each)
+    messages: list[Message] = []
+    for before, to in lacking.items():
+        member, message = _send(member, to, before, now)
+        messages.append(message)
+    return member, messages
 
 
 def step_down(member: Member, now: float) -> Member:
-    """Become a follower that knows of no active one."""
-    silent_since = min(now, followed_since(member, now))
-    return follow(member).but(leader="", backup="", heard=silent_since, died=None)
+    """Become a follower that knows no leader."""
+    silent_since = min(now, last_majority_contact(member, now))
+    return become_follower(member).evolve(leader="", backup="", heard=silent_since, died=None)
 
 
-def beat(member: Member, now: float) -> tuple[Member, Heartbeat]:
-    """Say that it is there; every time to those who stand by, and now and then to the others."""
-    member = member.but(backup=name_backup(member, now), progress=member.progress + 1)
-    names = tuple(map(name_of, member.members))
-    beat_ = Heartbeat(
+def _heartbeat(member: Member, now: float) -> tuple[Member, Heartbeat]:
+    """Return the next heartbeat: always for the voters, now and then for the learners too."""
+    member = member.evolve(backup=name_backup(member, now), progress=member.progress + 1)
+    return member, Heartbeat(
         member.epoch,
         name_of(member.id),
         member.backup,
-        names,
+        tuple(map(name_of, member.members)),
         member.progress,
         member.log.committed,
         now,
         hive=member.hive,
-        to=_voters(member) if member.progress % BEATS_ASIDE else None,
+        to=_voters(member) if member.progress % LEARNER_INTERVAL else None,
     )
-    return member, beat_
 
 
 def _voters(member: Member) -> tuple[str, ...] | None:
-    """Return the names of those who do, or None where all do that are known."""
-    by_id = dict.fromkeys(member.members, True)
-    by_id |= {each: peer.voter for each, peer in member.peers.items()}
-    return None if all(by_id.values()) else tuple(name_of(each) for each in by_id if by_id[each])
+    """Return the names of the voters, or None if nobody known is a learner."""
+    is_voter = dict.fromkeys(member.members, True)
+    is_voter |= {each: peer.voter for each, peer in member.peers.items()}
+    voters = tuple(name_of(each) for each in is_voter if is_voter[each])
+    return None if len(voters) == len(is_voter) else voters
 
 
 def name_backup(member: Member, now: float) -> str:
-    """Choose who stands first: the same as before while it follows, else the next that does."""
+    """Choose the backup: the present one while it keeps up, else the next that does."""
     if len(member.members) < MIN_MEMBERS:
         return ""
-    able = [name_of(each) for each in member.members if _follows(member, each, now)]
+    able = [name_of(each) for each in member.members if _keeps_up(member, each, now)]
     return member.backup if member.backup in able else next(iter(able), "")
 
 
-def _follows(member: Member, other: str, now: float) -> bool:
-    """Return whether another member has been heard of late and holds all that is committed."""
+def _keeps_up(member: Member, other: str, now: float) -> bool:
+    """Return whether another member was heard recently and holds everything that is committed."""
     peer = member.peers.get(other)
     if peer is None:
         return False
@@ -185,22 +245,21 @@ def _follows(member: Member, other: str, now: float) -> bool:
 
 
 def may_change_members(log: Log, epoch: int) -> bool:
-    """Return whether the list of members may be changed now.
+    """Return whether the list of members may change now.
 
-    One change has to be committed before the next begins, and one of the active one's own epoch
-    before the first, so that any majority of the old list meets any of the new one. Lists of one
-    or two are the exception: the active one is in each of their majorities.
+    Any majority of the old list has to overlap with any of the new one. So the leader commits an
+    entry of its own epoch before the first change, and each change before the next. Lists of one
+    or two members are an exception: the leader is in each of their majorities.
     """
     position = log.at(log.committed)
     if position is None or position.epoch != epoch:
         return False
-    small = MIN_MEMBERS - 1
-    both_small = len(log.latest.members) <= small and len(log.stable.members) <= small
+    both_small = max(len(log.latest.members), len(log.stable.members)) < MIN_MEMBERS
     return log.members_are_settled or both_small
 
 
 def next_members(member: Member, now: float) -> tuple[str, ...] | None:
-    """Return the list of members after the next change that is due, or None where none is."""
+    """Return the list of members after the next change that is due, or None if none is due."""
     if not may_change_members(member.log, member.epoch):
         return None
     members = member.members
@@ -211,20 +270,20 @@ def next_members(member: Member, now: float) -> tuple[str, ...] | None:
     if len(members) < member.settings.most_members:
         for each in sorted(member.peers):
             voter = member.peers[each].voter
-            if voter and name_of(each) not in names and _follows(member, each, now):
+            if voter and name_of(each) not in names and _keeps_up(member, each, now):
                 return (*members, each)
     return None
 
 
 def _is_gone(member: Member, other: str, now: float) -> bool:
-    """Return whether another member has left the hive, or would carry the blackboard no more."""
-    peer = member.peers.get(other, Peer())
+    """Return whether another member has left the hive, lost its disk or become a learner."""
+    peer = member.peers.get(other, UNKNOWN_PEER)
     settings = member.settings
-    # Of two, both would be needed. The other cannot be elected without this one, so this one need
-    # not wait before it goes on alone, and must not wait until it would have to step down itself.
+    # A majority of two is both. The other cannot be elected without this one, so this one may go
+    # on alone early, and has to do so before it would step down.
     few = len(member.members) < MIN_MEMBERS
-    patience = settings.self_demotion / 2 if few else settings.member_timeout
-    if now - peer.heard > patience or not peer.voter:
+    timeout = settings.self_demotion / 2 if few else settings.member_timeout
+    if now - peer.heard > timeout or not peer.voter:
         return True
     name = name_of(other)
     return any(

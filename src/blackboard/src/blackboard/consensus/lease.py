@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot's leave to work, which it has to hear again and again.
+"""Robot leases: a robot works only while the blackboard goes on hearing it.
 
-A robot says with every status when it sent it, by its own clock. The active blackboard echoes that
-time with its heartbeats, and from that time on the robot may work for `robot_lease`. A robot that
-hears no echo stops before anyone may think that it has: the blackboard takes it for lost only
-`reassign` after the last status that it echoed. Both count on their own clocks only, so the clocks
-need not agree, and only have to run equally fast within `settings.MAX_DRIFT`.
+With every status a robot says when it sent it, by its own clock. The leader echoes that time in
+its heartbeats, and the robot may work for `robot_lease` after it. A robot that hears no echo stops
+before the blackboard gives its tasks away: the blackboard considers it lost only `reassign` after
+it received the last status that it echoed. Each side uses its own clock only. The clocks need not
+agree, but have to run equally fast within `settings.MAX_DRIFT`.
 """
 
 from __future__ import annotations
@@ -13,13 +13,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from blackboard.consensus.messages import MAX_EPOCH_JUMP
+
 if TYPE_CHECKING:
     from blackboard.consensus.messages import Heartbeat
-
-
-MAX_EPOCH = 100_000
-"""An epoch further ahead than this is no epoch of this hive but a fault of who sent it; who
-believed it once would believe no real one ever again."""
 
 
 class Lease:
@@ -27,7 +24,7 @@ class Lease:
 
     Args:
         robot_id: Whose lease it is.
-        now: The robot's time [s]; what it may have sent before is of an earlier life.
+        now: The robot's time [s]; echoes of earlier times are for an earlier process.
     """
 
     def __init__(self, robot_id: str, now: float) -> None:
@@ -38,8 +35,8 @@ class Lease:
         self._end = -math.inf
 
     def renew(self, beat: Heartbeat, now: float) -> bool:
-        """Take in a heartbeat; return whether the lease ends later because of it."""
-        if beat.epoch < self._epoch or (self._epoch and beat.epoch > self._epoch + MAX_EPOCH):
+        """Handle a heartbeat; return whether it extends the lease."""
+        if beat.epoch < self._epoch or (self._epoch and beat.epoch > self._epoch + MAX_EPOCH_JUMP):
             return False
         self._epoch = beat.epoch
         sent = beat.heard.get(self._robot_id)
@@ -50,7 +47,7 @@ class Lease:
         return self._end > before
 
     def begin_anew(self, now: float) -> None:
-        """Forget what was heard: the robot has gone over to a hive that counts its own epochs."""
+        """Reset, because the robot has joined another hive, which has epochs of its own."""
         self._epoch, self._begun, self._end = 0, now, -math.inf
 
     def holds(self, now: float) -> bool:
@@ -58,30 +55,27 @@ class Lease:
         return now < self._end
 
     def remaining(self, now: float) -> float:
-        """Return for how long it still may [s]; 0 when it may not."""
+        """Return how long the robot may still work [s]; 0 if it may not."""
         return max(0.0, self._end - now)
 
     def is_echoed_within(self, patience: float, now: float) -> bool:
-        """Return whether a status of the last while [s] has been echoed."""
+        """Return whether a status sent in the last `patience` [s] was echoed."""
         return now - (self._end - self._length) < patience
 
     def covers(self, heard: float, now: float) -> bool:
-        """Return whether an order is recent: given while a lease from that echo would hold.
+        """Return whether an order is recent: a lease renewed by its echo would still hold.
 
-        Args:
-            heard: The robot's own time [s] that the order echoes.
-            now: The robot's time [s].
+        `heard` is the robot's own time [s] that the order echoes.
         """
         return self._begun <= heard <= now < heard + self._length
 
 
 class Leases:
-    """The blackboard's side: until when each robot may believe that it may work.
+    """The blackboard's side.
 
     Args:
-        reassign: A robot is lost when its last echoed status is older than that [s].
-        since: When this blackboard became the active one [s]; what its predecessor has echoed
-            cannot be later.
+        reassign: A robot is lost when its last echoed status is older than this [s].
+        since: When this blackboard became the leader [s]; its predecessor echoed nothing later.
     """
 
     def __init__(self, reassign: float, since: float) -> None:
@@ -90,13 +84,13 @@ class Leases:
         self._granted: dict[str, float] = {}
 
     def grant(self, robot_id: str, now: float) -> None:
-        """Note that a status which has just been heard is going to be echoed."""
+        """Note that a status was received, and will be echoed."""
         self._granted[robot_id] = now
 
     def unheard_for(self, robot_id: str, now: float) -> float:
-        """Return how long ago the last echoed status of a robot was heard [s]."""
+        """Return how long ago the last echoed status of a robot was received [s]."""
         return now - self._granted.get(robot_id, self._since)
 
     def is_lost(self, robot_id: str, now: float) -> bool:
-        """Return whether a robot has stopped by now, whatever it has heard."""
+        """Return whether a robot must have stopped by now, whatever it has heard."""
         return self.unheard_for(robot_id, now) > self._reassign

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The list that every member of the hive holds: whole up to some point, and the changes after it.
+"""The replicated log: a snapshot, and the entries after it.
 
-This is the log of Raft (Ongaro and Ousterhout, 2014), kept short: what is committed is folded into
-the whole list sooner or later, so nobody keeps the hive's history. All of it are values and
-functions of values; `member` says when they are used.
+This is the log of Raft (Ongaro and Ousterhout, 2014). Committed entries are folded into the
+snapshot after a while, so no member keeps the hive's whole history.
 """
 
 from __future__ import annotations
@@ -19,11 +18,11 @@ if TYPE_CHECKING:
 
 
 class Position(NamedTuple):
-    """How far a list goes; the greater of two is the newer, as Raft compares them.
+    """Of an entry in the log; Raft compares logs by the positions of their last entries.
 
     Attributes:
-        epoch: Of the active blackboard that wrote the last change.
-        version: Number of the last change; grows by one with every change.
+        epoch: Of the leader that wrote the entry (Raft's term).
+        version: Number of the entry; grows by one with every entry (Raft's index).
     """
 
     epoch: int = 0
@@ -32,15 +31,12 @@ class Position(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One change of the list.
+    """One change of the task list or of the members.
 
     Attributes:
-        epoch: Of the active blackboard that wrote it.
-        version: Its number.
-        records: The records that are new or changed.
-        members: The members from here on, in the order in which they joined; None where they stay
-            as they are.
-        forgotten: Ids of tasks that the list does without from here on; all of them have ended.
+        records: The new and changed ones.
+        members: The members from here on, in the order in which they joined; None if unchanged.
+        forgotten: Ids of tasks that leave the list; all of them have ended.
     """
 
     epoch: int
@@ -51,7 +47,7 @@ class Entry:
 
     @property
     def position(self) -> Position:
-        """How far a list goes that ends with this change."""
+        """Position of the entry."""
         return Position(self.epoch, self.version)
 
 
@@ -60,11 +56,11 @@ class Snapshot:
     """All that the hive knows at one position.
 
     Attributes:
-        position: How far it goes.
-        records: Every task by id, in the order they were posted, but for those forgotten.
+        position: Of the last entry in it.
+        records: Every task that is not forgotten by id, in the order they were posted.
         members: Ids of the members whose votes count, in the order in which they joined.
-        earlier: The highest number of an assignment of any task that was forgotten. A task that
-            is posted anew counts on from there, so that no number of an id comes twice.
+        earlier: The highest assignment number of any task that was forgotten. New tasks count on
+            from there, so that no task id has the same number twice.
     """
 
     position: Position = field(default_factory=Position)
@@ -73,7 +69,7 @@ class Snapshot:
     earlier: int = 0
 
     def after(self, entries: Iterable[Entry]) -> Snapshot:
-        """Return what it becomes with some changes, which have to follow it without a gap."""
+        """Return the snapshot after the entries that follow it, without a gap."""
         position, members, earlier = self.position, self.members, self.earlier
         records: dict[str, TaskRecord] | None = None
         for entry in entries:
@@ -93,13 +89,13 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """What one member holds.
+    """The log of one member.
 
     Attributes:
-        base: The list up to some committed position.
-        entries: The changes after it, without a gap.
-        committed: Version of the last change of which this member knows that it stays for ever.
-        latest: The list with all changes, committed or not.
+        base: The snapshot; all of it is committed.
+        entries: Those after it, without a gap.
+        committed: Version of the last entry that this member knows to be committed.
+        latest: The state after all entries, committed or not.
     """
 
     base: Snapshot
@@ -111,18 +107,18 @@ class Log:
     def of(
         cls, base: Snapshot, entries: tuple[Entry, ...] = (), committed: int | None = None
     ) -> Log:
-        """Make one of its parts; without a version, only the base is committed."""
+        """Make a log of its parts; by default, only the snapshot is committed."""
         known = base.position.version if committed is None else committed
         return cls(base, entries, known, base.after(entries))
 
     @property
     def position(self) -> Position:
-        """How far it goes."""
+        """Position of the last entry."""
         return self.latest.position
 
     @property
     def stable(self) -> Snapshot:
-        """The list as far as it is committed."""
+        """The state after all committed entries."""
         if self.committed == self.latest.position.version:
             return self.latest
         return self.base.after(self.entries[: self.committed - self.base.position.version])
@@ -134,51 +130,42 @@ class Log:
         return all(entry.members is None for entry in waiting)
 
     def at(self, version: int) -> Position | None:
-        """Return the position at a version, or None where this log does not reach there."""
+        """Return the position at a version, or None if the log does not contain it."""
         index = version - self.base.position.version
         if index == 0:
             return self.base.position
         return self.entries[index - 1].position if 0 < index <= len(self.entries) else None
 
     def since(self, version: int) -> tuple[Entry, ...] | None:
-        """Return the changes after a version, or None where they have been folded already."""
+        """Return the entries after a version, or None if some are folded into the snapshot."""
         index = version - self.base.position.version
         return self.entries[index:] if index >= 0 else None
 
     def append(self, entry: Entry) -> Log:
-        """Add one more change, which may not be committed yet."""
+        """Return the log with one more entry."""
         return replace(self, entries=(*self.entries, entry), latest=self.latest.after([entry]))
 
     def commit(self, version: int, kept: int) -> Log:
-        """Note that all up to a version stays; what has been committed before stays in any case.
+        """Return the log with all entries up to a version committed; committed ones stay so.
 
-        Args:
-            version: Up to which.
-            kept: How many committed changes are kept for members that missed some.
+        If more than `kept` committed entries would remain, fold the older half into the snapshot.
+        Members that are not further behind need no snapshot to catch up.
         """
         if version <= self.committed:
             return self
-        log = replace(self, committed=version)
-        return log.fold() if version - self.base.position.version > kept else log
-
-    def fold(self) -> Log:
-        """Forget the older half of the committed changes as such; the whole list has them."""
-        half = (self.committed - self.base.position.version + 1) // 2
-        base = self.base.after(self.entries[:half])
-        return Log(base, self.entries[half:], self.committed, self.latest)
+        behind = version - self.base.position.version
+        if behind <= kept:
+            return replace(self, committed=version)
+        half = (behind + 1) // 2
+        return Log(self.base.after(self.entries[:half]), self.entries[half:], version, self.latest)
 
 
 def committed_version(log: Log, epoch: int, held: Iterable[int], majority: int) -> int:
-    """Return up to which version a log is committed.
+    """Return up to which version a leader's log is committed.
 
-    A change of an earlier epoch counts only once one of the present epoch follows it, however many
-    hold it (section 5.4.2 of the Raft paper): until then another could still overwrite it.
-
-    Args:
-        log: Of the active blackboard.
-        epoch: Of the active blackboard.
-        held: For every member, its own included, the version it has on disk.
-        majority: How many members are needed.
+    An entry of an earlier epoch counts only once an entry of the present epoch follows it,
+    however many members hold it (section 5.4.2 of the Raft paper). Until then, another leader
+    could still overwrite it. `held` is the version that each member has on disk.
     """
     version = sorted(held, reverse=True)[majority - 1]
     position = log.at(version) if version > log.committed else None

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What one member of the hive knows of the others: the state that election and replication share.
+"""The Raft state of one member of the hive.
 
-A member is the blackboard node or a robot's process. Its id is its name and, behind a `#`, the
-life of its disk: a member whose disk was lost comes back as another, because it has forgotten what
-it promised (see docs/decisions/021).
+A member is the blackboard node or a robot's process. Its id is its name, then `#`, then an id of
+its disk. A member that lost its disk gets a new id, because it no longer knows how it voted
+(docs/decisions/021).
 """
 
 from __future__ import annotations
@@ -17,33 +17,31 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from blackboard.consensus.log import Log
+    from blackboard.consensus.messages import Message
     from blackboard.domain.settings import RaftSettings
 
 
 class Role(Enum):
-    """What a member does."""
+    """The Raft role of a member."""
 
     FOLLOWER = "follower"
-    """Writes down what the active one says."""
-    PRE_CANDIDATE = "asking"
-    """Asks the others whether they miss the active one too (the pre-vote)."""
+    PRE_CANDIDATE = "pre-candidate"
+    """Asks the others whether they miss the leader too, before it begins a new epoch."""
     CANDIDATE = "candidate"
-    """Asks the others for their votes."""
-    LEADER = "active"
-    """Carries the blackboard."""
+    LEADER = "leader"
 
 
 @dataclass(frozen=True, slots=True)
 class Peer:
-    """What the active blackboard knows of another member.
+    """What the leader knows of another member.
 
     Attributes:
-        version: Up to which it has the list on disk.
-        echo: When the message was sent that it answered last [s].
+        version: Up to which it has the log on disk (Raft's matchIndex).
+        echo: When the last message was sent that it has answered [s].
         heard: When it was last heard [s].
-        stands_by: Whether it would carry the blackboard.
-        sent: Up to which version it has been sent the list.
-        sent_at: When the first part of that was sent which it has not answered, or earlier [s].
+        voter: Whether it is willing to lead; a learner is not.
+        sent: Version of the last entry sent to it (Raft's nextIndex - 1).
+        sent_at: No later than when the first entry was sent that it has not acknowledged [s].
     """
 
     version: int = 0
@@ -54,33 +52,33 @@ class Peer:
     sent_at: float = float("-inf")
 
 
+UNKNOWN_PEER = Peer()
+"""A member that the leader has not heard yet."""
+
+
 @dataclass(frozen=True)
 class Member:
-    """The state of one member; `backup.step` is the function that moves it on.
+    """The state of one member; only `step.step` changes it.
 
     Attributes:
-        id: Its name and the life of its disk.
-        settings: The hive's timers.
-        epoch: The highest it has seen; on disk.
-        vote: Id of the candidate that has its vote in this epoch; on disk.
-        log: The list; on disk.
-        role: What it does.
-        active: Name of the member that was last heard or voted for as the active one.
-        backup: Name of the member that the active one has named its backup.
-        heard: When the active one was last heard [s].
-        died: When the active one was proved dead [s]; None where it was not.
-        quiet_until: Until then it neither votes nor stands [s].
-        retry: Not before then does it stand again [s].
-        jitter: Its part of the time by which members stand apart, 0 to 1.
-        version: Up to which its list is that of the active blackboard of this epoch.
-        votes: Ids of those who said yes, while it asks.
-        asked: When it asked [s].
-        peers: What it knows of the others by id, while it is active.
-        flying: Version of the last change that it has sent, while it is active; on its way until
-            it is committed.
-        progress: Heartbeats so far.
-        hive: Id of its hive; empty where it belongs to none yet; on disk.
-        stands_by: Whether it would carry the blackboard; who would not holds the list only.
+        id: Its name and the id of its disk.
+        epoch: The highest epoch it has seen (Raft's term).
+        vote: Id of the candidate it voted for in this epoch.
+        leader: Name of the leader it last heard, or of the candidate it last voted for.
+        backup: Name of the member that the leader has named as its successor.
+        heard: When it last heard the leader [s].
+        died: When the leader's process was proved dead [s]; None if it was not.
+        quiet_until: Until then it neither votes nor campaigns [s].
+        retry: It does not campaign again before then [s].
+        jitter: Random share of `stagger` that it adds to its delay, 0 to 1.
+        version: Up to which its log agrees with the log of this epoch's leader.
+        votes: Ids of the members that granted it their vote or pre-vote.
+        asked: When it requested votes [s].
+        peers: The other members by id, while it leads.
+        in_flight: Version of the last entry sent to the voters, while it leads.
+        progress: Heartbeats sent so far.
+        hive: Id of its hive; empty while it belongs to none.
+        voter: Whether it is willing to lead; a learner only holds the log.
     """
 
     id: str
@@ -105,11 +103,10 @@ class Member:
     hive: str = ""
     voter: bool = True
 
-    def but(self, **changes: object) -> Member:
-        """Return the same with some fields changed.
+    def evolve(self, **changes: object) -> Member:
+        """Return a copy with some fields changed.
 
-        `dataclasses.replace` goes through every field anew, which takes most of the time of a
-        simulation that does little else.
+        `dataclasses.replace` runs `__init__`, which takes most of the time of a long simulation.
         """
         changed = object.__new__(Member)
         changed.__dict__.update(self.__dict__, **changes)
@@ -121,45 +118,48 @@ class Member:
         return self.log.latest.members
 
 
+Step = tuple[Member, list["Message"]]
+"""The state of a member after an event, and the messages it sends once that state is on disk."""
+
+
 def name_of(member_id: str) -> str:
     """Return the name in a member's id."""
     return member_id.partition("#")[0]
 
 
 def is_majority(voters: Iterable[str], members: tuple[str, ...]) -> bool:
-    """Return whether some members are more than half of all."""
+    """Return whether the voters among the members are more than half of them."""
     return sum(voter in members for voter in set(voters)) >= majority_of(members)
 
 
 def majority_of(members: tuple[str, ...]) -> int:
-    """Return how many members are more than half of all."""
+    """Return the smallest number of members that is more than half of them."""
     return len(members) // 2 + 1
 
 
-def adopt(member: Member, epoch: int) -> Member:
-    """Enter a higher epoch as a follower; the vote in it is still free."""
-    return follow(member.but(epoch=epoch, vote="", version=member.log.committed))
+def enter_epoch(member: Member, epoch: int) -> Member:
+    """Become a follower in a higher epoch, in which the member has not voted yet."""
+    return become_follower(member.evolve(epoch=epoch, vote="", version=member.log.committed))
 
 
-def follow(member: Member) -> Member:
-    """Stop to stand or to be active."""
-    return member.but(role=Role.FOLLOWER, votes=frozenset(), peers=MappingProxyType({}))
+def become_follower(member: Member) -> Member:
+    """Stop campaigning or leading."""
+    return member.evolve(role=Role.FOLLOWER, votes=frozenset(), peers=MappingProxyType({}))
 
 
 def has_lease(member: Member, now: float) -> bool:
-    """Return whether an active member may still act: a majority has followed it of late."""
-    return now - followed_since(member, now) <= member.settings.self_demotion
+    """Return whether a leader holds the leader lease: a majority has answered it recently."""
+    return now - last_majority_contact(member, now) <= member.settings.self_demotion
 
 
-def followed_since(member: Member, now: float) -> float:
-    """Return when the active one sent what a majority has answered [s]; itself is one of them.
+def last_majority_contact(member: Member, now: float) -> float:
+    """Return when the leader sent what a majority, itself included, has answered by now [s].
 
-    The time of sending counts, not that of the answer: a member that answered has promised to
-    elect nobody else for a while from when it heard the message, which is later than it was sent.
+    The time of sending counts, not that of the answer. A member that answers grants nobody its
+    vote for a while after it heard the message, which is later than the leader sent it.
     """
-    nobody = Peer()
     echoes = [
-        now if each == member.id else member.peers.get(each, nobody).echo
+        now if each == member.id else member.peers.get(each, UNKNOWN_PEER).echo
         for each in member.members
     ]
     return sorted(echoes, reverse=True)[majority_of(member.members) - 1]

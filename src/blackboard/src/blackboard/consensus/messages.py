@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the members of a hive send to each other: heartbeats, AppendEntries and votes."""
+"""The messages that the members of a hive send to each other.
+
+Each says the sender's epoch and the id of the hive. `to` names the members that need the message,
+None means all; it tells the talker whom to leave out, and is not transmitted.
+"""
 
 from __future__ import annotations
 
@@ -13,24 +17,25 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.log import Entry, Position, Snapshot
 
+MAX_EPOCH_JUMP = 100_000
+"""A message whose epoch is further ahead than this comes from a faulty sender. A member that
+believed it would ignore the real leader for ever."""
+
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """Who carries the blackboard (message BbBackup).
+    """Announces the leader of an epoch to everyone (message BbBackup).
 
     Attributes:
-        epoch: Grows with every new active blackboard.
-        active: Name of the member that carries it.
-        backup: Name of the member that stands first when the active one dies; empty when failover
+        leader: Its name.
+        backup: Name of the member that campaigns first when the leader dies; empty while failover
             is off.
-        members: Names of all whose votes count, the active one included.
-        progress: Grows with every turn of the active blackboard's own queue.
+        members: Names of all whose votes count, the leader included.
+        progress: Grows by one with every heartbeat.
         version: Of the task list, as far as it is committed.
-        sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
+        sent: When the leader sent it, by its own clock [s]; acknowledgements repeat it.
         heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
-        robot_lease: How long a robot may work from that time on [s], by its own clock.
-        hive: Id of the hive.
-        to: Names of the members that it is meant for, which is not told them; None means all.
+        robot_lease: How long a robot may work after that, by its own clock [s].
     """
 
     epoch: int
@@ -48,18 +53,14 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class AppendEntries:
-    """What the active blackboard has the others write down (message BbEntries).
+    """Entries that the leader sends to the others (message BbEntries).
 
     Attributes:
-        epoch: Of the active blackboard.
-        active: Id of the member that carries it.
-        before: What the changes follow.
-        entries: The changes, without a gap.
-        committed: Version up to which everything stays for ever.
-        sent: When it was sent by the active one's own clock [s]; acknowledgements repeat it.
-        whole: The list at `before`, for those who have no other way to get there.
-        hive: Id of the hive.
-        to: Names of the members that it is meant for; it is not told them.
+        leader: Its id.
+        before: Position of the log entry before the first of `entries`.
+        committed: Version up to which the log is committed.
+        sent: When the leader sent it, by its own clock [s]; acknowledgements repeat it.
+        snapshot: The state at `before`, for members whose log does not reach that far.
     """
 
     epoch: int
@@ -70,25 +71,25 @@ class AppendEntries:
     sent: float
     snapshot: Snapshot | None = None
     hive: str = ""
-    to: tuple[str, ...] = field(default=(), compare=False)
+    to: tuple[str, ...] | None = field(default=None, compare=False)
 
     @property
-    def reaches(self) -> int:
-        """Version of the last change in it."""
+    def last_version(self) -> int:
+        """Version of the last entry in it."""
         return self.before.version + len(self.entries)
 
 
 @dataclass(frozen=True, slots=True)
 class AppendReply:
-    """What a member has on disk of what the active one wrote (message BbAck).
+    """Tells the leader how much of its log a member has on disk (message BbAck).
 
     Attributes:
-        member: Id of the member.
-        epoch: The highest it has seen.
-        version: Up to which its list is that of the active blackboard of this epoch.
-        echo: `sent` of what it answers [s].
-        hive: Id of the hive; empty where it belongs to none yet.
-        stands_by: Whether it would carry the blackboard; who would not gets no vote.
+        member: Id of the sender.
+        epoch: The highest epoch it has seen.
+        version: Up to which its log agrees with the log of this epoch's leader.
+        echo: `sent` of the message it answers [s].
+        hive: Empty while the sender belongs to none.
+        voter: Whether the sender is willing to lead; a learner gets no vote.
     """
 
     member: str
@@ -97,6 +98,7 @@ class AppendReply:
     echo: float
     hive: str = ""
     voter: bool = True
+    to: tuple[str, ...] | None = field(default=None, compare=False)
 
 
 class BallotKind(IntEnum):
@@ -105,26 +107,22 @@ class BallotKind(IntEnum):
     PRE_VOTE = 0
     """Would you vote for me?"""
     PRE_VOTE_REPLY = 1
-    """I would, or would not."""
     VOTE = 2
     """Vote for me."""
     VOTE_REPLY = 3
-    """You have, or have not, my vote."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ballot:
-    """A question for votes, or the answer to one (message BbVote).
+    """A request for a vote or pre-vote, or the reply to one (message BbVote).
 
     Attributes:
-        kind: Which of these it is.
-        epoch: The one in which the candidate wants to be active.
-        candidate: Id of the candidate.
-        member: Id of who sends this.
-        position: How far the sender's list goes.
-        granted: In an answer, whether it is a yes.
+        epoch: In which the candidate wants to lead.
+        candidate: Its id.
+        member: Id of the sender.
+        position: End of the sender's log.
+        granted: Whether a reply grants the vote.
         seen: The highest epoch that the sender has seen.
-        hive: Id of the hive.
     """
 
     kind: BallotKind
@@ -135,6 +133,7 @@ class Ballot:
     granted: bool = False
     seen: int = 0
     hive: str = ""
+    to: tuple[str, ...] | None = field(default=None, compare=False)
 
 
 Message = Heartbeat | AppendEntries | AppendReply | Ballot

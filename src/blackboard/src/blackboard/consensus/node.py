@@ -1,33 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who carries the blackboard, and the copy of the task list that everyone else holds.
+"""One member of the hive: connects the pure Raft core to messages, timers and the disk.
 
-Every member of the hive hosts a `RaftNode`. Underneath is a pure function, `step.step`, of a
-member's state, an event and the time. `RaftNode` feeds it from the Talker, has the journal written
-before anything is said that relies on it, and tells the blackboard beside it when to begin and
-when to stop.
+`RaftNode` feeds events from the Talker to `step.step`. It writes the new state to the journal
+before it sends any message that relies on it, and tells the blackboard beside it when the member
+becomes the leader and when it steps down.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from dataclasses import replace
-from typing import TYPE_CHECKING, Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
 
 from blackboard.consensus import leader, step
 from blackboard.consensus.bootstrap import (
-    Founding,
-    awake,
-    founder,
     hard_state_of,
+    new_hive,
     new_id,
-    newcomer,
+    new_member,
+    restore,
 )
 from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import Role, has_lease, name_of
-from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat
-from blackboard.consensus.step import Died, LeaseCheck, Tick, Write
-from blackboard.consensus.task_list import Sync
-from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
+from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat, Message
+from blackboard.consensus.step import Died, Propose, Tick
+from blackboard.consensus.task_list import Coalescer, committed_list
+from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC
 from blackboard.errors import JournalError
 
 if TYPE_CHECKING:
@@ -36,43 +35,47 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.journal import HardState, Journal
     from blackboard.consensus.member import Member
-    from blackboard.consensus.messages import Message
     from blackboard.consensus.step import Event
+    from blackboard.consensus.task_list import TaskList
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.settings import RaftSettings
-    from blackboard.domain.talker import Talker
+    from blackboard.domain.talker import Talker, Topic
 
 
-_TOPICS = {Heartbeat: BACKUP, AppendEntries: BB_ENTRIES, AppendReply: BB_ACK, Ballot: BB_VOTE}
+_TOPICS: dict[type[Message], Topic[Any]] = {
+    Heartbeat: BACKUP,
+    AppendEntries: BB_ENTRIES,
+    AppendReply: BB_ACK,
+    Ballot: BB_VOTE,
+}
+
+
+_MIN_SILENCE, _MAX_SILENCE = 5, 10
+"""Heartbeats without hearing anybody before a member bootstraps a hive."""
 
 
 class Carrier(Protocol):
     """The blackboard beside a `RaftNode`."""
 
     def became_leader(self) -> None:
-        """Begin to decide: this member carries the blackboard, and the list is complete."""
+        """Start deciding: this member leads, and its list contains everything committed."""
 
     def stepped_down(self) -> None:
-        """Stop to decide, at once."""
+        """Stop deciding at once."""
 
 
 class RaftNode:
-    """One member's part in keeping the task list, and in who carries the blackboard.
+    """One member of the hive.
 
     Args:
-        talker: How it hears and speaks.
-        member: Name of this member of the hive.
+        talker: Connects it to the other members.
+        member: Its name.
         settings: The hive's timers.
         journal: Its disk.
-        random: For what must not happen at the same time on two members.
-        founds: Whether it founds a hive when its disk is new and nobody else is heard.
-        stands_by: Whether it would carry the blackboard. Who would not holds the list, has no vote
-            and hears the active one only.
-
-    Attributes:
-        tell: Has the task list told to everyone within the sync period.
-        follow: Has the robot beside this member told the list soon after every change.
-        show: Has it told to that robot within the sync period.
+        random: Keeps members from acting at the same time.
+        bootstrap: Whether it bootstraps a hive if its disk is new and it hears nobody.
+        voter: Whether it is willing to lead. A learner holds the log, has no vote and listens to
+            the leader only.
     """
 
     def __init__(
@@ -83,49 +86,37 @@ class RaftNode:
         journal: Journal,
         random: Random,
         *,
-        founds: bool = False,
+        bootstrap: bool = False,
         voter: bool = True,
     ) -> None:
         self._talker = talker
         self._settings = settings
         self._journal = journal
         self._random = random
-        self._founds = founds
+        self._bootstraps = bootstrap
         self._carrier: Carrier | None = None
         self._serving = False
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()
-        self._sync = Sync(
-            talker, settings.sync_period, lambda: self._member, lambda: self._serving
-        )
-        self.tell = self._sync.tell
-        self.follow = self._sync.follow
-        self.show = self._sync.show
-        self._heard: dict[str, float] = {}
+        self._to_everyone = Coalescer(talker, settings.sync_period, self._publish_list)
+        self._to_robot: Coalescer | None = None
+        self._granted: dict[str, float] = {}
         self._robot_lease = 0.0
-        self._border = MemberFilter(talker, member, settings.election)
-        known = journal.load() or newcomer(member, random)
-        self._member = awake(known, settings, talker.now(), voter=voter)
+        self._filter = MemberFilter(talker, member, settings.election, bootstraps=bootstrap)
+        known = journal.load() or new_member(member, random)
+        self._member = restore(known, settings, talker.now(), voter=voter)
 
     def serve(self, carrier: Carrier) -> None:
-        """Tell a blackboard from now on when to begin and when to stop."""
+        """Tell a blackboard from now on when this member leads."""
         self._carrier = carrier
 
     def start(self) -> None:
-        """Begin to listen and to speak."""
-        among_equals = (BB_VOTE, BB_ACK) if self._member.voter else ()
-        for topic in (BACKUP, BB_ENTRIES, *among_equals):
+        """Start listening and sending."""
+        from_voters = (BB_VOTE, BB_ACK) if self._member.voter else ()
+        for topic in (BACKUP, BB_ENTRIES, *from_voters):
             self._talker.subscribe(topic, self._hear)
-        heartbeat = self._settings.heartbeat
-        self._talker.every(heartbeat, self._tick)
-        if self._founds and not self._member.hive:
-            self._border.founding = Founding(
-                self._talker,
-                self._member.id,
-                heartbeat,
-                self._random,
-                lambda: bool(self._member.hive),
-                self._found,
-            )
+        self._talker.every(self._settings.heartbeat, self._tick)
+        if self._bootstraps and not self._member.hive:
+            self._await_hive(self._random.randint(_MIN_SILENCE, _MAX_SILENCE))
         self._tick()
 
     @property
@@ -134,33 +125,28 @@ class RaftNode:
         return self._member
 
     @property
-    def name(self) -> str:
-        """The name of this member."""
-        return name_of(self._member.id)
-
-    @property
     def epoch(self) -> int:
         """The highest epoch that this member has seen."""
         return self._member.epoch
 
     @property
     def hive(self) -> str:
-        """The id of the hive; empty where this member belongs to none yet."""
+        """The id of the hive; empty while this member belongs to none."""
         return self._member.hive
 
     @property
     def leader(self) -> tuple[str, ...] | None:
-        """Name of the member that carries the blackboard; None where that is not known."""
+        """Name of the leader; None if unknown."""
         return (self._member.leader,) if self._member.leader else None
 
     @property
     def carriers(self) -> tuple[str, ...] | None:
-        """Names of that member and its backup; None where they are not known."""
+        """Names of the leader and of the backup; None if unknown."""
         return (self._member.leader, self._member.backup) if self._member.leader else None
 
     def obeys(self, hive: str, epoch: int) -> bool:
-        """Return whether the blackboard of a hive and an epoch is to be obeyed; see `HiveFilter`."""
-        return not self._border.refuses(hive, epoch, self._member)
+        """Return whether to obey the blackboard of a hive and an epoch; see `HiveFilter`."""
+        return self._filter.obeys(hive, epoch, self._member)
 
     @property
     def records(self) -> Mapping[str, TaskRecord]:
@@ -169,30 +155,45 @@ class RaftNode:
 
     @property
     def earlier(self) -> int:
-        """The highest number of an assignment of any task that was forgotten."""
+        """The highest assignment number of any task that was forgotten."""
         return self._member.log.latest.earlier
 
     def get(self, task_id: str) -> TaskRecord | None:
-        """Return what is known of a task, or None where it is unknown."""
-        return self._member.log.latest.records.get(task_id)
+        """Return the record of a task, or None if the task is unknown."""
+        return self.records.get(task_id)
+
+    def tell(self) -> None:
+        """Publish the task list within the sync period."""
+        self._to_everyone.request()
+
+    def follow(self, hear: Callable[[TaskList], None]) -> None:
+        """Pass the committed list to the robot beside this member soon after every change."""
+        self._to_robot = Coalescer(
+            self._talker, self._settings.sync_period, lambda: hear(committed_list(self._member))
+        )
+
+    def show(self) -> None:
+        """Pass the list to that robot within the sync period."""
+        if self._to_robot is not None:
+            self._to_robot.request()
 
     def may_act(self) -> bool:
-        """Return whether the blackboard here is the active one; find out that it no longer is."""
-        if self._serving:
-            self._step(LeaseCheck())
+        """Return whether this member leads; step down if it has lost the leader lease."""
+        if self._serving and not has_lease(self._member, self._talker.now()):
+            self._step_down()
         return self._serving
 
     def commit(self, records: tuple[TaskRecord, ...], then: Callable[[], None]) -> None:
-        """Have records, new or changed, written down by a majority of the hive's members.
+        """Replicate new or changed records.
 
         Args:
-            records: What is new; where it is nothing, what has been written before is waited for.
-            then: Called once it can no longer be lost; never if this member steps down before.
+            records: What to write; if empty, wait for what was written before.
+            then: Called once a majority has it on disk; never if this member steps down before.
         """
         if not self.may_act():
             return
         if records:
-            self._step(Write(records))
+            self._step(Propose(records))
         if not self._serving:
             return
         version = self._member.log.position.version
@@ -202,92 +203,104 @@ class RaftNode:
             then()
 
     def forget(self, task_ids: tuple[str, ...]) -> None:
-        """Have the list do without some tasks, which have ended."""
+        """Remove tasks that have ended from the list."""
         if task_ids and self.may_act():
-            self._step(Write((), task_ids))
+            self._step(Propose((), task_ids))
 
     def grant(self, robot_id: str, sent: float, robot_lease: float) -> None:
-        """Have a robot told with every heartbeat which of its statuses was heard last.
+        """Renew a robot's lease with every heartbeat: for `robot_lease` [s] after `sent` [s].
 
-        Args:
-            robot_id: Who is told.
-            sent: When it sent the status, by its own clock [s].
-            robot_lease: How long it may work from then on [s].
+        `sent` is when the robot sent its last status, by its own clock.
         """
-        self._heard[robot_id] = sent
+        self._granted[robot_id] = sent
         self._robot_lease = robot_lease
 
     def _hear(self, message: Message) -> None:
-        """Take in what a member says, if it is one of this hive."""
-        if self._border.lets_in(message, self._member):
+        if self._filter.accepts(message, self._member):
             self._step(message)
         else:
-            self._give_way()
+            self._pauses()
 
     def _tick(self) -> None:
-        if not self._give_way():
+        if not self._pauses():
             self._step(Tick(self._random.random()))
-        elif (hard_state := self._border.join(self._random)) is not None:
-            self._begin_as(hard_state)
+        elif (hard_state := self._filter.join(self._random)) is not None:
+            self._restart(hard_state)
 
-    def _give_way(self) -> bool:
-        """Decide nothing while a greater hive is heard; return whether one is."""
-        if not self._border.gives_way(self._member):
-            return False
-        before = self._member
-        if before.role is not Role.FOLLOWER:
-            self._member = leader.step_down(before, self._talker.now())
-            self._notice(before, self._member)
-        return True
+    def _pauses(self) -> bool:
+        """Decide nothing while a larger hive is heard; return whether one is."""
+        pauses = self._filter.pauses(self._member)
+        if pauses and self._member.role is not Role.FOLLOWER:
+            self._step_down()
+        return pauses
 
-    def _begin_as(self, hard_state: HardState) -> None:
+    def _await_hive(self, beats: int) -> None:
+        """Bootstrap a hive after some heartbeats, unless somebody is heard.
+
+        Meanwhile, announce this member by an AppendReply to nobody. The members of a hive answer
+        that, even while they have no leader.
+        """
+        if self._member.hive:
+            return
+        if beats <= 0 and not self._filter.known_hive:
+            self._restart(new_hive(self._member.id, new_id(self._random)))
+            self._tick()
+            return
+        self._talker.publish(BB_ACK, AppendReply(self._member.id, 0, 0, 0.0))
+        self._talker.after(self._settings.heartbeat, partial(self._await_hive, beats - 1))
+
+    def _restart(self, hard_state: HardState) -> None:
         self._journal.save(hard_state)
-        voter = self._member.voter
-        now = self._talker.now()
-        self._member = awake(hard_state, self._settings, now, voter=voter)
+        voter, now = self._member.voter, self._talker.now()
+        self._member = restore(hard_state, self._settings, now, voter=voter)
 
     def _step(self, event: Event) -> None:
         before = self._member
-        after, said = step.step(before, event, self._talker.now())
-        if not self._write_down(before, after):
+        after, messages = step.step(before, event, self._talker.now())
+        if not self._save(before, after):
             return
         self._member = after
-        for message in said:
-            to = step.concerned(message, event)
-            self._talker.publish(_TOPICS[type(message)], self._with_leases(message), to)
-        self._notice(before, after)
+        for message in messages:
+            self._send(message)
+        self._react(before, after)
 
-    def _with_leases(self, message: object) -> object:
-        """Return what is to be said; a heartbeat also says which robots were heard."""
-        if not isinstance(message, Heartbeat):
-            return message
-        return replace(message, heard=dict(self._heard), robot_lease=self._robot_lease)
-
-    def _write_down(self, before: Member, after: Member) -> bool:
-        """Put on disk what must not be forgotten; a member that cannot do so says nothing."""
-        same_list = after.log.base is before.log.base and after.log.entries is before.log.entries
-        # What is committed is found out again by whoever is elected next, as in Raft.
-        if same_list and after.epoch == before.epoch and after.vote == before.vote:
+    def _save(self, before: Member, after: Member) -> bool:
+        """Write changes of the hard state to disk; without it, the member sends nothing."""
+        same_log = after.log.base is before.log.base and after.log.entries is before.log.entries
+        # As in Raft, what is committed is not part of it: the next leader finds out again.
+        if same_log and after.epoch == before.epoch and after.vote == before.vote:
             return True
         try:
             self._journal.save(hard_state_of(after))
         except JournalError as error:
-            self._talker.warn(f"{self.name} cannot take part in the hive: {error}")
+            name = name_of(before.id)
+            self._talker.warn(f"{name} cannot take part in the hive: {error}")
             if before.role is Role.LEADER:
-                self._member = leader.step_down(before, self._talker.now())
-                self._notice(before, self._member)
+                self._step_down()
             return False
         return True
 
-    def _notice(self, before: Member, after: Member) -> None:
-        """Tell the blackboard and the robot here what has become of this member."""
+    def _send(self, message: Message) -> None:
+        if isinstance(message, Heartbeat):
+            granted = dict(self._granted)
+            message = replace(message, heard=granted, robot_lease=self._robot_lease)
+        self._talker.publish(_TOPICS[type(message)], message, message.to)
+
+    def _step_down(self) -> None:
+        before = self._member
+        self._member = leader.step_down(before, self._talker.now())
+        self._react(before, self._member)
+
+    def _react(self, before: Member, after: Member) -> None:
+        """Tell the blackboard and the robot beside this member what has changed."""
         if after.log.committed != before.log.committed:
             self.show()
-        if after.leader != before.leader and after.leader not in {"", self.name}:
-            self._watch(after.leader, after.epoch)
-        if before.role is Role.LEADER and after.role is not Role.LEADER:
-            self._stop_serving(before, after)
+        if after.leader not in {"", before.leader, name_of(after.id)}:
+            died = Died(after.leader, after.epoch)
+            self._talker.watch(after.leader, partial(self._handle_death, died))
         if after.role is not Role.LEADER:
+            if before.role is Role.LEADER:
+                self._stop_serving(before, after)
             return
         committed = after.log.committed
         if not self._serving:
@@ -295,41 +308,38 @@ class RaftNode:
             if position is None or position.epoch != after.epoch:
                 return
             self._serving = True
-            self._sync.publish()
+            self._publish_list()
             if self._carrier is not None:
                 self._carrier.became_leader()
         elif committed > before.log.committed:
             self.tell()
-        # What commits a change may be an old answer, which no longer makes this the active one.
-        while self._waiting and self._waiting[0][0] <= committed and self._has_lease():
+        # An old answer may commit an entry without renewing the leader lease.
+        while (
+            self._waiting
+            and self._waiting[0][0] <= committed
+            and has_lease(self._member, self._talker.now())
+        ):
             self._waiting.popleft()[1]()
 
-    def _has_lease(self) -> bool:
-        return has_lease(self._member, self._talker.now())
+    def _handle_death(self, died: Died) -> None:
+        if not self._filter.larger_hive:
+            self._step(died)
 
-    def _watch(self, name: str, epoch: int) -> None:
-        self._talker.watch(name, lambda: self._learn_of_death(Died(name, epoch)))
-
-    def _learn_of_death(self, death: Died) -> None:
-        if not self._border.makes_way_for():
-            self._step(death)
+    def _publish_list(self) -> None:
+        if self._serving:
+            self._talker.publish(SYNC, committed_list(self._member))
 
     def _stop_serving(self, before: Member, after: Member) -> None:
-        if greater := self._border.makes_way_for():
-            reason = f"hive {greater} is heard, which has more members"
+        if larger := self._filter.larger_hive:
+            reason = f"it hears hive {larger}, which has more members"
         elif after.epoch > before.epoch:
             reason = f"epoch {after.epoch} has begun"
         else:
             reason = f"no majority of {', '.join(map(name_of, before.members))} answers"
-        self._talker.warn(f"{self.name} no longer carries the blackboard: {reason}")
+        self._talker.warn(f"{name_of(after.id)} is no longer the leader: {reason}")
         self._waiting.clear()
         if self._serving:
             self._serving = False
-            self._heard.clear()
+            self._granted.clear()
             if self._carrier is not None:
                 self._carrier.stepped_down()
-
-    def _found(self) -> None:
-        """Found a hive, because nobody was heard."""
-        self._begin_as(founder(self._member.id, new_id(self._random)))
-        self._tick()

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The task list as operators' programs read it, and the robot beside each member."""
+"""The committed task list, as operators' programs and the robots read it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
-
-from blackboard.domain.talker import SYNC
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -45,61 +43,20 @@ class TaskList:
 
 
 def committed_list(member: Member) -> TaskList:
-    """Return the list that a member holds, as far as it knows that it stays for ever."""
+    """Return the task list as far as a member knows that it is committed."""
     log = member.log
     records = tuple(log.stable.records.values())
     return TaskList(member.epoch, log.committed, records, member.hive)
 
 
-class Sync:
-    """Tells a member's list: to everyone while it is the active one, to its own robot always.
+class Coalescer:
+    """Runs an action once for all requests of a period.
 
     Args:
-        talker: How it speaks.
-        period: A change is told this long after it at the latest, with all others till then [s].
-        member: Gives the member's state.
-        serves: Says whether the member tells everyone.
+        talker: Has the timer.
+        period: Time from the first request to the action [s].
+        action: What to run.
     """
-
-    def __init__(
-        self,
-        talker: Talker,
-        period: float,
-        member: Callable[[], Member],
-        serves: Callable[[], bool],
-    ) -> None:
-        self._talker = talker
-        self._member = member
-        self._serves = serves
-        self._hear: Callable[[TaskList], None] | None = None
-        self._telling = _Gathering(talker, period, self.publish)
-        self._showing = _Gathering(talker, period, self._show)
-
-    def tell(self) -> None:
-        """Have the list told to everyone within the period."""
-        self._telling.begin()
-
-    def publish(self) -> None:
-        """Tell everyone the list now."""
-        if self._serves():
-            self._talker.publish(SYNC, committed_list(self._member()))
-
-    def follow(self, hear: Callable[[TaskList], None]) -> None:
-        """Have the robot beside the member told the list whenever it is shown."""
-        self._hear = hear
-
-    def show(self) -> None:
-        """Have the list told to the robot beside the member within the period."""
-        if self._hear is not None:
-            self._showing.begin()
-
-    def _show(self) -> None:
-        if self._hear is not None:
-            self._hear(committed_list(self._member()))
-
-
-class _Gathering:
-    """Has one thing done for all that asked for it within a while."""
 
     def __init__(self, talker: Talker, period: float, action: Callable[[], None]) -> None:
         self._talker = talker
@@ -107,11 +64,11 @@ class _Gathering:
         self._action = action
         self._due: Timer | None = None
 
-    def begin(self) -> None:
-        """Have it done once the period is over, with what asks for it till then."""
+    def request(self) -> None:
+        """Have the action run within the period."""
         if self._due is None:
-            self._due = self._talker.after(self._period, self._end)
+            self._due = self._talker.after(self._period, self._run)
 
-    def _end(self) -> None:
+    def _run(self) -> None:
         self._due = None
         self._action()

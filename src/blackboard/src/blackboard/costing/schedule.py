@@ -16,7 +16,7 @@ from blackboard.costing.aging import Aging
 from blackboard.costing.effort import Effort, Job, effort
 from blackboard.costing.insertion import Route, Stop, place_rule
 from blackboard.costing.pace import Pace
-from blackboard.domain.record import TaskUpdate
+from blackboard.domain.record import OrderKind, TaskUpdate
 from blackboard.domain.task import (
     StepKind,
     TaskState,
@@ -78,7 +78,9 @@ class Entry:
             under_way: What the robot has begun.
         """
         begun = self is under_way
-        return self.order.assignment <= order.assignment and not (begun and order.if_unbegun)
+        return self.order.assignment <= order.assignment and not (
+            begun and order.kind is OrderKind.HAND_BACK_UNBEGUN
+        )
 
     def update(self, state: TaskState, **fields: object) -> TaskUpdate:
         """Return what the robot reports of it; further fields by name."""

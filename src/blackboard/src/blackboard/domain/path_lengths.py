@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The port behind which the core asks how far robots drive; `costing.path_lengths` implements it."""
+"""The port that tells how far robots drive; `costing.path_lengths` implements it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 
 class PathLengths(Protocol):
-    """Knows the length of the way between two poses, and where nobody can stand."""
+    """Knows the length of the path between two poses, and where no robot can stand."""
 
     def length(self, start: Pose, goal: Pose) -> float:
-        """Return the length of the way [m]; infinite where there is none."""
+        """Return the length of the path [m]; infinite if there is none."""
 
     def refusal(self, pose: Pose) -> str:
-        """Say why nobody can stand at a pose, to follow its name; empty where one can."""
+        """Return why no robot can stand at a pose, to follow its name; empty if one can."""

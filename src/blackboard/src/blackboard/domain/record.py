@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a task stands on the list, and what is said about it over the topics."""
+"""The record of a task on the list, and the messages about tasks."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
@@ -16,29 +17,29 @@ if TYPE_CHECKING:
 
 
 ANY_ASSIGNMENT = 2**32 - 1
-"""Above the number of any assignment: of a task that is not on the list, or of another hive."""
+"""Above any assignment number: of a task that is not on the list, or of another hive."""
 
 
 @dataclass(frozen=True, slots=True)
 class TaskRecord:
-    """A task on the list and where it stands.
+    """A task on the list and its progress.
 
     Attributes:
-        task: What was posted.
-        state: Where it stands.
-        robot: Who has it, or had it when it ended; empty when nobody.
+        task: As posted, or a part of it.
+        state: Its state.
+        robot: The robot that has it, or had it when it ended; empty if none.
         step: Steps done so far.
-        eta: Predicted time from the last report until it is done [s]; 0 where unknown.
-        reason: In words, for a person; may be empty.
-        parent: Id of the task it is a part of; empty when it is whole.
-        assignment: Number of its last assignment, which tells from which of several robots a
-            report comes; grows with each, and begins at `earlier`.
-        tried: The robots that have tried it in vain, one entry for each time.
-        step_eta: Predicted time from the last report until the present step is done [s]; 0 where
+        eta: Predicted time from the last report until it is done [s]; 0 if unknown.
+        reason: For a person; may be empty.
+        parent: Id of the task of which it is a part; empty if it is whole.
+        assignment: Number of its last assignment, starting after `earlier`. It tells to which
+            assignment a report belongs.
+        tried: The robots that failed it, one entry for each time.
+        step_eta: Predicted time from the last report until the present step is done [s]; 0 if
             unknown.
-        parts: Into how many parts it was split, each with a record of its own; 0 when it is whole.
-        earlier: Assignments up to this number are those of tasks that the hive has forgotten;
-            reports on them say nothing of this task, even if it has the same id.
+        parts: Into how many parts it was split, each with a record of its own; 0 if it is whole.
+        earlier: Assignments up to this number belong to tasks that the hive has forgotten. Reports
+            on them do not concern this task, even if it has the same id.
     """
 
     task: Task
@@ -56,14 +57,7 @@ class TaskRecord:
 
     @classmethod
     def new(cls, task: Task, earlier: int, reason: str = "", parent: str = "") -> TaskRecord:
-        """Return the record of a task that comes on the list.
-
-        Args:
-            task: What was posted, or a part of it.
-            earlier: The highest number of an assignment that the hive has forgotten.
-            reason: In words, for a person; may be empty.
-            parent: Id of the task it is a part of; empty when it is whole.
-        """
+        """Return the record of a task that enters the list; see the attributes of the class."""
         return cls(task, reason=reason, parent=parent, assignment=earlier, earlier=earlier)
 
     @property
@@ -73,7 +67,7 @@ class TaskRecord:
 
     @property
     def steps(self) -> int:
-        """The number of steps of the task; of one that was split, of its parts."""
+        """The number of steps of the task, or of its parts if it was split."""
         return self.parts or len(split_task(self.task))
 
     @property
@@ -83,30 +77,27 @@ class TaskRecord:
         return held and not self.parts
 
     def has_ended(self, robot_id: str, assignment: int) -> bool:
-        """Return whether a robot that was given the task by an assignment has it no more.
+        """Return whether a robot no longer has the task that an assignment gave it.
 
-        False where the record is older than the assignment and does not know of it yet.
+        False if the record is older than the assignment and does not know of it yet.
         """
         elsewhere = self.state.is_terminal or self.robot != robot_id
         return self.assignment > assignment or (self.assignment == assignment and elsewhere)
 
     def is_once_held(self, assignment: int) -> bool:
-        """Return whether an assignment is one of this very task, the present one or one before.
+        """Return whether an assignment is the present or an earlier one of this very task.
 
-        One of another hive, which has given way to this one, counts once there is one of this.
+        An assignment by a hive that has joined this one counts once this hive has assigned it too.
         """
         of_another_hive = assignment == ANY_ASSIGNMENT and self.times_assigned > 0
         return of_another_hive or self.earlier < assignment <= self.assignment
 
     def gets_on(self, update: TaskUpdate) -> bool:
-        """Return whether a robot's report of a start tells more than this knows.
-
-        It may be late, or a repetition.
-        """
+        """Return whether a robot's report of a start is news, not late or a repetition."""
         return self.state is TaskState.ASSIGNED or update.step > self.step
 
     def reported(self, event: TaskEvent, update: TaskUpdate) -> TaskRecord | None:
-        """Return the record after what a robot has reported, or None where nothing changes."""
+        """Return the record after a robot's report, or None if nothing changes."""
         return self.after(
             event,
             robot=update.robot_id,
@@ -117,7 +108,7 @@ class TaskRecord:
         )
 
     def told(self, epoch: int) -> TaskUpdate:
-        """Return what everyone is told of it by the blackboard of an epoch."""
+        """Return the update that the blackboard of an epoch publishes."""
         return TaskUpdate(
             task_id=self.task.id,
             state=self.state,
@@ -132,33 +123,27 @@ class TaskRecord:
         )
 
     def after(self, event: TaskEvent, **changes: object) -> TaskRecord | None:
-        """Return the record after an event, or None where the event changes nothing.
-
-        Args:
-            event: What happened.
-            **changes: Fields that the event brings with it.
-        """
+        """Return the record after an event and its changes, or None if it has no effect."""
         state = TRANSITIONS[self.state][event]
         return None if state is None else replace(self, state=state, **changes)  # type: ignore[arg-type]  # fields by name
 
 
 @dataclass(frozen=True, slots=True)
 class TaskUpdate:
-    """A change in the life of a task, as everyone is told (message TaskState).
+    """A change of a task's state, published or reported (message TaskState).
 
     Attributes:
-        task_id: The task.
-        state: What it changed to.
-        robot_id: Who has it; empty when nobody. A robot that hands a task back says WAITING with
-            its own id.
+        state: The new state.
+        robot_id: The robot that has it; empty if none. A robot that hands a task back reports
+            WAITING with its own id.
         step: Steps done so far.
         steps: The number of steps.
-        eta: Predicted time until it is done [s]; 0 where unknown.
+        eta: Predicted time until it is done [s]; 0 if unknown.
         epoch: Of the blackboard that decided, or that the robot obeys.
-        reason: In words, for a person; may be empty.
-        assignment: The assignment that is reported on.
-        step_eta: Predicted time until the present step is done [s]; 0 where unknown.
-        put_off_for: Id of the more urgent task that a robot hands this one back for; else empty.
+        reason: For a person; may be empty.
+        assignment: The assignment to which the update belongs.
+        step_eta: Predicted time until the present step is done [s]; 0 if unknown.
+        put_off_for: Id of the more urgent task for which a robot hands this one back; else empty.
     """
 
     task_id: str
@@ -176,19 +161,18 @@ class TaskUpdate:
 
 @dataclass(frozen=True, slots=True)
 class Broadcast:
-    """Please bid on all of these (message TaskMsgArray).
+    """A call for bids on all of some tasks (message TaskMsgArray).
 
     Attributes:
-        epoch: Of the blackboard that asks.
+        epoch: Of the blackboard.
         auction: Number of the auction within the epoch; bids repeat it.
-        tasks: Each with the first step that is still to be done.
+        tasks: Each with the first step still to do.
         hive: Id of the blackboard's hive.
         round: Of the auction, from 1 on; bids repeat it.
-        asked: The robots that are asked, each with the task that it has just been given and that
-            has to be on its list when it bids, empty where there is none. All are asked if None.
-        basis: Whether robots answer with what their bids are worked out from, instead of bids.
-        sizes: How many of the tasks, which follow each other, are offered as one in each piece;
-            where it is empty, each by itself.
+        asked: The robots that are asked; None means all. Each comes with the task it has just been
+            given, which has to be on its list when it bids; empty if there is none.
+        basis: Whether robots answer with the basis of their bids instead of bids.
+        sizes: Number of consecutive tasks in each bundle; if empty, each task is a bundle.
     """
 
     epoch: int
@@ -202,46 +186,59 @@ class Broadcast:
 
     @property
     def bundles(self) -> list[tuple[tuple[Task, int], ...]]:
-        """What is offered as one, each a few of `tasks`."""
+        """The bundles of `tasks` that are offered."""
         ends = [*accumulate(self.sizes or (1,) * len(self.tasks))]
         return [self.tasks[start:end] for start, end in pairwise([0, *ends])]
 
     def asks(self, robot_id: str) -> bool:
-        """Return whether a robot has to answer."""
+        """Return whether a robot is asked."""
         return self.asked is None or robot_id in self.asked
 
     def given_to(self, robot_id: str) -> str:
-        """Return the task that a robot has to have heard of before it answers, or nothing."""
+        """Return the task that a robot must have received before it answers; empty if none."""
         return (self.asked or {}).get(robot_id, "")
+
+
+class OrderKind(Enum):
+    """What an order asks of a robot, with the value of TaskMsg's `order`."""
+
+    ASSIGN = 0
+    """Take the task into its list."""
+    TAKE_BACK = 1
+    """Drop the task."""
+    HAND_BACK = 2
+    """Drop the task and report how far it has come."""
+    HAND_BACK_UNBEGUN = 3
+    """The same, but a robot that has begun keeps the task."""
+    FORGOTTEN = 4
+    """Drop the task and stop reporting on it: the hive has forgotten it."""
+
+    @property
+    def asks_report(self) -> bool:
+        """Whether the robot reports how far it has come."""
+        return self in {OrderKind.HAND_BACK, OrderKind.HAND_BACK_UNBEGUN}
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What the blackboard tells one robot about one task (TaskMsg on task_assign).
+    """An order to one robot about one task (TaskMsg on task_assign).
 
     Attributes:
         task: The task.
         robot_id: Who is meant.
-        take_back: Whether the robot is to drop it; otherwise it is to take it into its list.
+        kind: What the robot does with the task.
         step: The first step that is still to be done.
         epoch: Of the blackboard that decided.
         assignment: Number of this assignment of the task.
-        hand_back: Whether a robot that is to drop it also has to report how far it has come.
         heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
         hive: Id of the blackboard's hive.
-        if_unbegun: Whether a robot that has begun with it keeps it in spite of `take_back`.
-        forgotten: Whether a robot that is to drop it shall also report on it no more, because the
-            hive has forgotten the task.
     """
 
     task: Task
     robot_id: str
-    take_back: bool = False
+    kind: OrderKind = OrderKind.ASSIGN
     step: int = 0
     epoch: int = 0
     assignment: int = 0
-    hand_back: bool = False
     heard: float = 0.0
     hive: str = ""
-    if_unbegun: bool = False
-    forgotten: bool = False

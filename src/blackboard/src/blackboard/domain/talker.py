@@ -1,102 +1,120 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The port of all communication (the report's Talker), and the names of the hive's topics.
+"""The port for all communication (the report's Talker), and the hive's topics.
 
-The core reaches the world through a `Talker` only: messages, timers and the time itself. On ROS it
-is `ros.talker.RosTalker`; in tests it is `testing.FakeNetwork`, whose time is virtual. A talker
-calls back from one thread, one call after the other, so whoever uses it needs no lock.
+The core reaches the world only through a `Talker`: messages, timers and the time itself. On ROS it
+is `ros.talker.RosTalker`, in simulations one with virtual time. A talker makes all its calls one
+after the other from one thread, so its users need no lock.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
-NEW_TASK = "new_task"
-TASK_BROADCAST = "task_bc"
-TASK_COST = "task_cost"
-TASK_ASSIGN = "task_assign"
-TASK_STATE = "task_state"
-TASK_CANCEL = "task_cancel"
-BACKUP = "bb_backup"
-SYNC = "bb_sync"
-BB_ENTRIES = "bb_entries"
-BB_ACK = "bb_ack"
-BB_VOTE = "bb_vote"
-ROBOT_STATUS = "robot_status"
-CHARGER_CLAIM = "charger_claim"
-SET_STATE = "set_state"
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import Broadcast, Order, TaskUpdate
+    from blackboard.domain.task import Task
+
+
+_Message = TypeVar("_Message")
+
+
+class Topic(str, Generic[_Message]):
+    """The name of a topic, and for type checkers the type of its messages.
+
+    The type is Any if it is defined in a package above `domain`.
+    """
+
+    __slots__ = ()
+
+
+NEW_TASK: Topic[Task] = Topic("new_task")
+TASK_BROADCAST: Topic[Broadcast] = Topic("task_bc")
+TASK_COST: Topic[Any] = Topic("task_cost")
+TASK_ASSIGN: Topic[Order] = Topic("task_assign")
+TASK_STATE: Topic[TaskUpdate] = Topic("task_state")
+TASK_CANCEL: Topic[str] = Topic("task_cancel")
+BACKUP: Topic[Any] = Topic("bb_backup")
+SYNC: Topic[Any] = Topic("bb_sync")
+BB_ENTRIES: Topic[Any] = Topic("bb_entries")
+BB_ACK: Topic[Any] = Topic("bb_ack")
+BB_VOTE: Topic[Any] = Topic("bb_vote")
+ROBOT_STATUS: Topic[RobotStatus] = Topic("robot_status")
+CHARGER_CLAIM: Topic[Any] = Topic("charger_claim")
+SET_STATE: Topic[str] = Topic("set_state")
 """In the robot's own namespace; all other topics belong to the hive."""
 
 
 class Timer(Protocol):
-    """A call that is going to happen."""
+    """A call that is scheduled."""
 
     def cancel(self) -> None:
-        """Make it not happen; harmless when it already has."""
+        """Prevent it; harmless if it has already happened."""
 
 
 class Subscription(Protocol):
-    """A topic that is listened to."""
+    """A subscribed topic."""
 
     def cancel(self) -> None:
-        """Hear nothing more of it."""
+        """Stop listening."""
 
 
 class Talker(Protocol):
-    """How one member of the hive hears, speaks and knows the time."""
+    """Messages, timers and the time for one member of the hive."""
 
     def now(self) -> float:
-        """Return the time [s] by which all timers run; its zero means nothing."""
+        """Return the time that all timers use [s]; its zero means nothing."""
 
-    def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
-        """Tell everyone who listens to a topic; the message is one of the core's values.
+    def publish(
+        self, topic: Topic[_Message], message: _Message, to: Collection[str] | None = None
+    ) -> None:
+        """Send a message to everyone who listens to a topic.
 
         Args:
             topic: On which.
-            message: What is said.
-            to: Names of the members, or of the robots, that it concerns; None where it concerns
-                all. Other members need not be handed it. Whoever listens and is no member of a
-                hive, as an operator's window, hears it in any case.
+            message: A value of the core.
+            to: Names of the members or robots that need it; None means all. The talker need not
+                deliver it to other members. Listeners that are not members, such as an operator's
+                window, get it in any case.
         """
 
     def subscribe(
         self,
-        topic: str,
-        handler: Callable[[Any], None],
+        topic: Topic[_Message],
+        handler: Callable[[_Message], None],
         when: Callable[[], bool] | None = None,
     ) -> Subscription:
-        """Have the messages of a topic handed over, this member's own included.
+        """Listen to a topic; messages of this member itself arrive too.
 
         Args:
             topic: Which.
-            handler: Called with each of them.
-            when: Asked before a message is read; what comes while it says no is dropped. All are
-                handed over where it is left out.
+            handler: Called with each message.
+            when: Asked before a message is read; while it returns False, messages are dropped.
         """
 
     def every(self, period: float, action: Callable[[], None]) -> Timer:
-        """Call again and again, the first time after one period [s]."""
+        """Call repeatedly, the first time after one period [s]."""
 
     def after(self, delay: float, action: Callable[[], None]) -> Timer:
-        """Call once, after a delay [s]; 0 means as soon as what is going on now has ended."""
+        """Call once after a delay [s]; 0 means as soon as the present call has returned."""
 
     def ping(self, member: str) -> bool:
-        """Return whether a member's process answers; False is no proof that it is dead."""
+        """Return whether a member's process answers; False does not prove that it is dead."""
 
     def watch(self, member: str, died: Callable[[], None]) -> None:
         """Call once when a member's process is proved dead, if that can be proved.
 
         Proof is that its connections are gone and its address refuses new ones; silence is none.
-        Watching another member ends the watch on the one before.
+        Watching another member ends the previous watch.
         """
 
     def warn(self, text: str) -> None:
         """Tell the person who runs this member."""
 
     def refuse(self, topic: str, reason: str) -> None:
-        """Note that a message of a topic was refused, and tell the person who runs this member.
+        """Count a message that was refused, and tell the person who runs this member.
 
-        The same reason is told once, then with growing gaps, and counted; see `refusals`.
+        The same reason is logged once, then at growing intervals; see `board.refusals`.
         """

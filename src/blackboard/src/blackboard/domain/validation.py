@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What no value that comes from outside may hold: numbers that are none, endless names and lists."""
+"""Refuses NaN, infinity and endless names and lists in values from outside."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ MAX_NAME = 256
 """Characters of a name or an id."""
 
 MAX_TEXT = 10_000
-"""Characters of a reason: it may say something of each of a hundred robots."""
+"""Characters of a reason, which may mention each of a hundred robots."""
 
 MAX_ITEMS = 10_000
-"""Names in one message; a hive has no more robots, nor a robot more tasks."""
+"""Items of one list; no hive has more robots, and no robot more tasks."""
 
 
 def flaw_of(value: object, name: str) -> str:
-    """Return what is wrong with a value and all that is in it; empty where nothing is."""
+    """Return what is wrong with a value or with anything in it; empty if nothing is."""
     if isinstance(value, str) and not isinstance(value, Enum):
         longest = MAX_TEXT if name.endswith((".reason", ".refusal")) else MAX_NAME
         flawed = len(value) > longest
@@ -36,9 +36,9 @@ def flaw_of(value: object, name: str) -> str:
         if len(value) > MAX_ITEMS:
             return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
         if all(type(each) is str and len(each) <= MAX_NAME for each in value):
-            return ""  # The names of all tasks on a robot's list: nothing is looked at more often.
+            return ""  # Fast path for the most frequent value: the tasks on a robot's list.
         if all(type(each) is float and math.isfinite(each) for each in value):
-            return ""  # When each robot of a fleet was heard: every member reads it all the time.
+            return ""  # Fast path: when each robot was heard, in every heartbeat.
         keys = getattr(value, "_fields", None)  # a Pose has names
         if keys is None:
             inner = ((each, name) for each in value)

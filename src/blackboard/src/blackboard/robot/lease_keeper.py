@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.lease import Lease
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import BACKUP
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ class LeaseKeeper:
         """
         if not self.obeys(order.hive, order.epoch):
             return False
-        drops = order.take_back and not order.forgotten
+        drops = order.kind not in {OrderKind.ASSIGN, OrderKind.FORGOTTEN}
         return drops or self._lease.covers(order.heard, self._talker.now())
 
     def _hear_beat(self, beat: Heartbeat) -> None:

@@ -16,6 +16,7 @@ from blackboard.costing.pace import DriveWatch, Pace
 from blackboard.costing.preemption import may_put_off
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.characteristics import RobotCharacteristics, RobotState, RobotStatus
+from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
     ROBOT_STATUS,
     SET_STATE,
@@ -191,7 +192,7 @@ class Robot:
         if order.robot_id != self._id or not self._lease_keeper.allows(order):
             return
         entry = self._list.get(order.task.id)
-        if order.take_back:
+        if order.kind is not OrderKind.ASSIGN:
             self._let_go(order, entry)
             return
         if entry is not None:
@@ -211,7 +212,7 @@ class Robot:
         """Drop a task that is to be taken back; say how far it has come where that is asked."""
         if entry is not None and not entry.yields_to(order, self._work.current):
             return
-        if order.hand_back:
+        if order.kind.asks_report:
             if entry is not None or not self._reports.answer(order):
                 held = entry or Entry(order, order.step)
                 self._hand_back(held, f"{self._id} was told to hand it back")
@@ -219,7 +220,7 @@ class Robot:
             self._say_status()
         elif entry is not None:
             self._drop(entry)
-        if order.forgotten:
+        if order.kind is OrderKind.FORGOTTEN:
             self._reports.forget(order)
 
     def _put_off_for(self, urgent: Task) -> None:

@@ -133,13 +133,15 @@ def join(
         settings,
         journal,
         random.SystemRandom(),
-        founds=founds,
+        bootstrap=founds,
         voter=stands_by,
     )
     if stands_by:
         book = SqliteBook(_file(ENDING))
         decides = params.read(BlackboardSettings, node)
-        Blackboard(talker, backup, ways.of(0.0), decides, book, ways.of).start()
+        Blackboard(
+            talker, backup, ways.of(0.0), decides, note=book.note, path_lengths_for=ways.of
+        ).start()
     no_quorum = NoQuorum(talker.steady, lambda: backup.member, str(_file(".sqlite3")))
     talker.steady.every(_LOOK_EVERY, no_quorum.look)
     Diagnostics(talker, backup, no_quorum).start()

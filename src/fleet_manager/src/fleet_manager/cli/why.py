@@ -8,12 +8,13 @@ gone as well.
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from blackboard.auction.decision import replayed, to_plain
+from blackboard.auction.decision import replayed
 from blackboard.auction.decision_log import read_decisions
 from blackboard.costing.cost import COST_MODELS
 from fleet_manager.cli.outside import pass_outside
@@ -51,7 +52,7 @@ def why(outside: Outside, task: str, folder: Path | None, everything: bool, as_j
     decisions = _decisions(outside.journals, task, folder)
     shown = decisions if everything else decisions[-1:]
     if as_json:
-        click.echo(json.dumps([to_plain(each) for each in shown], indent=2))
+        click.echo(json.dumps([asdict(each) for each in shown], indent=2))
         return
     for decision in shown:
         click.echo(tables.decided(decision))

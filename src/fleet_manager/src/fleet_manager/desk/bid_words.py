@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from blackboard.auction.advice import what_would_help
+from blackboard.auction.decision import what_would_help
 from fleet_manager.desk import formats
 from fleet_manager.desk.words import text
 

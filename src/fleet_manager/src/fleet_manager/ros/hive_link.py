@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fleet_manager.client.hive_view import Report
 
 _LISTENS = (topics.SYNC, topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
-_SPEAKS = (topics.NEW_TASK, topics.TASK_CANCEL)
+_SPEAKS: tuple[str, ...] = (topics.NEW_TASK, topics.TASK_CANCEL)
 _QUEUE_SIZE = 1000
 
 

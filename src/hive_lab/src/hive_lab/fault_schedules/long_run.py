@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from random import Random
 
-from blackboard.consensus.bootstrap import founder
+from blackboard.consensus.bootstrap import new_hive
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.member import Role, has_lease
 from blackboard.consensus.messages import Heartbeat
@@ -53,7 +53,7 @@ class IdleHive:
         for number in range(members):
             name = f"member{number}"
             host = self.network.add_host(name, random.uniform(_SLOWEST, _FASTEST))
-            disk = MemoryJournal(founder(f"{name}#1", "hive1") if number == 0 else None)
+            disk = MemoryJournal(new_hive(f"{name}#1", "hive1") if number == 0 else None)
             host.boot()
             node = RaftNode(HostTalker(host), name, RaftSettings(), disk, Random(random.random()))
             self._nodes[name] = node

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from blackboard.consensus.member import Role, has_lease, is_majority, name_of
 from blackboard.consensus.task_list import TaskList
-from blackboard.domain.record import Order, TaskRecord, TaskUpdate
+from blackboard.domain.record import Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_STATE
 from blackboard.domain.task import TaskState, split_task
 from hive_lab.fault_schedules.ending import Ending
@@ -103,7 +103,11 @@ class ProtocolChecker:
             by_blackboard = not message.robot_id or message.state is TaskState.ASSIGNED
             if by_blackboard and message.state in {TaskState.WAITING, TaskState.ASSIGNED}:
                 self._check_is_safe(host, message.task_id, message.assignment, message.state.name)
-        elif topic == TASK_ASSIGN and isinstance(message, Order) and not message.take_back:
+        elif (
+            topic == TASK_ASSIGN
+            and isinstance(message, Order)
+            and message.kind is OrderKind.ASSIGN
+        ):
             self._check_is_safe(host, message.task.id, message.assignment, "an order")
 
     def at_work(self, robot: str, task: str, works: bool) -> None:

@@ -153,14 +153,13 @@ class SimulatedMember:
         host = self.host
         host.boot()
         talker = HostTalker(host, self.name)
-        bootstraps = self.name == BLACKBOARD
         self.node = RaftNode(
             talker,
             self.name,
             self.settings,
             self.disk,
             self.random,
-            founds=bootstraps,
+            bootstrap=self.name == BLACKBOARD,
             voter=self.voter,
         )
         if self.voter:

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blackboard.auction.decision_log import MemoryBook
 from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
 from blackboard.costing.path_lengths import Grid, GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
+from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.settings import BlackboardSettings, ControllerSettings
 from blackboard.domain.talker import (
     NEW_TASK,
@@ -35,6 +34,7 @@ from hive_lab.virtual.network import Network, NetworkTalker
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from blackboard.auction.decision import Decision
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.domain.task import Task, TaskState
 
@@ -72,7 +72,7 @@ class BlackboardHarness(_Harness):
         settings: Fields of `BlackboardSettings` that differ from the default.
 
     Attributes:
-        book: The blackboard's decision log.
+        decisions: What the auctions decided, oldest first.
     """
 
     def __init__(self, **settings: Any) -> None:  # noqa: ANN401  (of BlackboardSettings)
@@ -81,8 +81,10 @@ class BlackboardHarness(_Harness):
         blocked = np.zeros((40, 40), dtype=bool)
         blocked[:, 20] = True
         lengths = GridPathLengths(Grid(blocked, 0.1))
-        self.book = MemoryBook()
-        start_blackboard(self.talker, lengths, BlackboardSettings(**settings), self.book)
+        self.decisions: list[Decision] = []
+        start_blackboard(
+            self.talker, lengths, BlackboardSettings(**settings), self.decisions.extend
+        )
 
     def join(self, *robots: str) -> None:
         """Announce robots."""
@@ -133,10 +135,14 @@ class BlackboardHarness(_Harness):
         said = self.said(TASK_STATE)
         return [(update.state, update.robot_id) for update in said if update.task_id == task.id]
 
-    def orders(self, *, take_back: bool = False) -> list[tuple[str, str]]:
-        """Return (task, robot) of every order."""
+    def orders(self, *kinds: OrderKind) -> list[tuple[str, str]]:
+        """Return (task, robot) of the orders of some kinds, by default of assignments."""
         said = self.said(TASK_ASSIGN)
-        return [(each.task.id, each.robot_id) for each in said if each.take_back == take_back]
+        return [
+            (each.task.id, each.robot_id)
+            for each in said
+            if each.kind in (kinds or [OrderKind.ASSIGN])
+        ]
 
     def record(self, task: Task) -> TaskRecord | None:
         """Return a task's record from the task list."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from blackboard.board.blackboard import Blackboard
-from blackboard.consensus.bootstrap import founder
+from blackboard.consensus.bootstrap import new_hive
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.node import RaftNode
@@ -22,7 +22,7 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery, BatteryModel
 from blackboard.domain.characteristics import RobotCharacteristics
-from blackboard.domain.record import TaskRecord
+from blackboard.domain.record import OrderKind, TaskRecord
 from blackboard.domain.settings import (
     BlackboardSettings,
     ControllerSettings,
@@ -45,9 +45,9 @@ from blackboard.robot.robot import Robot
 from hive_lab.virtual.network import LATENCY, Network, NetworkTalker
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
-    from blackboard.auction.decision_log import MemoryBook
+    from blackboard.auction.decision import Decision
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import Journal
     from blackboard.domain.characteristics import RobotStatus
@@ -80,7 +80,7 @@ SMALL_ROBOT = RobotCharacteristics(
 
 def lone_node(talker: Talker) -> RaftNode:
     """Return the Raft node of a blackboard that is its hive's only member."""
-    disk = MemoryJournal(founder("blackboard#1", "hive1"))
+    disk = MemoryJournal(new_hive("blackboard#1", "hive1"))
     return RaftNode(talker, "blackboard", RaftSettings(), disk, random.Random(0))
 
 
@@ -88,12 +88,12 @@ def start_blackboard(
     talker: Talker,
     path_lengths: PathLengths | None = None,
     settings: BlackboardSettings | None = None,
-    book: MemoryBook | None = None,
+    note: Callable[[Iterable[Decision]], None] = lambda _: None,
 ) -> None:
     """Start the blackboard of a hive that has no other member."""
     node = lone_node(talker)
     lengths = path_lengths or EuclideanLengths()
-    Blackboard(talker, node, lengths, settings or BlackboardSettings(), book).start()
+    Blackboard(talker, node, lengths, settings or BlackboardSettings(), note=note).start()
     node.start()
 
 
@@ -194,7 +194,7 @@ class Listener:
         self._network.send(BACKUP, beat)
 
     def _note(self, order: Order) -> None:
-        if not order.take_back:
+        if order.kind is OrderKind.ASSIGN:
             self._records[order.task.id] = TaskRecord(
                 order.task,
                 TaskState.ASSIGNED,

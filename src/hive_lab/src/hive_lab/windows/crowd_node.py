@@ -28,7 +28,7 @@ def main() -> None:
     parser.add_argument("rate", type=int, help="messages a second, in sum")
     arguments = parser.parse_args(rospy.myargv()[1:])
     rospy.init_node("blackboard")
-    publishers = {
+    publishers: dict[str, rospy.Publisher] = {
         topic: rospy.Publisher(
             topic, WIRES[topic].message, latch=WIRES[topic].latched, queue_size=1000
         )

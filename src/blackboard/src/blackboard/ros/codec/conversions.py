@@ -22,7 +22,7 @@ from blackboard.costing.path_lengths import Grid
 from blackboard.domain import talker as topics
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import Broadcast, Order, TaskUpdate
+from blackboard.domain.record import Broadcast, Order, OrderKind, TaskUpdate
 from blackboard.domain.task import TaskState
 from blackboard.ros.codec.basis_conversions import basis_from_msg, basis_to_msg
 from blackboard.ros.codec.charger_conversions import CHARGER_WIRES
@@ -57,13 +57,7 @@ def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (a message type)
 def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
     msg = task_to_msg(order.task)
     msg.robot_id = order.robot_id
-    msg.order = msg.ASSIGN
-    if order.take_back:
-        msg.order = msg.HAND_BACK if order.hand_back else msg.TAKE_BACK
-    if order.if_unbegun:
-        msg.order = msg.HAND_BACK_UNBEGUN
-    if order.forgotten:
-        msg.order = msg.FORGOTTEN
+    msg.order = order.kind.value
     msg.step = order.step
     msg.epoch = order.epoch
     msg.assignment = order.assignment
@@ -73,21 +67,17 @@ def _order_to_msg(order: Order) -> bb_msgs.TaskMsg:
 
 
 def _order_from_msg(msg: bb_msgs.TaskMsg) -> Order:
-    takes_back = {msg.TAKE_BACK, msg.HAND_BACK, msg.HAND_BACK_UNBEGUN, msg.FORGOTTEN}
-    if msg.order not in {msg.ASSIGN, *takes_back}:
+    if msg.order not in {kind.value for kind in OrderKind}:
         raise ValueError(f"order {msg.order} is unknown")
     return Order(
         task=task_from_msg(msg),
         robot_id=msg.robot_id,
-        take_back=msg.order != msg.ASSIGN,
+        kind=OrderKind(msg.order),
         step=msg.step,
         epoch=msg.epoch,
         assignment=msg.assignment,
-        hand_back=msg.order in {msg.HAND_BACK, msg.HAND_BACK_UNBEGUN},
         heard=msg.heard,
         hive=msg.hive,
-        if_unbegun=msg.order == msg.HAND_BACK_UNBEGUN,
-        forgotten=msg.order == msg.FORGOTTEN,
     )
 
 

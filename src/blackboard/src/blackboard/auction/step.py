@@ -1,0 +1,421 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The one function by which the auctioneer moves on: from state, event and view of the hive.
+
+While something waits it holds auctions, one after the other; while nothing waits, it offers again
+what robots have not begun. Nothing here knows of time, messages or disks. `CarryOut` is always the
+last effect of a step, because the commit it asks for may bring the next event at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
+from typing import TYPE_CHECKING
+
+from blackboard.auction.auction import Auction, Result
+from blackboard.auction.transfers import Transfers
+from blackboard.domain.record import Broadcast
+from blackboard.domain.task import TaskState
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from blackboard.auction.auction import Bundle
+    from blackboard.auction.candidate_selection import CandidateSelection
+    from blackboard.auction.reallocation import Reallocation
+    from blackboard.auction.transfers import Move
+    from blackboard.costing.bid_basis import Bids
+    from blackboard.domain.bid import Bid
+    from blackboard.domain.characteristics import RobotStatus
+    from blackboard.domain.record import TaskRecord
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """The hive at the moment of an event.
+
+    Attributes:
+        hive: Its id.
+        epoch: Of this blackboard.
+        records: The task list, by task id.
+        in_service: The robots that take tasks.
+        last: Gives the last status of a robot; None if it was never heard.
+    """
+
+    hive: str
+    epoch: int
+    records: Mapping[str, TaskRecord]
+    in_service: frozenset[str]
+    last: Callable[[str], RobotStatus | None]
+
+
+@dataclass(frozen=True, slots=True)
+class AuctionState:
+    """The state of the auctioneer; `step` moves it on.
+
+    Attributes:
+        bid_timeout: Longest time that a round stays open [s].
+        transfer_timeout: Tasks that are not handed back within this time are auctioned [s].
+        selection: Limits what one call for bids offers, and to whom.
+        reallocation: Chooses what is offered while nothing waits.
+        transfers: Tasks that change hands because of that.
+        auction: The one under way; between its rounds, the awards of the last are being committed.
+        auctions: How many there have been.
+        call: The last call for bids.
+        dropped: Epoch and number of the auction that was dropped last; late bids on it are no
+            error.
+        slow: Robots that did not answer in time and have not answered since.
+        parked: Tasks that nobody can take; they are offered again when something changes.
+        hard: Tasks that the robots asked first cannot take; they are offered to all robots next.
+        is_stale: Whether the auction under way may find impossible what no longer is.
+    """
+
+    bid_timeout: float
+    transfer_timeout: float
+    selection: CandidateSelection
+    reallocation: Reallocation
+    transfers: Transfers = field(default_factory=Transfers)
+    auction: Auction | None = None
+    auctions: int = 0
+    call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))
+    dropped: tuple[int, int] = (0, 0)
+    slow: frozenset[str] = frozenset()
+    parked: frozenset[str] = frozenset()
+    hard: frozenset[str] = frozenset()
+    is_stale: bool = False
+
+    def expects(self, bids: Bids) -> bool:
+        """Return whether an auction is under way and the bids do not answer a dropped one."""
+        return self.auction is not None and (bids.epoch, bids.auction) != self.dropped
+
+
+class Signal(Enum):
+    """An event that says no more than its name."""
+
+    TASK_CAME = auto()
+    """A task may wait: it was posted or handed back."""
+    FLEET_CHANGED = auto()
+    """Some robot may now take what nobody could."""
+    ROUND_TIMEOUT = auto()
+    """The wait for bids is over."""
+    TRANSFER_TIMEOUT = auto()
+    """The wait for tasks that are to be handed back is over."""
+    STEPPED_DOWN = auto()
+    """This blackboard no longer leads."""
+
+
+@dataclass(frozen=True, slots=True)
+class BidsHeard:
+    """A robot answers a call; `flaw` says why no bids could be worked out from its answer."""
+
+    bids: Bids
+    flaw: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class AwardsCommitted:
+    """The awards of a round are on the task list for good, and the winners have their orders."""
+
+    awards: tuple[Bid, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RobotImproved:
+    """A robot may bid better now than it has bid."""
+
+    robot_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class ScheduleChanged:
+    """A robot's schedule is not the one it bid for."""
+
+    robot_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class Withdrawn:
+    """Tasks do not wait any more."""
+
+    task_ids: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class ReallocationDue:
+    """It is time to improve the allocation of the tasks that robots hold."""
+
+    held: tuple[TaskRecord, ...]
+
+
+Event = (
+    Signal
+    | BidsHeard
+    | AwardsCommitted
+    | RobotImproved
+    | ScheduleChanged
+    | Withdrawn
+    | ReallocationDue
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CarryOut:
+    """Commit a result, order its winners, and report `AwardsCommitted` then."""
+
+    result: Result
+
+
+@dataclass(frozen=True, slots=True)
+class Recall:
+    """Ask a robot to hand a task back if it has not begun."""
+
+    record: TaskRecord
+
+
+@dataclass(frozen=True, slots=True)
+class SetTimer:
+    """Send a signal after a time [s] from now, and no earlier; never if None."""
+
+    signal: Signal
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Refuse:
+    """Tell the person who runs this member why bids are refused."""
+
+    reason: str
+
+
+Effect = Broadcast | CarryOut | Recall | SetTimer | Refuse
+"""What a step asks for; a `Broadcast` is sent to the robots it asks."""
+
+Step = tuple[AuctionState, list[Effect]]
+
+
+def step(state: AuctionState, event: Event, view: View) -> Step:
+    """Return the auctioneer's state after an event, and what it asks for, in order."""
+    if isinstance(event, Signal):
+        after = _follow(state, event, view)
+    elif isinstance(event, BidsHeard):
+        after = _hear(state, event, view)
+    elif isinstance(event, AwardsCommitted):
+        after = _next_round(state, event.awards, view)
+    elif isinstance(event, RobotImproved):
+        auction = state.auction and state.auction.outdate(event.robot_id)
+        after = _open(_unparked(replace(state, auction=auction)), view)
+    elif isinstance(event, ScheduleChanged):
+        auction = state.auction and state.auction.forget(event.robot_id)
+        after = replace(state, auction=auction, reallocation=state.reallocation.resume()), []
+    elif isinstance(event, Withdrawn):
+        after = _withdraw(state, event.task_ids), []
+    else:
+        after = _reallocate(state, event, view)
+    return after
+
+
+def _follow(state: AuctionState, signal: Signal, view: View) -> Step:
+    if signal is Signal.ROUND_TIMEOUT:
+        return _close_round(state, view)
+    if signal is Signal.STEPPED_DOWN:
+        transfers = state.transfers.give_up()
+        stops: list[Effect] = [SetTimer(Signal.ROUND_TIMEOUT), SetTimer(Signal.TRANSFER_TIMEOUT)]
+        return replace(state, auction=None, transfers=transfers), stops
+    if signal is Signal.TRANSFER_TIMEOUT:
+        state = replace(state, transfers=state.transfers.give_up())
+    elif signal is Signal.FLEET_CHANGED:
+        state = replace(_unparked(state), is_stale=True)
+    return _open(state, view)
+
+
+def _unparked(state: AuctionState) -> AuctionState:
+    return replace(state, parked=frozenset(), reallocation=state.reallocation.resume())
+
+
+def _open(state: AuctionState, view: View) -> Step:
+    """Ask for bids on everything that waits, unless an auction of that is under way."""
+    effects: list[Effect] = []
+    auction = state.auction
+    if auction is not None and auction.reallocates and _waiting(state, view):
+        state = replace(state, auction=None, dropped=(auction.epoch, auction.number))
+        effects = [SetTimer(Signal.ROUND_TIMEOUT)]
+    if state.auction is not None:
+        return state, effects
+    transfers, moves = state.transfers.ready(view.in_service, view.records.get)
+    state = replace(state, is_stale=False, transfers=transfers)
+    waiting = _waiting(state, view)
+    if moves:
+        state, more = _award_moves(state, moves, view)
+    elif waiting and not view.in_service:
+        reason = "no robot is in service"
+        state, more = _settle(state, Result((), tuple((each.task.id, reason) for each in waiting)))
+    elif waiting:
+        state, more = _next_round(_begin(state, view), (), view)
+    else:
+        more = []
+    return state, effects + more
+
+
+def _waiting(state: AuctionState, view: View) -> list[TaskRecord]:
+    left_out = state.parked | state.transfers.task_ids
+    return [
+        record
+        for record in view.records.values()
+        if record.state is TaskState.WAITING
+        and not record.parts
+        and record.task.id not in left_out
+    ]
+
+
+def _begin(state: AuctionState, view: View, *, reallocates: bool = False) -> AuctionState:
+    number = state.auctions + 1
+    return replace(state, auctions=number, auction=Auction(view.epoch, number, reallocates))
+
+
+def _next_round(state: AuctionState, awards: tuple[Bid, ...], view: View) -> Step:
+    """Ask the robots whose bids do not hold, or end the auction if nothing is left.
+
+    Tasks that the robots asked first cannot take are offered to all.
+    """
+    auction, robots = state.auction, view.in_service
+    if auction is None:
+        return state, []
+    waiting = _waiting(state, view)
+    if not waiting or not robots or state.is_stale:
+        return _open(replace(state, auction=None), view)
+    hard = [record for record in waiting if record.task.id in state.hard]
+    most = len(robots) if hard else min(len(robots), state.selection.max_asked)
+    offers = state.selection.offers(hard or waiting, most, auction.bundles)
+    asked = robots if hard else state.selection.asked(offers, robots, view.last)
+    state = replace(state, hard=state.hard - {record.task.id for record in offers})
+    return _ask(state, auction, [(record,) for record in offers], asked, awards, view)
+
+
+def _ask(
+    state: AuctionState,
+    auction: Auction,
+    bundles: Sequence[Bundle],
+    robots: frozenset[str],
+    awards: tuple[Bid, ...],
+    view: View,
+) -> Step:
+    auction = auction.next_round(bundles, robots, view.in_service)
+    bidders, auction = auction.missing, auction.excuse(state.slow)
+    state = replace(state, auction=auction)
+    if not auction.missing:
+        return _close_round(state, view)
+    asked = None
+    if awards or auction.is_selective or not auction.is_new:
+        awarded = {bid.robot_id: bid.task_id for bid in awards}
+        asked = {robot: awarded.get(robot, "") for robot in sorted(bidders)}
+    sizes = tuple(map(len, bundles))
+    call = Broadcast(
+        auction.epoch,
+        auction.number,
+        tuple((record.task, record.step) for bundle in bundles for record in bundle),
+        view.hive,
+        round=auction.round,
+        asked=asked,
+        sizes=() if set(sizes) == {1} else sizes,
+    )
+    timer = SetTimer(Signal.ROUND_TIMEOUT, state.bid_timeout)
+    return replace(state, call=call), [timer, call]
+
+
+def _hear(state: AuctionState, event: BidsHeard, view: View) -> Step:
+    """Take in a robot's bids; the last one expected closes the round."""
+    bids = event.bids
+    state = replace(state, slow=state.slow - {bids.robot_id})
+    if state.auction is None or not state.expects(bids):
+        return state, []
+    if event.flaw:
+        return state, [Refuse(event.flaw)]
+    auction, refusal = state.auction.hear(bids, view.in_service)
+    state = replace(state, auction=auction)
+    if refusal:
+        return state, [Refuse(refusal)]
+    return (state, []) if auction.missing else _close_round(state, view)
+
+
+def _close_round(state: AuctionState, view: View) -> Step:
+    if state.auction is None or not state.auction.is_open:
+        return state, []
+    auction = state.auction.close(view.in_service)
+    state = replace(state, auction=auction, slow=state.slow | auction.missing)
+    stop = SetTimer(Signal.ROUND_TIMEOUT)
+    if auction.reallocates:
+        state, effects = _begin_transfers(state, auction, view)
+        state, more = _open(replace(state, auction=None), view)
+        return state, [stop, *effects, *more]
+    result = auction.result()
+    if auction.is_selective:
+        # Robots that were not asked may be able to take it; they are asked next.
+        hard = state.hard.union(task_id for task_id, _ in result.impossible)
+        state, result = replace(state, hard=hard), replace(result, impossible=())
+    transfers = state.transfers
+    for bid in result.awards:
+        auction = auction.forget(bid.robot_id)
+        transfers = transfers.without_taker(bid.robot_id)
+    reallocation = state.reallocation.resume() if result.awards else state.reallocation
+    state = replace(state, auction=auction, transfers=transfers, reallocation=reallocation)
+    state, effects = _settle(state, result)
+    return state, [stop, *effects]
+
+
+def _settle(state: AuctionState, result: Result) -> Step:
+    """Have a result carried out; what is impossible waits until something changes."""
+    is_outdated = state.auction is not None and bool(state.auction.outdated)
+    if not state.is_stale and not is_outdated:
+        parked = state.parked.union(task_id for task_id, _ in result.impossible)
+        state = replace(state, parked=parked)
+    return state, [CarryOut(result)]
+
+
+def _reallocate(state: AuctionState, event: ReallocationDue, view: View) -> Step:
+    """Offer some tasks that have not begun again, while there is nothing else to do."""
+    if state.auction is not None or state.transfers.exchanges or _waiting(state, view):
+        return state, []
+    robots = view.in_service
+    most = state.selection.max_bundles(len(robots))
+    reallocation, bundles = state.reallocation.next_step(event.held, robots, view.last, most)
+    state = replace(state, reallocation=reallocation)
+    if not bundles:
+        return state, []
+    state = _begin(state, view, reallocates=True)
+    assert state.auction is not None  # noqa: S101  (it has just begun)
+    offers = [record for bundle in bundles for record in bundle]
+    asked = state.selection.asked(offers, robots, view.last) | {each.robot for each in offers}
+    return _ask(state, state.auction, bundles, asked, (), view)
+
+
+def _begin_transfers(state: AuctionState, auction: Auction, view: View) -> Step:
+    """Recall what changes hands, of those offers that are still as they were offered."""
+    unchanged = [
+        (bundle, bids)
+        for bundle, bids in auction.offers()
+        if all(view.records.get(record.task.id) == record for record in bundle)
+    ]
+    reallocation, exchanges = state.reallocation.decide(unchanged)
+    state = replace(state, reallocation=reallocation)
+    if not exchanges:
+        return state, []
+    decided_in = (auction.epoch, auction.number, auction.round)
+    transfers = state.transfers.begin(exchanges, view.records.get, decided_in)
+    timer = SetTimer(Signal.TRANSFER_TIMEOUT, state.transfer_timeout)
+    return replace(state, transfers=transfers), [timer, *map(Recall, transfers.records)]
+
+
+def _award_moves(state: AuctionState, moves: Sequence[Move], view: View) -> Step:
+    """Award what has been handed back to the robots that were to get it."""
+    state = _begin(replace(state, reallocation=state.reallocation.resume()), view)
+    awards = tuple(bid for move in moves for bid in move.awards)
+    bids = {record.task.id: move.bids for move in moves for record in move.records}
+    reason = "exchanged: " + ", ".join(map(str, moves))
+    decided_in = state.transfers.decided_in
+    return _settle(state, Result(awards, (), bids, auction=decided_in, reason=reason))
+
+
+def _withdraw(state: AuctionState, task_ids: frozenset[str]) -> AuctionState:
+    auction = state.auction and state.auction.withdraw(task_ids)
+    hard, parked = state.hard - task_ids, state.parked - task_ids
+    return replace(state, auction=auction, hard=hard, parked=parked)

@@ -1,0 +1,332 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The auctioneer's steps: what each event leads to, without a network or a clock."""
+
+from dataclasses import replace
+
+import pytest
+
+from blackboard.auction.candidate_selection import CandidateSelection
+from blackboard.auction.reallocation import Reallocation
+from blackboard.auction.step import (
+    AuctionState,
+    AwardsCommitted,
+    BidsHeard,
+    CarryOut,
+    ReallocationDue,
+    Recall,
+    Refuse,
+    RobotImproved,
+    ScheduleChanged,
+    SetTimer,
+    Signal,
+    View,
+    Withdrawn,
+    step,
+)
+from blackboard.costing.bid_basis import Bids
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms
+from blackboard.domain.record import Broadcast, TaskRecord
+from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.pose import Pose
+
+ROUND, TRANSFERS = Signal.ROUND_TIMEOUT, Signal.TRANSFER_TIMEOUT
+
+
+class Desk:
+    """An auctioneer in a hive whose list and fleet a test changes at will."""
+
+    def __init__(self, *robots, max_asked=50):
+        selection = CandidateSelection(max_asked, 4, 2000)
+        self.state = AuctionState(2.0, 3.0, selection, Reallocation("waiting", 0.1))
+        self.records = {}
+        self.robots = frozenset(robots)
+
+    def put(self, name, state=TaskState.WAITING, robot=""):
+        task = Task(name, TaskType.GA, (Pose(1.0, 1.0),))
+        before = self.records.get(name)
+        number = before.assignment if before else int(bool(robot))
+        self.records[name] = TaskRecord(task, state, robot, assignment=number)
+
+    def say(self, event):
+        view = View("hive1", 1, dict(self.records), self.robots, lambda _: None)
+        self.state, effects = step(self.state, event, view)
+        return effects
+
+    def bid(self, robot, eta=10.0, **costs):
+        bids = tuple(
+            Bid(robot, name, cost, eta=eta, terms=CostTerms(1.0, 1.0, 1, cost, 10.0, cost, cost))
+            for name, cost in costs.items()
+        )
+        call = self.state.call
+        return self.say(BidsHeard(Bids(robot, call.epoch, call.auction, bids, call.round)))
+
+    def auction(self, *tasks):
+        """Put tasks on the list, and return the effects of auctioning them."""
+        for name in tasks:
+            self.put(name)
+        return self.say(Signal.TASK_CAME)
+
+    def transfer(self):
+        """Have T1 of robot1 offered again, and robot2 bid less."""
+        self.put("T1", TaskState.ASSIGNED, "robot1")
+        self.say(ReallocationDue(tuple(self.records.values())))
+        self.say(ReallocationDue(tuple(self.records.values())))
+        self.bid("robot1", T1=10.0)
+        return self.bid("robot2", T1=1.0)
+
+
+def kinds(effects):
+    return [type(effect) for effect in effects]
+
+
+def result(effects):
+    """Return the result to be carried out, which is the last effect."""
+    assert kinds(effects)[-1:] == [CarryOut]
+    return effects[-1].result
+
+
+def winners(effects):
+    return {bid.task_id: bid.robot_id for bid in result(effects).awards}
+
+
+def test_a_task_that_comes_opens_a_round_and_starts_its_timer():
+    desk = Desk("robot1")
+
+    timer, call = desk.auction("T1")
+
+    assert timer == SetTimer(ROUND, 2.0)
+    assert call == desk.state.call
+    assert [task.id for task, _ in call.tasks] == ["T1"]
+    assert call.asked is None
+
+
+def test_nothing_is_asked_while_nothing_waits_or_an_auction_is_under_way():
+    desk = Desk("robot1")
+
+    assert desk.say(Signal.TASK_CAME) == []
+    desk.auction("T1")
+    assert desk.auction("T2") == []
+
+
+def test_the_last_bid_closes_the_round_and_its_result_is_carried_out_last():
+    desk = Desk("robot1", "robot2")
+    desk.auction("T1")
+
+    assert desk.bid("robot1", T1=5.0) == []
+    effects = desk.bid("robot2", T1=4.0)
+
+    assert effects[0] == SetTimer(ROUND)
+    assert winners(effects) == {"T1": "robot2"}
+
+
+def test_the_timer_closes_a_round_once():
+    desk = Desk("robot1", "robot2")
+    desk.auction("T1")
+    desk.bid("robot1", T1=5.0)
+
+    assert winners(desk.say(ROUND)) == {"T1": "robot1"}
+    assert desk.say(ROUND) == []
+    assert desk.state.slow == {"robot2"}
+
+
+def test_nothing_new_is_asked_before_the_awards_are_committed():
+    desk = Desk("robot1")
+    desk.auction("T1", "T2")
+    awards = result(desk.bid("robot1", T1=1.0, T2=2.0)).awards
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+
+    assert desk.say(Signal.TASK_CAME) == []
+    _, call = desk.say(AwardsCommitted(awards))
+    assert call.round == 2
+    assert call.asked == {"robot1": "T1"}
+
+
+def test_an_auction_ends_when_nothing_waits_any_more():
+    desk = Desk("robot1")
+    desk.auction("T1")
+    awards = result(desk.bid("robot1", T1=1.0)).awards
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+
+    assert desk.say(AwardsCommitted(awards)) == []
+    assert desk.state.auction is None
+
+
+def test_bids_that_are_refused_are_said_and_close_no_round():
+    desk = Desk("robot1")
+    desk.auction("T1")
+
+    (refusal,) = desk.bid("robot1", T1=-1.0)
+
+    assert refusal == Refuse("robot1 bids -1 on T1; allowed: from 0 to 1000")
+
+
+def test_an_answer_from_which_no_bids_can_be_worked_out_is_refused_and_still_waited_for():
+    desk = Desk("robot1")
+    desk.auction("T1")
+
+    assert desk.say(BidsHeard(Bids("robot1", 1, 1, ()), "nonsense")) == [Refuse("nonsense")]
+    assert desk.state.auction.missing == {"robot1"}
+
+
+def test_what_nobody_can_take_is_parked_until_the_fleet_changes():
+    desk = Desk("robot1")
+    desk.auction("T1")
+    effects = desk.bid("robot1", T1=MAX_COST)
+    assert [name for name, _ in result(effects).impossible] == ["T1"]
+    desk.say(AwardsCommitted(()))
+
+    assert desk.say(Signal.TASK_CAME) == []
+    assert kinds(desk.say(Signal.FLEET_CHANGED)) == [SetTimer, Broadcast]
+
+
+def test_what_becomes_possible_while_an_auction_is_under_way_is_not_parked():
+    desk = Desk("robot1")
+    desk.auction("T1")
+    desk.say(Signal.FLEET_CHANGED)
+    desk.bid("robot1", T1=MAX_COST)
+
+    assert desk.state.parked == frozenset()
+    assert kinds(desk.say(AwardsCommitted(()))) == [SetTimer, Broadcast]
+    assert desk.state.call.auction == 2
+
+
+def test_a_robot_that_improves_is_asked_again_in_the_next_round():
+    desk = Desk("robot1", "robot2")
+    desk.auction("T1")
+    desk.bid("robot1", T1=MAX_COST)
+    desk.say(RobotImproved("robot1"))
+    desk.bid("robot2", T1=MAX_COST)
+
+    _, call = desk.say(AwardsCommitted(()))
+
+    assert call.asked == {"robot1": ""}
+
+
+def test_a_robot_whose_schedule_changes_is_asked_again_and_its_bid_does_not_win():
+    desk = Desk("robot1", "robot2")
+    desk.auction("T1")
+    desk.bid("robot1", T1=1.0)
+    desk.say(ScheduleChanged("robot1"))
+
+    assert winners(desk.bid("robot2", T1=5.0)) == {"T1": "robot2"}
+
+
+def test_what_is_withdrawn_is_not_awarded_and_not_parked():
+    desk = Desk("robot1")
+    desk.auction("T1", "T2")
+    desk.say(Withdrawn(frozenset({"T1"})))
+
+    decided = result(desk.bid("robot1", T1=1.0, T2=MAX_COST))
+
+    assert not decided.awards
+    assert [name for name, _ in decided.impossible] == ["T2"]
+    desk.say(Withdrawn(frozenset({"T2"})))
+    assert desk.state.parked == frozenset()
+
+
+def test_without_a_robot_in_service_a_task_is_parked_with_that_reason():
+    decided = result(Desk().auction("T1"))
+
+    assert decided.impossible == (("T1", "no robot is in service"),)
+
+
+def test_what_the_robots_asked_first_cannot_take_is_offered_to_all():
+    desk = Desk("robot1", "robot2", max_asked=1)
+    _, first = desk.auction("T1")
+    decided = result(desk.bid("robot1", T1=MAX_COST))
+    _, second = desk.say(AwardsCommitted(()))
+
+    assert decided.impossible == ()
+    assert [*first.asked, *second.asked] == ["robot1", "robot2"]
+
+
+def test_a_reallocation_recalls_what_gains_and_waits_for_it():
+    desk = Desk("robot1", "robot2")
+
+    effects = desk.transfer()
+
+    assert effects == [
+        SetTimer(ROUND),
+        SetTimer(TRANSFERS, 3.0),
+        Recall(desk.records["T1"]),
+    ]
+    assert desk.state.transfers.task_ids == {"T1"}
+
+
+def test_nothing_is_reallocated_while_a_task_waits():
+    desk = Desk("robot1", "robot2")
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+    desk.put("T2")
+
+    assert desk.say(ReallocationDue(tuple(desk.records.values()))) == []
+
+
+def test_a_task_that_changed_while_it_was_offered_stays_where_it_is():
+    desk = Desk("robot1", "robot2")
+    held = TaskState.ASSIGNED
+    desk.put("T1", held, "robot1")
+    desk.say(ReallocationDue(tuple(desk.records.values())))
+    desk.say(ReallocationDue(tuple(desk.records.values())))
+    desk.bid("robot1", T1=10.0)
+    desk.put("T1", TaskState.STARTED, "robot1")
+
+    assert desk.bid("robot2", T1=1.0) == [SetTimer(ROUND)]
+
+
+def test_a_task_that_comes_drops_a_reallocation_and_late_bids_on_it_are_no_error():
+    desk = Desk("robot1", "robot2")
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+    desk.say(ReallocationDue(tuple(desk.records.values())))
+    desk.say(ReallocationDue(tuple(desk.records.values())))
+    dropped = desk.state.call
+
+    effects = desk.auction("T2")
+
+    assert kinds(effects) == [SetTimer, SetTimer, Broadcast]
+    late = Bids("robot1", dropped.epoch, dropped.auction, (), dropped.round)
+    assert desk.say(BidsHeard(late)) == []
+
+
+def test_what_is_handed_back_for_a_transfer_goes_to_the_robot_that_was_to_get_it():
+    desk = Desk("robot1", "robot2")
+    desk.transfer()
+    decided_in = (1, desk.state.call.auction, 1)
+    desk.put("T1")
+
+    decided = result(desk.say(Signal.TASK_CAME))
+
+    assert [(bid.task_id, bid.robot_id) for bid in decided.awards] == [("T1", "robot2")]
+    assert decided.reason == "exchanged: T1 from robot1 to robot2"
+    assert decided.auction == decided_in
+
+
+def test_what_is_not_handed_back_in_time_is_auctioned():
+    desk = Desk("robot1", "robot2")
+    desk.transfer()
+    desk.say(TRANSFERS)
+    desk.put("T1")
+
+    assert kinds(desk.say(Signal.TASK_CAME)) == [SetTimer, Broadcast]
+
+
+@pytest.mark.parametrize("between_rounds", [False, True])
+def test_a_leader_that_steps_down_drops_everything(between_rounds):
+    desk = Desk("robot1")
+    desk.auction("T1")
+    awards = result(desk.bid("robot1", T1=1.0)).awards if between_rounds else ()
+
+    assert desk.say(Signal.STEPPED_DOWN) == [SetTimer(ROUND), SetTimer(TRANSFERS)]
+    assert desk.state.auction is None
+    assert desk.say(AwardsCommitted(awards)) == []
+
+
+def test_a_step_changes_nothing_but_what_it_returns():
+    desk = Desk("robot1", "robot2")
+    desk.auction("T1")
+    desk.bid("robot1", T1=1.0)
+    before, copy = desk.state, replace(desk.state)
+
+    desk.bid("robot2", T1=2.0)
+
+    assert before == copy
+    assert before.auction.missing == {"robot2"}
