@@ -19,9 +19,9 @@ from hive_lab.live.live_hive import ROBOTS, LiveHive, own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
 
 CRASH = 3.0
-"""By then another carries the blackboard [s]."""
+"""Time for another member to take over [s]."""
 KNOWN_AGAIN = 10.0
-"""By then a new master knows every node [s]."""
+"""Time for a new master to know every node [s]."""
 
 
 def free_port():
@@ -56,7 +56,7 @@ def hive(master, tmp_path_factory):
 
 
 def publishers(topic):
-    """Return who publishes a topic as far as the master knows; nobody while there is none."""
+    """Return the publishers of a topic by the master; none while there is no master."""
     try:
         known, _, _ = rosgraph.Master("/faults").getSystemState()
     except (OSError, rosgraph.MasterException):

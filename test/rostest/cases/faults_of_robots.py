@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What happens to the tasks of real robot nodes that die, freeze, fail, or hear badly."""
+"""The tasks of real robot nodes that die, freeze, fail, or hear badly."""
 
 import random
 import signal
@@ -17,7 +17,7 @@ from hive_lab.live.live_hive import LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
 
 LONG = 30.0
-"""A drive that does not end by itself while a case looks at it [s]."""
+"""Longer than a case lasts [s]."""
 ROBOTS = ("robot1", "robot2", "robot3")
 
 
@@ -42,7 +42,7 @@ def make_hive(folder, namespace, robots, **blackboard):
 
 @pytest.fixture(scope="session")
 def hive(tmp_path_factory):
-    """A hive that gives the tasks of lost robots to others."""
+    """A hive that reassigns the tasks of lost robots."""
     hive = make_hive(tmp_path_factory.mktemp("robots"), "/robots/", ROBOTS)
     try:
         hive.start_all()
@@ -53,7 +53,7 @@ def hive(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def waiting_hive(tmp_path_factory):
-    """A hive that waits for robots that are lost."""
+    """A hive that waits for lost robots."""
     folder = tmp_path_factory.mktemp("waiting")
     hive = make_hive(folder, "/waiting/", ROBOTS[:2], on_robot_lost="wait")
     try:
@@ -78,7 +78,7 @@ def ready(hive):
 
 
 def begin(hive, task_id, *goals):
-    """Post a task whose drives last long; return who has begun it."""
+    """Post a task with long drives; return the robot that has begun it."""
     operator = hive.operator
     for drive in hive.drives.values():
         drive.seconds = LONG
@@ -95,13 +95,13 @@ def begin(hive, task_id, *goals):
 
 
 def let_arrive(hive):
-    """Have drives that begin from now on end soon."""
+    """Make all further drives short."""
     for drive in hive.drives.values():
         drive.seconds = 0.1
 
 
 def is_said_to_be_lost(operator, task_id):
-    """Return what is true once the list says that a task's robot is not heard of."""
+    """Return a condition: the list says that a task's robot is unheard."""
 
     def said():
         record = operator.record_of(task_id)
