@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives that decide centrally do what those do whose robots bid."""
+"""Hives that decide centrally do the same as hives whose robots bid."""
 
 import random
 
@@ -19,7 +19,7 @@ def place(draw):
 
 
 def run(decision, seed, cost_model):
-    """Return a hive of some robots and tasks after all has been done."""
+    """Return a hive of some robots and tasks after every task is done."""
     draw = random.Random(seed)
     hive = Hive(BlackboardSettings(decision=decision))
     TaskChecker(hive)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives when one thing goes wrong."""
+"""Whole hives with one fault."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 
 
 def pair(network=None):
-    """Return a hive with robot1 near to all goals and robot2 far away."""
+    """Return a hive with robot1 near all goals and robot2 far away."""
     hive = Hive(network=network)
     TaskChecker(hive)
     hive.add_robot("robot1", Pose(4.0, 0.0))
@@ -38,7 +38,7 @@ def pair(network=None):
 
 
 def lose_first(topic, when=lambda _: True):
-    """Return a rule that loses the first message of a topic that is such."""
+    """Return a rule that loses the first matching message of a topic."""
     left = [1]
 
     def lose(name, message):
@@ -127,7 +127,7 @@ def test_a_task_that_fails_everywhere_is_given_up_with_the_reason():
     assert hive.record("T1").reason.startswith("given up after 5 tries, the last: robot")
 
 
-def test_a_robot_that_falls_silent_loses_its_task_to_another():
+def test_a_silent_robot_loses_its_task_to_another():
     hive = pair()
     hive.post(GO)
     hive.network.run(2.0)
@@ -219,7 +219,7 @@ def test_a_cancel_that_the_robot_did_not_hear_is_made_good_by_the_task_list():
         (ROBOT_STATUS, lambda status: not status.tasks),
     ],
 )
-def test_whichever_message_gets_lost_once_the_task_is_done_and_the_hive_comes_to_rest(topic, when):
+def test_the_loss_of_any_one_message_delays_but_never_prevents_the_end_of_a_task(topic, when):
     hive = pair(Network(lose=lose_first(topic, when)))
     hive.post(GO)
     hive.network.run(60.0)
@@ -230,7 +230,7 @@ def test_whichever_message_gets_lost_once_the_task_is_done_and_the_hive_comes_to
     assert len(hive.updates("T1")) == said
 
 
-def test_two_failures_of_one_robot_in_a_row_leave_no_report_that_is_repeated_for_ever():
+def test_after_two_failures_in_a_row_a_robot_repeats_no_report_for_ever():
     hive = Hive()
     hive.add_robot("robot1", Pose(4.0, 0.0))
     hive.commands["robot1"].results = [CommandResult(CommandState.ABORTED, "no way")] * 6

@@ -105,7 +105,7 @@ def test_a_task_that_comes_while_all_are_busy_is_done_when_its_turn_comes():
     assert hive.states("second") == DONE_IN_ORDER
 
 
-def test_when_all_is_done_the_hive_comes_to_rest():
+def test_after_the_last_task_the_hive_is_quiet():
     hive, _ = fleet()
     names = [f"T{number}" for number in range(12)]
     hive.post(*(mixed(number) for number in range(12)))

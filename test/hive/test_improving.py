@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives in which tasks that have not begun change hands."""
+"""Whole hives that reallocate tasks that have not begun."""
 
 from dataclasses import replace
 
@@ -17,12 +17,12 @@ WAITING, ASSIGNED, STARTED, DONE, *_ = TaskState
 
 
 def go(name, goal, priority=0):
-    """Return a task to go somewhere."""
+    """Return a Go A task."""
     return Task(name, TaskType.GA, (goal,), priority)
 
 
 def hive_with_two_tasks(**settings):
-    """Return a hive whose only robot is at one task and has another, far away, on its list."""
+    """Return a hive whose only robot works on one task and has another, far away, on its list."""
     hive = Hive(replace(BlackboardSettings(), **settings))
     TaskChecker(hive)
     hive.add_robot("robot1", Pose(0.0, 0.0), cost_model="latency")
@@ -79,7 +79,7 @@ def test_the_tasks_of_two_robots_are_shared_with_a_third_and_all_are_done_once()
 
 
 @pytest.mark.parametrize("model", ["report", "energy", "time", "makespan", "latency"])
-def test_assignments_come_to_rest(model):
+def test_assignments_settle(model):
     hive = Hive()
     TaskChecker(hive)
     for number in range(3):
@@ -92,7 +92,7 @@ def test_assignments_come_to_rest(model):
     assert sum(hive.record(task.id).assignment for task in tasks) <= 2 * len(tasks)
 
 
-def test_under_every_cost_model_exchanging_makes_less_of_what_it_is_to_make_less():
+def test_reallocation_reduces_the_objective_of_every_cost_model():
     found = run(seeds=range(2))
     shares = {name: found.figures[name] for name in found.aims}
 

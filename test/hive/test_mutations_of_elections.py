@@ -164,5 +164,5 @@ CAUGHT_BY = {
 
 
 @pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
-def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
+def test_without_the_rule_a_schedule_breaks_a_property(mutate, caught):
     assert caught(mutate, CAUGHT_BY[mutate])

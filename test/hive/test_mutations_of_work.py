@@ -139,11 +139,11 @@ CAUGHT_BY = {
 
 
 @pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
-def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
+def test_without_the_rule_a_schedule_breaks_a_property(mutate, caught):
     assert caught(mutate, CAUGHT_BY[mutate])
 
 
-def test_what_an_earlier_epoch_left_is_not_committed_by_count(caught, monkeypatch):
+def test_entries_of_an_earlier_epoch_are_not_committed_by_count(caught, monkeypatch):
     monkeypatch.setattr(leader, "MAX_ENTRIES", 1)  # else the changes come in one message
 
     assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives in which a task of the highest priority comes while all robots are busy."""
+"""Whole hives that get a task of the highest priority while all robots are busy."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ def carry(name, near):
 
 
 def busy_pair(left, right, after=3.0, network=None):
-    """Return a hive with two robots at work, the one on the left near to the urgent goal."""
+    """Return a hive with two robots at work, the left one near the urgent goal."""
     hive = Hive(network=network)
     TaskChecker(hive)
     hive.add_robot("left", LEFT)
@@ -68,7 +68,7 @@ def test_what_was_put_off_is_done_later_from_its_step_and_was_not_tried_in_vain(
     assert visited.count(Pose(4.0, 0.0)) == 1
 
 
-def test_everyone_is_told_for_what_a_task_was_put_off():
+def test_the_reason_of_a_preemption_is_published():
     hive = busy_pair(errand("L", LEFT), errand("R", RIGHT))
     hive.post(URGENT)
     hive.network.run(1.0)

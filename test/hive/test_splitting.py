@@ -16,7 +16,7 @@ WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 
 
 def team(*payloads):
-    """Return a hive with a robot for each payload [kg] that can be carried."""
+    """Return a hive with a robot for each payload [kg]."""
     hive = Hive()
     TaskChecker(hive)
     for number, payload in enumerate(payloads, start=1):

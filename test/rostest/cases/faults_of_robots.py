@@ -163,7 +163,7 @@ def test_a_step_that_is_aborted_is_tried_a_few_times_and_then_failed_with_the_re
     operator.post(make_task("aborted", (7.0, 1.0)))
 
     assert operator.follow("aborted") == TaskState.FAILED
-    assert "the stand-in was told to fail" in operator.record_of("aborted").reason
+    assert "the fake base was told to fail" in operator.record_of("aborted").reason
     assert sum(drive.begun for drive in hive.drives.values()) - before <= 3 * 3
 
 
