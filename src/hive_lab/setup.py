@@ -8,7 +8,7 @@ setup(
             "hive_lab",
             "hive_lab.allocation",
             "hive_lab.bench",
-            "hive_lab.bench_allocation",
+            "hive_lab.bench.allocation",
             "hive_lab.fault_schedules",
             "hive_lab.fleets",
             "hive_lab.live",

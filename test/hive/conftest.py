@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One profile for all properties: the same examples in every run, on every machine.
-
-And what the tests of mutations share.
-"""
+"""One hypothesis profile: the same examples in every run, on every machine; and `caught`."""
 
 from pathlib import Path
 
@@ -23,20 +20,20 @@ settings.load_profile("fixed")
 
 @pytest.fixture
 def caught(monkeypatch):
-    """Return a function that says whether a mutation breaks what holds without it.
+    """Return a function that tells whether a mutation breaks a property that holds without it.
 
-    It also fails when docs/protocol.md does not say which property that is.
+    It also fails when docs/protocol.md does not name that property.
     """
 
     def is_caught(mutate, known):
-        """Run a schedule, known by name or by seed and mood, without the mutation and with it."""
+        """Run a schedule, known by name or by seed and scenario, without and with the mutation."""
         by_name = isinstance(known, str)
         schedule = DIRECTED[known] if by_name else draw(*known)
         assert run(schedule).violation == ""
 
         mutate(monkeypatch)
         violation = run(schedule).violation
-        assert violation or by_name, f"{known} catches it no more; {another_seed(known[1])} does"
+        assert violation or by_name, f"{known} no longer catches it; {another_seed(known[1])} does"
         _, broken, _ = f"{violation}: : ".split(": ", 2)
         rule = mutate.__name__.replace("_", " ")
         where = known if by_name else " ".join(map(str, known)).strip()
@@ -48,6 +45,6 @@ def caught(monkeypatch):
 
 
 def another_seed(scenario):
-    """Return the first seed whose schedule in a mood breaks a property as things are now."""
+    """Return the first seed whose schedule in a scenario breaks a property now."""
     broken = (seed for seed in range(300) if run(draw(seed, scenario)).violation)
     return next(broken, "none below 300")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives with anything going wrong at any time; what must hold is looked at all the time."""
+"""Whole hives with any fault at any time, whose properties are checked after every event."""
 
 import random
 from dataclasses import replace
@@ -12,8 +12,9 @@ from blackboard.domain.talker import NEW_TASK, SET_STATE, TASK_CANCEL, TASK_STAT
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Hive, Network
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.network import Network
+from hive_lab.virtual.task_checker import TaskChecker
 
 OPERATORS = (NEW_TASK, TASK_CANCEL, SET_STATE)
 FAILURE = CommandResult(CommandState.ABORTED, "somebody stood in the way")
@@ -23,9 +24,9 @@ class Story:
     """A hive to which things happen; the network delays messages, and loses some on request.
 
     Args:
-        robots: How many there are.
-        loss: The share of messages that reach nobody.
-        seed: Of the delays and losses.
+        robots: Number of robots.
+        loss: Share of lost messages.
+        seed: Of delays and losses.
     """
 
     def __init__(self, robots, loss=0.0, seed=0):
@@ -38,13 +39,13 @@ class Story:
         self.stormy = True
         network = Network(delay=lambda: generator.uniform(0.001, 0.1), lose=lose)
         self.hive = Hive(network=network)
-        self.properties = Properties(self.hive)
+        self.properties = TaskChecker(self.hive)
         self.names = [f"robot{number}" for number in range(1, robots + 1)]
         for name in self.names:
             self.hive.add_robot(name, Pose(0.0, 0.0))
 
     def happen(self, what, robot, seconds, task):
-        """Have one thing happen, and some time pass."""
+        """Let one thing happen, and some time pass."""
         name = self.names[robot % len(self.names)]
         talker = self.hive.talkers[name]
         match what:
@@ -63,7 +64,7 @@ class Story:
         self.hive.network.run(seconds)
 
     def comes_to_rest(self):
-        """Have everything in order again; return whether the hive finishes within 20 minutes."""
+        """Repair everything; return whether the hive finishes within 20 minutes."""
         self.stormy = False
         for name in self.names:
             self.hive.talkers[name].connected = True
@@ -76,7 +77,7 @@ class Story:
         return False
 
     def _is_quiet_for(self, seconds):
-        """Return whether nothing was said about tasks, and no robot has one."""
+        """Return whether nobody speaks of tasks for a time [s], and no robot has one."""
         said = len(self.hive.network.heard)
         self.hive.network.run(seconds)
         topics = {topic for topic, _ in self.hive.network.heard[said:]}
@@ -84,7 +85,7 @@ class Story:
         return TASK_STATE not in topics and not any(lists)
 
     def unexplained(self):
-        """Return what is not done and does not say why."""
+        """Return the unfinished tasks that do not say why."""
         good = ("given up after", "cancelled by", "nobody can take it", "its part", "robot")
         return {
             name: reason

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Thousands of messages that nobody should send reach a hive at work, on every topic."""
+"""A working hive survives thousands of malformed messages on every topic."""
 
 import math
 import random
@@ -42,11 +42,7 @@ COUNTS = (0, 1, 2, 255, 65_535, 2**32 - 1)
 
 
 class Nonsense:
-    """Makes messages of every topic out of odd values.
-
-    Args:
-        seed: Of the choice.
-    """
+    """Builds messages of every topic from odd values; `seed` draws them."""
 
     def __init__(self, seed):
         self.draw = random.Random(seed)
@@ -144,7 +140,7 @@ class Nonsense:
 
 @pytest.fixture
 def hive():
-    """A hive with one robot that is on its way to a task called `real`."""
+    """A hive with one robot on its way to a task called `real`."""
     hive = Hive()
     hive.add_robot("robot1", Pose(0.0, 0.0, 0.0))
     hive.post(Task("real", TaskType.GAB, (Pose(1.0, 0.0, 0.0), Pose(2.0, 0.0, 0.0))))
@@ -170,7 +166,7 @@ def test_nonsense_on_every_topic_changes_nothing_and_stops_nobody(hive, seed):
     assert len(hive.talkers["blackboard"].warnings) < book.total / 10
 
 
-def test_a_burst_of_a_thousand_messages_at_once_is_worked_through(hive):
+def test_a_hive_handles_a_burst_of_a_thousand_messages(hive):
     for number in range(1000):
         hive.network.send(
             NEW_TASK, Task(f"burst{number % 5}", TaskType.GA, (Pose(4.0, 0.0, 0.0),))
@@ -202,7 +198,7 @@ def test_an_unknown_robot_wins_no_auction(hive):
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
-def test_a_number_that_cannot_be_calculated_with_is_refused_by_its_name(number):
+def test_a_number_that_is_not_finite_is_rejected_by_name(number):
     status = RobotStatus("robot1", RobotState.IDLE, Pose(number, 0.0, 0.0), 1.0)
 
     assert why_refused(ROBOT_STATUS, status) == (

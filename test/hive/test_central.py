@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives that decide centrally do what those do whose robots bid."""
+"""Hives that decide centrally do the same as hives whose robots bid."""
 
 import random
 
@@ -10,7 +10,7 @@ from blackboard.domain.talker import TASK_ASSIGN, TASK_COST
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 
 def place(draw):
@@ -19,10 +19,10 @@ def place(draw):
 
 
 def run(decision, seed, cost_model):
-    """Return a hive of some robots and tasks after all has been done."""
+    """Return a hive of some robots and tasks after every task is done."""
     draw = random.Random(seed)
     hive = Hive(BlackboardSettings(decision=decision))
-    Properties(hive)
+    TaskChecker(hive)
     for number in range(draw.randint(2, 5)):
         hive.add_robot(f"robot{number}", place(draw), cost_model=cost_model)
     names = [f"T{number}" for number in range(12)]

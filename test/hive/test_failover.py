@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Hives whose members crash, freeze and are cut off, and what must hold of them all the time."""
+"""Hives whose members crash, freeze and are cut off, with every property checked."""
 
 import os
 from dataclasses import replace
@@ -12,8 +12,8 @@ from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.bench.faults import simulate
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
-from hive_lab.fault_schedules.network import Quality
 from hive_lab.fault_schedules.run import run
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
@@ -27,7 +27,7 @@ from hive_lab.fault_schedules.schedule import (
 )
 
 SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "1000"))
-"""How many random schedules are run; more on demand."""
+"""Number of random schedules; more on demand."""
 
 POSTS = tuple(
     Post(8.0 + 3.0 * number, Task(f"T{number}", TaskType.GAB, (Pose(1.0, 2.0), Pose(number, 4.0))))
@@ -47,7 +47,7 @@ def test_random_schedules_break_no_property():
     assert not broken, broken[0].in_full()
 
 
-def test_random_schedules_with_robots_that_do_not_stand_by_break_no_property():
+def test_random_schedules_with_learners_break_no_property():
     drawn = [draw(seed) for seed in range(150)]
     aside = [tuple(f"robot{n}" for n in range(3, each.robots + 1)) for each in drawn]
     outcomes = [run(replace(each, aside=names)) for each, names in zip(drawn, aside, strict=True)]
@@ -57,13 +57,13 @@ def test_random_schedules_with_robots_that_do_not_stand_by_break_no_property():
 
 
 @pytest.mark.parametrize("seed", [2023, 941, 3073, 3153, 7979, 11520, 23918, 26734, 35345, 54852])
-def test_what_schedules_have_found_stays_mended(seed):
+def test_defects_that_schedules_have_found_stay_fixed(seed):
     outcome = run(draw(seed))
 
     assert not outcome.violation, outcome.in_full()
 
 
-def test_without_faults_the_first_active_one_stays_and_all_is_done():
+def test_without_faults_the_first_leader_stays_and_every_task_is_done():
     outcome = run(schedule())
 
     assert (outcome.violation, outcome.takeovers, outcome.ended) == ("", 1, {"DONE": 4})
@@ -75,7 +75,7 @@ def test_a_crash_of_the_active_one_costs_one_takeover():
     assert (outcome.violation, outcome.takeovers, outcome.ended) == ("", 2, {"DONE": 4})
 
 
-def test_robots_that_do_not_stand_by_go_on_through_a_takeover_by_one_that_does():
+def test_learners_keep_working_through_a_takeover_by_a_voter():
     aside = tuple(f"robot{number}" for number in range(3, 9))
     crash = schedule(Crash(12.0, BLACKBOARD, back_after=60.0), robots=8)
     outcome = run(replace(crash, aside=aside))
@@ -107,7 +107,7 @@ def test_a_quarter_of_an_hour_of_losses_costs_no_takeover():
     assert (found.takeovers, found.rivals) == ((0,), 0)
 
 
-def test_each_of_twenty_freezes_costs_one_takeover_and_brings_no_second_boss():
+def test_each_of_twenty_freezes_costs_one_takeover_and_never_brings_two_leaders():
     found = run_with_freezes(20, lasts=5.0, seed=2)
 
     assert (found.takeovers, found.rivals) == ((1,) * 20, 0)
@@ -137,7 +137,7 @@ FAULTS = st.one_of(
 
 @settings(max_examples=40)
 @given(st.lists(FAULTS, max_size=6), st.integers(0, 99))
-def test_whatever_happens_no_property_is_broken(faults, seed):
+def test_no_sequence_of_faults_breaks_a_property(faults, seed):
     outcome = run(schedule(*faults, seed=seed))
 
     assert not outcome.violation, outcome.in_full()

@@ -6,7 +6,7 @@ import pytest
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 NEVER = 1e9
 
@@ -14,7 +14,7 @@ NEVER = 1e9
 @pytest.mark.parametrize(("aging", "is_done"), [(120.0, True), (NEVER, False)])
 def test_a_long_task_is_done_although_short_ones_keep_coming(aging, is_done):
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(0.0, 0.0), cost_model="latency", aging=aging)
     hive.post(*(Task(f"N{n}", TaskType.GA, (Pose(1.0, float(n)),), posted=1.0) for n in range(2)))
     hive.post(Task("far", TaskType.GA, (Pose(100.0, 0.0),), posted=1.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives when one thing goes wrong."""
+"""Whole hives with one fault."""
 
 from dataclasses import replace
 
@@ -18,8 +18,9 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import SMALL_ROBOT, Hive, Network
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.hive import SMALL_ROBOT, Hive
+from hive_lab.virtual.network import Network
+from hive_lab.virtual.task_checker import TaskChecker
 
 GO = Task("T1", TaskType.GA, (Pose(5.0, 0.0),))
 ROUND = Task("T1", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)))
@@ -28,16 +29,16 @@ WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 
 
 def pair(network=None):
-    """Return a hive with robot1 near to all goals and robot2 far away."""
+    """Return a hive with robot1 near all goals and robot2 far away."""
     hive = Hive(network=network)
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(4.0, 0.0))
     hive.add_robot("robot2", Pose(90.0, 0.0))
     return hive
 
 
 def lose_first(topic, when=lambda _: True):
-    """Return a rule that loses the first message of a topic that is such."""
+    """Return a rule that loses the first matching message of a topic."""
     left = [1]
 
     def lose(name, message):
@@ -92,7 +93,7 @@ def test_a_robot_that_comes_back_into_service_takes_what_nobody_could():
 
 def test_a_task_of_a_kind_that_nobody_does_waits_until_a_robot_comes_that_can():
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     armless = replace(SMALL_ROBOT, arm_payload=0.0, capabilities=frozenset({TaskType.GA}))
     hive.add_robot("robot1", Pose(4.0, 0.0), armless)
     hive.post(CARRY)
@@ -126,7 +127,7 @@ def test_a_task_that_fails_everywhere_is_given_up_with_the_reason():
     assert hive.record("T1").reason.startswith("given up after 5 tries, the last: robot")
 
 
-def test_a_robot_that_falls_silent_loses_its_task_to_another():
+def test_a_silent_robot_loses_its_task_to_another():
     hive = pair()
     hive.post(GO)
     hive.network.run(2.0)
@@ -218,7 +219,7 @@ def test_a_cancel_that_the_robot_did_not_hear_is_made_good_by_the_task_list():
         (ROBOT_STATUS, lambda status: not status.tasks),
     ],
 )
-def test_whichever_message_gets_lost_once_the_task_is_done_and_the_hive_comes_to_rest(topic, when):
+def test_the_loss_of_any_one_message_delays_but_never_prevents_the_end_of_a_task(topic, when):
     hive = pair(Network(lose=lose_first(topic, when)))
     hive.post(GO)
     hive.network.run(60.0)
@@ -229,7 +230,7 @@ def test_whichever_message_gets_lost_once_the_task_is_done_and_the_hive_comes_to
     assert len(hive.updates("T1")) == said
 
 
-def test_two_failures_of_one_robot_in_a_row_leave_no_report_that_is_repeated_for_ever():
+def test_after_two_failures_in_a_row_a_robot_repeats_no_report_for_ever():
     hive = Hive()
     hive.add_robot("robot1", Pose(4.0, 0.0))
     hive.commands["robot1"].results = [CommandResult(CommandState.ABORTED, "no way")] * 6

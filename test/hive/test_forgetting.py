@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Hives whose list does without what has ended: nothing is lost by it, nor told for ever."""
+"""Hives that forget ended tasks: nothing is lost, and nobody repeats a report for ever."""
 
 from dataclasses import replace
 
@@ -8,29 +8,29 @@ from blackboard.domain.talker import SYNC, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 GO = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
 HEAVY = replace(GO, id="T7", payload=35.0)
 
 
 def hive_of(*robots, **settings):
-    """Return a hive that soon forgets, with its properties watched."""
+    """Return a hive that soon forgets, with its properties checked."""
     hive = Hive(BlackboardSettings(**{"keep_ended": 20.0, **settings}))
-    Properties(hive)
+    TaskChecker(hive)
     for name in robots:
         hive.add_robot(name, Pose(0.0, 0.0))
     return hive
 
 
 def listed(hive):
-    """Return the ids on the newest copy of the list."""
+    """Return the ids on the last published list."""
     known = [message for topic, message in hive.network.heard if topic == SYNC][-1]
     return [record.task.id for record in known.records]
 
 
 def reported(hive, since):
-    """Return what was said about tasks since so many messages."""
+    """Return what was said about tasks after so many messages."""
     return [message for topic, message in hive.network.heard[since:] if topic == TASK_STATE]
 
 

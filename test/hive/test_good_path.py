@@ -7,7 +7,7 @@ from dataclasses import replace
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 AGV = replace(
     SMALL_ROBOT,
@@ -22,7 +22,7 @@ DONE_IN_ORDER = [TaskState.WAITING, TaskState.ASSIGNED, TaskState.STARTED, TaskS
 def fleet():
     """Return a hive of two vehicles and two mobile manipulators, and its properties."""
     hive = Hive()
-    properties = Properties(hive)
+    properties = TaskChecker(hive)
     for name, x, kind in [
         ("robot1", 0.0, AGV),
         ("robot2", 10.0, AGV),
@@ -105,7 +105,7 @@ def test_a_task_that_comes_while_all_are_busy_is_done_when_its_turn_comes():
     assert hive.states("second") == DONE_IN_ORDER
 
 
-def test_when_all_is_done_the_hive_comes_to_rest():
+def test_after_the_last_task_the_hive_is_quiet():
     hive, _ = fleet()
     names = [f"T{number}" for number in range(12)]
     hive.post(*(mixed(number) for number in range(12)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives in which tasks that have not begun change hands."""
+"""Whole hives that reallocate tasks that have not begun."""
 
 import pytest
 
@@ -8,21 +8,21 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.bench.exchange import run
 from hive_lab.virtual.hive import Hive
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 NEAR, FAR = Pose(5.0, 0.0), Pose(80.0, 0.0)
 WAITING, ASSIGNED, STARTED, DONE, *_ = TaskState
 
 
 def go(name, goal, priority=0):
-    """Return a task to go somewhere."""
+    """Return a Go A task."""
     return Task(name, TaskType.GA, (goal,), priority)
 
 
 def hive_with_two_tasks(**settings):
-    """Return a hive whose only robot is at one task and has another, far away, on its list."""
+    """Return a hive whose only robot works on one task and has another, far away, on its list."""
     hive = Hive(BlackboardSettings(**settings))
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(0.0, 0.0), cost_model="latency")
     hive.post(go("near", NEAR), go("far", FAR))
     hive.network.run(1.0)
@@ -63,7 +63,7 @@ def test_a_task_that_has_begun_stays_where_it_is():
 
 def test_the_tasks_of_two_robots_are_shared_with_a_third_and_all_are_done_once():
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     for name, x in (("robot1", 0.0), ("robot2", 40.0)):
         hive.add_robot(name, Pose(x, 0.0), cost_model="makespan")
     tasks = [go(f"T{number}", Pose(8.0 * number, 1.0)) for number in range(10)]
@@ -77,9 +77,9 @@ def test_the_tasks_of_two_robots_are_shared_with_a_third_and_all_are_done_once()
 
 
 @pytest.mark.parametrize("model", ["report", "energy", "time", "makespan", "latency"])
-def test_assignments_come_to_rest(model):
+def test_assignments_settle(model):
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     for number in range(3):
         hive.add_robot(f"robot{number}", Pose(10.0 * number, 0.0), cost_model=model)
     tasks = [go(f"T{number}", Pose(float(number * 7 % 31), 2.0)) for number in range(12)]
@@ -90,9 +90,9 @@ def test_assignments_come_to_rest(model):
     assert sum(hive.record(task.id).assignment for task in tasks) <= 2 * len(tasks)
 
 
-def test_under_every_cost_model_exchanging_makes_less_of_what_it_is_to_make_less():
+def test_reallocation_reduces_the_objective_of_every_cost_model():
     found = run(seeds=range(2))
-    shares = {name: found["figures"][name] for name in found["aims"]}
+    shares = {name: found.figures[name] for name in found.aims}
 
     assert len(shares) == 4
     assert all(share < 1.0 for share in shares.values()), shares

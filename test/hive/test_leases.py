@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives whose robots fall silent, come back, or do not get on."""
+"""Whole hives whose robots fall silent, come back, or make no progress."""
 
 from dataclasses import replace
 
@@ -10,8 +10,9 @@ from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import BACKUP, ROBOT_STATUS, SYNC, TASK_ASSIGN, TASK_STATE
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Hive, Network
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.network import Network
+from hive_lab.virtual.task_checker import TaskChecker
 
 ROUND = Task("T1", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)))
 CARRY = Task("T1", TaskType.GPAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)), payload=3.0)
@@ -19,9 +20,9 @@ WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 
 
 def pair(network=None, **settings):
-    """Return a hive with robot1 near to all goals and robot2 far away."""
+    """Return a hive with robot1 near all goals and robot2 far away."""
     hive = Hive(BlackboardSettings(**settings), network)
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(4.0, 0.0))
     hive.add_robot("robot2", Pose(90.0, 0.0))
     return hive
@@ -201,7 +202,7 @@ def test_with_operator_the_task_is_given_up_for_a_person():
 
 
 def reports_lost():
-    """Return a network that loses what robot1 says about itself while `storm` is not empty."""
+    """Return a network that loses robot1's statuses while `storm` is not empty."""
     storm = {}
 
     def lose(topic, message):
@@ -249,11 +250,11 @@ def test_a_late_done_of_what_nobody_has_begun_again_is_no_doubled_work():
 
 
 def stuck(hive, robot):
-    """Have a robot need an hour for every step from now on."""
+    """Make every further step of a robot take an hour."""
     hive.commands[robot].duration = lambda _: 3600.0
 
 
-def test_a_robot_that_does_not_get_on_hands_the_task_back_to_another():
+def test_a_robot_without_progress_hands_its_task_back_to_another():
     hive = pair()
     stuck(hive, "robot1")
     hive.post(ROUND)
@@ -267,7 +268,7 @@ def test_a_robot_that_does_not_get_on_hands_the_task_back_to_another():
     assert "robot1 made no progress within 73 s" in hive.updates("T1")[4].reason
 
 
-def test_a_late_robot_that_does_not_obey_is_stopped_by_its_lease():
+def test_the_lease_stops_a_late_robot_that_ignores_orders():
     storm = {}
     hive = pair(Network(lose=lambda topic, _: bool(storm) and topic == TASK_ASSIGN))
     stuck(hive, "robot1")
@@ -308,7 +309,7 @@ def test_an_order_that_was_under_way_for_longer_than_a_lease_is_void():
 
 
 @pytest.mark.parametrize("topic", [BACKUP, ROBOT_STATUS])
-def test_one_second_without_a_topic_halts_nobody(topic):
+def test_one_second_without_a_topic_stops_no_robot(topic):
     storm = {}
     hive = pair(Network(lose=lambda name, _: bool(storm) and name == topic))
     hive.post(ROUND)
@@ -323,7 +324,7 @@ def test_one_second_without_a_topic_halts_nobody(topic):
 
 def test_a_restarted_robot_goes_on_with_the_load_on_board_before_anything_else():
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("robot1", Pose(4.0, 0.0))
     hive.post(CARRY, replace(ROUND, id="T2", priority=9))
     hive.network.run(3.0)

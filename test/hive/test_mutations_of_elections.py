@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 
-"""Rules of elections, each of which, left out, breaks a property for some schedule.
+"""Rules of elections: without any of them, some schedule breaks a property.
 
-The table in docs/protocol.md lists these mutations. A seed replays with
-`python3 -m hive_lab.fault_schedules.run SEED --mood MOOD`, which finds nothing as long as the rule is
-there.
+The table in docs/protocol.md lists these mutations. To replay a seed, run
+`python3 -m hive_lab.fault_schedules.run SEED --scenario SCENARIO`; with the rule in place it finds
+nothing.
 """
 
 from dataclasses import replace
@@ -16,7 +16,7 @@ from blackboard.consensus.bootstrap import Handover
 from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import name_of
 from blackboard.consensus.messages import BallotKind
-from hive_lab.fault_schedules.hive import Disk
+from hive_lab.fault_schedules.simulated_member import Disk
 
 
 def vote_for_any_list(patch):
@@ -160,9 +160,9 @@ CAUGHT_BY = {
     listen_to_every_hive: (1, ALONE),
     join_without_handing_over: (326, DISKS),
 }
-"""For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
 
 
 @pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
-def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
+def test_without_the_rule_a_schedule_breaks_a_property(mutate, caught):
     assert caught(mutate, CAUGHT_BY[mutate])

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 
-"""Rules of forgetting what has ended, each of which, left out, breaks a property.
+"""Rules of retention: without any of them, some schedule breaks a property.
 
 As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
 """
@@ -48,9 +48,9 @@ CAUGHT_BY = {
     number_what_is_posted_anew_from_one: "posted anew",
     do_not_say_that_a_task_is_forgotten: "posted anew",
 }
-"""For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
 
 
 @pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
-def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
+def test_without_the_rule_a_schedule_breaks_a_property(mutate, caught):
     assert caught(mutate, CAUGHT_BY[mutate])

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 
-"""Rules of the list, of reports and of leases, each of which, left out, breaks a property.
+"""Rules of the log, of reports and of leases: without any of them, a schedule breaks a property.
 
 As in `test_mutations_of_elections`; docs/protocol.md lists these mutations too.
 """
@@ -16,7 +16,7 @@ from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Propose
 from blackboard.robot.lease_keeper import LeaseKeeper
 from blackboard.robot.reports import Reports
-from hive_lab.fault_schedules.hive import Disk
+from hive_lab.fault_schedules.simulated_member import Disk
 
 
 def commit_with_half_of_the_members(patch):
@@ -135,15 +135,15 @@ CAUGHT_BY = {
     reassign_before_the_lease_has_ended: (11, ANY),
     count_leases_from_before_the_takeover: (3, STORM),
 }
-"""For each mutation the schedule that shows what it breaks: a name, or a seed and a mood."""
+"""For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
 
 
 @pytest.mark.parametrize("mutate", CAUGHT_BY, ids=lambda mutate: mutate.__name__)
-def test_a_rule_that_is_left_out_breaks_a_property(mutate, caught):
+def test_without_the_rule_a_schedule_breaks_a_property(mutate, caught):
     assert caught(mutate, CAUGHT_BY[mutate])
 
 
-def test_what_an_earlier_epoch_left_is_not_committed_by_count(caught, monkeypatch):
+def test_entries_of_an_earlier_epoch_are_not_committed_by_count(caught, monkeypatch):
     monkeypatch.setattr(leader, "MAX_ENTRIES", 1)  # else the changes come in one message
 
     assert caught(commit_by_count_what_an_earlier_epoch_left, "figure 8")

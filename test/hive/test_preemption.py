@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whole hives in which a task of the highest priority comes while all robots are busy."""
+"""Whole hives that get a task of the highest priority while all robots are busy."""
 
 from dataclasses import replace
 
@@ -7,8 +7,9 @@ from blackboard.domain.characteristics import RobotState
 from blackboard.domain.talker import TASK_ASSIGN
 from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Hive, Network
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.hive import Hive
+from hive_lab.virtual.network import Network
+from hive_lab.virtual.task_checker import TaskChecker
 
 LEFT, RIGHT = Pose(0.0, 0.0), Pose(50.0, 0.0)
 URGENT = Task("U", TaskType.GA, (Pose(2.0, 3.0),), priority=10)
@@ -26,9 +27,9 @@ def carry(name, near):
 
 
 def busy_pair(left, right, after=3.0, network=None):
-    """Return a hive with two robots at work, the one on the left near to the urgent goal."""
+    """Return a hive with two robots at work, the left one near the urgent goal."""
     hive = Hive(network=network)
-    Properties(hive)
+    TaskChecker(hive)
     hive.add_robot("left", LEFT)
     hive.add_robot("right", RIGHT)
     hive.post(left)
@@ -67,7 +68,7 @@ def test_what_was_put_off_is_done_later_from_its_step_and_was_not_tried_in_vain(
     assert visited.count(Pose(4.0, 0.0)) == 1
 
 
-def test_everyone_is_told_for_what_a_task_was_put_off():
+def test_the_reason_of_a_preemption_is_published():
     hive = busy_pair(errand("L", LEFT), errand("R", RIGHT))
     hive.post(URGENT)
     hive.network.run(1.0)

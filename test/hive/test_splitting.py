@@ -9,16 +9,16 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
-from hive_lab.virtual.properties import Properties
+from hive_lab.virtual.task_checker import TaskChecker
 
 HEAVY = Task("T7", TaskType.GAB, (Pose(5.0, 0.0), Pose(8.0, 0.0)), priority=4, payload=36.0)
 WAITING, ASSIGNED, STARTED, DONE, _, CANCELLED, FAILED = TaskState
 
 
 def team(*payloads):
-    """Return a hive with a robot for each payload [kg] that can be carried."""
+    """Return a hive with a robot for each payload [kg]."""
     hive = Hive()
-    Properties(hive)
+    TaskChecker(hive)
     for number, payload in enumerate(payloads, start=1):
         kind = replace(SMALL_ROBOT, payload=payload)
         hive.add_robot(f"robot{number}", Pose(4.0, float(number)), kind)

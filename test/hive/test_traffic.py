@@ -45,7 +45,7 @@ def lab(robots):
 
 
 def corridor(tmp_path, robots):
-    """Return the same for two rooms with a corridor between, too narrow to pass each other."""
+    """Return the same for two rooms with a corridor too narrow for two robots."""
     (tmp_path / "corridor.yaml").write_text(CORRIDOR)
     blocked = np.zeros((120, 480), dtype=bool)
     blocked[:4] = blocked[-4:] = True
@@ -59,7 +59,7 @@ def corridor(tmp_path, robots):
 
 
 def all_arrive(simulation, traffic, seconds):
-    """Return whether all get to their goals in time and touch nothing on the way."""
+    """Return whether all robots reach their goals in time without touching anything."""
     in_time = traffic.run(seconds)
     return (
         in_time

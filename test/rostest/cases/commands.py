@@ -18,7 +18,7 @@ PATIENCE = 20.0
 
 
 class Talker:
-    """Does at once what the robot's own does in its thread."""
+    """Runs at once what the robot's own runs in its thread."""
 
     now = staticmethod(time.monotonic)
 
@@ -31,7 +31,7 @@ class Talker:
 
 @pytest.fixture
 def server():
-    """A base that is always there already."""
+    """A base that is always at its goal already."""
     rospy.init_node("robot")
     server = actionlib.SimpleActionServer(
         "move_base", MoveBaseAction, lambda _goal: server.set_succeeded(), auto_start=False
@@ -64,7 +64,7 @@ def test_a_goal_that_is_reached_while_it_is_being_sent_ends():
 
 
 class HeldUp:
-    """Has a clock and looks that only go on when the test says so."""
+    """Has a clock and checks that only advance when the test says so."""
 
     def __init__(self):
         self.time = 0.0

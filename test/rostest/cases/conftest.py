@@ -16,12 +16,12 @@ from launching import Launches, is_heard, publishers_of, wait_until_empty
 
 
 def pytest_configure(config):
-    """Make the mark known."""
+    """Register the mark."""
     config.addinivalue_line("markers", "plan(case, asks, expected): a case of docs/test-plan.md")
 
 
 def pytest_runtest_logreport(report):
-    """Tell at once why a case failed: nobody does when the time-limit ends the file."""
+    """Report at once why a case failed: after the file's time limit nobody does."""
     if report.failed:
         sys.stdout.write(f"\n{report.longreprtext}\n")
         sys.stdout.flush()
@@ -65,7 +65,7 @@ def operator():
 
 @pytest.fixture
 def launches(tmp_path, monkeypatch):
-    """What a case launches: with a disk of its own, and windows on a screen that nobody sees."""
+    """What a case launches: with a disk of its own, and windows on an invisible screen."""
     monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     rosgraph.Master("/operator").setParam("/journal", str(tmp_path))
@@ -76,7 +76,7 @@ def launches(tmp_path, monkeypatch):
 
 @pytest.fixture(autouse=True)
 def observed(request, record_property):
-    """Return a function that writes down what was observed, in words."""
+    """Return a function that records observations in words."""
     mark = request.node.get_closest_marker("plan")
     if mark is not None:
         case, asks, expected = mark.args

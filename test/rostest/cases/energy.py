@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What docs/cost-model.md says that a robot's battery loses on a drive, worked out once more."""
+"""The charge of a drive by docs/cost-model.md, computed independently."""
 
 import itertools
 import math
@@ -11,7 +11,7 @@ POINTS = (
     *((0.0, 0.0), (0.05, 0.30), (0.10, 0.42), (0.20, 0.52)),
     *((0.50, 0.65), (0.80, 0.80), (0.95, 0.93), (1.0, 1.0)),
 )
-"""The page's table: charge, and the share of the voltage range that is left there."""
+"""The page's table: charge, and the remaining share of the voltage range."""
 
 
 def expected_charge(robot, load, before, after, track):

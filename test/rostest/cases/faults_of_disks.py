@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What happens to a hive of real nodes that lose power, or whose disks are lost, torn or full."""
+"""A hive of real nodes that lose power, or whose disks are lost, torn or full."""
 
 import contextlib
 import os
@@ -9,17 +9,17 @@ import pytest
 import rospy
 from blackboard.msg import TaskState
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 SIZE = 16
-"""Of the small disk [MB]: SQLite's write-ahead log alone may grow to 4 MB."""
+"""Size of the small disk [MB]: SQLite's write-ahead log alone may grow to 4 MB."""
 
 
 @pytest.fixture(scope="session")
 def small_disk(tmp_path_factory):
-    """A file system that is soon full; None where none can be mounted."""
+    """A small file system; None where none can be mounted."""
     folder = tmp_path_factory.mktemp("disk")
     mount = ["mount", "-t", "tmpfs", "-o", f"size={SIZE}m", "robo-hive-test", str(folder)]
     if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
@@ -33,11 +33,11 @@ def small_disk(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def hive(small_disk, tmp_path_factory):
-    """A hive whose blackboard node writes to the small disk where there is one."""
+    """A hive whose blackboard node writes to the small disk, if there is one."""
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     disk = {"journal": str(small_disk)} if small_disk else {}
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/disks/", blackboard=disk)
-    hive.drives = [StandIn(f"/disks/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.drives = [FakeBase(f"/disks/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         hive.start_all()
@@ -48,7 +48,7 @@ def hive(small_disk, tmp_path_factory):
 
 @pytest.fixture
 def operator(hive):
-    """Who looks at the hive, once it is whole."""
+    """The hive's operator, once the hive is complete."""
     for drive in hive.drives:
         drive.seconds = 0.1
     hive.operator.wait_until_whole()

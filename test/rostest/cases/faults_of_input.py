@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Thousands of messages that nobody should send reach a hive of real nodes, on every topic."""
+"""A hive of real nodes survives thousands of malformed messages on every topic."""
 
 import io
 import math
@@ -17,9 +17,9 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 MESSAGES = 5000
 PER_SECOND = 400
@@ -42,7 +42,7 @@ TOPICS = {
 FLOATS = (math.nan, math.inf, -math.inf, -1.0, 0.0, 1e308)
 NOT_UTF_8 = b"\xff\xfe\x80"
 PLACEHOLDER = "\x01\x01\x01"
-"""Stands for NOT_UTF_8, which genpy refuses to send, until it is on the wire."""
+"""Replaces NOT_UTF_8, which genpy refuses to send, until it is on the wire."""
 TEXTS = ("", "nobody", PLACEHOLDER, "\x00", "a b", "../..")
 EPOCHS = (0, 2**32 - 1)
 LIMITS = {"uint8": 255, "uint16": 65_535, "uint32": 2**32 - 1}
@@ -115,7 +115,7 @@ def hive(tmp_path_factory):
     """A hive of three members."""
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/input/", ROBOTS)
-    hive.drives = [StandIn(f"/input/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.drives = [FakeBase(f"/input/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)
     hive.speak = {
         topic: rospy.Publisher(f"/input/{topic}", kind, queue_size=1000)
@@ -137,7 +137,7 @@ def note(told, said):
 
 
 def still_works(hive, task_id):
-    """Check that nobody has died, nobody has taken over, and a task is done."""
+    """Check that every node runs, the leader is the same, and a task gets done."""
     operator = hive.operator
     goal = (1.0, float(len(operator.updates)))
 
@@ -194,7 +194,7 @@ def test_texts_of_ten_megabytes_are_refused(hive):
 
 
 def say_too_little(hive):
-    """Publish messages that lack their end on every topic."""
+    """Publish truncated messages on every topic."""
     rospy.init_node("truncating", anonymous=True)
     for topic, kind in TOPICS.items():
         speak = rospy.Publisher(f"{hive}{topic}", kind, queue_size=10)
@@ -213,7 +213,7 @@ def test_messages_that_end_too_early_cost_only_their_sender_its_connection(hive)
 
 
 def heartbeat_port(hive):
-    """Return where the active one's heartbeat can be had: address and port."""
+    """Return address and port of the leader's heartbeat."""
     active = hive.operator.last.active
     node = xmlrpc.client.ServerProxy(rosgraph.Master("/faults").lookupNode(active))
     _, _, (_, host, port) = node.requestTopic("/faults", "/input/bb_backup", [["TCPROS"]])
@@ -221,7 +221,7 @@ def heartbeat_port(hive):
 
 
 def first_words(md5):
-    """Return what a caller says who wants the heartbeat."""
+    """Return the header of a subscriber of the heartbeat."""
     fields = [
         "callerid=/faults",
         "topic=/input/bb_backup",

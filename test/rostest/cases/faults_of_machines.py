@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What happens to a hive of real nodes when clocks jump or stop, or the processors are taken."""
+"""A hive of real nodes when clocks jump or stop, or other programs take the processors."""
 
 import subprocess
 import sys
@@ -10,16 +10,16 @@ import rospy
 from blackboard.msg import TaskState
 from rosgraph_msgs.msg import Clock
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 NODES = Path(__file__).resolve().parents[1] / "nodes"
 LONGER = 6.0
-"""Longer than a lease, an election and the silence after which a robot is lost [s]."""
+"""Longer than a lease, an election and the silence of a lost robot [s]."""
 MANY = tuple(f"robot{number}" for number in range(1, 13))
 GREEDY = 10
-"""Programs that want a processor all the time."""
+"""Programs that take all the processor time they get."""
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -29,9 +29,9 @@ def ros():
 
 
 def make_hive(folder, namespace, robots):
-    """Make a hive, which has to be started, with whom to ask."""
+    """Return a hive, not started yet, and its operator."""
     hive = LiveHive(folder, namespace, robots)
-    hive.drives = [StandIn(f"{namespace}{name}", x=float(i)) for i, name in enumerate(robots)]
+    hive.drives = [FakeBase(f"{namespace}{name}", x=float(i)) for i, name in enumerate(robots)]
     return hive, LiveOperator(namespace, hive.members)
 
 
@@ -40,7 +40,7 @@ def arrivals(hive, goal):
 
 
 def put(path, text):
-    """Write a file that others read all the time, so that none finds it empty."""
+    """Write a file atomically, so that no reader finds it empty."""
     new = path.with_suffix(".new")
     new.write_text(text)
     new.replace(path)
@@ -123,7 +123,7 @@ def test_a_simulated_clock_that_stops_or_jumps_back_changes_nothing(tmp_path):
 
 
 def run_clock(operator, clock, begins, until):
-    """Run the simulated clock in steps of 50 ms until something is so; return where it stands."""
+    """Advance the simulated clock by 50 ms until a condition holds; return its time."""
     for step in range(1200):
         now = begins + 0.05 * step
         clock.publish(rospy.Time.from_sec(now))

@@ -14,14 +14,14 @@ import rospy
 from blackboard.msg import TaskState
 
 from blackboard.ros.master_watch import watch_master
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive, own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 CRASH = 3.0
-"""By then another carries the blackboard [s]."""
+"""Time for another member to take over [s]."""
 KNOWN_AGAIN = 10.0
-"""By then a new master knows every node [s]."""
+"""Time for a new master to know every node [s]."""
 
 
 def free_port():
@@ -45,7 +45,7 @@ def hive(master, tmp_path_factory):
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     watch_master(lambda _state: None)
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/master/")
-    hive.drives = [StandIn(f"/master/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
+    hive.drives = [FakeBase(f"/master/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         hive.start_all()
@@ -56,7 +56,7 @@ def hive(master, tmp_path_factory):
 
 
 def publishers(topic):
-    """Return who publishes a topic as far as the master knows; nobody while there is none."""
+    """Return the publishers of a topic by the master; none while there is no master."""
     try:
         known, _, _ = rosgraph.Master("/faults").getSystemState()
     except (OSError, rosgraph.MasterException):

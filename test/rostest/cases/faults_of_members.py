@@ -14,32 +14,32 @@ import pytest
 import rospy
 from blackboard.msg import TaskState
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 NODES = Path(__file__).resolve().parents[1] / "nodes"
 
 TAKEOVER = 3.5
-"""By then another carries the blackboard, whatever happened to the one before [s]."""
+"""Time for another member to take over, whatever happened to the leader [s]."""
 CRASH = 3.0
-"""The same for a process that is proved dead [s]; docs/benchmarks.md has what it really takes."""
+"""The same after a proven death [s]; docs/benchmarks.md has the measured times."""
 FREEZE = 5.0
 """Longer than a lease and an election [s]."""
 WITHOUT_MAJORITY = 1.8
-"""By then an active blackboard that has no majority any more has stepped down [s]."""
+"""Time for a leader without a majority to step down [s]."""
 TAKEOVERS = 20
-"""So many in a row never bring the one that is wanted where each brings it one time in three."""
+"""A wanted leader that each takeover brings with 1/3 comes within this many."""
 HICCUP = 0.8
-"""Shorter than an active blackboard may be without answers [s]."""
+"""Shorter than a leader may be without replies [s]."""
 
 
 @pytest.fixture(scope="session")
 def hive(tmp_path_factory):
-    """A hive of a blackboard node and four robots, which runs for all cases of this file."""
+    """A hive of a blackboard node and four robots, shared by all cases of this file."""
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     hive = LiveHive(tmp_path_factory.mktemp("hive"), "/members/")
-    hive.drives = {name: StandIn(f"/members/{name}", x=float(i)) for i, name in enumerate(ROBOTS)}
+    hive.drives = {name: FakeBase(f"/members/{name}", x=float(i)) for i, name in enumerate(ROBOTS)}
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         for name in map(hive.node_of, hive.robots):
@@ -52,7 +52,7 @@ def hive(tmp_path_factory):
 
 @pytest.fixture
 def operator(hive):
-    """Who looks at the hive, once it is whole and idle."""
+    """The hive's operator, once the hive is complete and idle."""
     for drive in hive.drives.values():
         drive.seconds, drive.fails = 0.1, False
     hive.operator.wait_until_whole()
@@ -86,7 +86,7 @@ def is_busy(operator, task_id):
 
 
 def bosses_after(operator, since):
-    """Return who spoke as the active one after a time, with its epoch, in that order."""
+    """Return the leaders after a time with their epochs, in order."""
     said = [(beat.epoch, beat.active) for at, beat in operator.beats if at > since]
     return [each for i, each in enumerate(said) if i == 0 or said[i - 1] != each]
 

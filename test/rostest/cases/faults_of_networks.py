@@ -23,13 +23,13 @@ from hive_lab.live.live_operator import LiveOperator, make_task
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 HOSTS = ("blackboard", *ROBOTS)
 TAKEOVER = 3.5
-"""By then another carries the blackboard, though nothing proves the one before dead [s]."""
+"""Time for another member to take over without a proven death [s]."""
 DRIVE = 2.0
-"""Time that each drive takes [s]; less than a robot works on unheard."""
+"""Duration of each drive [s]; less than a robot works on unheard."""
 CUTS = 5
-"""How often a bad cable loses its contact."""
+"""Number of times a bad cable loses contact."""
 LOST = 8.0
-"""Longer than a robot may be silent until it is lost [s]."""
+"""Longer than the silence of a lost robot [s]."""
 
 
 @pytest.fixture(scope="session")
@@ -47,7 +47,7 @@ def network():
 
 @pytest.fixture(scope="session")
 def hive(network, tmp_path_factory):
-    """A hive whose members are on hosts of their own, and which waits for robots that are lost."""
+    """A hive whose members are on hosts of their own, and which waits for lost robots."""
     os.environ.update(ROS_MASTER_URI=f"http://{OFFICE}:11311", ROS_IP=OFFICE)
     bases = []
     with own_master(tmp_path_factory.mktemp("master")):
@@ -74,7 +74,7 @@ def hive(network, tmp_path_factory):
 
 @pytest.fixture
 def operator(hive):
-    """Who looks at the hive, once it is whole."""
+    """The hive's operator, once the hive is complete."""
     hive.operator.wait_until_whole()
     yield hive.operator
     hive.operator.forget_answers()
@@ -82,11 +82,11 @@ def operator(hive):
 
 
 def start_base(network, robot, x):
-    """Start what drives a robot, on the robot's own host."""
+    """Start a robot's fake base, on the robot's own host."""
     base = [
         sys.executable,
         "-m",
-        "hive_lab.live.stand_in",
+        "hive_lab.live.fake_base",
         f"/networks/{robot}",
         f"{DRIVE}",
         f"{x}",
@@ -100,7 +100,7 @@ def host_of(hive, node):
 
 
 def followers(hive, operator):
-    """Return the hosts of those who neither carry the blackboard nor are its backup."""
+    """Return the hosts of members that are neither leader nor backup."""
     leading = {operator.last.active, operator.last.backup}
     return [host_of(hive, node) for node in hive.members if node not in leading]
 
@@ -119,7 +119,7 @@ def reigns(operator, since):
 
 
 def overlaps(operator, since):
-    """Return the pairs of epochs in which two spoke as the active one at a time."""
+    """Return the pairs of epochs with two leaders at the same time."""
     spans = reigns(operator, since)
     return [(a[0], b[0]) for a, b in pairwise(spans) if a[2] >= b[1]]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What happens to the tasks of real robot nodes that die, freeze, fail, or hear badly."""
+"""The tasks of real robot nodes that die, freeze, fail, or hear badly."""
 
 import random
 import signal
@@ -12,12 +12,12 @@ import pytest
 import rospy
 from blackboard.msg import BbSynch, TaskMsg, TaskMsgArray, TaskState
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 LONG = 30.0
-"""A drive that does not end by itself while a case looks at it [s]."""
+"""Longer than a case lasts [s]."""
 ROBOTS = ("robot1", "robot2", "robot3")
 
 
@@ -35,14 +35,14 @@ def make_hive(folder, namespace, robots, **blackboard):
         blackboard={"most_hand_backs": 2, **blackboard},
         robot={"retry_delay": 0.2, "server_timeout": 2.0},
     )
-    hive.drives = {r: StandIn(f"{namespace}{r}", x=float(i)) for i, r in enumerate(robots)}
+    hive.drives = {r: FakeBase(f"{namespace}{r}", x=float(i)) for i, r in enumerate(robots)}
     hive.operator = LiveOperator(namespace, hive.members)
     return hive
 
 
 @pytest.fixture(scope="session")
 def hive(tmp_path_factory):
-    """A hive that gives the tasks of lost robots to others."""
+    """A hive that reassigns the tasks of lost robots."""
     hive = make_hive(tmp_path_factory.mktemp("robots"), "/robots/", ROBOTS)
     try:
         hive.start_all()
@@ -53,7 +53,7 @@ def hive(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def waiting_hive(tmp_path_factory):
-    """A hive that waits for robots that are lost."""
+    """A hive that waits for lost robots."""
     folder = tmp_path_factory.mktemp("waiting")
     hive = make_hive(folder, "/waiting/", ROBOTS[:2], on_robot_lost="wait")
     try:
@@ -78,7 +78,7 @@ def ready(hive):
 
 
 def begin(hive, task_id, *goals):
-    """Post a task whose drives last long; return who has begun it."""
+    """Post a task with long drives; return the robot that has begun it."""
     operator = hive.operator
     for drive in hive.drives.values():
         drive.seconds = LONG
@@ -95,13 +95,13 @@ def begin(hive, task_id, *goals):
 
 
 def let_arrive(hive):
-    """Have drives that begin from now on end soon."""
+    """Make all further drives short."""
     for drive in hive.drives.values():
         drive.seconds = 0.1
 
 
 def is_said_to_be_lost(operator, task_id):
-    """Return what is true once the list says that a task's robot is not heard of."""
+    """Return a condition: the list says that a task's robot is unheard."""
 
     def said():
         record = operator.record_of(task_id)
@@ -163,7 +163,7 @@ def test_a_step_that_is_aborted_is_tried_a_few_times_and_then_failed_with_the_re
     operator.post(make_task("aborted", (7.0, 1.0)))
 
     assert operator.follow("aborted") == TaskState.FAILED
-    assert "the stand-in was told to fail" in operator.record_of("aborted").reason
+    assert "the fake base was told to fail" in operator.record_of("aborted").reason
     assert sum(drive.begun for drive in hive.drives.values()) - before <= 3 * 3
 
 
@@ -196,7 +196,7 @@ def test_the_task_of_a_robot_whose_navigation_dies_is_done_by_another(hive):
     command = [
         sys.executable,
         "-m",
-        "hive_lab.live.stand_in",
+        "hive_lab.live.fake_base",
         f"/robots/{robot}",
         str(LONG),
         "100",

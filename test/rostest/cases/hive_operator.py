@@ -27,16 +27,16 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Header, String, UInt32
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
-"""Those of the lab's fleet: two AGVs, then two mobile manipulators."""
+"""The lab's fleet: two AGVs, then two mobile manipulators."""
 PATIENCE = float(os.environ.get("HIVE_PATIENCE", "120"))
-"""Wall time that a machine with two busy cores may take for anything [s]."""
+"""Time that a busy machine with two cores may take for anything [s, wall clock]."""
 REPEAT = 1.0
-"""Wall time after which a task that nobody has answered is posted again [s]."""
+"""Time after which an unanswered task is posted again [s, wall clock]."""
 TERMINAL = (TaskState.DONE, TaskState.REJECTED, TaskState.CANCELLED, TaskState.FAILED)
 HOME = ((2.6, 2.0, 0.0), (2.6, 4.0, 0.0))
 """Where the two AGVs start: x, y, yaw [m, m, rad, frame map]."""
 TOLERANCE = 0.15
-"""How near its goal a robot has to stand [m]; move_base's own tolerance is 0.1."""
+"""Largest distance from the goal [m]; move_base's own tolerance is 0.1."""
 DONE_IN_ORDER = [TaskState.WAITING, TaskState.ASSIGNED, TaskState.STARTED, TaskState.DONE]
 STATES = ("WAITING", "ASSIGNED", "STARTED", "DONE", "REJECTED", "CANCELLED", "FAILED")
 
@@ -84,7 +84,7 @@ class Operator:
             self.watch(name)
 
     def watch(self, robot):
-        """Look at a robot's true places from now on."""
+        """Track a robot's true places from now on."""
         rospy.Subscriber(f"/{robot}/ground_truth", Odometry, self._see, callback_args=robot)
 
     def _hear(self, topic, kind, note):
@@ -109,7 +109,7 @@ class Operator:
         self.heartbeat = message
 
     def _note_list(self, message):
-        """Take in a list, unless one is known that is newer: an earlier boss may be heard late."""
+        """Take a list unless it is outdated: an earlier leader may be heard late."""
         version = (message.epoch, message.version)
         if version >= self._list_version:
             self._list_version = version
@@ -127,7 +127,7 @@ class Operator:
             return self.changed.wait_for(condition, patience)
 
     def expect(self, condition, what, last=lambda: "", patience=PATIENCE):
-        """Wait until a condition holds, or fail with what was expected and what was heard last."""
+        """Wait until a condition holds, or fail with the expectation and the last messages."""
         if not self.wait(condition, patience):
             pytest.fail(f"within {patience:g} s not seen: {what}; last heard: {last()}")
 
@@ -150,7 +150,7 @@ class Operator:
         return pytest.fail(f"nobody answered {task.id}")
 
     def cancel(self, task_id):
-        """Take a task off the list; say so until it has ended."""
+        """Cancel a task, again and again until it has ended."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             self.cancel_task.publish(String(task_id))
@@ -159,11 +159,11 @@ class Operator:
         pytest.fail(f"{task_id} has not ended after it was cancelled; {self.told(task_id)}")
 
     def said(self, task_id, state):
-        """Return what was heard first of a task in a state, or None."""
+        """Return the first update of a task in a state, or None."""
         return next((u for u in list(self.updates[task_id]) if u.state == state), None)
 
     def until(self, task_id, state):
-        """Wait for a state of a task; return what was heard first of it."""
+        """Wait for a state of a task; return its first update."""
         self.expect(
             lambda: self.said(task_id, state),
             f"{task_id} in state {STATES[state]}",
@@ -199,7 +199,7 @@ class Operator:
         return [s for i, s in enumerate(states) if i == 0 or states[i - 1] != s]
 
     def told(self, task_id):
-        """Return in words what has been heard about a task, newest last."""
+        """Return in words what was heard about a task, newest last."""
         words = [
             f"{STATES[u.state]} {u.step}/{u.steps} {u.robot_id} {u.reason}".strip()
             for u in in_order(self.updates[task_id])
@@ -240,7 +240,7 @@ class Operator:
         }
 
     def hear_again(self, *robots):
-        """Wait for another status of each robot, which all hear that are connected by now."""
+        """Wait for another status of every connected robot."""
         known = {robot: len(self.statuses[robot]) for robot in robots}
         self.expect(
             lambda: all(len(self.statuses[robot]) > number for robot, number in known.items()),

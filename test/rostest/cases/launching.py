@@ -17,7 +17,7 @@ POLL = 0.2
 
 
 class Launches:
-    """What has been launched and has to be ended again."""
+    """The launched processes that have to end."""
 
     def __init__(self):
         self._running = []
@@ -34,7 +34,7 @@ class Launches:
         return process
 
     def stop(self, *processes):
-        """End processes as Ctrl-C would, all of them where none is named; wait until they end."""
+        """Interrupt processes, by default all, and wait until they end."""
         chosen = processes or tuple(self._running)
         for process in chosen:
             self._running.remove(process)
@@ -56,7 +56,7 @@ def pid_of(node):
 
 
 def kill(*nodes):
-    """Kill nodes, so that they can say no more."""
+    """Kill nodes (SIGKILL)."""
     for pid in [pid_of(node) for node in nodes]:
         os.kill(pid, signal.SIGKILL)
 
@@ -75,7 +75,7 @@ def is_heard(node, topic, listener):
 
 
 def publishers_of(topic):
-    """Return how many nodes have told the master that they publish a topic."""
+    """Return how many publishers of a topic the master knows."""
     return len(dict(rosgraph.Master("/operator").getSystemState()[0]).get(topic, ()))
 
 

@@ -30,7 +30,7 @@ _LOOK_EVERY = 0.01
 
 
 class NoNetworkError(Exception):
-    """No network can be made here; the text says why."""
+    """No network can be created here; the text says why."""
 
 
 class LiveNetwork:
@@ -66,18 +66,18 @@ class LiveNetwork:
         return self._addresses[host]
 
     def split(self, *groups: Collection[str]) -> None:
-        """Cut the network into groups that do not hear each other; the office hears all."""
+        """Split the network into groups that do not hear each other; the office hears all."""
         for group in groups:
             others = [self._addresses[name] for name in self._hosts if name not in group]
             for name in group:
                 self._filter(name, f"iifname eth0 ip saddr {{ {', '.join(others)} }} drop")
 
     def unplug(self, host: str) -> None:
-        """Have a host vanish for all others and the office, without a word."""
+        """Make a host vanish for all others and the office."""
         self._filter(host, "iifname eth0 drop", "oifname eth0 drop")
 
     def deafen(self, host: str) -> None:
-        """Have a host hear no other one any more, though it can speak."""
+        """Make a host deaf, though it can speak."""
         others = [a for name, a in self._addresses.items() if name != host]
         self._filter(host, f"iifname eth0 ip saddr {{ {', '.join(others)} }} drop")
 
@@ -87,18 +87,18 @@ class LiveNetwork:
             self._filter(name, f"iifname eth0 numgen random mod 100 < {percent} drop")
 
     def heal(self, *hosts: str) -> None:
-        """Carry everything again to and from some hosts; all, where none is named."""
+        """Restore the links of some hosts, by default of all."""
         for name in hosts or self._hosts:
             self._filter(name)
 
     def end(self) -> None:
-        """End the hosts; whatever still runs on them has no network any more."""
+        """Remove the hosts; processes that still run there have no network any more."""
         for holder in self._hosts.values():
             holder.kill()
             holder.wait()
 
     def _plug_in(self, name: str) -> None:
-        """Make a host, which lives as long as the process that holds it."""
+        """Create a host, which lives as long as the process that holds it."""
         number = len(self._hosts)
         own = Path("/proc/self/ns/net").readlink()
         holder = subprocess.Popen(["unshare", "--net", "sleep", "infinity"])
@@ -118,7 +118,7 @@ class LiveNetwork:
         _run(*on_host, "ip", "link", "set", "eth0", "up")
 
     def _filter(self, host: str, *rules: str) -> None:
-        """Replace what a host's kernel drops, at once."""
+        """Replace a host's packet filter at once."""
         chains = ""
         for hook, card in (("input", "iifname"), ("output", "oifname")):
             chosen = "".join(f"{rule}\n" for rule in rules if rule.startswith(card))

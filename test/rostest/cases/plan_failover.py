@@ -12,7 +12,7 @@ from hive_operator import ROBOTS, task
 from launching import kill
 
 MAX_GAP = 5.0
-"""Wall time without an active blackboard [s]; 3 is aimed at on a machine that is not busy."""
+"""Time without a leader [s, wall clock]; the aim is 3 on an idle machine."""
 
 
 @pytest.mark.plan(

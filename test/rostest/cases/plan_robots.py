@@ -29,7 +29,7 @@ def launches():
 
 
 def carry_away(robot):
-    """Take a robot that does not drive any more out of the others' way."""
+    """Remove a robot that does not drive any more from the others' way."""
     answer = rospy.ServiceProxy("/simenv/remove", Remove)(name=robot)
     assert answer.success, answer.message
 

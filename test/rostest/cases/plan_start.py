@@ -20,7 +20,7 @@ from launching import Launches, pid_of, wait_until_empty
 
 MASTER = rosgraph.Master("/plan_start")
 WITHIN = 60.0
-"""Wall time in which the system has to be up [s]; a machine with nothing else to do needs 10."""
+"""Time for the system to start [s, wall clock]; an idle machine needs 10."""
 
 ROBOT_TOPICS = {
     "set_state": "std_msgs/String",
@@ -66,7 +66,7 @@ def node():
 
 @pytest.fixture(autouse=True)
 def own_journal(tmp_path):
-    """Give each hive a disk of its own, so that it does not go on with the one before."""
+    """Give each hive a disk of its own, so that it does not resume the one before."""
     rospy.set_param("/journal", str(tmp_path))
 
 
@@ -89,7 +89,7 @@ def nodes_of_the_lab():
 
 
 def missing(topics):
-    """Return those topics that are not there with their type: `name: type that is there`."""
+    """Return the topics without their type: `name: type that is there`."""
     publishers, subscribers, _ = MASTER.getSystemState()
     used = {name for name, _ in [*publishers, *subscribers]}  # the master keeps types for ever
     there = {name: kind for name, kind in MASTER.getTopicTypes() if name in used}
@@ -97,7 +97,7 @@ def missing(topics):
 
 
 def silent(nodes):
-    """Return those nodes that do not answer."""
+    """Return the nodes that do not answer."""
     return [node for node in nodes if not answers(node)]
 
 
@@ -181,7 +181,7 @@ def test_every_parameter_file_is_read(launches, observed):
 
 
 def of_fleet(fleet):
-    """Return what a fleet file sets."""
+    """Return the settings of a fleet file."""
     return {key: fleet[key] for key in ("cost_model", "distance", "bid_timeout")}
 
 

@@ -21,7 +21,7 @@ of how long their drives take."""
 TRUTH_PERIOD = 0.1
 """Between two places of a robot's track [s]: those just before and after a time belong to it."""
 OFF = 4.0
-"""By which factor a bid may be off: robots only learn how long their drives take."""
+"""Largest error factor of a bid: robots learn how long their drives take."""
 TOUR = ((2.0, 8.8, 0.0), (5.5, 4.0, 0.0), (8.8, 3.2, 0.0), (8.8, 9.0, 0.0))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Connections that send at once lose nothing, keep the order, and hold nobody up."""
+"""Connections that send at once lose nothing, keep the order, and block nobody."""
 
 import socket
 import threading
@@ -14,7 +14,7 @@ PATIENCE = 60.0
 
 
 class Transport:
-    """Stands in for rospy's connection to one subscriber."""
+    """A fake of rospy's connection to one subscriber."""
 
     def __init__(self, end):
         self.socket = end
@@ -50,7 +50,7 @@ def read(receiver, size):
 
 
 def threads():
-    """Return how many threads there are that send what waits."""
+    """Return how many threads send queued messages."""
     return sum(thread.name == "sending" for thread in threading.enumerate())
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One thread reads all connections: it loses nothing, keeps the order, and waits for nobody."""
+"""One thread reads all connections: it loses nothing, keeps the order, and never blocks."""
 
 import io
 import queue
@@ -27,7 +27,7 @@ class Heard:
         self._made = []
 
     def connect(self, name="topic", kind=String, early=b""):
-        """Return the other end of a new connection, which may have said something already."""
+        """Return the other end of a new connection, which may have sent something already."""
         ours, theirs = socket.socketpair()
         connection = SharedConnection(self._reader, TCPROSSub(name, kind, queue_size=100), name)
         connection.socket = ours
@@ -39,7 +39,7 @@ class Heard:
         return theirs, connection
 
     def next(self):
-        """Return what is heard next, and who has said it."""
+        """Return the next message and its sender."""
         message, name = self._messages.get(timeout=PATIENCE)
         return message.data, name
 
@@ -62,7 +62,7 @@ def heard():
 
 
 def wire(text):
-    """Return a message as it is sent."""
+    """Return a message in wire format."""
     buffer = io.BytesIO()
     String(text).serialize(buffer)
     data = buffer.getvalue()

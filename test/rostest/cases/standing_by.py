@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A hive of real nodes in which some robots do not stand by to carry the blackboard."""
+"""A hive of real nodes in which some robots are learners."""
 
 import time
 
@@ -8,22 +8,22 @@ import rosgraph
 import rospy
 from blackboard.msg import TaskState
 
+from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
-from hive_lab.live.stand_in import StandIn
 
 CRASH = 3.0
-"""By then another carries the blackboard of a process that is proved dead [s]."""
+"""Time for another member to take over after a proven death [s]."""
 OF_THE_BLACKBOARD = ("new_task", "task_bc", "task_assign", "bb_backup", "bb_sync", "bb_entries")
 TO_THE_BLACKBOARD = ("new_task", "task_cost", "task_state", "robot_status", "bb_ack")
 
 
 @pytest.fixture(scope="module")
 def hive(tmp_path_factory):
-    """A hive of a blackboard node, two robots that stand by and two that do not."""
+    """A hive of a blackboard node, two robots that are voters and two learners."""
     rospy.init_node("standing_by", disable_signals=True)
     hive = LiveHive(tmp_path_factory.mktemp("hive"), standing_by=2)
-    hive.drives = {name: StandIn(f"/{name}", x=5.0 * i) for i, name in enumerate(hive.robots)}
+    hive.drives = {name: FakeBase(f"/{name}", x=5.0 * i) for i, name in enumerate(hive.robots)}
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
         hive.start_all()
@@ -34,7 +34,7 @@ def hive(tmp_path_factory):
 
 @pytest.fixture
 def operator(hive):
-    """Who looks at the hive, once all answer and those who stand by have a vote."""
+    """The hive's operator, once all members answer and all voters have a vote."""
     hive.operator.demand(
         lambda: hive.operator.all_answer() and len(hive.operator.last.members) == 3,
         "all members answer, and three have a vote",

@@ -15,9 +15,9 @@ from hive_common.ros.conversions import pose_from_msg
 START = Pose(2.6, 2.0, 0.0)
 GOALS = ((4.6, 2.6, 0.0), (4.6, 4.2, 1.57))
 DRIFT = 0.15
-"""So far the wheels may be off after these few metres [m]."""
+"""Largest error of the odometry after these few metres [m]."""
 WAIT = 60.0
-"""On the wall clock [s]."""
+"""Wall time [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def operator():
 
 
 def business_of(node):
-    """Return the topics that a node publishes, those that it hears, and its services."""
+    """Return a node's publications, subscriptions and services."""
     everything = rosgraph.Master("/operator").getSystemState()
     return [{name for name, nodes in kind if node in nodes} for kind in everything]
 

@@ -23,7 +23,8 @@ from blackboard.robot.charging import Charging, ChargingPlan
 from blackboard.robot.respondent import Respondent
 from blackboard.robot.service import Service
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import SMALL_ROBOT, Network, NetworkTalker
+from hive_lab.virtual.hive import SMALL_ROBOT
+from hive_lab.virtual.network import Network, NetworkTalker
 
 NOW = 500.0
 CHARGERS = ChargingPlan({"charger 1": Pose(3000.0, 4000.0)})

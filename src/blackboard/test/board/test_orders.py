@@ -9,7 +9,8 @@ from blackboard.domain.record import Order, OrderKind, TaskRecord
 from blackboard.domain.talker import TASK_ASSIGN
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Network, NetworkTalker, lone_backup
+from hive_lab.virtual.hive import lone_node
+from hive_lab.virtual.network import Network, NetworkTalker
 
 TASK = Task("T1", TaskType.GAB, (Pose(1.0, 1.0), Pose(2.0, 2.0)))
 HELD = TaskRecord(TASK, TaskState.ASSIGNED, robot="robot1", step=1, assignment=3)
@@ -22,7 +23,7 @@ class Desk:
     def __init__(self, record=HELD):
         self.network = Network()
         talker = NetworkTalker(self.network, "blackboard")
-        self.node = lone_backup(talker)
+        self.node = lone_node(talker)
         self.node.start()
         self.node.commit((record,), lambda: None)
         self.orders = Orders(talker, self.node, timeout=2.0)

@@ -16,7 +16,7 @@ from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ACK, NEW_TASK, SYNC, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Network, NetworkTalker
+from hive_lab.virtual.network import Network, NetworkTalker
 
 OTHERS = ("robot1", "robot2", "robot3")
 TASK = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))

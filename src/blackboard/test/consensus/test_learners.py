@@ -18,7 +18,7 @@ from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Network, NetworkTalker
+from hive_lab.virtual.network import Network, NetworkTalker
 
 VOTERS = ("blackboard#1", "robot1#1")
 NOW = 100.0

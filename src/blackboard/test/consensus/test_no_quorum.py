@@ -5,7 +5,7 @@ from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.member import Member, Role
 from blackboard.consensus.no_quorum import REPEAT, TIMEOUT, NoQuorum
 from blackboard.domain.settings import RaftSettings
-from hive_lab.virtual.hive import Network, NetworkTalker
+from hive_lab.virtual.network import Network, NetworkTalker
 
 OLD_FLEET = ("/blackboard#1", "/robot1/robot#2", "/robot2/robot#3", "/robot3/robot#4")
 

@@ -14,7 +14,8 @@ from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ENTRIES, SYNC
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Network, NetworkTalker, lone_backup
+from hive_lab.virtual.hive import lone_node
+from hive_lab.virtual.network import Network, NetworkTalker
 
 ONE = TaskRecord(Task("T1", TaskType.GA, (Pose(1.0, 1.0),)))
 TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(2.0, 1.0),)))
@@ -23,7 +24,7 @@ TWO = TaskRecord(Task("T2", TaskType.GA, (Pose(2.0, 1.0),)))
 def started():
     """Return a network and the only member of a hive on it."""
     network = Network()
-    node = lone_backup(NetworkTalker(network, "blackboard"))
+    node = lone_node(NetworkTalker(network, "blackboard"))
     node.start()
     return network, node
 

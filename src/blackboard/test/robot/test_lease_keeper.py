@@ -10,7 +10,7 @@ from blackboard.consensus.hive_filter import NoFilter
 from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.talker import BACKUP
 from blackboard.robot.lease_keeper import LeaseKeeper
-from hive_lab.virtual.hive import Network, NetworkTalker
+from hive_lab.virtual.network import Network, NetworkTalker
 
 
 class SlowClock(NetworkTalker):

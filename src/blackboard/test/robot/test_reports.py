@@ -12,7 +12,7 @@ from blackboard.domain.talker import TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.robot.reports import Reports
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import Network, NetworkTalker
+from hive_lab.virtual.network import Network, NetworkTalker
 
 TASK = Task("T1", TaskType.GA, (Pose(1.0, 1.0),))
 DONE = TaskUpdate("T1", TaskState.DONE, "robot1", assignment=2)

@@ -38,7 +38,7 @@ class Beside:
 
 def test_a_robot_beside_a_member_believes_its_member_and_not_bb_sync():
     member = Beside()
-    harness = RobotHarness(fence=member)
+    harness = RobotHarness(hive_filter=member)
     harness.order(GO)
     harness.know(GO, TaskState.CANCELLED)
     meanwhile = harness.status.tasks
@@ -53,7 +53,7 @@ def test_a_robot_beside_a_member_believes_its_member_and_not_bb_sync():
 
 def test_a_robot_asks_its_member_for_the_list_with_every_status():
     member = Beside()
-    harness = RobotHarness(fence=member)
+    harness = RobotHarness(hive_filter=member)
 
     harness.wait(3.0)
 

@@ -40,8 +40,9 @@ from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from hive_common.pose import Pose
 from hive_lab.fault_schedules import network as simulated
-from hive_lab.fault_schedules.host import HostTalker
-from hive_lab.virtual.hive import SMALL_ROBOT, Network, NetworkTalker, TimedCommand, lone_backup
+from hive_lab.fault_schedules.faulty_network import HostTalker
+from hive_lab.virtual.hive import SMALL_ROBOT, TimedCommand, lone_node
+from hive_lab.virtual.network import Network, NetworkTalker
 
 GO = Task("T1", TaskType.GA, (Pose(6.0, 0.0),))
 LEADER, CARRIERS = ("blackboard",), ("blackboard", "robot2")
@@ -125,7 +126,7 @@ class Desk:
     def __init__(self):
         self.network = Network()
         self.talker = Recorder(self.network, "blackboard")
-        backup = lone_backup(self.talker)
+        backup = lone_node(self.talker)
         Blackboard(self.talker, backup, EuclideanLengths(), BlackboardSettings()).start()
         backup.start()
         for name in ("robot1", "robot2"):

@@ -198,7 +198,7 @@ def _power_sum(instance, plan):
     """Return the sum over robots that the makespan's search makes small."""
     book = Book(instance)
     table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
-    return float(OBJECTIVES["makespan"].score(table).sum())
+    return float(OBJECTIVES["makespan"](table).sum())
 
 
 @settings(max_examples=20)

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from hive_lab.allocation.testing import on_a_road
-from hive_lab.bench_allocation.instances import KINDS, SIZES
-from hive_lab.bench_allocation.measure import Ratios
-from hive_lab.bench_allocation.plans import figures, mean_and_worst, searched
-from hive_lab.bench_allocation.reference import OBJECTIVES, best_of, read_best
+from hive_lab.bench.allocation.instances import KINDS, SIZES
+from hive_lab.bench.allocation.measure import Ratios
+from hive_lab.bench.allocation.plans import figures, mean_and_worst, searched
+from hive_lab.bench.allocation.reference import OBJECTIVES, best_of, read_best
 
 
 def test_a_plan_is_told_by_its_way_its_end_and_its_times_to_done():

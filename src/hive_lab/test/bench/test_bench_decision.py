@@ -5,7 +5,7 @@ import json
 
 import PIL.Image
 
-from hive_lab.bench.decision_picture import _line, draw
+from hive_lab.live.decision_picture import _line, draw
 
 FIGURES = {
     f"{way}_{robots}_{decision}_{what}": robots * 0.001

@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-from hive_lab.bench.sim import crowd, drive
+from hive_lab.bench.simulator import drive, spawn_robots
 
 
 def test_a_hundred_robots_find_room_and_drive() -> None:
-    simulation = crowd(100)
+    simulation = spawn_robots(100)
     before = simulation.poses
 
     drive(simulation, 0.3, lasers=True)

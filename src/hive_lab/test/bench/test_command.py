@@ -8,7 +8,7 @@ from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
 from fleet_manager.testing import FakeLink
 from hive_lab.bench.command import bench
-from hive_lab.bench.registry import BENCHES
+from hive_lab.bench.registry import BENCHES, BenchResult
 
 
 @pytest.fixture
@@ -51,9 +51,9 @@ def test_bench_faults_ends_with_1_when_a_property_was_broken(
 ):
     wanted = []
 
-    def simulate(schedules, **_):
+    def simulate(schedules):
         wanted.append(schedules)
-        return {"figures": {"violations": violations}, "aims": {"violations": 0.0}}
+        return BenchResult({"violations": violations}, {"violations": 0.0}, violations > 0)
 
     monkeypatch.setattr("hive_lab.bench.faults.run", simulate)
 

@@ -14,8 +14,7 @@ from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.config.fleet_file import read_fleet
 from hive_common.pose import Pose
 from hive_lab.bench.charge import Ledger
-from hive_lab.bench.day import APART, LOOK, Day, live
-from hive_lab.bench.day_picture import draw_day
+from hive_lab.bench.day import APART, LOOK, Day, draw_day, live
 from hive_lab.fleets.random_tasks import ROOM, random_tasks
 from hive_lab.fleets.reckoned_bodies import ReckonedBodies
 from hive_lab.fleets.virtual_fleet import VirtualFleet

@@ -3,7 +3,7 @@
 
 import random
 
-from hive_lab.virtual.hive import LATENCY, Network, NetworkTalker
+from hive_lab.virtual.network import LATENCY, Network, NetworkTalker
 
 
 def test_time_passes_from_one_thing_that_happens_to_the_next():

@@ -26,7 +26,7 @@ _FOUND = 1
 @click.argument("name", type=click.Choice(["cost_model", "distance"]))
 def fleet_setting(name: str) -> None:
     """Print a setting of the fleet that runs on ROS_MASTER_URI; its default where none runs."""
-    default: str = attrs.fields_dict(Fleet)[name].default
+    default = str(attrs.fields_dict(Fleet)[name].default)
     click.echo(_asked(f"/fleet/{name}") or default, nl=False)
 
 

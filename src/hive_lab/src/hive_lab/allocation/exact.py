@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The best there is, for a handful of tasks: dynamic programming over all sets of them.
+"""The optimum for a handful of tasks: dynamic programming over all sets of them.
 
-Held and Karp's recursion ("A dynamic programming approach to sequencing problems", 1962) gives the
-best list of each robot for each set of tasks; a second one shares the tasks out. Time and memory
+Held and Karp's recursion ("A dynamic programming approach to sequencing problems", 1962) gives
+each robot's best list for each set of tasks; a second one distributes the tasks. Time and memory
 double with every task: 10 tasks take some tens of milliseconds, 14 some seconds.
 """
 
@@ -26,15 +26,10 @@ MAX_TASKS = 14
 def optimum(instance: Instance, objective: str) -> float:
     """Return the least sum of energies [J], makespan [s] or sum of weighted times to done [s].
 
-    Args:
-        instance: Robots and at most `MAX_TASKS` tasks of one priority.
-        objective: `energy`, `makespan` or `latency`.
-
-    Returns:
-        The optimum; infinite where some task cannot be done.
+    It is infinite if no robot can do some task. `objective` is `energy`, `makespan` or `latency`.
 
     Raises:
-        AllocationError: There are too many tasks, or they have several priorities.
+        AllocationError: There are more than `MAX_TASKS` tasks, or they have several priorities.
     """
     tasks = len(instance.tasks)
     if tasks > MAX_TASKS or (tasks and np.ptp(instance.tasks.priority)):
@@ -50,7 +45,7 @@ def optimum(instance: Instance, objective: str) -> float:
 
 
 def _best_lists(instance: Instance, robot: int, objective: str) -> Floats:
-    """Return what each set of tasks takes one robot in its best order; sets are bit masks."""
+    """Return the cost of each set of tasks (a bit mask) for one robot in its best order."""
     tasks = len(instance.tasks)
     pace = (
         instance.robots.draw[robot] if objective == "energy" else 1 / instance.robots.speed[robot]
@@ -60,7 +55,7 @@ def _best_lists(instance: Instance, robot: int, objective: str) -> Floats:
     ready = 0.0 if objective == "energy" else instance.robots.ready[robot]
     masks = np.arange(1 << tasks)
     bits = (masks[:, None] >> np.arange(tasks)) & 1
-    # In the sum of times to done, a second counts for every task that is still to come.
+    # In the sum of times to done, a second counts once for every remaining task.
     weight = bits @ instance.tasks.weight if objective == "latency" else np.ones(masks.size)
     rest = np.full((masks.size, tasks), np.inf)
     for mask in range(1, masks.size):
@@ -75,7 +70,7 @@ def _best_lists(instance: Instance, robot: int, objective: str) -> Floats:
 
 
 def _shared(share: Floats, own: Floats, objective: str) -> Floats:
-    """Return what each set of tasks takes when one more robot does a part of it."""
+    """Return the cost of each set of tasks when one more robot does a part of it."""
     join = np.maximum if objective == "makespan" else np.add
     found = np.empty_like(share)
     for mask, parts in _parts(share.size):
@@ -84,7 +79,7 @@ def _shared(share: Floats, own: Floats, objective: str) -> Floats:
 
 
 def _parts(size: int) -> Iterator[tuple[int, Numbers]]:
-    """Yield each set with all its parts, as bit masks."""
+    """Yield each set with all its subsets, as bit masks."""
     masks = np.arange(size)
     for mask in range(size):
         yield mask, masks[: mask + 1][(masks[: mask + 1] & ~mask) == 0]

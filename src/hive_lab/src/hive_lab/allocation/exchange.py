@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One round of offers between robots, the step of the search.
+"""One round of exchanges between robots, the step of the search.
 
-Every robot of a group takes one piece of its list back and offers it on the blackboard: one task,
-some that follow each other, its list from some place on, or nothing. Every robot bids on every
-piece for the best place in what is left of its own list. The pieces are given out so that the sum
-of the bids is least, one to each robot (the assignment problem). As every robot may get its own
-piece back at its old place, a round never makes the whole worse.
+Every robot of a group takes one bundle out of its list and offers it: one task, some consecutive
+tasks, the rest of its list, or nothing. Every robot bids on every bundle for the best place in
+what is left of its own list. The bundles are assigned, one to each robot, with the least sum of
+bids (the assignment problem). As every robot may get its own bundle back at its old place, a round
+never makes the plan worse.
 
 Moving a task, swapping two, exchanging the ends of two lists (2-opt*) and passing tasks on in a
 ring are all such rounds.
@@ -26,27 +26,27 @@ if TYPE_CHECKING:
     from hive_lab.allocation.timetable import Book, Bundles, Floats, Numbers
 
 _REFUSED = 1e30
-"""What no robot would bid; the assignment needs finite numbers."""
+"""Above any bid; the assignment needs finite numbers."""
 
 
 def best_places(
     table: Timetable, bundles: Bundles, objective: Objective
 ) -> tuple[Floats, Numbers]:
-    """Return the bids on pieces and the places that they are for.
+    """Return the bids on bundles, and the places that they are for.
 
     Args:
         table: Of the lists, shaped (..., lists).
-        pieces: Shaped (..., pieces).
-        objective: What is to be made small.
+        bundles: Shaped (..., bundles).
+        objective: What to minimise.
 
     Returns:
-        Marginal cost and place, each shaped (..., pieces, lists); infinite where refused.
+        Marginal cost and place, each shaped (..., bundles, lists); infinite where refused.
     """
     options = Insertions(table, bundles)
-    scores = np.where(options.refused(), np.inf, objective.score(options))
+    scores = np.where(options.refused(), np.inf, objective(options))
     place = scores.argmin(axis=-1)
     best = np.take_along_axis(scores, place[..., None], axis=-1)[..., 0]
-    return best - objective.score(table)[..., None, :], place
+    return best - objective(table)[..., None, :], place
 
 
 def exchange(
@@ -58,20 +58,20 @@ def exchange(
     size: Numbers,
     factor: Floats | float = 1.0,
 ) -> Numbers:
-    """Hold one round of offers in each of several groups at once.
+    """Hold one round of exchanges in each of several groups at once.
 
     Args:
         book: The figures.
-        objective: What is to be made small.
-        robot: (groups, members) whose list each is.
-        order: (groups, members, places) their lists.
+        objective: What to minimise.
+        robot: (groups, members) owner of each list.
+        order: (groups, members, places) lists.
         start: (groups, members) place of the first task that each offers.
-        size: (groups, members) how many it offers.
-        factor: (groups, pieces, members) that the bids are multiplied by before the pieces are
-            given out. Where it is not 1, a round may make the whole worse.
+        size: (groups, members) number of tasks that each offers.
+        factor: (groups, bundles, members) multiplies the bids before the assignment. With a factor
+            other than 1, a round may make the plan worse.
 
     Returns:
-        The lists afterwards, (groups, members, places or more).
+        The new lists, (groups, members, places or more).
     """
     nothing = book.nothing
     rest = without(order, start, size, nothing)

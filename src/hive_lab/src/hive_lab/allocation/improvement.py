@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The search: round after round of offers between robots, for as long as there is time.
+"""The search: rounds of exchanges between robots, as long as there is time.
 
-Which pieces are offered in a round is left to chance. Rounds never make the whole worse, so the
-search can be stopped at any time. Several copies of the plan are searched side by side where there
-are few robots: a numpy call for twenty lists takes hardly longer than one for four.
+Chance decides which bundles are offered. A round never makes the plan worse, so the search can
+stop at any time. With few robots, several copies of the plan are searched side by side: a numpy
+call for twenty lists takes hardly longer than one for four.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Search:
-    """How the search goes about it; the figures were chosen by trying on the bench's instances.
+    """Parameters of the search, tuned on the benchmark's instances.
 
     Attributes:
-        lists: About so many lists are searched side by side, in copies of the plan.
-        longest: A piece is the whole rest of a list, or has at most so many tasks.
-        ends: Share of the rounds in which every robot offers the rest of its list from some place
-            on (2-opt*).
-        idle: Share of the other offers that are empty: such a robot only takes.
-        heat: Where there are several copies, bids are misread by up to this share at the start of
-            a period, so that copies leave what no round can make better.
-        period: Rounds after which all copies begin again with the best plan so far.
-        cool: Share of a period after which bids are read as they are.
-        threshold: A plan is changed only where that gains more than this share of its score, so
-            that assignments do not flutter.
+        lists: Approximate number of lists searched side by side, in copies of the plan.
+        longest: A bundle is the whole rest of a list, or has at most this many tasks.
+        ends: Share of the rounds in which every robot offers the rest of its list (2-opt*).
+        idle: Share of the other offers that are empty: such a robot only receives.
+        heat: With several copies, bids are distorted by up to this share at the start of a period,
+            so that copies leave local optima.
+        period: Rounds after which all copies restart from the best plan so far.
+        cool: Share of a period after which bids are exact.
+        threshold: A plan changes only for a gain above this share of its score, so that
+        assignments
+            do not flutter.
     """
 
     lists: int = 24
@@ -54,7 +54,7 @@ class Search:
     threshold: float = 0.0
 
     def heat_in(self, number: int) -> float:
-        """Return by what share bids are misread in a round."""
+        """Return the share by which bids are distorted in a round."""
         phase = number % self.period / self.period
         return self.heat * max(0.0, 1.0 - phase / self.cool)
 
@@ -71,11 +71,11 @@ def improve(
 
     Args:
         instance: Robots and tasks.
-        objective: What is to be made small.
-        plan: Lists to begin with; what is on none stays on none.
+        objective: What to minimise.
+        plan: The initial lists; a task on none stays on none.
         random: Chooses the offers.
-        go_on: Asked before each round whether there is another.
-        search: How to go about it.
+        go_on: Asked before each round whether to continue.
+        search: Parameters; by default `Search()`.
     """
     if not any(plan):
         return plan
@@ -127,20 +127,20 @@ class _Hunt:
         self._lists = narrow(lists, self.book.nothing)
 
     def note_best(self) -> None:
-        """Keep the best of the copies if none was better before."""
+        """Keep the best of the copies if it is better than all before."""
         scores = self._scores()
         if scores.min() < self.best_score:
             self.best = self._lists[int(scores.argmin())]
             self.best_score = float(scores.min())
 
     def _scores(self) -> Floats:
-        """Return what the copies come to, (copies): the sum over their lists."""
+        """Return the score of each copy: the sum over its lists."""
         table = Timetable(self.book, self._robots, self._lists)
-        scores: Floats = self._objective.score(table).sum(axis=-1)
+        scores: Floats = self._objective(table).sum(axis=-1)
         return scores
 
     def _offers(self) -> tuple[Numbers, Numbers]:
-        """Return where each piece that is offered starts and how many tasks it has."""
+        """Return the start and the size of each offered bundle."""
         search = self.search
         length = (self._lists != self.book.nothing).sum(axis=-1)
         where, how_many, who = self._random.random((3, *length.shape))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What there is to give out, and to whom: robots and tasks as arrays of numbers.
+"""Robots and tasks as arrays of numbers.
 
-A task is one leg from where it starts to where it ends, whatever it visits in between, so that the
-legs of one task stay together. What a robot is doing already is not a task here: it is where and
-when the robot is free.
+A task is one leg from its start to its end, whatever it visits in between, so the legs of one task
+stay together. A robot's current work is not a task here: it defines where and when the robot is
+free.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Tasks:
-    """Tasks that have not started, each with its number as its name.
+    """Tasks that have not started, each named by its number.
 
     Attributes:
-        inner: (tasks,) way from the start of each to its end [m].
-        work: (tasks,) time that it takes beside driving [s].
-        weight: (tasks,) what a second of waiting for it counts, above 0; 1 is usual.
-        priority: (tasks,) of each; higher ones stand before lower ones in every list.
+        inner: (tasks,) path length from start to end [m].
+        work: (tasks,) time beside driving [s].
+        weight: (tasks,) cost of a second of waiting, above 0; usually 1.
+        priority: (tasks,) higher ones stand before lower ones in every list.
     """
 
     inner: NDArray[np.float64]
@@ -40,7 +40,7 @@ class Tasks:
 
     @classmethod
     def plain(cls, inner: Sequence[float] | NDArray[np.float64]) -> Tasks:
-        """Return tasks of one priority that take nothing but their way [m]."""
+        """Return tasks of one priority that take only driving [m]."""
         ways = np.asarray(inner, dtype=float)
         return cls(ways, np.zeros_like(ways), np.ones_like(ways), np.zeros(ways.size, dtype=int))
 
@@ -50,11 +50,11 @@ class Tasks:
 
 @dataclass(frozen=True)
 class Robots:
-    """Robots, each with its number as its name.
+    """Robots, each named by its number.
 
     Attributes:
-        speed: (robots,) that each drives at in the mean [m/s], above 0.
-        ready: (robots,) time until it has done what it is doing [s].
+        speed: (robots,) mean speed [m/s], above 0.
+        ready: (robots,) time until the current work is done [s].
         draw: (robots,) energy per metre [J/m]; only the ratios between robots count.
     """
 
@@ -73,17 +73,16 @@ class Robots:
 
 @dataclass(frozen=True)
 class Instance:
-    """One situation: what is to be given out now.
+    """One allocation problem.
 
     Attributes:
-        robots: Who there is.
-        tasks: What there is to do.
-        way: (tasks + robots, tasks) way [m] from the end of each task, then from where each robot
-            becomes free, to the start of each task.
-        able: (robots, tasks) whether a robot may do a task. Where there is no way, it may not.
+        way: (tasks + robots, tasks) path length [m] from the end of each task, then from where
+        each
+            robot becomes free, to the start of each task.
+        able: (robots, tasks) whether a robot may do a task. It may not where there is no path.
 
     Raises:
-        AllocationError: An array has the wrong shape, or a number is none that is allowed.
+        AllocationError: An array has the wrong shape, or a number is not allowed.
     """
 
     robots: Robots
@@ -101,7 +100,7 @@ class Instance:
                 _check_shape(each.name, values, (size,))
                 _check_range(each.name, values, above=each.name in {"speed", "weight"})
         if np.isnan(self.way).any() or (self.way < 0).any():
-            raise AllocationError("way holds a number that is negative or none; allowed: from 0 m")
+            raise AllocationError("way holds a number that is negative or NaN; allowed: from 0 m")
 
     @classmethod
     def plain(
@@ -111,7 +110,7 @@ class Instance:
 
         Args:
             way: See the attribute.
-            inner: Way from the start of each task to its end [m].
+            inner: Path length from the start of each task to its end [m].
         """
         tasks = Tasks.plain(inner)
         robots = way.shape[0] - len(tasks)
@@ -124,9 +123,9 @@ class Instance:
 
     @cached_property
     def table(self) -> NDArray[np.float64]:
-        """(tasks + 1 + robots, tasks + 1) ways [m] with the row and column of `nothing`, all 0.
+        """(tasks + 1 + robots, tasks + 1) path lengths [m]; `nothing` has a row and column of 0.
 
-        Ways that do not exist are as long as all others together: no list is shorter for them.
+        Missing paths are as long as all others together: no list gets shorter with them.
         """
         tasks, robots = len(self.tasks), len(self.robots)
         table = np.zeros((tasks + 1 + robots, tasks + 1))
@@ -136,11 +135,11 @@ class Instance:
         return table
 
     def column(self, name: str) -> NDArray[np.float64]:
-        """Return an array of `Tasks` with a 0 for `nothing` behind it."""
+        """Return an array of `Tasks` with a 0 for `nothing` at its end."""
         return np.append(getattr(self.tasks, name), 0).astype(float)
 
     def weighted(self, weight: NDArray[np.float64]) -> Instance:
-        """Return the same with other weights of the tasks."""
+        """Return the same instance with other weights."""
         return replace(self, tasks=replace(self.tasks, weight=weight))
 
 

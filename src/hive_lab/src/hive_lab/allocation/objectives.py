@@ -1,71 +1,42 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is to be made small, by name.
+"""What to minimise, by name.
 
-An objective turns what one list takes in all into a number; the sum over all lists is what counts.
-A bid is how much that number grows when a task is put at its best place in the robot's list.
+An objective turns the totals of each list into a number; the sum over all lists counts. A bid is
+how much that number grows when a task is inserted at its best place in the robot's list.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hive_lab.allocation.timetable import Floats, Totals
 
+Objective = Callable[["Totals"], "Floats"]
+"""Returns a number for each list, smaller where it is better."""
 
-class Objective(Protocol):
-    """Says how bad a list is."""
-
-    def score(self, totals: Totals) -> Floats:
-        """Return a number for each list, smaller where it is better."""
+_POWER, _SCALE = 12, 100.0
 
 
-class Report:
-    """The report's rule: place in the list times way, so that short lists fill first.
+def _makespan(totals: Totals) -> Floats:
+    """Return a number that makes the latest robots outweigh the others.
 
-    At the end of a list its bid is the one of the report: place times way.
+    Only the latest of all robots counts, but a sum over lists is compared. A high power
+    approximates that, and still rewards the other robots for being early.
     """
-
-    def score(self, totals: Totals) -> Floats:
-        """Return a number for each list; see `Objective`."""
-        return totals.toil
-
-
-class Energy:
-    """Least energy for driving: the way of each robot times what it draws per metre."""
-
-    def score(self, totals: Totals) -> Floats:
-        """Return a number for each list; see `Objective`."""
-        return totals.energy
-
-
-class Makespan:
-    """All done soonest.
-
-    The latest of all robots is what counts, but a sum over lists is what is compared. A high power
-    makes the latest ones outweigh the others, and still rewards the others for being early.
-    """
-
-    POWER = 12
-    SCALE = 100.0
-
-    def score(self, totals: Totals) -> Floats:
-        """Return a number for each list; see `Objective`."""
-        return (totals.finish / self.SCALE) ** self.POWER
-
-
-class Latency:
-    """Shortest mean time to done, each task by its weight."""
-
-    def score(self, totals: Totals) -> Floats:
-        """Return a number for each list; see `Objective`."""
-        return totals.waiting
+    return (totals.finish / _SCALE) ** _POWER
 
 
 OBJECTIVES: Mapping[str, Objective] = MappingProxyType(
-    {"report": Report(), "energy": Energy(), "makespan": Makespan(), "latency": Latency()}
+    {
+        "report": lambda totals: totals.toil,
+        "energy": lambda totals: totals.energy,
+        "makespan": _makespan,
+        "latency": lambda totals: totals.waiting,
+    }
 )
 """The objectives by the names that fleet files use."""

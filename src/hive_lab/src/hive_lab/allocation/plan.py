@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Lists of tasks, one for each robot, and their form as one array."""
+"""Plans: a list of tasks for each robot, also in the form of one array."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from hive_lab.allocation.timetable import Bundles, Numbers
 
 Plan = tuple[tuple[int, ...], ...]
-"""The tasks of each robot in the order in which it does them."""
+"""The tasks of each robot in their order."""
 
 
 def to_order(plan: Sequence[Sequence[int]], nothing: int) -> Numbers:
-    """Return a plan as an array (robots, places) with one spare place at the end at least."""
+    """Return a plan as an array (robots, places) with at least one spare place at the end."""
     most = max(map(len, plan), default=0)
     order = np.full((len(plan), most + 1), nothing)
     for row, tasks in zip(order, plan, strict=True):
@@ -31,13 +31,13 @@ def to_plan(order: Numbers, nothing: int) -> Plan:
 
 
 def without(order: Numbers, start: Numbers, size: Numbers, nothing: int) -> Numbers:
-    """Return lists with a piece taken out of each.
+    """Return lists without a bundle each.
 
     Args:
         order: (..., places) lists.
         start: (...) place of the first task to take out.
-        size: (...) how many.
-        nothing: What stands behind the last task of a list.
+        size: (...) number of tasks to take out.
+        nothing: Fills the places after the last task.
     """
     places = np.arange(order.shape[-1])
     source = places + np.where(places < start[..., None], 0, size[..., None])
@@ -47,7 +47,7 @@ def without(order: Numbers, start: Numbers, size: Numbers, nothing: int) -> Numb
 
 
 def cut_out(order: Numbers, start: Numbers, size: Numbers, nothing: int) -> Numbers:
-    """Return what `without` takes out, shaped (..., longest)."""
+    """Return the bundles that `without` takes out, shaped (..., longest)."""
     places = np.arange(max(1, int(size.max())))
     source = np.minimum(start[..., None] + places, order.shape[-1] - 1)
     taken = np.take_along_axis(order, source, axis=-1)
@@ -55,13 +55,13 @@ def cut_out(order: Numbers, start: Numbers, size: Numbers, nothing: int) -> Numb
 
 
 def put_in(order: Numbers, place: Numbers, bundles: Bundles, nothing: int) -> Numbers:
-    """Return lists with a piece put into each.
+    """Return lists with a bundle inserted into each.
 
     Args:
         order: (..., places) lists.
-        place: (...) where the piece's first task goes.
-        pieces: (...) one for each list.
-        nothing: What stands behind the last task of a list.
+        place: (...) where the bundle's first task goes.
+        bundles: (...) one for each list.
+        nothing: Fills the places after the last task.
     """
     width = order.shape[-1] + bundles.tasks.shape[-1]
     places = np.arange(width)
@@ -75,6 +75,6 @@ def put_in(order: Numbers, place: Numbers, bundles: Bundles, nothing: int) -> Nu
 
 
 def narrow(order: Numbers, nothing: int) -> Numbers:
-    """Return lists as narrow as they can be with one spare place."""
+    """Return lists without unused places, except one."""
     most = int((order != nothing).sum(axis=-1).max(initial=0))
     return np.ascontiguousarray(order[..., : most + 1])

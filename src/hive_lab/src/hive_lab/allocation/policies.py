@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How lists are kept while tasks arrive: simple rules, and the auction that goes on improving."""
+"""Policies for tasks that arrive over time: simple rules, and the auction with reallocation."""
 
 from __future__ import annotations
 
@@ -17,32 +17,28 @@ if TYPE_CHECKING:
     from hive_lab.allocation.instance import Instance
     from hive_lab.allocation.objectives import Objective
     from hive_lab.allocation.plan import Plan
-    from hive_lab.allocation.stream import Moment
+    from hive_lab.allocation.stream import StreamState
     from hive_lab.allocation.timetable import Floats
 
 
 class Append:
-    """Every task goes to the end of one list when it arrives, and stays there.
-
-    Args:
-        cost: Of one task for all robots; see `rules`.
-    """
+    """Appends every task to one list when it arrives, by a cost of `rules`, and never moves it."""
 
     def __init__(self, cost: Callable[[Ends, int], Floats]) -> None:
         self._cost = cost
 
-    def decide(self, moment: Moment) -> Plan:
+    def decide(self, state: StreamState) -> Plan:
         """Return the lists; see `Policy`."""
-        new = [len(moment.instance.tasks) - 1] if moment.has_arrival else []
-        return append(moment.instance, self._cost, moment.plan, new)
+        new = [len(state.instance.tasks) - 1] if state.has_arrival else []
+        return append(state.instance, self._cost, state.plan, new)
 
 
 class IdleTakesNearest:
-    """No lists: a robot that becomes free takes the nearest task, of those that wait."""
+    """Keeps no lists: a robot that becomes free takes the nearest waiting task."""
 
-    def decide(self, moment: Moment) -> Plan:
+    def decide(self, state: StreamState) -> Plan:
         """Return the lists; see `Policy`."""
-        instance = moment.instance
+        instance = state.instance
         ends = Ends(instance, [()] * len(instance.robots))
         idle = instance.robots.ready == 0.0
         ways = np.array([ends.way(task) for task in range(len(instance.tasks))])
@@ -55,15 +51,14 @@ class IdleTakesNearest:
 
 
 class Reallocation:
-    """A new task is auctioned; all that has not begun is offered again in a few rounds.
+    """Auctions each new task, and reallocates all tasks that have not begun in a few rounds.
 
     Args:
-        objective: What is to be made small.
+        objective: What to minimise.
         random: Chooses the offers.
-        rounds: Of offers, at every event.
-        aging: A task that has waited this long [s] counts twice as much as a new one, one that
-            has waited twice as long counts four times; infinite where age does not count.
-        afresh: Whether all that has not begun is auctioned anew at every event.
+        rounds: Number of rounds at every event.
+        aging: Waiting time that doubles a task's weight [s]; infinite if age does not count.
+        afresh: Whether to auction all tasks that have not begun anew at every event.
     """
 
     def __init__(
@@ -81,36 +76,25 @@ class Reallocation:
         self._aging = aging
         self._afresh = afresh
 
-    def decide(self, moment: Moment) -> Plan:
+    def decide(self, state: StreamState) -> Plan:
         """Return the lists; see `Policy`."""
-        instance = self._aged(moment)
-        plan = auction(instance, self._objective, None if self._afresh else moment.plan)
+        instance = self._aged(state)
+        plan = auction(instance, self._objective, None if self._afresh else state.plan)
         rounds = iter(range(self._rounds))
         return improve(
-            instance,
-            self._objective,
-            plan,
-            self._random,
-            lambda: next(rounds, None) is not None,
+            instance, self._objective, plan, self._random, lambda: next(rounds, None) is not None
         )
 
-    def _aged(self, moment: Moment) -> Instance:
+    def _aged(self, state: StreamState) -> Instance:
         if np.isinf(self._aging):
-            return moment.instance
-        return moment.instance.weighted(
-            aged(moment.instance.tasks.weight, moment.age, self._aging)
-        )
+            return state.instance
+        return state.instance.weighted(aged(state.instance.tasks.weight, state.age, self._aging))
 
 
 def aged(weight: Floats, age: Floats, aging: float) -> Floats:
-    """Return what a second of waiting counts for tasks that have waited.
+    """Return the weights of tasks that have waited for a time [s].
 
-    Doubles with every `aging`, up to a million times, so that whoever waits long enough goes
-    before all that is new.
-
-    Args:
-        weight: (tasks,) of new ones.
-        age: (tasks,) since each was posted [s].
-        aging: In which the weight doubles [s].
+    They double with every `aging` [s], up to a million times, so that a task that waits long
+    enough goes before all new ones.
     """
     return weight * 2.0 ** np.minimum(age / aging, 20.0)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Simple rules that give out tasks, to compare with; the report's is among them.
+"""Simple allocation rules for comparison, the report's among them.
 
-All but the last take the tasks in the order in which they were posted, give each to one robot for
-the end of its list, and never come back to it.
+All but the last take the tasks in posting order, append each to one robot's list, and never move
+it.
 """
 
 from __future__ import annotations
@@ -22,12 +22,7 @@ if TYPE_CHECKING:
 
 
 class Ends:
-    """The ends of all lists, and what one more task would take there.
-
-    Args:
-        instance: Robots and tasks.
-        plan: What is on the lists already.
-    """
+    """The ends of all lists of a plan, and what one more task would cost there."""
 
     def __init__(self, instance: Instance, plan: Sequence[Sequence[int]]) -> None:
         self.instance = instance
@@ -40,13 +35,13 @@ class Ends:
                 self._go(robot, task)
 
     def way(self, task: int) -> Floats:
-        """Return how far each robot drives to a task's start [m]; infinite if it may not."""
+        """Return each robot's path length to a task's start [m]; infinite if it may not do it."""
         able = self.instance.able[:, task]
         way: Floats = np.where(able, self.instance.table[self._node, task], np.inf)
         return way
 
     def place(self) -> Floats:
-        """Return the place at the end of each list; 1 is first."""
+        """Return the next place of each list, from 1."""
         return np.array([len(row) + 1.0 for row in self.lists])
 
     def finish(self, task: int) -> Floats:
@@ -57,7 +52,7 @@ class Ends:
         return done
 
     def append(self, robot: int, task: int) -> None:
-        """Put a task at the end of a list."""
+        """Append a task to a list."""
         self.lists[robot].append(task)
         self._go(robot, task)
 
@@ -67,18 +62,18 @@ class Ends:
 
 
 def nearest(ends: Ends, task: int) -> Floats:
-    """Cost of a task by the nearest robot: the way from the end of its list."""
+    """Cost for the nearest robot: the path from the end of its list."""
     return ends.way(task)
 
 
 def report(ends: Ends, task: int) -> Floats:
-    """Cost of a task by the report's rule: place in the list times way."""
+    """Cost by the report's rule: place in the list times path length."""
     cost: Floats = ends.place() * (ends.way(task) + ends.instance.tasks.inner[task])
     return cost
 
 
 def soonest(ends: Ends, task: int) -> Floats:
-    """Cost of a task by the time at which it would be done."""
+    """Cost by the time at which the task would be done."""
     return ends.finish(task)
 
 
@@ -88,13 +83,13 @@ def append(
     plan: Sequence[Sequence[int]] | None = None,
     tasks: Sequence[int] | None = None,
 ) -> Plan:
-    """Give each task in turn to the robot that it costs least at the end of its list.
+    """Append each task in turn to the list where it costs least.
 
     Args:
         instance: Robots and tasks.
         cost: Of one task for all robots.
-        plan: What is on the lists already; nothing where none is given.
-        tasks: In the order in which they were posted; all where none are given.
+        plan: The initial lists; by default empty.
+        tasks: In posting order; by default all.
     """
     ends = Ends(instance, plan or [()] * len(instance.robots))
     for task in range(len(instance.tasks)) if tasks is None else tasks:
@@ -105,7 +100,7 @@ def append(
 
 
 def idle_robots_matched(instance: Instance) -> Plan:
-    """Match idle robots with open tasks by the least sum of ways, each time one becomes idle."""
+    """Match idle robots with open tasks by the least sum of paths, whenever one becomes idle."""
     ends = Ends(instance, [()] * len(instance.robots))
     free = instance.robots.ready.copy()
     still_open = list(range(len(instance.tasks)))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The auction: one task after the other goes to the robot whose bid on it is the best of all.
+"""The auction: one task after the other goes to the robot with the best bid of all.
 
-A sequential single-item auction with bids for the cheapest place in the list (Lagoudakis et al.,
-"Auction-based multi-robot routing", 2005). Only the robot that has won bids again, because the
-lists of all others are as they were.
+It is a sequential single-item auction with bids for the cheapest insertion (Lagoudakis et al.,
+"Auction-based multi-robot routing", 2005). Only the winner bids again, because all other lists are
+unchanged.
 """
 
 from __future__ import annotations
@@ -30,16 +30,13 @@ def auction(
     plan: Plan | None = None,
     tasks: Iterable[int] | None = None,
 ) -> Plan:
-    """Give out tasks.
+    """Allocate tasks; a task that no robot may do is on no list.
 
     Args:
         instance: Robots and tasks.
-        objective: What the bids are on.
-        plan: What the robots have on their lists already; nothing where none is given.
-        tasks: Which tasks are given out; all that are on no list where none is given.
-
-    Returns:
-        The lists. A task that no robot may do is on none.
+        objective: What the bids minimise.
+        plan: The initial lists; by default empty.
+        tasks: The tasks to allocate; by default all that are on no list.
     """
     lists = [list(row) for row in plan or [()] * len(instance.robots)]
     listed = {task for row in lists for task in row}
@@ -53,7 +50,7 @@ def auction(
 
 
 class _Rounds:
-    """The bids of all robots on all open tasks, kept while they hold."""
+    """The bids of all robots on all open tasks, kept while they are valid."""
 
     def __init__(
         self, book: Book, objective: Objective, lists: list[list[int]], tasks: Numbers
@@ -69,7 +66,7 @@ class _Rounds:
             self._bid(robot)
 
     def give_out(self) -> bool:
-        """Give out the best of the most urgent tasks; return whether there was one."""
+        """Allocate the best of the most urgent tasks; return whether there was one."""
         if not self._open.any():
             return False
         bids = self._urgent() if self._book.has_order else self._bids
@@ -83,13 +80,13 @@ class _Rounds:
         return True
 
     def _urgent(self) -> Floats:
-        """Return the bids on the most urgent tasks that somebody can do."""
+        """Return the bids on the most urgent tasks that some robot can do."""
         urgency = self._book.priority[self._tasks]
         able = np.isfinite(self._bids).any(axis=0)
         return np.where(urgency == urgency[able].max(initial=0), self._bids, np.inf)
 
     def _bid(self, robot: int) -> None:
-        """Ask a robot for its bids on all that is open."""
+        """Request a robot's bids on all open tasks."""
         columns = np.flatnonzero(self._open)
         if not columns.size:
             return

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tasks that arrive one after the other, on virtual time, and what a policy makes of them.
+"""Tasks that arrive over virtual time, and the results of a policy.
 
-A policy is asked whenever a task arrives or a robot becomes free. It may change every list; what a
-robot has begun is no longer on one.
+A policy is asked whenever a task arrives or a robot becomes free. It may change every list; a task
+that has begun is no longer on one.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Moment:
-    """What a policy is asked.
+class StreamState:
+    """The situation for a policy.
 
     Attributes:
-        instance: The tasks that have not begun, in the order of their posting.
-        plan: The lists as they are.
+        instance: The tasks that have not begun, in posting order.
+        plan: The current lists.
         age: (tasks,) time since each was posted [s].
-        has_arrival: Whether there is a new task, which is on no list; else a robot is free.
+        has_arrival: Whether there is a new task, which is on no list; otherwise a robot is free.
     """
 
     instance: Instance
@@ -41,18 +41,13 @@ class Moment:
 class Policy(Protocol):
     """Decides on the lists."""
 
-    def decide(self, moment: Moment) -> Plan:
-        """Return the lists from now on. A task may be on none, and is asked about again."""
+    def decide(self, state: StreamState) -> Plan:
+        """Return the new lists. A task may be on none, and is offered again later."""
 
 
 @dataclass(frozen=True)
 class Stream:
-    """Tasks by the time of their arrival.
-
-    Attributes:
-        instance: All robots and tasks.
-        posted: (tasks,) when each arrives [s], ascending.
-    """
+    """Tasks of an instance, and when each is posted [s], ascending."""
 
     instance: Instance
     posted: Floats
@@ -64,7 +59,8 @@ class Stream:
         Args:
             instance: All robots and tasks.
             load: Share of the robots' time that the tasks would take in a random order; above 1
-                waiting grows as long as tasks arrive, unless they are put in a better order.
+            the
+                waiting times grow, unless the tasks are put in a better order.
             random: Draws the times between arrivals.
         """
         tasks = len(instance.tasks)
@@ -74,7 +70,7 @@ class Stream:
 
 
 def simulate(stream: Stream, policy: Policy) -> Floats:
-    """Return the time from posting to done of each task [s]; infinite where it was never done."""
+    """Return the time from posting to done of each task [s]; infinite if never done."""
     floor = _Floor(stream)
     for now, has_arrival in floor.events():
         floor.ask(policy, now, has_arrival=has_arrival)
@@ -82,7 +78,7 @@ def simulate(stream: Stream, policy: Policy) -> Floats:
 
 
 class _Floor:
-    """Who is where, and what has not begun."""
+    """The robots' positions, and the tasks that have not begun."""
 
     def __init__(self, stream: Stream) -> None:
         self._stream = stream
@@ -95,7 +91,7 @@ class _Floor:
         self.done = np.full(len(stream.instance.tasks), np.inf)
 
     def events(self) -> Iterator[tuple[float, bool]]:
-        """Yield every arrival and every time at which a robot becomes free, in their order."""
+        """Yield the time of every arrival and of every robot that becomes free, in order."""
         now = -np.inf
         while True:
             left = self._stream.posted[self._arrived :]
@@ -110,15 +106,15 @@ class _Floor:
             yield now, now == arrival
 
     def ask(self, policy: Policy, now: float, *, has_arrival: bool) -> None:
-        """Let a policy decide, and let who is free begin."""
+        """Let a policy decide, and let free robots begin."""
         if not self._waiting:
             return
         waiting = np.array(self._waiting)
         number = {task: index for index, task in enumerate(self._waiting)}
         plan = tuple(tuple(number[task] for task in row) for row in self._lists)
         age = now - self._stream.posted[waiting]
-        moment = Moment(self._now(waiting, now), plan, age, has_arrival)
-        self._lists = [[int(waiting[index]) for index in row] for row in policy.decide(moment)]
+        state = StreamState(self._now(waiting, now), plan, age, has_arrival)
+        self._lists = [[int(waiting[index]) for index in row] for row in policy.decide(state)]
         for robot, row in enumerate(self._lists):
             if row and self._free[robot] <= now:
                 self._begin(robot, row.pop(0), now)

@@ -27,12 +27,12 @@ def on_a_road(
     """Return robots and tasks on the x axis.
 
     Args:
-        robots: Where each robot is [m].
+        robots: Position of each robot [m].
         starts: Where each task starts [m].
-        ends: Where each task ends [m]; where it starts if none are given.
-        priority: Of the tasks; 0 if none are given.
-        speed: Of the robots [m/s]; 1 if none are given.
-        ready: When each robot is free [s]; now if none are given.
+        ends: Where each task ends [m]; by default where it starts.
+        priority: Of the tasks; by default 0.
+        speed: Of the robots [m/s]; by default 1.
+        ready: When each robot is free [s]; by default now.
     """
     start, end = np.array(starts, dtype=float), np.array(starts if ends is None else ends)
     here = np.concatenate([end, np.array(robots, dtype=float)])
@@ -55,11 +55,11 @@ def on_a_road(
 
 
 def figures(instance: Instance, plan: Plan) -> dict[str, float]:
-    """Return what a plan comes to, worked out task by task.
+    """Return the figures of a plan, computed task by task.
 
     Returns:
-        `energy` (the sum of all ways) [m], `makespan` [s], `latency`, the weighted sum of the
-        times to done [s], and `report`, the sum of place times way [m].
+        `energy`, the sum of all paths [m]; `makespan` [s]; `latency`, the weighted sum of the
+        times to done [s]; and `report`, the sum of place times path length [m].
     """
     energy = latency = toil = 0.0
     ends = []

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the lists of many robots take, and what they would take with one more piece in each.
+"""The cost of many robots' lists, and their cost with one more bundle inserted in each.
 
-All lists are rows of one array, so that one numpy call answers for every robot, every piece and
-every place at once. A piece is one task or several that follow each other; it is put into a list
-as a whole.
+All lists are rows of one array, so one numpy call answers for every robot, bundle and place at
+once. A bundle is one task or several consecutive ones, inserted as a whole.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Totals(Protocol):
-    """What a list takes in all, in an array with one number for each list that is asked about."""
+    """Totals of lists, in arrays with one number for each."""
 
     @property
     def energy(self) -> Floats:
@@ -36,19 +35,15 @@ class Totals(Protocol):
 
     @property
     def waiting(self) -> Floats:
-        """Sum over the tasks of weight times the time until each is done [s]."""
+        """Sum of weight times the time until each task is done [s]."""
 
     @property
     def toil(self) -> Floats:
-        """Sum over the tasks of place in the list (1 is first) times way to it and in it [m]."""
+        """Sum of place in the list, from 1, times path length [m]."""
 
 
 class Book:
-    """The figures of an instance in the form in which timetables look them up.
-
-    Args:
-        instance: Whose figures.
-    """
+    """The figures of an instance in the form in which timetables look them up."""
 
     def __init__(self, instance: Instance) -> None:
         self.instance = instance
@@ -60,35 +55,35 @@ class Book:
         self.weight = instance.column("weight")
         robots = np.zeros((len(instance.robots), 1), dtype=bool)
         self.able = np.hstack([instance.able, ~robots])
-        # A list opens higher and closes lower than any priority, so that its ends admit all.
+        # Below any priority, so that the end of a list admits every task.
         self.priority = np.append(instance.tasks.priority, -1)
         self.has_order = bool(np.ptp(instance.tasks.priority)) if self.nothing else False
         self.all_able = bool(instance.able.all())
 
     def way(self, here: Numbers, there: Numbers) -> Floats:
-        """Return ways [m] from the ends of nodes to the starts of tasks, broadcast together."""
+        """Return path lengths [m] from the ends of nodes to the starts of tasks, broadcast."""
         return self._flat.take(here * self.width + there)
 
     def node(self, robot: Numbers) -> Numbers:
-        """Return the nodes that stand for where robots become free."""
+        """Return the nodes where robots become free."""
         return robot + self.width
 
 
 @dataclass(frozen=True)
 class Bundles:
-    """Tasks that go into a list as a whole.
+    """Tasks that are inserted as a whole.
 
     Attributes:
-        tasks: (..., most) of each piece in their order, `nothing` behind them.
-        size: (...) how many tasks.
+        tasks: (..., longest) of each bundle in their order, then `nothing`.
+        size: (...) number of tasks.
         first: (...) the first of them.
         last: (...) the last of them.
         way: (...) from the start of the first to the end of the last [m].
         work: (...) time beside driving [s].
         weight: (...) sum of the weights.
-        wait_way: (...) sum of weight times way from the first start until each is done [m].
+        wait_way: (...) sum of weight times path from the first start until each is done [m].
         wait_work: (...) sum of weight times time beside driving until each is done [s].
-        toil: (...) sum of place times way, the first at place 0 [m].
+        toil: (...) sum of place times path, with the first at place 0 [m].
     """
 
     tasks: Numbers
@@ -104,7 +99,7 @@ class Bundles:
 
 
 def make_bundles(book: Book, tasks: Numbers) -> Bundles:
-    """Work out what pieces take; see `Bundles.tasks`."""
+    """Compute the figures of bundles; see `Bundles.tasks`."""
     first = tasks[..., 0]
     weight = book.weight[tasks]
     inner, work = book.inner[tasks], book.work[tasks]
@@ -135,12 +130,12 @@ def make_bundles(book: Book, tasks: Numbers) -> Bundles:
 
 
 class Timetable:
-    """What lists take; a `Totals` with one number for each list.
+    """Lists, as `Totals` with one number for each.
 
     Args:
         book: The figures.
-        robot: (...) whose list each is.
-        order: (..., places) tasks of each list, `nothing` behind the last.
+        robot: (...) owner of each list.
+        order: (..., places) tasks of each list, then `nothing`.
     """
 
     def __init__(self, book: Book, robot: Numbers, order: Numbers) -> None:
@@ -180,12 +175,12 @@ class Timetable:
 
     @cached_property
     def own_behind(self) -> Floats:
-        """(..., places + 1) way of all tasks from each place on [m]."""
+        """(..., places + 1) path length of all tasks from each place on [m]."""
         return self.own[..., ::-1].cumsum(axis=-1)[..., ::-1]
 
     @property
     def way(self) -> Floats:
-        """(...) way [m]."""
+        """(...) path length [m]."""
         way: Floats = self.own.sum(axis=-1)
         return way
 
@@ -213,13 +208,11 @@ class Timetable:
 
 
 class Insertions:
-    """What lists would take with one more piece; a `Totals` over lists, pieces and places.
+    """Lists with one more bundle, as `Totals` shaped (..., bundles, lists, places + 1).
 
     Args:
         table: Of the lists, shaped (..., lists).
-        pieces: Shaped (..., pieces).
-
-    Every array is shaped (..., pieces, lists, places + 1).
+        bundles: Shaped (..., bundles).
     """
 
     def __init__(self, table: Timetable, bundles: Bundles) -> None:
@@ -235,13 +228,13 @@ class Insertions:
 
     @cached_property
     def added_way(self) -> Floats:
-        """How much longer each way becomes [m]."""
+        """Added path length [m]."""
         added: Floats = self._go + self._back - self._leg + self._bundles.way[..., :, None, None]
         return added
 
     @cached_property
     def added_time(self) -> Floats:
-        """How much later all is done [s]."""
+        """Delay of the end [s]."""
         added: Floats = self.added_way / self._speed + self._bundles.work[..., :, None, None]
         return added
 
@@ -285,7 +278,7 @@ class Insertions:
         return total
 
     def refused(self) -> NDArray[np.bool_]:
-        """Return where a piece may not stand: past the end, out of order, or not for the robot."""
+        """Return where a bundle may not go: past the end, out of order, or not for the robot."""
         table, bundles, book = self._table, self._bundles, self._table.book
         places = np.arange(table.leg.shape[-1])
         length = table.lengths[..., None, :, None]

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How well robots predict what a task takes out of their batteries.
+"""How well robots predict the charge that a task takes.
 
 The default fleet does random tasks in the lab, in the simulator and with its own navigation, on
-virtual time. What the robot that got a task had bid on it is compared with what its battery lost
-from the moment it began with the task until it had done it.
+virtual time. The winning bid is compared with what the robot's battery lost from start to end.
 """
 
 from __future__ import annotations
@@ -25,29 +24,23 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskUpdate
 
 FIRST = 20
-"""So many tasks are looked at apart: the robots do not know yet how long their drives take."""
+"""Tasks measured apart: robots do not know yet how long their drives take."""
 
 TASKS = 100
-"""So many are looked at after those."""
+"""Tasks measured after those."""
 
 APART = 30.0
-"""Time from one task to the next [s]."""
+"""Time between tasks [s]."""
 
 PATIENCE = 600.0
-"""After the last task, so long at most [s]."""
+"""Longest wait after the last task [s]."""
 
 AIMS = {"median_error": 0.05}
 
 
 @dataclass
 class Ledger:
-    """What tasks were predicted to take, and what they took.
-
-    Attributes:
-        fleet: Whose tasks they are.
-        predicted: By task, charge [Ah].
-        used: By task, charge [Ah]; only of those that are done.
-    """
+    """Predicted and used charge [Ah], by task; `used` only of those that are done."""
 
     fleet: VirtualFleet
     predicted: dict[str, float] = field(default_factory=dict)
@@ -55,7 +48,7 @@ class Ledger:
     _before: dict[str, float] = field(default_factory=dict)
 
     def note(self, update: TaskUpdate) -> None:
-        """Take in what is said about a task."""
+        """Record an update."""
         task, robot = update.task_id, update.robot_id
         if update.state is TaskState.STARTED and task not in self._before:
             self.predicted[task] = self.fleet.bids[task, robot].energy_cost
@@ -64,25 +57,20 @@ class Ledger:
             self.used[task] = self._before[task] - self.fleet.batteries[robot].charge_left
 
     def errors(self, first: int, last: int) -> list[float]:
-        """Return the errors of the tasks from `first` up to before `last`, as shares."""
+        """Return the relative errors of the tasks from `first` up to before `last`."""
         tasks = [f"T{number + 1}" for number in range(first, last)]
         return [
             self.predicted[task] / self.used[task] - 1.0 for task in tasks if task in self.used
         ]
 
 
-def measure(first: int = FIRST, tasks: int = TASKS, seed: int = 1) -> BenchResult:
-    """Measure.
-
-    Args:
-        first: How many tasks are looked at apart.
-        tasks: How many are looked at after those.
-        seed: Of the tasks and of the simulation.
+def run(first: int = FIRST, tasks: int = TASKS, seed: int = 1) -> BenchResult:
+    """Measure the relative errors of `tasks` tasks after the `first` ones.
 
     Returns:
-        Of the errors, as shares of what was used: `median_error` and `error_95`, without sign, and
-        `bias`, the median with its sign; `first_median_error`, of the first tasks; `tasks` that
-        were done, `collisions`, and `simulated` time [s].
+        `median_error` and `error_95` without sign, `bias`, the median with its sign,
+        `first_median_error` of the first tasks, `tasks` that were done, `collisions`, and
+        `simulated` time [s].
     """
     bodies = SimulatedBodies("lab", seed)
     fleet = VirtualFleet(read_fleet("lab"), "lab", bodies, {})

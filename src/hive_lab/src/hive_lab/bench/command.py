@@ -85,18 +85,16 @@ def bench(context: CliContext, name: str | None, file: Path | None, **counts: in
 def _measure(
     entry: Bench, name: str, context: CliContext, counts: Mapping[str, int | None]
 ) -> BenchResult:
-    """Measure, with the count that the user chose where there is one."""
-    for option, count in counts.items():
-        if count is None:
-            continue
-        if entry.repeat is None or option != entry.counts:
+    """Run the benchmark, with the count that the user chose, if any."""
+    chosen = {option: count for option, count in counts.items() if count is not None}
+    for option in chosen:
+        if option != entry.option:
             raise click.UsageError(f"{name} takes no --{option}")
-        return entry.repeat(count)
-    return entry.run(context)
+    return entry.run(context, chosen.get(entry.option))
 
 
 def _table(result: BenchResult) -> list[str]:
-    """Return a line for each figure, with its aim where it has one."""
+    """Return a line for each figure, with its aim if it has one."""
     width = max(map(len, result.figures))
     lines = []
     for name, value in result.figures.items():

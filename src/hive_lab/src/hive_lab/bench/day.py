@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A day of a fleet: a task every two minutes, and robots that go to chargers by themselves.
+"""A day of a fleet: a task every two minutes, and robots that charge by themselves.
 
-The hive is made of the real classes on virtual time; its robots are reckoned, not simulated.
+The hive consists of the real classes on virtual time; its robots are estimated, not simulated.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.task import TaskState
@@ -23,35 +27,36 @@ from hive_lab.fleets.virtual_fleet import VirtualFleet
 from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from matplotlib.axes import Axes
 
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskUpdate
 
 HOURS = 24.0
+PICTURE = Path("day.png")
 
 APART = 120.0
-"""Time from one task to the next [s]."""
+"""Time between tasks [s]."""
 
 LOOK = 7.0
-"""So often it is looked how the robots are [s]; never in step with the tasks."""
+"""Time between samples of the robots' states [s]; never in step with the tasks."""
 
 PATIENCE = 3600.0
-"""For what is still on the list at the end of the day [s]."""
+"""Longest wait for unfinished tasks at the end of the day [s]."""
 
 AIMS = {"stranded": 0.0, "not_done": 0.0}
 
 
 @dataclass
 class Day:
-    """What came of a day.
+    """The course of a day.
 
     Attributes:
-        hours: How long it was [h].
+        hours: Its length [h].
         statuses: Of each robot, one every `LOOK`, by name.
         posted: When each task was posted [s].
-        waited: Of each task that was done: time from posting until then [s].
-        stranded: What robots say that stand with an empty battery, or a load nobody wants.
+        waited: Time from posting to DONE of each task [s].
+        stranded: Robots with an empty battery or an unwanted load, with their words.
     """
 
     hours: float
@@ -62,36 +67,31 @@ class Day:
 
     @property
     def length(self) -> float:
-        """How long it was [s]."""
+        """Its length [s]."""
         return self.hours * 3600.0
 
     def is_over(self, now: float) -> bool:
-        """Return whether it has passed and everything is done."""
+        """Return whether it has passed and every task is done."""
         return now >= self.length and len(self.waited) == len(self.posted)
 
     def hear(self, update: TaskUpdate, now: float) -> None:
-        """Take in what is said about a task."""
+        """Record an update."""
         if update.state is TaskState.DONE and update.task_id not in self.waited:
             self.waited[update.task_id] = now - self.posted[update.task_id]
 
     def note(self, status: RobotStatus) -> None:
-        """Keep how a robot is."""
+        """Record a status."""
         self.statuses.setdefault(status.robot_id, []).append(status)
         if status.state is RobotState.DEFECT:
             self.stranded.add(f"{status.robot_id}: {status.reason}")
 
     def share(self, robot: str, state: RobotState) -> float:
-        """Return the share of the day that a robot was in a state."""
+        """Return the share of the day that a robot spent in a state."""
         return float(np.mean([status.state is state for status in self.statuses[robot]]))
 
 
 def live(hours: float = HOURS, seed: int = 1) -> Day:
-    """Let a day pass in the lab.
-
-    Args:
-        hours: How long it is [h].
-        seed: Of the tasks, and of how long drives take.
-    """
+    """Let a day of some hours pass in the lab; `seed` draws tasks and drive times."""
     random = np.random.default_rng(seed)
     chargers = {place.name: Pose(*place.pose) for place in load_world("lab").chargers}
     fleet = VirtualFleet(read_fleet("lab"), "lab", ReckonedBodies(random), chargers)
@@ -109,18 +109,13 @@ def live(hours: float = HOURS, seed: int = 1) -> Day:
     return day
 
 
-def measure(hours: float = HOURS, seed: int = 1, picture: Path | None = None) -> BenchResult:
-    """Measure.
-
-    Args:
-        hours: How long the day is [h].
-        seed: Of the tasks, and of how long drives take.
-        picture: Where the day is drawn; nowhere, if it is left out.
+def run(hours: float = HOURS, seed: int = 1, picture: Path = PICTURE) -> BenchResult:
+    """Measure a day of some hours, and draw it.
 
     Returns:
-        `tasks` posted, `not_done` of them, robots `stranded`, times from posting to done `median`
-        and `longest` [s]; of each robot the shares of the day in which it was `busy` and
-        `charging`, its least `charge`, 0..1, and how many `charges` it had.
+        `tasks` posted, `not_done` of them, robots `stranded`, times from posting to DONE `median`
+        and `longest` [s]; of each robot the shares of the day it was `busy` and `charging`, its
+        least `charge`, 0..1, and its number of `charges`.
     """
     day = live(hours, seed)
     figures = {
@@ -138,6 +133,70 @@ def measure(hours: float = HOURS, seed: int = 1, picture: Path | None = None) ->
             f"{robot}_charges": float(np.count_nonzero(np.diff(at_charger.astype(int)) == 1)),
             f"{robot}_charge": min(status.charge for status in statuses),
         }
-    if picture is not None:
-        import_module("hive_lab.bench.day_picture").draw_day(picture, day)
+    draw_day(picture, day)
+    click.echo(f"drawn in {picture}", err=True)
     return BenchResult(figures, AIMS)
+
+
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Safe for colour-blind readers (Okabe and Ito, 2008); repeats after the last."""
+
+_STATES = {
+    RobotState.BUSY: ("at work", "#0072B2"),
+    RobotState.CHARGING: ("out of service to charge", "#E69F00"),
+    RobotState.DEFECT: ("defect", "#000000"),
+}
+_INCHES = (14.0, 7.5)
+_DOTS_PER_INCH = 100
+_HOUR = 3600.0
+
+
+def draw_day(path: Path, day: Day) -> None:
+    """Draw a day into a PNG file."""
+    figure = Figure(figsize=_INCHES, layout="constrained", facecolor="white")
+    FigureCanvasAgg(figure)
+    done, posted = len(day.waited), len(day.posted)
+    figure.suptitle(
+        f"{day.hours:g} hours: {done} of {posted} tasks done, {len(day.stranded)} robots stranded",
+        fontsize=15,
+        fontweight="bold",
+    )
+    batteries, states = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1.0])
+    _draw_batteries(batteries, day)
+    _draw_states(states, day)
+    states.set(xlabel="time [h]", xlim=(0.0, day.hours))
+    figure.savefig(path, dpi=_DOTS_PER_INCH)
+
+
+def _draw_batteries(axes: Axes, day: Day) -> None:
+    for index, (name, statuses) in enumerate(day.statuses.items()):
+        hours = np.arange(1, len(statuses) + 1) * LOOK / _HOUR
+        percent = [100.0 * status.charge for status in statuses]
+        axes.plot(hours, percent, color=_COLOURS[index % len(_COLOURS)], lw=1.6, label=name)
+    axes.set(ylabel="charge [%]", ylim=(0.0, 105.0), title="batteries")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower right", ncols=4, frameon=False)
+
+
+def _draw_states(axes: Axes, day: Day) -> None:
+    for row, statuses in enumerate(day.statuses.values()):
+        states = [status.state for status in statuses]
+        for state, (_, colour) in _STATES.items():
+            inside = np.array([False, *(each is state for each in states), False])
+            begins, ends = np.flatnonzero(np.diff(inside.astype(int))).reshape(-1, 2).T
+            spans = np.stack([begins, ends - begins], axis=1) * LOOK / _HOUR
+            axes.broken_barh(spans.tolist(), (row - 0.35, 0.7), color=colour, lw=0)
+    labels = [
+        f"{name}: {day.share(name, RobotState.BUSY):.0%} at work, "
+        f"{day.share(name, RobotState.CHARGING):.0%} charging"
+        for name in day.statuses
+    ]
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set(ylim=(len(labels) - 0.5, -0.5), title="what the robots did")
+    axes.legend(
+        handles=[Patch(color=colour, label=label) for label, colour in _STATES.values()],
+        loc="upper right",
+        bbox_to_anchor=(1.0, 1.18),
+        ncols=3,
+        frameon=False,
+    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how many schedules of faults are simulated in a second, and what they find."""
+"""Measures how many fault schedules run in a second, and what they find."""
 
 from __future__ import annotations
 
@@ -11,20 +11,23 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import click
+
+from hive_lab.bench.registry import BenchResult
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
 from hive_lab.fault_schedules.run import run as run_schedule
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
-    from hive_lab.fault_schedules.run import Outcome
+    from hive_lab.fault_schedules.run import RunResult
 
-_AT_ONCE = 10
-"""Schedules that a process takes at a time."""
+_BATCH = 10
+"""Schedules per batch of a process."""
 
-_WITHOUT_A_WORD = 5.0
-"""Progress is said after that time [s] again."""
+_PROGRESS_EVERY = 5.0
+"""Time between two progress messages [s]."""
 
 _HOURS, _LOSS = 10.0, 0.2
 _FREEZES, _FREEZE = 100, 5.0
@@ -39,7 +42,7 @@ AIMS = {
 
 @dataclass
 class _Sum:
-    """What came of all schedules so far."""
+    """The sum of all results so far."""
 
     schedules: int = 0
     events: int = 0
@@ -49,19 +52,19 @@ class _Sum:
     faults: Counter[str] = field(default_factory=Counter)
     bad: list[int] = field(default_factory=list)
 
-    def add(self, outcome: Outcome) -> None:
-        """Add one schedule."""
+    def add(self, result: RunResult) -> None:
+        """Add one schedule's result."""
         self.schedules += 1
-        self.events += outcome.events
-        self.takeovers += outcome.takeovers
-        self.hours += outcome.lasted / 3600.0
-        self.left_behind += outcome.ended["left behind"]
-        self.faults.update(outcome.faults)
-        if outcome.violation:
-            self.bad.append(outcome.schedule.seed)
+        self.events += result.events
+        self.takeovers += result.takeovers
+        self.hours += result.lasted / 3600.0
+        self.left_behind += result.ended["left behind"]
+        self.faults.update(result.faults)
+        if result.violation:
+            self.bad.append(result.schedule.seed)
 
     def figures(self, took: float) -> dict[str, float]:
-        """Return what came of them, and how fast, by name; they took a time [s]."""
+        """Return the figures by name, of schedules that took a time [s]."""
         figures = {
             "schedules": float(self.schedules),
             "schedules_per_second": self.schedules / took,
@@ -78,40 +81,33 @@ class _Sum:
         }
 
 
-def run(
-    schedules: int = 1000, first: int = 0, say: Callable[[str], None] = lambda _: None
-) -> dict[str, dict[str, float]]:
-    """Run schedules on all processors.
-
-    Args:
-        schedules: How many, at least 1.
-        first: Seed of the first.
-        say: Told in words how far it is, and of every broken property.
+def run(schedules: int = 1000, first: int = 0) -> BenchResult:
+    """Run schedules, from the seed `first` on, on all processors.
 
     Returns:
-        `figures`: schedules per second and in all, events per second, hours of virtual time,
-        takeovers, violations, the seed of the first violation (-1 where there is none), tasks left
-        behind in a second hive, how many faults of each kind happened; takeovers in 10 hours in
-        which 20 % of the messages are lost, and for each of 100 freezes of the active one for 5 s;
-        `aims`: no violations, no takeover by losses, one for each freeze, and no rivals.
+        Schedules per second and in all, events per second, hours of virtual time, takeovers,
+        violations, the seed of the first violation (-1 if none), tasks left behind in a second
+        hive, and faults by kind; takeovers in 10 hours with 20 % of the messages lost, and for
+        each of 100 freezes of the leader for 5 s. Aims: no violation, no takeover by losses, one
+        for each freeze, no rivals.
     """
     began = said = time.perf_counter()
     total = _Sum()
-    for outcome in simulate(range(first, first + schedules)):
-        total.add(outcome)
-        if outcome.violation:
-            say(f"seed {outcome.schedule.seed}: {outcome.violation}")
+    for result in simulate(range(first, first + schedules)):
+        total.add(result)
+        if result.violation:
+            click.echo(f"seed {result.schedule.seed}: {result.violation}", err=True)
         now = time.perf_counter()
-        if now - said > _WITHOUT_A_WORD:
+        if now - said > _PROGRESS_EVERY:
             said = now
             rate = total.schedules / (now - began)
-            say(f"{total.schedules} of {schedules}, {rate:.1f} schedules/s")
+            click.echo(f"{total.schedules} of {schedules}, {rate:.1f} schedules/s", err=True)
     figures = total.figures(time.perf_counter() - began)
-    figures |= _company()
-    return {"figures": figures, "aims": AIMS}
+    figures |= _idle_hive()
+    return BenchResult(figures, AIMS, broken=bool(total.bad))
 
 
-def _company() -> dict[str, float]:
+def _idle_hive() -> dict[str, float]:
     losses = run_with_losses(_HOURS, _LOSS, seed=1)
     freezes = run_with_freezes(_FREEZES, _FREEZE, seed=1)
     return {
@@ -123,12 +119,12 @@ def _company() -> dict[str, float]:
     }
 
 
-def simulate(seeds: range) -> Iterator[Outcome]:
-    """Run the schedules of some seeds on all processors; in the order of the seeds."""
+def simulate(seeds: range) -> Iterator[RunResult]:
+    """Run the schedules of these seeds on all processors, in the order of the seeds."""
     context = multiprocessing.get_context("forkserver")
     with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:
-        yield from pool.map(_simulate_one, seeds, chunksize=_AT_ONCE)
+        yield from pool.map(_simulate_one, seeds, chunksize=_BATCH)
 
 
-def _simulate_one(seed: int) -> Outcome:
+def _simulate_one(seed: int) -> RunResult:
     return run_schedule(draw(seed))

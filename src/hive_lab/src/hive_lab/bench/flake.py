@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the test plan again and again, to see whether it says the same every time."""
+"""Runs the test plan repeatedly, to find cases that do not always pass."""
 
 from __future__ import annotations
 
@@ -31,13 +31,7 @@ AIMS = {"failures": 0.0, "a run longest": 480.0}
 
 @dataclass(frozen=True)
 class CaseRun:
-    """One run of one case.
-
-    Attributes:
-        name: `FILE: TEST`.
-        passed: Whether it passed.
-        time: What it took on the wall clock [s].
-    """
+    """One run of a case named `FILE: TEST`, which took a time on the wall clock [s]."""
 
     name: str
     passed: bool
@@ -46,31 +40,23 @@ class CaseRun:
 
 @dataclass(frozen=True)
 class PlanRun:
-    """One run of the whole plan.
-
-    Attributes:
-        cases: What became of each case.
-        time: What all took on the wall clock, starts and ends of the system included [s].
-    """
+    """One run of the whole plan; `time` includes start and end of the system [s, wall clock]."""
 
     cases: tuple[CaseRun, ...]
     time: float
 
 
-def run(runs: int) -> BenchResult:
-    """Run the test plan several times; a line for each run is told on the way.
+def run(runs: int = 20) -> BenchResult:
+    """Run the test plan several times, and print a line for each run.
 
-    What a run with a failure printed is kept in a temporary folder, which its line names.
-
-    Args:
-        runs: How many times, above 0.
+    The output of a failed run is kept in a temporary folder, which its line names.
 
     Returns:
-        `runs`, `failures` (runs with a failed or missing case), the median and longest time of
-        a run [s], and for each case `passes`, `failures`, and its median and longest time [s].
+        `runs`, `failures` (runs with a failed or missing case), median and longest time of a run
+        [s], and for each case `passes`, `failures`, and its median and longest time [s].
 
     Raises:
-        InputError: The test plan is not there, because this is an installed copy.
+        InputError: The test plan is missing, because this is an installed copy.
     """
     root = package_folder("fleet_manager").parents[1]
     files = sorted((root / "test" / "rostest").glob("plan_*.test"))
@@ -101,7 +87,7 @@ def _run_once(root: Path, files: Iterable[Path], folder: Path) -> Iterator[CaseR
 
 
 def _run_to_its_end(command: Sequence[str], log: IO[str]) -> None:
-    """Run tests; on Ctrl-C, let them end what they have started before this ends."""
+    """Run tests; on Ctrl-C, let them stop everything they have started first."""
     tests = subprocess.Popen(  # noqa: S603  (our own tests)
         command,
         env={k: v for k, v in os.environ.items() if k != "ROS_MASTER_URI"},
@@ -117,11 +103,7 @@ def _run_to_its_end(command: Sequence[str], log: IO[str]) -> None:
 
 
 def cases_of(file: Path) -> list[CaseRun]:
-    """Return the cases of a JUnit file.
-
-    Args:
-        file: As pytest writes it.
-    """
+    """Return the cases of a JUnit file that pytest has written."""
     return [
         CaseRun(
             name=f"{file.stem}: {case.get('name')}",
@@ -133,11 +115,7 @@ def cases_of(file: Path) -> list[CaseRun]:
 
 
 def figures(results: Sequence[PlanRun]) -> dict[str, float]:
-    """Return the figures of several runs, by name.
-
-    Args:
-        results: At least one.
-    """
+    """Return the figures of at least one run, by name."""
     by_case: defaultdict[str, list[CaseRun]] = defaultdict(list)
     for case in (case for result in results for case in result.cases):
         by_case[case.name].append(case)

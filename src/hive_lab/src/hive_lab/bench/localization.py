@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How well and how cheaply the particle filter finds a robot, on drives through the lab.
+"""Errors and cost of the particle filter on drives through the lab.
 
-The drives are recorded once, with the default noise and drift. Then the filter follows each of
-them from a known start; and it is put down knowing nothing in the middle of them, as a robot is
-that was carried to another room and asked for `global_localization`.
+The drives are recorded once, with the default noise and drift. The filter follows each of them
+from a known start. Then it starts without knowledge in the middle of them, as for a robot that was
+carried to another room and asked for `global_localization`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_common.map_file import load_map
+from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets.recording import record_drive
 from robot_description.models import load_model
 from robot_navigation.localization.amcl_settings import AmclSettings
@@ -32,16 +33,16 @@ if TYPE_CHECKING:
     from robot_description.models import RobotModel
 
 CONVERGED = 50
-"""So many looks after a known start the filter counts as converged: 5 s."""
+"""Looks after which a filter with a known start counts as converged: 5 s."""
 
 SEARCH = 600
-"""So many looks a robot that was carried away has to find itself: 60 s."""
+"""Looks within which a carried robot has to find itself: 60 s."""
 
 FOUND = 0.3
-"""A robot that is on average no farther from the truth in the last 5 s has found itself [m]."""
+"""A robot with a mean error below this in the last 5 s has found itself [m]."""
 
 TRIES = 7
-"""On each drive."""
+"""Attempts on each drive."""
 
 AIMS = {"position": 0.10, "heading": 3.0, "not_found": 0.1, "cpu": 0.10}
 
@@ -53,12 +54,7 @@ CELL = (17.8, 1.6, -1.57)
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive to be recorded.
-
-    Attributes:
-        model: Of the robot.
-        stops: Where it starts, and its goals in order, frame map [m, m, rad].
-    """
+    """A drive of a model from the first stop to the others, frame map [m, m, rad]."""
 
     model: str
     stops: Sequence[tuple[float, float, float]]
@@ -72,19 +68,19 @@ DRIVES = {
 
 
 def recorded(drive: Drive, seed: int) -> list[Look]:
-    """Record a drive through the lab; a quarter of a minute's work for all three."""
+    """Record a drive through the lab; all three take a quarter of a minute."""
     chart = load_map("lab")
     return record_drive(load_world("lab"), chart, load_model(drive.model), drive.stops, seed)
 
 
 @dataclass(frozen=True)
 class Followed:
-    """How a filter did on a drive.
+    """A filter's result on a drive.
 
     Attributes:
-        errors: (looks, 2) how far from the truth it was [m], and how wrongly turned [rad].
-        cpu: Time that it took [s].
-        updates: How many scans counted.
+        errors: (looks, 2) distance to the true position [m], and heading error [rad].
+        cpu: Processor time [s].
+        updates: Number of scans used.
     """
 
     errors: Array
@@ -93,14 +89,7 @@ class Followed:
 
 
 def follow(model: RobotModel, looks: Sequence[Look], seed: int, *, lost: bool = False) -> Followed:
-    """Localize along a drive in the lab.
-
-    Args:
-        model: What the robot is.
-        looks: The drive, or a part of it.
-        seed: Of the filter.
-        lost: Whether to begin knowing nothing; otherwise at the true pose.
-    """
+    """Localize along a drive in the lab, from the true pose or, if `lost`, from anywhere."""
     settings = AmclSettings(odom_model_type="omni" if model.base.holonomic else "diff")
     chart = load_map("lab")
     corner = (chart.origin.x, chart.origin.y)
@@ -122,20 +111,16 @@ def follow(model: RobotModel, looks: Sequence[Look], seed: int, *, lost: bool = 
 
 
 def found_itself(followed: Followed) -> bool:
-    """Return whether a filter that began knowing nothing knows in the end where it is."""
+    """Return whether a filter that started without knowledge knows its pose in the end."""
     return bool(followed.errors[-CONVERGED:, 0].mean() < FOUND)
 
 
-def run(tries: int = TRIES) -> dict[str, object]:
-    """Measure.
-
-    Args:
-        tries: How often on each drive a robot is carried away.
+def run(tries: int = TRIES) -> BenchResult:
+    """Measure; a robot is carried away `tries` times on each drive.
 
     Returns:
-        `{"bench": "localization", "figures": {...}, "aims": {...}}`: errors `position` [m] and
-        `heading` [degrees], the worst of the drives' means; `not_found`, the share of tries in
-        which a lost robot did not find itself; `cpu` [s per s] at 5 Hz while driving.
+        Errors `position` [m] and `heading` [degrees], the worst of the drives' means; `not_found`,
+        the share of tries in which a lost robot did not find itself; `cpu` [s per s] at 5 Hz.
     """
     figures: dict[str, float] = {}
     lost: list[bool] = []
@@ -155,4 +140,4 @@ def run(tries: int = TRIES) -> dict[str, object]:
     for figure in ("position", "heading"):
         figures[figure] = max(figures[f"{name}_{figure}"] for name in DRIVES)
     figures |= {"not_found": sum(lost) / len(lost), "tries": len(lost), "cpu": max(cpu)}
-    return {"bench": "localization", "figures": figures, "aims": AIMS}
+    return BenchResult(figures, AIMS)

@@ -1,16 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A mapping run without ROS, and how well the map agrees with the world."""
+"""A mapping run without ROS, and how well the map agrees with the world.
+
+`./hive shell -c "python3 -m hive_lab.bench.mapping docs/images/mapping.png"` draws it.
+"""
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import PIL.Image
+import PIL.ImageDraw
 from scipy import ndimage
 
 from hive_common.map_file import FREE, OCCUPIED, UNKNOWN
 from hive_common.pose import Pose
+from hive_lab.bench.registry import BenchResult
 from robot_description.models import load_model
 from robot_navigation.mapping.explorer import Explorer
 from robot_navigation.mapping.mapper import Beams, Mapper
@@ -25,20 +32,29 @@ if TYPE_CHECKING:
     from hive_common.map_file import GridMap
 
 STEPS_PER_SCAN = 4
-"""The robot looks about at 10 Hz."""
+"""The robot scans at 10 Hz."""
 
 SCANS_PER_PLAN = 20
-"""A new way is chosen every 2 s: what was a frontier may have been seen in passing."""
+"""A new path is planned every 2 s: the robot may see a frontier in passing."""
 
 LONGEST = 1800.0
-"""A run that is not finished by then is ended [s]."""
+"""Time limit of a run [s]."""
 
 
 WORLD, MODEL, START = "lab", "ld60", (2.6, 2.0, 0.0)
-"""What is explored, by which robot, and from where on [m, m, rad]."""
+"""The world, the robot's model, and its start [m, m, rad]."""
 
 AIMS = {"wrong": 0.03, "wall_error": 0.10}
-"""At most so many of the known cells are wrong, and walls so far off [m]."""
+"""Largest share of wrong known cells, and largest error of walls [m]."""
+
+
+WHITE, GREY, BLACK, RED = (255, 255, 255), (205, 205, 205), (0, 0, 0), (214, 39, 40)
+
+SCALE = 2
+"""Side of a cell [px]."""
+
+GAP = 20
+"""Gap between the two maps [px]."""
 
 
 @dataclass(frozen=True)
@@ -46,12 +62,11 @@ class Explored:
     """A finished run.
 
     Attributes:
-        chart: The map that was made.
-        duration: How long it took [s], simulated.
-        scans: How many scans went into the map.
-        collisions: How often the robot ran into something.
-        lost: The farthest that the mapper's pose was from the truth [m].
-        way: Where the mapper had the robot, frame map [m].
+        chart: The robot's map.
+        duration: Simulated time [s].
+        scans: Number of scans in the map.
+        lost: Largest error of the mapper's position [m].
+        way: The mapper's positions, frame map [m].
     """
 
     chart: GridMap
@@ -67,10 +82,9 @@ class Agreement:
     """How well a map shows a world.
 
     Attributes:
-        share: Of the known cells that are what the world is there, 0..1.
-        known: Of the cells that a perfect mapper would know, 0..1.
-        wall_error: How far cells that are occupied on the map are from something solid, in 99 of
-            100 cases at most [m].
+        share: Share of the known cells that agree with the world.
+        known: Share of the visible cells that are known.
+        wall_error: 99th percentile of the distance of occupied cells to something solid [m].
     """
 
     share: float
@@ -79,14 +93,7 @@ class Agreement:
 
 
 def explore(world: str, model: str, start: tuple[float, float, float], seed: int = 1) -> Explored:
-    """Let one robot explore a world alone, with the usual drift and noise.
-
-    Args:
-        world: Name or path of the world.
-        model: Name or path of the robot's model.
-        start: Where it begins, frame map [m, m, rad].
-        seed: Of the noise.
-    """
+    """Let a robot explore a world alone from a pose, frame map, with the usual drift and noise."""
     simulation = Simulation(load_world(world), seed=seed)
     body = load_model(model)
     simulation.add_robot("robot1", body, start)
@@ -112,12 +119,7 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
 
 
 def compare(chart: GridMap, world: str) -> Agreement:
-    """Compare a map with the one of a perfect mapper.
-
-    Args:
-        chart: The map; its origin is not turned.
-        world: Name or path of the world.
-    """
+    """Compare a map, whose origin is not rotated, with that of a perfect mapper."""
     truth = truth_for(chart, world)
     known = (chart.cells != UNKNOWN) & (truth != UNKNOWN)
     # A perfect mapper sees surfaces, not what is behind them.
@@ -133,7 +135,7 @@ def compare(chart: GridMap, world: str) -> Agreement:
 
 
 def truth_for(chart: GridMap, world: str) -> NDArray[np.int8]:
-    """Return what a perfect mapper would write into the cells of a map."""
+    """Return the cells of a perfect mapper's map."""
     cells = draw_map(load_world(world), chart.resolution).cells
     found = np.full(chart.cells.shape, UNKNOWN, dtype=np.int8)
     first = (round(chart.origin[i] / chart.resolution) for i in (1, 0))
@@ -143,13 +145,12 @@ def truth_for(chart: GridMap, world: str) -> NDArray[np.int8]:
     return found
 
 
-def run() -> dict[str, dict[str, float]]:
+def run() -> BenchResult:
     """Measure on the lab, explored alone from the first start.
 
     Returns:
-        `{"figures": {...}, "aims": {...}}`: `wrong`, share of the known cells that differ from the
-        world; `known`, share of what can be seen that is known; `wall_error` [m], see `Agreement`;
-        `lost` [m], `duration` [s] and `collisions`, see `Explored`.
+        `wrong`, the share of the known cells that differ from the world, and `known`, `wall_error`
+        [m], `lost` [m], `duration` [s], `collisions`; see `Agreement` and `Explored`.
     """
     found = explore(WORLD, MODEL, START)
     agreement = compare(found.chart, WORLD)
@@ -161,4 +162,42 @@ def run() -> dict[str, dict[str, float]]:
         "duration": found.duration,
         "collisions": float(found.collisions),
     }
-    return {"figures": figures, "aims": AIMS}
+    return BenchResult(figures, AIMS)
+
+
+def main() -> None:
+    """Draw the lab beside the robot's map of it, into the file on the command line."""
+    if len(sys.argv) != 2:  # noqa: PLR2004  (the program and its argument)
+        sys.exit("usage: python3 -m hive_lab.bench.mapping FILE.png")
+    found = explore(WORLD, MODEL, START)
+    truth = truth_for(found.chart, WORLD)
+    sides = [_drawn(truth), _drawn(found.chart.cells)]
+    way = (np.array(found.way) - found.chart.origin[:2]) / found.chart.resolution * SCALE
+    PIL.ImageDraw.Draw(sides[1]).line(
+        [(x, sides[1].height - y) for x, y in way.tolist()], fill=RED, width=2
+    )
+    width, height = sides[0].size
+    picture = PIL.Image.new("RGB", (2 * width + GAP, height), WHITE)
+    for column, side in enumerate(sides):
+        picture.paste(side, (column * (width + GAP), 0))
+    _known(picture).save(sys.argv[1])
+
+
+def _known(picture: PIL.Image.Image) -> PIL.Image.Image:
+    """Return a picture without the rows in which nothing is known."""
+    pixels = np.asarray(picture)
+    known = (pixels == BLACK).all(axis=2).any(axis=1)
+    rows = np.flatnonzero(known)
+    return picture.crop((0, int(rows[0]), picture.width, int(rows[-1]) + 1))
+
+
+def _drawn(cells: NDArray[np.int8]) -> PIL.Image.Image:
+    """Return cells, row 0 at the bottom, as a picture."""
+    pixels = np.full((*cells.shape, 3), GREY, dtype=np.uint8)
+    pixels[cells == FREE] = WHITE
+    pixels[cells == OCCUPIED] = BLACK
+    return PIL.Image.fromarray(pixels[::-1].repeat(SCALE, axis=0).repeat(SCALE, axis=1))
+
+
+if __name__ == "__main__":
+    main()

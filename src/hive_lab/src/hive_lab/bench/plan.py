@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How quick the planner is, and how much longer its ways are than the shortest ones.
+"""The planner's time, and the length of its paths over that of the shortest ones.
 
-The reference is independent of the planner: distances from the start to every cell by Dijkstra's
-algorithm on a grid whose moves go to 32 neighbours, pulled taut afterwards. It is at most about
-1 % longer than the shortest any-angle path, so a ratio slightly below 1 can occur.
+The reference is independent of the planner: Dijkstra's algorithm on a grid with moves to 32
+neighbours, pulled taut afterwards. It is at most about 1 % longer than the shortest any-angle
+path, so a ratio slightly below 1 can occur.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from hive_common.map_file import load_map
+from hive_lab.bench.registry import BenchResult
 from robot_description.models import load_model
 
 if TYPE_CHECKING:
@@ -35,25 +36,25 @@ Point = tuple[float, float]
 MAPS = ("lab", "warehouse")
 PAIRS = 200
 MODEL = "mir100"
-"""The widest of the default robots: the doors leave it least room."""
+"""The widest of the default robots, with the least room in doors."""
 
 AIMS = {"median": 0.010, "p95": 0.050, "length": 1.05}
-"""Median and 95th percentile of the planning time [s]; median length over the shortest [-]."""
+"""Median and 95th percentile of the planning time [s]; median ratio of lengths."""
 
 REACH = 4
-"""How many cells a move of the reference goes at most; 4 gives 32 directions."""
+"""Largest move of the reference [cells]; 4 gives 32 directions."""
 
 
-def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> dict[str, object]:
+def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> BenchResult:
     """Plan between random reachable pairs of places on each map.
 
     Args:
-        maps: The folder with `lab.yaml` and `warehouse.yaml`; None for the repository's own.
-        pairs: How many pairs on each map.
+        maps: The folder with `lab.yaml` and `warehouse.yaml`; by default the repository's own.
+        pairs: How many on each map.
         seed: Of the pairs and of the planner.
 
     Returns:
-        `{"bench": "plan", "figures": {...}, "aims": {...}}`; times in s, lengths as ratios.
+        Times [s], and lengths as ratios.
     """
     figures: dict[str, float] = {}
     aims: dict[str, float] = {}
@@ -65,23 +66,23 @@ def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> dict[str
             f"{name}_time_p95": AIMS["p95"],
             f"{name}_length_median": AIMS["length"],
         }
-    return {"bench": "plan", "figures": figures, "aims": aims}
+    return BenchResult(figures, aims)
 
 
 def _measure(grid: GridMap, pairs: int, seed: int) -> dict[str, float]:
-    # Only who measures needs OMPL; who reads the aims does not.
+    # Only a measurement needs OMPL; reading the aims does not.
     from robot_navigation.planning.ompl_planner import OmplPlanner  # noqa: PLC0415
 
     began = time.perf_counter()
     planner = OmplPlanner(grid, load_model(MODEL).base.circumscribed_radius, seed=seed)
     prepared = time.perf_counter() - began
-    shortest = ShortestWays(planner.field, planner.need, planner.goal_need)
+    shortest = ShortestPaths(planner.field, planner.need, planner.goal_need)
     times, ratios = [], []
     for start, goal, length in random_pairs(shortest, pairs, seed):
         began = time.perf_counter()
         corners = planner.plan(start, goal)
         times.append(time.perf_counter() - began)
-        ratios.append(way_length(corners) / length)
+        ratios.append(path_length(corners) / length)
     return {
         "prepare": prepared,
         "time_median": statistics.median(times),
@@ -94,11 +95,11 @@ def _measure(grid: GridMap, pairs: int, seed: int) -> dict[str, float]:
 
 
 def random_pairs(
-    shortest: ShortestWays, pairs: int, seed: int
+    shortest: ShortestPaths, pairs: int, seed: int
 ) -> Iterator[tuple[Point, Point, float]]:
-    """Yield starts, goals and the lengths of the shortest ways between them [m].
+    """Yield starts, goals and the lengths of the shortest paths between them [m].
 
-    Pairs closer than 1 m are left out: there a ratio of lengths says little.
+    Pairs closer than 1 m are left out: a ratio of such lengths says little.
     """
     random = np.random.default_rng(seed)
     made = 0
@@ -114,13 +115,13 @@ def random_pairs(
                 yield start, goal, length
 
 
-def way_length(corners: list[Point]) -> float:
-    """Return the length of a way [m]."""
+def path_length(corners: list[Point]) -> float:
+    """Return the length of a path [m]."""
     return sum(math.dist(a, b) for a, b in itertools.pairwise(corners))
 
 
-class ShortestWays:
-    """The reference: shortest ways on the free cells of a map."""
+class ShortestPaths:
+    """The reference: shortest paths on the free cells of a map."""
 
     def __init__(self, field: ClearanceField, need: float, goal_need: float) -> None:
         self.field = field
@@ -130,23 +131,23 @@ class ShortestWays:
         self._graph = _grid_graph(self._free, field.grid.resolution)
 
     def random_place(self, random: np.random.Generator) -> Point:
-        """Return the middle of a random cell where the robot may stand, frame map [m]."""
+        """Return the centre of a random cell where the robot may stand, frame map [m]."""
         return self._place(int(random.choice(self._places)))
 
     def from_place(self, start: Point) -> _Lengths:
-        """Return the lengths of the shortest ways from a place to all others."""
+        """Return the lengths of the shortest paths from a place to all others."""
         distances, before = csgraph.dijkstra(
             self._graph, indices=self._cell(start), return_predecessors=True
         )
         return _Lengths(self, distances, before)
 
     def taut(self, cells: list[int]) -> float:
-        """Return the length of a way once it is pulled taut [m]."""
+        """Return the length of a path pulled taut [m]."""
         points = [self._place(cell) for cell in cells]
         length = math.inf
         # Each pass drops every corner that its neighbours can see past.
-        while way_length(points) < length - 1e-6:
-            length = way_length(points)
+        while path_length(points) < length - 1e-6:
+            length = path_length(points)
             points = self._pulled(points)
         return length
 
@@ -179,17 +180,17 @@ class ShortestWays:
 
 
 class _Lengths:
-    """The lengths of the shortest ways from one place."""
+    """The lengths of the shortest paths from one place."""
 
     def __init__(
-        self, ways: ShortestWays, distances: NDArray[np.float64], before: NDArray[np.int32]
+        self, ways: ShortestPaths, distances: NDArray[np.float64], before: NDArray[np.int32]
     ) -> None:
         self._ways = ways
         self._distances = distances
         self._before = before
 
     def to(self, goal: Point) -> float:
-        """Return the length to a goal [m]; infinite if there is no way."""
+        """Return the length to a goal [m]; infinite if there is no path."""
         cell = self._ways._cell(goal)  # noqa: SLF001  (two classes of one computation)
         if not math.isfinite(self._distances[cell]):
             return math.inf
@@ -217,13 +218,13 @@ def _grid_graph(free: NDArray[np.bool_], resolution: float) -> sparse.csr_matrix
 
 
 def _moves() -> list[tuple[int, int]]:
-    """Return the moves in all directions that a grid of `REACH` cells tells apart."""
+    """Return one move in each direction that `REACH` cells can tell apart."""
     span = range(-REACH, REACH + 1)
     return [(down, right) for down in span for right in span if math.gcd(down, right) == 1]
 
 
 def _shifted(array: NDArray[Any], down: int, right: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the array and the array moved, both cut to where they overlap."""
+    """Return the array and the shifted array, both cut to where they overlap."""
     rows, columns = array.shape
     here = array[max(0, -down) : rows - max(0, down), max(0, -right) : columns - max(0, right)]
     there = array[max(0, down) : rows - max(0, -down), max(0, right) : columns - max(0, -right)]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures what a hive takes of the machine while all its robots drive.
+"""Measures the processor time and memory of a hive whose robots all drive.
 
-The robots get tours through the lab's stations, always more tours than there are robots, so that
-nobody runs out of work. Measured are all processes of the hive, roslaunch and the ROS master
-included; not the process that posts the tours.
+The robots get tours through the lab's stations, always more tours than robots, so that all of them
+keep driving. All processes of the hive count, with roslaunch and the ROS master, but not the
+process that posts the tours.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ if TYPE_CHECKING:
 
 _WORLD = "lab"
 _SECONDS = 60.0
-"""Time that is measured [s of wall time]; well above the length of a tour's legs."""
+"""Measured time [s, wall clock]; well above the length of a tour's legs."""
 
 _UNDER_WAY = 10.0
-"""Time from the first tour to the measurement [s]: all robots drive by then."""
+"""Time from the first tour to the measurement [s]: by then all robots drive."""
 
 _GOALS = 4
 _SPARE = 2
 _SEED = 1
 _MOVING = 0.05
-"""A robot that covers less than this within a second stands [m]."""
+"""A robot that covers less than this in a second stands still [m]."""
 
 AIMS = {"cpu": 1.0, "memory": 1.5}
 """At most one core, and 1.5 GB."""
@@ -56,8 +56,7 @@ class _Tours:
     """Keeps more tours on the list than there are robots.
 
     Attributes:
-        unanswered: How many were posted to a hive that did not answer in time, as one that has
-            no active blackboard for a while.
+        unanswered: Tours posted in vain, as to a hive that has no leader for a while.
     """
 
     def __init__(self, client: HiveClient, robots: int) -> None:
@@ -70,7 +69,7 @@ class _Tours:
         self.unanswered = 0
 
     def refill(self) -> None:
-        """Post tours until there are enough that have not ended."""
+        """Post tours until enough are unfinished."""
         states = (self._client.state.state_of(task_id) for task_id in self._ids)
         open_now = sum(state is None or not state.is_terminal for state in states)
         for _ in range(self._wanted - open_now):
@@ -85,7 +84,7 @@ class _Tours:
 
 
 class _Recorder:
-    """Hands every report to a history, by the hive's clock."""
+    """Adds every report to a history, by the hive's clock."""
 
     def __init__(self, link: ClientLink) -> None:
         self.history = History(link.hive_time())
@@ -95,23 +94,23 @@ class _Recorder:
         self.history.add(self._link.hive_time(), report)
 
     def distances(self) -> dict[str, float]:
-        """Return how far each robot has driven so far [m]."""
+        """Return the distance that each robot has driven [m]."""
         return {name: track.distance for name, track in self.history.tracks.items()}
 
 
-def measure(
+def run(
     connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]], rtf: float = 1.0
 ) -> BenchResult:
-    """Run the default fleet for a minute and return what it took.
+    """Run the default fleet for a minute.
 
     Args:
         connect: Opens the link; see `cli.context.CliContext`.
-        rtf: Real-time factor that the simulator is asked for.
+        rtf: Real-time factor asked of the simulator.
 
     Returns:
-        `cpu` [s per s] and `memory` [GB] in sum and for each process; `seconds` measured;
+        `cpu` [s per s] and `memory` [GB] in sum and of each process; `seconds` measured;
         `driving_share`, the part of the robots' time in which they moved; `real_time_factor`;
-        `collisions`; `unanswered`, tours that were posted in vain.
+        `collisions`; `unanswered`, tours posted in vain.
     """
     robots = [robot.name for robot in read_fleet(_WORLD).robots]
     arguments = {"fleet": _WORLD, "world": _WORLD, "rviz": "false", "gui": "false"}
@@ -157,7 +156,7 @@ def _measure(client: HiveClient, recorder: _Recorder, hive: LocalHive, robots: i
 def _drive(
     client: HiveClient, tours: _Tours, recorder: _Recorder, hive: LocalHive, seconds: float
 ) -> float:
-    """Keep the robots driving for a time [s]; return how many moved, on average."""
+    """Keep the robots driving for a time [s]; return the mean number that moved."""
     end = client.link.now() + seconds
     looks = moving = 0
     while client.link.now() < end:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What processes take of the machine, read from /proc (see proc(5))."""
+"""Processor time and memory of processes, read from /proc (see proc(5))."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 _UTIME, _STIME = 11, 12
-"""Places in /proc/PID/stat behind the name in brackets, which may hold spaces itself."""
+"""Fields of /proc/PID/stat after the name, which is in brackets and may hold spaces."""
 
 
 @dataclass(frozen=True)
 class Usage:
-    """What one process has taken so far.
+    """What one process has used so far.
 
     Attributes:
-        name: Its ROS name, or its program's name where it has none.
+        name: Its ROS name, or its program's name if it has none.
         cpu: Processor time, user and system [s].
-        memory: Proportional set size: its own memory and its share of what it shares [byte].
+        memory: Proportional set size [byte].
     """
 
     name: str
@@ -32,12 +32,7 @@ class Usage:
 
 
 def usage_of(pids: Iterable[int], proc: Path = Path("/proc")) -> dict[int, Usage]:
-    """Return what processes have taken so far, by id; those that are gone are left out.
-
-    Args:
-        pids: Their ids.
-        proc: Where the proc file system is.
-    """
+    """Return what processes have used so far, by id, without those that have ended."""
     found = {}
     for pid in pids:
         try:
@@ -54,16 +49,10 @@ def usage_of(pids: Iterable[int], proc: Path = Path("/proc")) -> dict[int, Usage
 def shares(
     before: Mapping[int, Usage], after: Mapping[int, Usage], seconds: float
 ) -> dict[str, tuple[float, int]]:
-    """Return processor share and memory by name, the largest share first.
+    """Return processor share [s per s] and memory [byte] by name, the largest share first.
 
-    Args:
-        before: At the start of the time.
-        after: At its end; what began meanwhile counts from its beginning.
-        seconds: The time on the clock on the wall [s].
-
-    Returns:
-        For each name: CPU seconds per second, and memory at the end [byte]. Processes of one name
-        are added up.
+    Processes that began between `before` and `after` count from their beginning; processes of one
+    name are added up.
     """
     sums: dict[str, tuple[float, int]] = {}
     for pid, now in after.items():
@@ -85,7 +74,7 @@ def _pss(folder: Path) -> int:
 
 
 def _name(folder: Path) -> str:
-    """Return `robot1/move_base` for a node, else the name of the program."""
+    """Return `robot1/move_base` for a node, else the program's name."""
     words = (folder / "cmdline").read_text(encoding="utf-8").split("\0")
     node = next((word[len("__name:=") :] for word in words if word.startswith("__name:=")), "")
     is_python = Path(words[0]).name.startswith("python") and len(words) > 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Schedules written by hand, for moments that chance hardly ever brings about."""
+"""Schedules written by hand, for situations that chance hardly ever produces."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
+    BOARD_SETTINGS,
     OPERATOR,
-    PATIENCE,
     Crash,
     Cut,
     FaultSchedule,
-    Moment,
-    Point,
     Post,
     Strike,
+    Trigger,
+    WritePoint,
 )
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hive_lab.fault_schedules.schedule import Happening
 
 _SEED = 0
-"""Of the small delays; the schedules are written for this one."""
+"""Of the small delays; the schedules are tuned for this seed."""
 
 
 _TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
@@ -39,40 +39,42 @@ _TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
 def _schedule(
     name: str, *faults: Happening, stagger: float = 0.25, keep_ended: float = 3600.0
 ) -> FaultSchedule:
-    """Return what happens to the blackboard node and two robots."""
+    """Return a schedule for the blackboard node and two robots."""
     settings = RaftSettings(kept_changes=4, stagger=stagger)
-    patience = evolve(PATIENCE, keep_ended=keep_ended)
-    return FaultSchedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, patience, scenario=name)
+    board = evolve(BOARD_SETTINGS, keep_ended=keep_ended)
+    return FaultSchedule(_SEED, 2, (Post(8.0, _TASK), *faults), settings, board, scenario=name)
 
 
-# Both the blackboard node and robot2 ask robot1 for its vote in epoch 2. The blackboard node wins
-# and can tell nobody; robot2 learns only then that robot1 would have voted for it, and stands.
+# The blackboard node and robot2 both ask robot1 for its vote in epoch 2. The blackboard node wins
+# and can tell nobody; only then robot2 learns that robot1 would vote for it, and is a candidate.
 _RIVALS = (
     Cut(12.0, (BLACKBOARD,), 3.0, others=("robot1",)),
     Cut(12.0, (BLACKBOARD,), 20.0, others=("robot2",)),
     Cut(12.0, ("robot1",), 6.2, one_way=True, others=("robot2",), holds=True),
-    Strike(13.0, Moment.TAKES_OVER, Cut(0.0, (), 10.0), Point.BEFORE_SAYING),
+    Strike(13.0, Trigger.TAKES_OVER, Cut(0.0, (), 10.0), WritePoint.BEFORE_SAYING),
 )
 
-# Robot2 stands long after robot1; its question for a vote arrives 2.5 s after it was asked.
+# Robot2 becomes a candidate long after robot1; its vote request arrives 2.5 s late.
 _LATE_VOTE = (
     Cut(12.0, (BLACKBOARD,), 12.0),
     Cut(12.0, ("robot1",), 5.5, others=("robot2",)),
-    Strike(16.0, Moment.STANDS, Cut(0.0, (), 2.5, one_way=True, holds=True), Point.BEFORE_SAYING),
+    Strike(
+        16.0, Trigger.STANDS, Cut(0.0, (), 2.5, one_way=True, holds=True), WritePoint.BEFORE_SAYING
+    ),
 )
 
-# A change of epoch 1 reaches a majority in epoch 3, and a member that holds another one of epoch 2
-# in its place is elected in epoch 4.
+# An entry of epoch 1 reaches a majority in epoch 3, and a member with a conflicting entry of
+# epoch 2 is elected in epoch 4.
 _FIGURE_8 = (
     Cut(12.0, (BLACKBOARD, OPERATOR), 4.0),
     Post(12.5, Task("T2", TaskType.GA, (Pose(1.0, 2.0),))),
-    Strike(12.6, Moment.TAKES_OVER, Crash(0.0, "", 6.0), Point.BEFORE_SAYING),
-    Strike(16.0, Moment.WRITES, Cut(0.0, (), 3.0)),
+    Strike(12.6, Trigger.TAKES_OVER, Crash(0.0, "", 6.0), WritePoint.BEFORE_SAYING),
+    Strike(16.0, Trigger.WRITES, Cut(0.0, (), 3.0)),
     Crash(19.0, BLACKBOARD, 12.0),
 )
 
-# Robot1 is heard and hears nothing. It goes on reporting T1 when that is forgotten, and when
-# another task is posted by that id, which robot2 gets.
+# Robot1 is heard but hears nothing. It keeps reporting T1 after the hive has forgotten it, and
+# after another task with that id was posted, which goes to robot2.
 _POSTED_ANEW = (
     Cut(9.0, (BLACKBOARD, "robot2"), 20.0, one_way=True, others=("robot1",)),
     Post(16.0, _TASK, anew=True),
@@ -84,7 +86,7 @@ DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
         for each in (
             _schedule("rivals", *_RIVALS),
             _schedule(
-                "forgetful rivals", *_RIVALS, Strike(13.0, Moment.VOTES, Crash(0.0, "", 0.05))
+                "forgetful rivals", *_RIVALS, Strike(13.0, Trigger.VOTES, Crash(0.0, "", 0.05))
             ),
             _schedule("late vote", *_LATE_VOTE, stagger=3.5),
             _schedule("posted anew", *_POSTED_ANEW, keep_ended=1.0),
@@ -92,4 +94,4 @@ DIRECTED: Mapping[str, FaultSchedule] = MappingProxyType(
         )
     }
 )
-"""By name; the last is figure 8 of the Raft paper, for messages of one change each."""
+"""By name; the last is figure 8 of the Raft paper, with one change a message."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What must be so when all has been calm for long: one hive decides, and every task has ended."""
+"""What must hold after a long calm: one hive has a leader, and every task has ended."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
     from blackboard.domain.record import TaskRecord
     from hive_lab.fault_schedules.history import History
-    from hive_lab.fault_schedules.hive import SimulatedMember
+    from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
 
 class Ending:
-    """Knows where every task stands, and whether it is over.
+    """Knows the state of every task, and whether the run is over.
 
     Args:
-        members: All that there are, by name.
+        members: All members, by name.
         hives: What each hive has committed, by id.
-        tasks: Ids of all that are posted.
-        broken: Ends the run; told which property does not hold, and what was seen.
+        tasks: Ids of all posted tasks.
+        broken: Ends the run; takes the broken property and the observation.
     """
 
     def __init__(
@@ -41,9 +41,9 @@ class Ending:
 
     @property
     def truth(self) -> Mapping[str, TaskRecord]:
-        """Every task as it was last committed in the hive that most members belong to.
+        """Every task as last committed in the hive that most members belong to.
 
-        What has ended in a hive that is no more stays as it ended there.
+        Tasks that ended in a hive that is gone stay as they ended there.
         """
         ended = {
             name: record
@@ -54,9 +54,9 @@ class Ending:
         return {**ended, **self._hives[self._greatest()].truth}
 
     def is_over(self) -> bool:
-        """Return whether one hive decides, and every task has ended or is left behind.
+        """Return whether one hive has a leader, and every task has ended or is left behind.
 
-        And nobody repeats a report that the hive does not answer.
+        Nor may any robot repeat a report that the hive does not answer.
         """
         if not self.is_one_hive() or self._unanswered():
             return False
@@ -72,17 +72,17 @@ class Ending:
         return max(hives, key=lambda hive: (hives[hive], hive), default="")
 
     def check(self) -> None:
-        """Check, when all has been calm for long, that there is one hive and all has ended."""
+        """Check that there is one hive and that every task has ended."""
         if not self.is_one_hive():
             self._broken("one hive", f"there are {', '.join(self._running_hives())}")
         if told := self._unanswered():
-            self._broken("it goes on", f"{', '.join(told)}, and is not answered")
+            self._broken("it goes on", f"{', '.join(told)}, unanswered")
         for task_id in sorted(self._tasks):
             record = self.truth.get(task_id)
             if task_id in self.left_behind():
                 continue
             if record is None:
-                self._broken("it goes on", f"{task_id} was never taken in")
+                self._broken("it goes on", f"{task_id} was never accepted")
             elif not record.state.is_terminal:
                 self._broken(
                     "it goes on",
@@ -92,7 +92,7 @@ class Ending:
                 self._broken("it goes on", f"{task_id} has FAILED and does not say why")
 
     def _unanswered(self) -> list[str]:
-        """Return which robots of the hive report what on and on."""
+        """Return the unacknowledged reports of the hive's robots."""
         return [
             f"{name} reports {report.task_id} as {report.state.name}"
             for name, member in self._members.items()
@@ -102,9 +102,9 @@ class Ending:
         ]
 
     def left_behind(self) -> set[str]:
-        """Return the tasks that only a hive knows which gives way to another, and has said so.
+        """Return the tasks that only a hive knows which gives way to another and has said so.
 
-        It has several members and waits for a person to end it, who then posts them again.
+        That hive has several members. It waits for a person to end it, who then posts them again.
         """
         known = self.truth
         return {
@@ -123,9 +123,9 @@ class Ending:
         )
 
     def is_one_hive(self) -> bool:
-        """Return whether one hive decides, and lone founders of others have joined it.
+        """Return whether one hive has a leader, and lone members of others have joined it.
 
-        Others may be left whose members wait for a person.
+        Other hives may be left whose members wait for a person.
         """
         return not any(
             hive != self._greatest() and (members <= 1 or leader)
@@ -133,11 +133,11 @@ class Ending:
         )
 
     def _running_hives(self) -> dict[str, tuple[int, int]]:
-        """Return how many members of each hive are listed, and how many of them are active."""
+        """Return for each hive how many members it has, and how many leaders."""
         found: dict[str, tuple[int, int]] = {}
         for each in self._members.values():
-            if each.host.up and each.backup is not None:
-                member = each.backup.member
+            if each.host.up and each.node is not None:
+                member = each.node.member
                 listed, leader = found.get(member.hive, (0, 0))
                 leader += member.role is Role.LEADER
                 found[member.hive] = max(listed, len(member.members)), leader

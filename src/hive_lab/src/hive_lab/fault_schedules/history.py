@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What one simulated hive has committed, and that nobody contradicts it."""
+"""What one simulated hive has committed, and that no member contradicts it."""
 
 from __future__ import annotations
 
@@ -15,20 +15,19 @@ if TYPE_CHECKING:
 
 
 class Violation(AssertionError):  # noqa: N818  (the word the docs use)
-    """A property does not hold; the text says which, when, and what was seen."""
+    """A property does not hold; the text names it, the time, and the observation."""
 
 
 class History:
-    """Everything that one hive has committed; a founder that has lost its disk begins another.
+    """Everything that one hive has committed; a founder without its disk bootstraps another hive.
 
     Args:
-        broken: Ends the run; told which property does not hold, and what was seen.
-        told: How often somebody has told of a task, by its id, that it has ended.
+        broken: Ends the run; takes the broken property and the observation.
+        told: How often it was published that a task has ended, by id.
 
     Attributes:
-        truth: Every task on the list as it was last committed.
-        forgotten: Those that the list does without, as they had ended; one that was posted anew
-            under the id of another takes its place.
+        truth: Every listed task as last committed.
+        forgotten: Every task that was removed from the list after its end.
     """
 
     def __init__(self, broken: Callable[[str, str], NoReturn], told: Counter[str]) -> None:
@@ -45,25 +44,25 @@ class History:
     def follow(
         self, member: Member, before: Member | None
     ) -> Iterator[tuple[TaskRecord | None, TaskRecord]]:
-        """Check that what a member holds as committed is what everyone else does.
+        """Check a member's committed entries against everyone else's.
 
         Args:
             member: Its state.
-            before: Its state when it was looked at last.
+            before: Its state at the last check.
 
         Yields:
-            Records that have changed: as they were, None where they are new, and as they are.
+            Each changed record: as it was, None if it is new, and as it is.
         """
         log = member.log
         for entry in reversed(log.entries):
             if self._written.get(entry.position) is entry:
-                break  # who has written this one has written all before it
+                break  # everything before it was written too
             self._written[entry.position] = entry
         first = 0 if before is None else before.log.committed
         base = log.base.position
         folded = before.log if before and before.log.at(base.version) == base else log
         for version in range(first, log.committed + 1):
-            # What has been folded in this very event was still to be seen before it.
+            # Entries compacted in this event are still in the log before it.
             position = log.at(version) or folded.at(version)
             if position is None:
                 continue
@@ -97,7 +96,7 @@ class History:
                 )
 
     def _forget(self, member: Member, task_id: str) -> None:
-        """Check that a task which the list does without has ended, and that this was told."""
+        """Check that a removed task has ended, and that this was published."""
         record = self.truth.pop(task_id, None)
         if record is None or not record.state.is_terminal:
             state = "not on the list" if record is None else record.state.name
@@ -107,18 +106,19 @@ class History:
         self.forgotten[task_id] = record
 
     def take_over(self, member: Member) -> None:
-        """Check that a member that becomes active is alone in its epoch and lacks nothing."""
+        """Check that a new leader is alone in its epoch and lacks no committed entry."""
         rival = self._leader_of.setdefault(member.epoch, member.id)
         if rival != member.id:
             self._broken(
-                "one authority", f"{rival} and {member.id} are both active in epoch {member.epoch}"
+                "one authority",
+                f"{rival} and {member.id} are both leaders in epoch {member.epoch}",
             )
         held = member.log.at(self._applied)
         known = self._committed.get(self._applied)
         if held is not None and known is not None and held != known:
             self._broken(
                 "one history",
-                f"{member.id} becomes active with {held} where {known} was committed",
+                f"{member.id} becomes leader with {held} where {known} was committed",
             )
         missing = self._applied - member.log.position.version
         kept = member.log.latest.records.keys() | {
@@ -131,5 +131,5 @@ class History:
         if missing > 0 or lost:
             self._broken(
                 "nothing is lost",
-                f"{member.id} becomes active and lacks {missing} changes; tasks missing: {lost}",
+                f"{member.id} becomes leader and lacks {missing} changes; tasks missing: {lost}",
             )

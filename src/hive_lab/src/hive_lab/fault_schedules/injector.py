@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Does to a simulated hive what a schedule says: crashes, freezes, cuts, bad links."""
+"""Injects a schedule's faults into a simulated hive."""
 
 from __future__ import annotations
 
@@ -10,47 +10,49 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.member import Role, majority_of
-from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import (
-    THE_ACTIVE_ONE,
+    LEADER,
     BadLinks,
     Crash,
     Cut,
     Freeze,
-    Moment,
-    Point,
     PowerCut,
     Strike,
+    Trigger,
+    WritePoint,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from blackboard.consensus.journal import HardState
-    from hive_lab.fault_schedules.hive import SimulatedMember
-    from hive_lab.fault_schedules.host import Host
-    from hive_lab.fault_schedules.network import Network
-    from hive_lab.fault_schedules.properties import Properties
+    from hive_lab.fault_schedules.faulty_network import FaultyNetwork, Host
+    from hive_lab.fault_schedules.protocol_checker import ProtocolChecker
+    from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
 
 class FaultInjector:
-    """Everything that goes wrong in one hive.
+    """Injects the faults of one hive.
 
     Args:
         network: What connects the members.
-        members: All of them by name.
-        properties: Is told of what ends and of disks that are lost.
+        members: All members, by name.
+        checker: Is told of ended processes and lost disks.
 
     Attributes:
-        faults: How many there were of each kind.
+        faults: Number of faults by kind.
     """
 
     def __init__(
-        self, network: Network, members: Mapping[str, SimulatedMember], properties: Properties
+        self,
+        network: FaultyNetwork,
+        members: Mapping[str, SimulatedMember],
+        checker: ProtocolChecker,
     ) -> None:
         self._network = network
         self._members = members
-        self._properties = properties
+        self._checker = checker
         self._bad_links: list[BadLinks] = []
         self._cuts: list[Cut] = []
         self._strikes: list[Strike] = []
@@ -59,7 +61,7 @@ class FaultInjector:
             member.disk.watched_by = partial(self._watch, member)
 
     def happen(self, fault: object) -> None:
-        """Let a fault happen."""
+        """Inject a fault."""
         self.faults[type(fault).__name__] += 1
         if isinstance(fault, Crash):
             self._crash(replace(fault, member=self._who(fault.member)))
@@ -79,14 +81,14 @@ class FaultInjector:
             self._strikes.append(fault)
 
     def boot(self, member: SimulatedMember) -> None:
-        """Start a member unless it runs or is gone."""
+        """Start a member, unless it runs or is gone."""
         if member.host.up or member.gone:
             return
         member.boot()
-        self._properties.after_event(member.host)
+        self._checker.after_event(member.host)
 
     def calm_down(self) -> None:
-        """End all trouble: links are good, and who is not gone comes back."""
+        """End all faults: links are good, and every member that is not gone comes back."""
         self._cuts.clear()
         self._bad_links.clear()
         self._strikes.clear()
@@ -99,31 +101,33 @@ class FaultInjector:
             self.boot(member)
 
     def _who(self, name: str) -> str:
-        if name != THE_ACTIVE_ONE:
+        if name != LEADER:
             return name
         leader = [
-            (member.backup.epoch, member.name)
+            (member.node.epoch, member.name)
             for member in self._members.values()
-            if member.backup is not None
+            if member.node is not None
             and member.host.up
-            and member.backup.member.role is Role.LEADER
+            and member.node.member.role is Role.LEADER
         ]
         return max(leader)[1] if leader else self._network.random.choice(sorted(self._members))
 
-    def _watch(self, member: SimulatedMember, before: HardState | None, after: HardState) -> Point:
-        """Have a strike that waited for what a member writes happen; return when it does."""
+    def _watch(
+        self, member: SimulatedMember, before: HardState | None, after: HardState
+    ) -> WritePoint:
+        """Inject a strike that waited for a member's write; return when it hits."""
         if before is not None and before.member != after.member:
-            self._properties.disk_given_up(before)
+            self._checker.disk_given_up(before)
         for strike in self._strikes:
-            if before is not None and strike.moment in moments(before, after):
+            if before is not None and strike.trigger in triggers(before, after):
                 self._strikes.remove(strike)
                 self.faults["struck"] += 1
-                if isinstance(strike.fault, Cut) and strike.point is Point.BEFORE_SAYING:
+                if isinstance(strike.fault, Cut) and strike.point is WritePoint.BEFORE_SAYING:
                     self._strike((strike.fault, member.name))
-                    return Point.AFTER
+                    return WritePoint.AFTER
                 self._network.schedule(0.0, None, self._strike, (strike.fault, member.name))
-                return strike.point if isinstance(strike.fault, Crash) else Point.AFTER
-        return Point.AFTER
+                return strike.point if isinstance(strike.fault, Crash) else WritePoint.AFTER
+        return WritePoint.AFTER
 
     def _strike(self, what: tuple[Crash | Freeze | Cut, str]) -> None:
         fault, name = what
@@ -153,7 +157,7 @@ class FaultInjector:
             self._end(crash)
 
     def _end_unless_crashed(self, crash: Crash) -> None:
-        """Go on with a crash that was to happen at a write, whether there was one or not."""
+        """Crash now if no write came."""
         self._members[crash.member].disk.crashes = False
         self._end(crash)
 
@@ -163,11 +167,11 @@ class FaultInjector:
             crash = replace(crash, back_after=crash.back_after or 1.0, disk_lost=False)
         if member.host.up:
             member.host.crash()
-        self._properties.after_event(member.host)
-        self._properties.stopped(member.name)
+        self._checker.after_event(member.host)
+        self._checker.stopped(member.name)
         if crash.disk_lost:
             self.faults["disks lost"] += 1
-            self._properties.disk_lost(member.name, member.disk.hard_state)
+            self._checker.disk_lost(member.name, member.disk.hard_state)
             member.disk.hard_state, member.disk.reports = None, ()
         if crash.back_after is None:
             member.gone = True
@@ -175,7 +179,7 @@ class FaultInjector:
             self._network.schedule(crash.back_after, None, self.boot, member)
 
     def _would_lose_majority(self, lost: SimulatedMember) -> bool:
-        """Return whether a disk is one that a majority needs: to lose it is not promised for."""
+        """Return whether a majority needs this disk: the protocol does not survive its loss."""
         hard_state = lost.disk.hard_state
         if hard_state is None:
             return False
@@ -197,8 +201,8 @@ class FaultInjector:
         host = self._members[freeze.member].host
         if host.up and not host.frozen:
             host.frozen = True
-            # A frozen host sends no velocities, so the base's own watchdog stops it.
-            self._properties.stopped(freeze.member)
+            # A frozen host sends no velocities, so the base's watchdog stops it.
+            self._checker.stopped(freeze.member)
             self._network.schedule(freeze.lasts, None, self._thaw, (host, host.generation))
 
     def _thaw(self, what: tuple[Host, int]) -> None:
@@ -235,16 +239,16 @@ class FaultInjector:
         self._network.quality = worst
 
 
-def moments(before: HardState, after: HardState) -> set[Moment]:
-    """Return what happens to a member that writes one after the other to its disk."""
-    found: set[Moment] = set()
+def triggers(before: HardState, after: HardState) -> set[Trigger]:
+    """Return the turning points between two states on a member's disk."""
+    found: set[Trigger] = set()
     if after.vote and after.vote != before.vote:
-        found.add(Moment.STANDS if after.vote == after.member else Moment.VOTES)
+        found.add(Trigger.STANDS if after.vote == after.member else Trigger.VOTES)
     was, is_now = before.log.latest, after.log.latest
     if is_now.position != was.position:
         own = after.vote == after.member and is_now.position.epoch == after.epoch
         begins = own and was.position.epoch < after.epoch
-        found.add(Moment.TAKES_OVER if begins else Moment.WRITES)
+        found.add(Trigger.TAKES_OVER if begins else Trigger.WRITES)
     if is_now.members != was.members:
-        found.add(Moment.CHANGES_MEMBERS)
+        found.add(Trigger.CHANGES_MEMBERS)
     return found

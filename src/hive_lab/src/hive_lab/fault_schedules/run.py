@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs schedules, and reports what came of them.
+"""Runs fault schedules, and reports their results.
 
-python3 -m hive_lab.fault_schedules.run 17                      # prints schedule 17, and its outcome
-python3 -m hive_lab.fault_schedules.run 0 1000                  # runs schedules 0 to 999
-python3 -m hive_lab.fault_schedules.run 17 --mood "lost disks"  # the same in one mood
-python3 -m hive_lab.fault_schedules.run rivals                  # one that was written by hand
+python3 -m hive_lab.fault_schedules.run 17       # prints schedule 17 and its result
+python3 -m hive_lab.fault_schedules.run 0 1000   # runs schedules 0 to 999
+python3 -m hive_lab.fault_schedules.run 17 --scenario "lost disks"   # in one scenario
+python3 -m hive_lab.fault_schedules.run rivals   # a schedule written by hand
 """
 
 from __future__ import annotations
@@ -16,54 +16,38 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import TYPE_CHECKING
 
-from blackboard.domain.talker import NEW_TASK, TASK_CANCEL, TASK_STATE
-from blackboard.domain.task import TaskState
+from blackboard.domain.talker import TASK_CANCEL
 from hive_common.pose import Pose
-from hive_lab.fault_schedules import hive as simulated
 from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.harness import Harness
 from hive_lab.fault_schedules.history import Violation
-from hive_lab.fault_schedules.injector import FaultInjector
-from hive_lab.fault_schedules.network import Network
-from hive_lab.fault_schedules.properties import Properties
 from hive_lab.fault_schedules.scenarios import SCENARIOS
-from hive_lab.fault_schedules.schedule import (
-    BY_HAND,
-    INJECTOR,
-    OPERATOR,
-    SETTLE,
-    Cancel,
-    Post,
-    SetState,
-)
+from hive_lab.fault_schedules.schedule import BY_HAND, FAULT_PERIOD, SETTLE, Cancel, Post, SetState
+from hive_lab.fault_schedules.simulated_member import Disk, SimulatedMember
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.domain.record import TaskUpdate
     from hive_lab.fault_schedules.schedule import FaultSchedule
 
 CALM = 120.0
-"""How long a hive has to finish everything after the trouble [s]."""
-
-_REPEAT = 1.5
-"""After this time an operator's program posts again what has not been taken in [s]."""
+"""How long a hive has to finish everything after the last fault [s]."""
 
 _SLOWEST, _FASTEST = 0.99, 1.01
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What came of a schedule.
+class RunResult:
+    """The result of a schedule.
 
     Attributes:
-        schedule: What was run.
-        violation: The property that was broken; empty where none was.
+        violation: The property that broke; empty if none did.
         events: How many events happened.
-        faults: How many of each kind happened, lost messages and the like included.
-        takeovers: How often a member became active.
-        ended: How many tasks ended in each state, and how many are left behind in a hive that
-            gives way to another and waits for a person.
+        faults: Faults by kind, lost messages and the like included.
+        takeovers: How often a member became leader.
+        ended: Tasks by terminal state; "left behind" counts those in a hive that gives way to
+            another one and waits for a person.
         lasted: Virtual time [s].
     """
 
@@ -76,42 +60,33 @@ class Outcome:
     lasted: float = 0.0
 
     def in_full(self) -> str:
-        """Return the schedule, what broke, and how to run it again, for a person."""
+        """Return the schedule, what broke, and how to run it again."""
         schedule = self.schedule
         if schedule.scenario == BY_HAND:
-            again = "it is written in the test"
+            again = "see the test that defines it"
         elif schedule.scenario in DIRECTED:
             again = f'python3 -m hive_lab.fault_schedules.run "{schedule.scenario}"'
         else:
             again = f"python3 -m hive_lab.fault_schedules.run {schedule.seed}"
-            again += "" if draw(schedule.seed) == schedule else f' --mood "{schedule.scenario}"'
+            again += (
+                "" if draw(schedule.seed) == schedule else f' --scenario "{schedule.scenario}"'
+            )
         broken = self.violation or "every property holds"
-        return f"{schedule}\n\n{broken}\nto see it again: {again}\n"
+        return f"{schedule}\n\n{broken}\nto run it again: {again}\n"
 
 
-class Run:
-    """One hive that goes through one schedule.
-
-    Args:
-        schedule: What happens to it.
-    """
+class Run(Harness):
+    """One hive that goes through one schedule."""
 
     def __init__(self, schedule: FaultSchedule) -> None:
+        super().__init__(Random(schedule.seed), schedule.proofs)
         self.schedule = schedule
-        self.random = Random(schedule.seed)
-        self.network = Network(self.random, schedule.proofs)
-        self.members = {name: self._member(name) for name in schedule.members}
-        tasks = [each.task for each in schedule.happenings if isinstance(each, Post)]
-        self.properties = Properties(self.members, tasks, lambda: self.network.now)
-        self.network.after_event = self.properties.after_event
-        self.network.said = self.properties.said
-        self.injector = FaultInjector(self.network, self.members, self.properties)
-        self._answered: set[str] = set()
-        self._operator = self.network.add_host(OPERATOR)
-        self._operator.up = True
-        self._operator.handlers[TASK_STATE] = [self._hear]
+        members = {name: self._member(name) for name in schedule.members}
+        self.connect(
+            members, [each.task for each in schedule.happenings if isinstance(each, Post)]
+        )
 
-    def _member(self, name: str) -> simulated.SimulatedMember:
+    def _member(self, name: str) -> SimulatedMember:
         random = self.random
         rate = random.uniform(_SLOWEST, _FASTEST)
         if self.schedule.far_clocks:
@@ -119,39 +94,35 @@ class Run:
         host = self.network.add_host(name, rate)
         pose = Pose(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0))
         own = Random(random.random())
-        settings, patience = self.schedule.settings, self.schedule.patience
-        disk, voter = simulated.Disk(), name not in self.schedule.aside
-        return simulated.SimulatedMember(host, disk, pose, own, settings, patience, voter=voter)
+        settings, board = self.schedule.settings, self.schedule.board
+        voter = name not in self.schedule.aside
+        return SimulatedMember(host, Disk(), pose, own, settings, board, voter=voter)
 
-    def run(self) -> Outcome:
-        """Let it all happen; a broken property ends it."""
-        late = dict(self.schedule.late)
-        for name, member in self.members.items():
-            member.at_work = self.properties.at_work
-            member.step_done = self.properties.step_done
-            start = late.get(name, self.random.uniform(0.0, 1.0))
-            self.network.schedule(start, None, self.injector.boot, member)
+    def run(self) -> RunResult:
+        """Run the schedule; a violation ends it."""
+        self.start(self.members.values(), dict(self.schedule.late))
         for happening in self.schedule.happenings:
             self.network.schedule(happening.at, None, self._happen, happening)
-        end = SETTLE + INJECTOR
+        end = SETTLE + FAULT_PERIOD
         violation = ""
+        ending = self.checker.ending
         try:
             self.network.run(end)
             self.injector.calm_down()
             for name in self.members:
-                self.network.send(self._operator, f"{name}/set_state", "idle")
-            self.network.run(end + CALM, self.properties.ending.is_over)
-            self.properties.ending.check()
+                self.network.send(self.operator, f"{name}/set_state", "idle")
+            self.network.run(end + CALM, ending.is_over)
+            ending.check()
         except Violation as broken:
             violation = str(broken)
-        ended = Counter(record.state.name for record in self.properties.ending.truth.values())
-        ended["left behind"] = len(self.properties.ending.left_behind())
-        return Outcome(
+        ended = Counter(record.state.name for record in ending.truth.values())
+        ended["left behind"] = len(ending.left_behind())
+        return RunResult(
             self.schedule,
             violation,
             self.network.events,
             self.injector.faults + self.network.counts,
-            self.properties.takeovers,
+            self.checker.takeovers,
             +ended,
             self.network.now,
         )
@@ -159,29 +130,18 @@ class Run:
     def _happen(self, happening: object) -> None:
         if isinstance(happening, Post):
             if happening.anew:
-                self._answered.discard(happening.task.id)
-            self._post(happening)
+                self.answered.discard(happening.task.id)
+            self.post(happening.task)
         elif isinstance(happening, Cancel):
-            self.network.send(self._operator, TASK_CANCEL, happening.task)
+            self.network.send(self.operator, TASK_CANCEL, happening.task)
         elif isinstance(happening, SetState):
             self.injector.faults["SetState"] += 1
-            self.network.send(self._operator, f"{happening.robot}/set_state", happening.word)
+            self.network.send(self.operator, f"{happening.robot}/set_state", happening.word)
         else:
             self.injector.happen(happening)
 
-    def _post(self, post: Post) -> None:
-        if post.task.id in self._answered:
-            return
-        self.network.send(self._operator, NEW_TASK, post.task)
-        self.network.schedule(_REPEAT, None, self._post, post)
 
-    def _hear(self, update: TaskUpdate) -> None:
-        """Take the answer of the blackboard, whatever it is."""
-        if not update.robot_id or update.state is not TaskState.WAITING:
-            self._answered.add(update.task_id)
-
-
-def run(schedule: FaultSchedule) -> Outcome:
+def run(schedule: FaultSchedule) -> RunResult:
     """Run one schedule."""
     return Run(schedule).run()
 
@@ -192,9 +152,11 @@ def main() -> None:
     names = ", ".join(DIRECTED)
     parser.add_argument("first", help=f"seed of the first schedule, or one of: {names}")
     parser.add_argument(
-        "end", type=int, nargs="?", help="seed after the last; only the first if left out"
+        "end", type=int, nargs="?", help="seed after the last; by default only one runs"
     )
-    parser.add_argument("--mood", choices=SCENARIOS, default="", help="drawn too if left out")
+    parser.add_argument(
+        "--scenario", "--mood", choices=SCENARIOS, default="", help="by default drawn"
+    )
     wanted = parser.parse_args()
     schedules: Iterable[FaultSchedule]
     if wanted.first in DIRECTED:

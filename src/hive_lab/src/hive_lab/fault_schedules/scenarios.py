@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kinds of trouble that bring about the moments which a rule of the protocol is made for.
+"""Scenarios that produce the moments which a rule of the protocol is made for.
 
-Each mood draws a hive and faults that belong together: who crashes right after it has voted, what
-arrives long after its epoch, two members that are started at once while the others are cut off.
+Each draws a hive and faults that belong together: a crash right after a vote, messages that arrive
+long after their epoch, two members that start at once while the others are cut off.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from blackboard.domain.settings import RaftSettings
-from hive_lab.fault_schedules.network import Quality
+from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
-    INJECTOR,
+    FAULT_PERIOD,
+    LEADER,
     OPERATOR,
     SETTLE,
-    THE_ACTIVE_ONE,
     BadLinks,
     Crash,
     Cut,
     FaultSchedule,
     Freeze,
-    Moment,
-    Point,
     SetState,
     Strike,
+    Trigger,
+    WritePoint,
 )
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Setting:
-    """A hive in a mood; the fields are those of `FaultSchedule`."""
+    """A hive in a scenario; the fields are those of `FaultSchedule`."""
 
     robots: int
     faults: list[Happening]
@@ -54,52 +54,52 @@ def _members(robots: int) -> tuple[str, ...]:
 
 
 def _times(random: Random, most: int) -> list[float]:
-    """Draw when trouble comes [s]."""
+    """Draw when faults occur [s]."""
     count = random.randint(2, most)
-    return sorted(SETTLE + random.uniform(0.0, 0.8 * INJECTOR) for _ in range(count))
+    return sorted(SETTLE + random.uniform(0.0, 0.8 * FAULT_PERIOD) for _ in range(count))
 
 
 def _close(random: Random) -> RaftSettings:
-    """Draw timers with which members stand almost at once."""
+    """Draw timers with which several members become candidates almost at once."""
     stagger = random.choice([0.01, 0.05, 0.25])
     return RaftSettings(kept_changes=4, stagger=stagger)
 
 
 def _short(random: Random) -> float:
-    """Draw the length of trouble that fits into an election [s]."""
+    """Draw a duration that fits into an election [s]."""
     return random.choice([0.05, 0.2, 0.5, 2.0]) * random.random() + 0.005
 
 
 def _unseat(random: Random, at: float, members: tuple[str, ...]) -> Happening:
-    """Draw what takes the active one away for long enough."""
+    """Draw a fault that takes the leader away for long enough."""
     kind = random.choice(["crash", "freeze", "cut", "cut", "link", "deaf"])
     lasts = random.uniform(2.3, 7.0)
     if kind == "crash":
-        return Crash(at, THE_ACTIVE_ONE, random.choice([_short(random), lasts]))
+        return Crash(at, LEADER, random.choice([_short(random), lasts]))
     if kind == "freeze":
-        return Freeze(at, THE_ACTIVE_ONE, lasts)
+        return Freeze(at, LEADER, lasts)
     if kind == "link":
         some = random.sample(members, random.randint(1, len(members) - 1))
-        return Cut(at, (THE_ACTIVE_ONE,), lasts, others=tuple(some))
-    return Cut(at, (THE_ACTIVE_ONE,), lasts, one_way=kind == "deaf")
+        return Cut(at, (LEADER,), lasts, others=tuple(some))
+    return Cut(at, (LEADER,), lasts, one_way=kind == "deaf")
 
 
 def _strike(random: Random, at: float, members: tuple[str, ...]) -> Strike:
     """Draw a short fault at a turning point."""
-    moment, lasts = random.choice(list(Moment)), _short(random)
+    trigger, lasts = random.choice(list(Trigger)), _short(random)
     kind = random.choice(["crash", "crash", "freeze", "cut", "link"])
     if kind == "crash":
-        point = random.choice(list(Point))
-        return Strike(at, moment, Crash(at, "", lasts), point)
+        point = random.choice(list(WritePoint))
+        return Strike(at, trigger, Crash(at, "", lasts), point)
     if kind == "freeze":
-        return Strike(at, moment, Freeze(at, "", lasts * random.choice([1.0, 4.0])))
+        return Strike(at, trigger, Freeze(at, "", lasts * random.choice([1.0, 4.0])))
     lasts = random.uniform(0.2, 6.0)
     others = () if kind == "cut" else (random.choice(members),)
-    return Strike(at, moment, Cut(at, (), lasts, random.choice([True, False]), others))
+    return Strike(at, trigger, Cut(at, (), lasts, random.choice([True, False]), others))
 
 
 def _storm(random: Random) -> Setting:
-    """Again and again the active one is lost, and whoever is about to follow it is hit too."""
+    """Lose the leader again and again, and hit whoever is about to follow it."""
     robots = random.randint(2, 4)
     members = _members(robots)
     faults: list[Happening] = []
@@ -116,7 +116,7 @@ def _storm(random: Random) -> Setting:
 
 
 def _late_messages(random: Random) -> Setting:
-    """Messages arrive after the epoch in which they were sent, singly or all at once."""
+    """Deliver messages after the epoch in which they were sent, singly or all at once."""
     robots = random.choice([2, 4])
     members = _members(robots)
     quality = Quality(
@@ -126,12 +126,12 @@ def _late_messages(random: Random) -> Setting:
         random.choice([0.0, 0.05, 0.5]),
         random.choice([1.0, 3.0, 9.0]),
     )
-    faults: list[Happening] = [BadLinks(SETTLE, INJECTOR - 4.0, quality)]
+    faults: list[Happening] = [BadLinks(SETTLE, FAULT_PERIOD - 4.0, quality)]
     for at in _times(random, 8):
         way, lasts = random.choice([True, False]), random.uniform(2.0, 4.0)
-        cut = Cut(at, (THE_ACTIVE_ONE,), lasts, way, holds=True)
+        cut = Cut(at, (LEADER,), lasts, way, holds=True)
         faults.append(random.choice([cut, cut, _unseat(random, at, members)]))
-        # What a robot hands back is written down, and again when it is given away.
+        # A handback is written to disk, and so is the next assignment.
         robot = random.choice(members[1:])
         faults.append(SetState(at + 2 * _short(random), robot, "defect"))
         faults.append(SetState(at + random.uniform(1.0, 3.0), robot, "idle"))
@@ -140,14 +140,14 @@ def _late_messages(random: Random) -> Setting:
 
 
 def _restarts(random: Random) -> Setting:
-    """Members that are needed to vote are started again while somebody misses the active one."""
+    """Restart members whose votes are needed, while others miss the leader."""
     robots = random.randint(2, 4)
     members = _members(robots)
     faults: list[Happening] = []
     for at in _times(random, 4):
         lasts = random.uniform(3.0, 8.0)
         some = random.sample(members, random.randint(1, len(members) - 1))
-        faults.append(Cut(at, (THE_ACTIVE_ONE,), lasts, random.choice([True, False]), tuple(some)))
+        faults.append(Cut(at, (LEADER,), lasts, random.choice([True, False]), tuple(some)))
         for _ in range(random.randint(1, 4)):
             when = at + random.uniform(0.0, lasts)
             faults.append(Crash(when, random.choice(members), _short(random)))
@@ -156,7 +156,7 @@ def _restarts(random: Random) -> Setting:
 
 
 def _come_and_go(random: Random) -> Setting:
-    """Members are taken off and on by twos while the hive is cut in halves."""
+    """Remove and add members by twos while the hive is partitioned."""
     robots = random.randint(3, 5)
     members = _members(robots)
     first = SETTLE + random.uniform(0.0, 8.0)
@@ -174,7 +174,7 @@ def _come_and_go(random: Random) -> Setting:
         lasts = random.uniform(2.5, 8.0)
         if random.choice([True, False]):
             cut = Cut(at, (), lasts, others=half)
-            faults.append(Strike(at, Moment.CHANGES_MEMBERS, cut))
+            faults.append(Strike(at, Trigger.CHANGES_MEMBERS, cut))
         else:
             faults.append(Cut(at + random.uniform(0.0, 4.0), half, lasts))
     settings = RaftSettings(kept_changes=4, member_timeout=random.choice([2.5, 4.0, 10.0]))
@@ -182,7 +182,7 @@ def _come_and_go(random: Random) -> Setting:
 
 
 def _lost_disks(random: Random) -> Setting:
-    """Disks are lost while some members lag behind, and the active one ends right after."""
+    """Lose disks while some members lag behind, and the leader right afterwards."""
     robots = random.randint(2, 4)
     members = _members(robots)
     faults: list[Happening] = []
@@ -197,9 +197,9 @@ def _lost_disks(random: Random) -> Setting:
 
 
 def _founder_alone(random: Random) -> Setting:
-    """The blackboard node loses its disk while it hears nobody, perhaps but for the operator."""
+    """Lose the blackboard node's disk while it hears nobody, except perhaps the operator."""
     robots = random.randint(2, 4)
-    at = SETTLE + random.uniform(0.0, 0.4 * INJECTOR)
+    at = SETTLE + random.uniform(0.0, 0.4 * FAULT_PERIOD)
     alone = (BLACKBOARD, OPERATOR) if random.choice([True, False]) else (BLACKBOARD,)
     lasts = random.uniform(3.0, 15.0)
     faults: list[Happening] = [
@@ -221,4 +221,4 @@ SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
         "a founder alone": _founder_alone,
     }
 )
-"""What each is for, its docstring says."""
+"""The docstring of each says what it is for."""

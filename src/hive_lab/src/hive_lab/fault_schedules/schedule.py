@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What happens to a simulated hive, as values that a person can read and a seed can draw.
 
-Times are in seconds from the start, after which the hive has `SETTLE` to come together.
+Times are in seconds from the start; the hive has `SETTLE` to bootstrap first.
 """
 
 from __future__ import annotations
@@ -15,30 +15,30 @@ from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
     from blackboard.domain.task import Task
-    from hive_lab.fault_schedules.network import Quality
+    from hive_lab.fault_schedules.faulty_network import Quality
 
 SETTLE = 6.0
-"""Nothing happens before this time, in which the hive is founded [s]."""
+"""Nothing goes wrong before this time, while the hive bootstraps [s]."""
 
-INJECTOR = 36.0
-"""How long things go wrong after that [s]."""
+FAULT_PERIOD = 36.0
+"""How long faults occur after that [s]."""
 
 BLACKBOARD = "blackboard"
 OPERATOR = "operator"
 
 BY_HAND = "by hand"
-"""Mood of a schedule that was not drawn."""
+"""Scenario of a schedule that was not drawn."""
 
-PATIENCE = BlackboardSettings(retry_period=10.0)
-"""Of the blackboard, where a schedule says nothing else."""
+BOARD_SETTINGS = BlackboardSettings(retry_period=10.0)
+"""The blackboard's settings unless a schedule has its own."""
 
-THE_ACTIVE_ONE = "the active one"
-"""In place of a name: whoever carries the blackboard at the time."""
+LEADER = "the leader"
+"""In place of a name: whoever is the leader at that time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Crash:
-    """A process ends, perhaps while it writes to its disk, and perhaps comes back."""
+    """A process crashes, perhaps during a write to disk, and perhaps comes back."""
 
     at: float
     member: str
@@ -59,7 +59,7 @@ class Crash:
 
 @dataclass(frozen=True, slots=True)
 class Freeze:
-    """A process is stopped for a while and does not know it."""
+    """A process is suspended for a while, without noticing."""
 
     at: float
     member: str
@@ -71,9 +71,9 @@ class Freeze:
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """Nothing passes from some to others, or to all others, for a while; or both ways.
+    """No message passes from some members to others, or to all others, for a while; or both ways.
 
-    What is sent meanwhile is lost, or held and comes all at once in the end, as TCP does it.
+    Messages sent meanwhile are lost, or held and delivered all at once in the end, as TCP does.
     """
 
     at: float
@@ -93,7 +93,7 @@ class Cut:
 
 @dataclass(frozen=True, slots=True)
 class BadLinks:
-    """All links lose, double and delay for a while."""
+    """All links lose, duplicate and delay messages for a while."""
 
     at: float
     lasts: float
@@ -103,14 +103,14 @@ class BadLinks:
         q = self.quality
         return (
             f"{self.at:6.2f} for {self.lasts:.2f} s links lose {q.loss:.0%}, "
-            f"double {q.double:.0%}, delay up to {q.delay:.2f} s"
+            f"duplicate {q.double:.0%}, delay up to {q.delay:.2f} s"
             + (f"; {q.late:.0%} come up to {q.latest:.2f} s late" if q.late else "")
         )
 
 
 @dataclass(frozen=True, slots=True)
 class PowerCut:
-    """Every member ends at once, and all come back, each at a time of its own."""
+    """All members lose power at once; each comes back at a time of its own."""
 
     at: float
     lasts: float
@@ -133,10 +133,10 @@ class SetState:
 
 @dataclass(frozen=True, slots=True)
 class Post:
-    """An operator posts a task, again and again until it is taken in or refused.
+    """An operator posts a task, again and again until it is accepted or rejected.
 
     Attributes:
-        anew: Whether it was posted before, and is meant as a new task if that one is forgotten.
+        anew: Whether the task was posted before and counts as new once the hive has forgotten it.
     """
 
     at: float
@@ -162,8 +162,8 @@ class Cancel:
         return f"{self.at:6.2f} an operator cancels {self.task}"
 
 
-class Moment(Enum):
-    """A turning point in the life of a member, seen by what it writes to its disk."""
+class Trigger(Enum):
+    """A turning point of a member, recognised by what it writes to disk."""
 
     STANDS = "begins an epoch"
     VOTES = "votes for another"
@@ -172,8 +172,8 @@ class Moment(Enum):
     WRITES = "writes down a change"
 
 
-class Point(Enum):
-    """When exactly."""
+class WritePoint(Enum):
+    """When a strike hits, relative to the write."""
 
     BEFORE_WRITING = "before it is on disk"
     BEFORE_SAYING = "before it says so"
@@ -182,24 +182,24 @@ class Point(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Strike:
-    """A fault that waits for the next member that comes to a turning point, and hits that one.
+    """A fault that waits for the next member that reaches a turning point, and hits that member.
 
     Attributes:
-        at: From when on it waits [s].
-        moment: What it waits for.
-        fault: What happens then; the names in it are filled in.
-        point: When exactly. A freeze comes after it in any case, and so does a cut, unless it
-            comes before the member says so.
+        at: When it begins to wait [s].
+        trigger: What it waits for.
+        fault: What happens then, to that member.
+        point: When exactly. A freeze always comes after the message, and so does a cut unless
+            `BEFORE_SAYING`.
     """
 
     at: float
-    moment: Moment
+    trigger: Trigger
     fault: Crash | Freeze | Cut
-    point: Point = Point.AFTER
+    point: WritePoint = WritePoint.AFTER
 
     def __str__(self) -> str:
         fault = str(self.fault)[7:].strip()
-        return f"{self.at:6.2f} the next that {self.moment.value} {self.point.value}: {fault}"
+        return f"{self.at:6.2f} the next that {self.trigger.value} {self.point.value}: {fault}"
 
 
 Happening = Crash | Freeze | Cut | BadLinks | PowerCut | Strike | SetState | Post | Cancel
@@ -210,23 +210,23 @@ class FaultSchedule:
     """A hive and what happens to it.
 
     Attributes:
-        seed: Of the chances of the run itself: delays, losses, jitter, drives.
-        robots: How many robots there are besides the blackboard node.
+        seed: Of the chances during the run: delays, losses, jitter, drives.
+        robots: Number of robots.
         happenings: In any order.
-        settings: The hive's timers.
-        patience: How patient its blackboard is, and for how long it keeps what has ended.
-        late: Who is started how late [s]; the others are started within the first second.
-        far_clocks: Whether every clock is as wrong as is allowed, one way or the other.
+        settings: Of every member's Raft node.
+        board: Of the blackboard.
+        late: Members that start at a given time [s]; the others start within the first second.
+        far_clocks: Whether every clock has the largest error allowed.
         proofs: Share of the deaths that others get proof of.
-        mood: In words, what kind of trouble it was drawn for.
-        aside: Robots that do not stand by to carry the blackboard.
+        scenario: What it was drawn for.
+        aside: Robots that are learners.
     """
 
     seed: int
     robots: int
     happenings: tuple[Happening, ...]
     settings: RaftSettings = field(default_factory=lambda: RaftSettings(kept_changes=4))
-    patience: BlackboardSettings = PATIENCE
+    board: BlackboardSettings = BOARD_SETTINGS
     late: tuple[tuple[str, float], ...] = ()
     far_clocks: bool = False
     proofs: float = 0.9
@@ -247,12 +247,11 @@ class FaultSchedule:
             for name in ("election", "stagger", "member_timeout", "most_members")
             if getattr(self.settings, name) != getattr(usual, name)
         ]
-        patience = self.patience
-        if patience.keep_ended != PATIENCE.keep_ended:
-            kept = f"{patience.most_ended} ended tasks kept, for {patience.keep_ended:g} s"
+        if self.board.keep_ended != BOARD_SETTINGS.keep_ended:
+            kept = f"{self.board.most_ended} ended tasks kept, for {self.board.keep_ended:g} s"
             timers.append(kept)
         clocks = ["clocks 1 % wrong"] if self.far_clocks else []
-        proofs = [] if self.proofs else ["no death is proved"]
+        proofs = [] if self.proofs else ["no death is proven"]
         aside = [f"{', '.join(self.aside)} aside"] if self.aside else []
         late = [f"{at:6.2f} {name} is started for the first time" for name, at in self.late]
         return "\n".join(

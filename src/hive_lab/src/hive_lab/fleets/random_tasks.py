@@ -21,19 +21,16 @@ if TYPE_CHECKING:
 
 
 ROOM = 0.9
-"""A goal is at least so far from what is not free [m]."""
+"""Least distance of a goal from anything that is not free [m]."""
 
 PAYLOADS = {TaskType.GA: 0.0, TaskType.GAB: 40.0, TaskType.GPA: 0.4, TaskType.GPAB: 0.4}
-"""What a task carries at most [kg]; any arm of the default fleet can lift the least of them."""
+"""Largest payload by task type [kg]; any arm of the default fleet can lift the least."""
 
 
 def random_tasks(grid: GridMap, random: Generator, avoid: Collection[Pose] = ()) -> Iterator[Task]:
     """Yield tasks for ever: the types in turn, goals evenly over the free floor.
 
-    Args:
-        grid: The floor.
-        random: Where chance comes from.
-        avoid: Poses that goals keep 1.5 m away from: places where robots have to get through.
+    `avoid` are poses, such as passages, that goals stay 1.5 m away from.
     """
     padded = np.pad(~grid.blocked, 1)
     clear = ndimage.distance_transform_edt(padded)[1:-1, 1:-1] * grid.resolution

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robots of a virtual fleet that are only reckoned: a day of them passes in minutes.
+"""Estimated robots of a virtual fleet: a day of them passes in minutes.
 
-A drive takes as long, and a grip as long, as such a robot takes in the simulator; nobody is in
-anybody's way. What is reckoned wrong is wrong by chance, so that the robots' predictions are not
-true by themselves.
+Drives and grips take the time they take in the simulator; robots never block each other. A random
+error keeps the robots' predictions from coming true by construction.
 """
 
 from __future__ import annotations
@@ -27,27 +26,23 @@ if TYPE_CHECKING:
     from hive_lab.virtual.network import Call
 
 PER_DRIVE, PER_METRE = 3.5, 1.35
-"""Time that a drive takes in the lab, [s] and [s/m]: fitted to 60 drives of four models."""
+"""Duration of a drive in the lab, [s] and [s/m]: fitted to 60 drives of four models."""
 
 SPREAD = 0.15
-"""Standard deviation of the share by which a drive differs from that."""
+"""Standard deviation of a drive's relative error."""
 
 TICK = 1.0
-"""The battery is drawn from so often on the way [s]."""
+"""Time between two draws on the battery while driving [s]."""
 
 
 class ReckonedBodies:
-    """Bodies that stand still until they have arrived; see `virtual_fleet.Bodies`.
-
-    Args:
-        random: Where chance comes from.
-    """
+    """Bodies that stay in place until they have arrived; see `virtual_fleet.Bodies`."""
 
     def __init__(self, random: Generator) -> None:
         self._random = random
 
     def command(self, robot: FleetRobot, fleet: VirtualFleet) -> Mapping[StepKind, Command]:
-        """Return what makes a robot do each kind of step."""
+        """Return a robot's command for each kind of step."""
         return dict.fromkeys(StepKind, _Body(robot.name, fleet, self._random))
 
 
@@ -67,16 +62,16 @@ class _Body:
             ok = CommandResult(CommandState.SUCCEEDED)
             self._call = self._fleet.network.schedule(time, lambda: done(ok))
             return
-        way = self._fleet.path_lengths[self._name].length(
+        length = self._fleet.path_lengths[self._name].length(
             self._fleet.robots[self._name].status.pose, step.goal
         )
-        if math.isinf(way):
-            result = CommandResult(CommandState.ABORTED, "there is no way")
+        if math.isinf(length):
+            result = CommandResult(CommandState.ABORTED, "there is no path")
             self._call = self._fleet.network.schedule(TICK, lambda: done(result))
             return
         chance = math.exp(SPREAD * float(self._random.standard_normal()))
-        left = (PER_DRIVE + PER_METRE * way) * chance
-        self._drive(left, way / left, step.goal, done)
+        left = (PER_DRIVE + PER_METRE * length) * chance
+        self._drive(left, length / left, step.goal, done)
 
     def cancel(self) -> None:
         """Stop."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Drives that are recorded once and looked at many times: what a robot senses, and the truth."""
+"""Drives recorded once for many uses: what a robot senses, and the truth."""
 
 from __future__ import annotations
 
@@ -19,21 +19,20 @@ if TYPE_CHECKING:
     from simenv.world.world import World
 
 STEPS_PER_LOOK = 4
-"""The robot looks about at 10 Hz."""
+"""The robot senses at 10 Hz."""
 
 PATIENCE = 120.0
-"""Longest time for one goal [s]."""
+"""Time limit for one goal [s]."""
 
 
 @dataclass(frozen=True)
 class Look:
-    """What a robot sensed at one moment.
+    """What a robot sensed at a time [s].
 
     Attributes:
-        time: [s]
-        truth: Where it really was, frame map.
-        odometry: Where its wheels said it was, frame odom.
-        ranges: (beams,) what its laser measured [m].
+        truth: Its true pose, frame map.
+        odometry: Its pose by its wheels, frame odom.
+        ranges: (beams,) measured by its laser [m].
     """
 
     time: float
@@ -49,19 +48,10 @@ def record_drive(
     stops: Sequence[tuple[float, float, float]],
     seed: int,
 ) -> list[Look]:
-    """Drive a robot through a world and record what it senses.
+    """Drive a robot through a world from the first stop to the others; return a look every 0.1 s.
 
-    It is steered by its true pose, so that the record is the same whatever reads it later.
-
-    Args:
-        world: The world.
-        grid: Its map.
-        model: What the robot is.
-        stops: Where it starts, and its goals in order, frame map [m, m, rad].
-        seed: Of the noise of its senses.
-
-    Returns:
-        A look every 0.1 s.
+    The true pose steers the robot, so the record does not depend on its later use. Stops are in
+    frame map [m, m, rad].
     """
     simulation = Simulation(world, seed=seed)
     traffic = Traffic(simulation, grid)

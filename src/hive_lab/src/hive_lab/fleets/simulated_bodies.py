@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robots of a virtual fleet that really drive: in the simulator, by their own navigation."""
+"""Robots of a virtual fleet that drive in the simulator, by their own navigation."""
 
 from __future__ import annotations
 
@@ -27,21 +27,13 @@ if TYPE_CHECKING:
     from hive_lab.fleets.virtual_fleet import VirtualFleet
 
 TOLD = 4
-"""A robot is told where it is, and what it has driven, every so many steps: at 10 Hz."""
+"""A robot learns its pose and distance driven every so many steps: at 10 Hz."""
 
 _ACTS = {StepKind.PICK: Act.PICK, StepKind.PLACE: Act.PLACE}
 
 
 class SimulatedBodies:
-    """Bodies in a simulation; see `virtual_fleet.Bodies`.
-
-    Args:
-        world: Name of the world and of its map.
-        seed: Of the simulation.
-
-    Attributes:
-        simulation: Where they are.
-    """
+    """Bodies in a simulation of a named world; see `virtual_fleet.Bodies`."""
 
     def __init__(self, world: str, seed: int) -> None:
         self.simulation = Simulation(load_world(world), seed=seed)
@@ -50,7 +42,7 @@ class SimulatedBodies:
         self._steps = 0
 
     def command(self, robot: FleetRobot, fleet: VirtualFleet) -> Mapping[StepKind, Command]:
-        """Put a robot into the world; return what makes it do each kind of step."""
+        """Spawn a robot; return its command for each kind of step."""
         self._traffic.add(robot.name, load_model(robot.model), robot.pose)
         body = _Body(robot.name, self.simulation, self._traffic)
         if not self._bodies:
@@ -97,7 +89,7 @@ class _Body:
         self._simulation.arm(self._name).cancel()
 
     def look(self) -> None:
-        """See whether the step has ended."""
+        """Check whether the step has ended."""
         done = self._done
         if done is None:
             return
@@ -116,7 +108,7 @@ class _Body:
         done(CommandResult(CommandState.SUCCEEDED if works else CommandState.ABORTED, text))
 
     def tell(self, robot: Robot) -> None:
-        """Tell the robot where it is and how far its wheels have turned."""
+        """Tell the robot its pose and the distance driven."""
         now = self._simulation.odometry(self._name)
         robot.add_travel(math.dist(now[:2], self._was[:2]))
         self._was = now

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A whole fleet in one process on virtual time: the hive's real classes, without ROS.
 
-The blackboard and the robots are those of a running hive. What moves the robots is left open: the
-simulator and real navigation (`simulated_bodies`), or a reckoning that takes no time at all
-(`reckoned_bodies`).
+What moves the robots is exchangeable: the simulator with real navigation (`simulated_bodies`), or
+an estimate of travel times (`reckoned_bodies`).
 """
 
 from __future__ import annotations
@@ -12,19 +11,15 @@ from typing import TYPE_CHECKING, Protocol
 
 import yaml
 
-from blackboard.board.blackboard import Blackboard
-from blackboard.consensus.journal import MemoryJournal
 from blackboard.costing.path_lengths import GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import characteristics_from
-from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
+from blackboard.domain.settings import RobotSettings
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STATE
 from blackboard.robot.charging import ChargingPlan
-from blackboard.robot.executor import Controller
-from blackboard.robot.robot import Robot
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import lone_backup
+from hive_lab.virtual.hive import make_robot, start_blackboard
 from hive_lab.virtual.network import Network, NetworkTalker
 from robot_description.models import model_path
 
@@ -38,6 +33,7 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.task import StepKind, Task
     from blackboard.robot.executor import Command
+    from blackboard.robot.robot import Robot
     from fleet_manager.config.fleet_file import Fleet, FleetRobot
 
 
@@ -45,7 +41,7 @@ class Bodies(Protocol):
     """What moves the robots of a fleet."""
 
     def command(self, robot: FleetRobot, fleet: VirtualFleet) -> Mapping[StepKind, Command]:
-        """Return what makes a robot do each kind of step."""
+        """Return a robot's command for each kind of step."""
 
 
 class VirtualFleet:
@@ -55,17 +51,14 @@ class VirtualFleet:
         fleet: The robots.
         world: Name of the map.
         bodies: What moves them.
-        chargers: Where a robot stands at each charger, by name [map frame].
+        chargers: Where a robot stands at each charger, by name, frame map.
 
     Attributes:
-        network: The time, and what the members talk over.
-        grid: What is known of the floor.
-        robots: By name.
-        batteries: Of the robots, by name.
-        characteristics: Of the robots, by name.
-        ways: How far it is for each robot, by name.
+        network: The time, and the members' messages.
+        grid: The floor.
+        robots, batteries, characteristics, path_lengths: Of each robot, by its name.
         bids: The latest bid of each robot on each task, by (task, robot).
-        updates: What has been said about each task, in order.
+        updates: All updates of each task.
         statuses: The latest of each robot.
     """
 
@@ -83,10 +76,7 @@ class VirtualFleet:
         self._on_update: Callable[[TaskUpdate], None] = lambda _: None
         self.grid = load_map(world)
         self._plan = ChargingPlan(chargers, fleet.battery)
-        talker = NetworkTalker(self.network, "blackboard")
-        backup = lone_backup(talker)
-        Blackboard(talker, backup, GridPathLengths(self.grid), BlackboardSettings()).start()
-        backup.start()
+        start_blackboard(NetworkTalker(self.network, "blackboard"), GridPathLengths(self.grid))
         self.network.listen(TASK_COST, self._note_bids)
         self.network.listen(TASK_STATE, self._note_update)
         self.network.listen(ROBOT_STATUS, self._note_status)
@@ -98,24 +88,22 @@ class VirtualFleet:
         body = characteristics_from(yaml.safe_load(model_path(entry.model).read_text("utf-8")))
         self.characteristics[entry.name] = body
         battery = self.batteries[entry.name] = Battery(body.battery)
-        ways = self.path_lengths[entry.name] = GridPathLengths(self.grid, body.radius)
-        controller = Controller(bodies.command(entry, self), talker, ControllerSettings())
-        robot = self.robots[entry.name] = Robot(
+        lengths = self.path_lengths[entry.name] = GridPathLengths(self.grid, body.radius)
+        robot = self.robots[entry.name] = make_robot(
             talker,
             entry.name,
-            body,
-            battery,
-            ways,
-            controller,
             Pose(*entry.pose),
-            RobotSettings(cost_model=fleet.cost_model),
-            MemoryJournal(),
-            plan=self._plan,
+            bodies.command(entry, self),
+            body,
+            battery=battery,
+            path_lengths=lengths,
+            settings=RobotSettings(cost_model=fleet.cost_model),
+            charging=self._plan,
         )
         robot.start()
 
     def watch(self, on_update: Callable[[TaskUpdate], None]) -> None:
-        """Have every change of a task told as it happens."""
+        """Call a function with every update of a task."""
         self._on_update = on_update
 
     def post(self, task: Task) -> None:
@@ -123,7 +111,7 @@ class VirtualFleet:
         self.network.send(NEW_TASK, task)
 
     def run(self, duration: float) -> None:
-        """Let time pass [s]; what was said is not kept, for a day of it would fill the memory."""
+        """Let time pass [s]; drop the recorded messages, which would fill the memory in a day."""
         self.network.run(duration)
         self.network.sent.clear()
         self.network.heard.clear()

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures the auction on real ROS: from posting a task to hearing which robot has it.
 
-A blackboard node and one node for each robot run on a ROS master of their own, with their journals
-on disk; what stands in for the robots' bases takes every goal and never moves. Before them, as
-many bare rospy nodes exchange the messages of a round without doing anything, on the same master.
+A blackboard node and a node for each robot run on a ROS master of their own, with journals on
+disk. Fake bases accept every goal and never move. As a baseline, the same number of bare rospy
+nodes first exchange the messages of a round on the same master without computing anything.
 """
 
 from __future__ import annotations
@@ -26,15 +26,16 @@ from std_msgs.msg import String
 
 from blackboard.errors import LiveHiveError
 from hive_common.ros.links import PAUSES
+from hive_lab.bench.registry import BenchResult
+from hive_lab.live.bidders import SPACING
 from hive_lab.live.live_hive import LiveHive, own_master
 from hive_lab.live.live_operator import TERMINAL, LiveOperator, make_task
-from hive_lab.live.parked import SPACING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
 SIZES = (4, 10)
-"""Numbers of robots, unless said otherwise."""
+"""Numbers of robots, unless the user chooses one."""
 
 AIMS = {
     "robots_10_assigned_median": 0.010,
@@ -51,29 +52,29 @@ _ONE_BY_ONE = 100
 _BURST = 200
 _SUSTAINED = 300
 _OPEN_AT_ONCE = 20
-"""Tasks that are posted and not assigned yet, while the sustained rate is measured."""
+"""Unassigned tasks while the sustained rate is measured."""
 
 _WARM = 10
 _START = 1800.0
-"""Wall time within which all nodes of a large hive have found each other [s]."""
+"""Time for all nodes of a large hive to find each other [s, wall clock]."""
 
 _PATIENCE = 60.0
 _WHOLE_LIST = 300.0
-"""Within that all tasks on the list of a large hive are assigned, or cancelled [s]."""
+"""Time for all tasks on a large hive's list to be assigned or cancelled [s]."""
 
 _REPEAT = 5.0
 _SIDE = 60.0
-"""Side of the square in which the goals lie, unless the row of robots is longer [m]."""
+"""Side of the square with the goals, unless the row of robots is longer [m]."""
 
 
 class Desk:
-    """Posts tasks, and notes when each is heard to be assigned.
+    """Posts tasks at random places of a square, and records when each is assigned.
 
-    Make it after `rospy.init_node`.
+    Create it after `rospy.init_node`.
 
     Args:
-        namespace: Of `new_task`, `task_cancel` and `task_state`, ending in a slash.
-        side: Of the square in which the goals lie [m].
+        namespace: Of the topics, ending in a slash.
+        side: Of the square [m].
 
     ROS Publishers: `new_task`, `task_cancel`.
     ROS Subscribers: `task_state`.
@@ -97,11 +98,11 @@ class Desk:
 
     @property
     def is_heard(self) -> bool:
-        """Whether somebody listens to what is posted here, and speaks of it."""
+        """Whether the blackboard is connected in both directions."""
         return bool(self._post.get_num_connections() and self._ear.get_num_connections())
 
     def post(self, count: int = 1) -> list[str]:
-        """Post some tasks at random places; return their ids."""
+        """Post some tasks; return their ids."""
         tasks = [self._make() for _ in range(count)]
         for task in tasks:
             self._tasks[task.id] = task
@@ -111,10 +112,10 @@ class Desk:
     def wait(self, tasks: Iterable[str], patience: float = _PATIENCE) -> float:
         """Wait until all of these are assigned; return when the last one was [s, monotonic].
 
-        What is not assigned for a while is posted again: while nobody is active, nobody hears it.
+        Unassigned tasks are posted again now and then: without a leader nobody hears them.
 
         Raises:
-            LiveHiveError: They were not in time [s].
+            LiveHiveError: They were not assigned in time [s].
         """
         wanted = set(tasks)
         end = time.monotonic() + patience
@@ -130,10 +131,10 @@ class Desk:
             return max(self._assigned[task] for task in wanted)
 
     def clear(self) -> None:
-        """Take all that was posted off the list, and say so until it is.
+        """Cancel every task, again and again until it has ended.
 
         Raises:
-            LiveHiveError: It was not in time.
+            LiveHiveError: They were not cancelled in time.
         """
         end = time.monotonic() + _WHOLE_LIST
         while left := self._tasks.keys() - self._ended:
@@ -146,7 +147,7 @@ class Desk:
         self._tasks.clear()
 
     def wait_for_fewer(self, tasks: Sequence[str], than: int) -> None:
-        """Wait until fewer than so many of these are left to assign."""
+        """Wait until fewer than so many of these tasks are unassigned."""
         with self._changed:
             self._changed.wait_for(
                 lambda: sum(task not in self._assigned for task in tasks) < than, _PATIENCE
@@ -159,7 +160,7 @@ class Desk:
 
     def _hear(self, update: Any) -> None:  # noqa: ANN401  (a TaskState)
         now = time.monotonic()
-        # Of a task that is posted again it is told how it is by now.
+        # A task posted again is answered with its current state.
         with self._changed:
             if update.state in {bb_msgs.TaskState.ASSIGNED, bb_msgs.TaskState.STARTED}:
                 self._assigned.setdefault(update.task_id, now)
@@ -169,7 +170,7 @@ class Desk:
 
 
 def one_by_one(desk: Desk, count: int = _ONE_BY_ONE) -> list[float]:
-    """Return how long each of some tasks took that were posted one after the other [s]."""
+    """Return the times of tasks that are posted one after the other [s]."""
     times = []
     for _ in range(count):
         since = time.monotonic()
@@ -178,13 +179,13 @@ def one_by_one(desk: Desk, count: int = _ONE_BY_ONE) -> list[float]:
 
 
 def burst(desk: Desk, count: int = _BURST) -> float:
-    """Return how long it takes until all of some tasks posted at once are assigned [s]."""
+    """Return the time until a number of tasks posted at once are assigned [s]."""
     since = time.monotonic()
     return desk.wait(desk.post(count), _WHOLE_LIST) - since
 
 
 def sustained(desk: Desk, count: int = _SUSTAINED) -> float:
-    """Return the time for each task where there are always some that are not assigned yet [s]."""
+    """Return the time per task with a steady number of unassigned ones [s]."""
     since = time.monotonic()
     tasks: list[str] = []
     for _ in range(count):
@@ -210,21 +211,21 @@ def measure(robots: int, folder: Path) -> dict[str, float]:
         folder: For journals and logs.
 
     Returns:
-        Figures by name: times [s] and memory [MB].
+        Times [s] and memory [MB] by name.
 
     Raises:
-        LiveHiveError: The hive did not do what was waited for.
+        LiveHiveError: The hive was too slow.
     """
     side = max(_SIDE, SPACING * robots)
     with _bare_nodes(robots):
         desk = Desk("/bare/", side)
-        _wait_until(lambda: desk.is_heard, f"{robots} bare nodes are there")
+        _wait_until(lambda: desk.is_heard, f"{robots} bare nodes answer")
         _warm_up(desk)
         figures = spread("bare", one_by_one(desk))
         figures["bare_seconds_per_task"] = sustained(desk)
     with _hive_at(robots, folder) as hive:
         desk = Desk(hive.namespace, side)
-        _wait_until(lambda: desk.is_heard, "the hive hears the desk")
+        _wait_until(lambda: desk.is_heard, "the hive is connected to the desk")
         _warm_up(desk)
         desk.clear()
         figures[f"burst_of_{_BURST}"] = burst(desk)
@@ -252,7 +253,7 @@ def _wait_until(condition: Any, what: str, patience: float = _START) -> None:  #
 
 
 def _proportional_size(pid: int) -> float:
-    """Return a process's own memory and its share of what it shares [MB]."""
+    """Return a process's proportional set size [MB]."""
     return float(psutil.Process(pid).memory_full_info().pss) / 1e6
 
 
@@ -269,7 +270,7 @@ def _bare_nodes(robots: int) -> Iterator[None]:
 def _module(name: str, *arguments: str) -> Iterator[None]:
     """Run a module of this package in a process of its own."""
     process = subprocess.Popen(  # noqa: S603  (our own nodes)
-        [sys.executable, "-m", f"blackboard.ros.{name}", *arguments],
+        [sys.executable, "-m", f"hive_lab.live.{name}", *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
@@ -282,9 +283,9 @@ def _module(name: str, *arguments: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _hive_at(robots: int, folder: Path) -> Iterator[LiveHive]:
-    """Run a hive in a namespace of its own, once all of it answers and has calmed down.
+    """Run a hive in a namespace of its own, once all of it answers and has settled.
 
-    Nobody else listens to it then, as nobody does to the bare nodes.
+    Nobody else listens to it then, as with the bare nodes.
     """
     names = [f"robot{i + 1}" for i in range(robots)]
     hive = LiveHive(folder / f"{robots}", f"/hive{robots}/", names)
@@ -292,24 +293,17 @@ def _hive_at(robots: int, folder: Path) -> Iterator[LiveHive]:
     with contextlib.ExitStack() as stack:
         stack.callback(hive.end)
         operator = LiveOperator(hive.namespace, hive.members)
-        stack.enter_context(_module("parked", *spaces))
+        stack.enter_context(_module("bidders", *spaces))
         hive.start_all()
         operator.demand(operator.all_answer, f"{robots} robots answer", _START)
         operator.close()
-        # Until then every node asks the ROS master now and then whom it does not hear.
+        # Until then every node asks the ROS master now and then for missing links.
         time.sleep(sum(PAUSES))
         yield hive
 
 
-def run(robots: int = 0) -> dict[str, dict[str, float]]:
-    """Measure.
-
-    Args:
-        robots: How many; `SIZES` one after the other where it is 0.
-
-    Returns:
-        `figures`: see `measure`, each with the number of robots before it; `aims`: see `AIMS`.
-    """
+def run(robots: int = 0) -> BenchResult:
+    """Measure a number of robots, or all `SIZES` if it is 0; see `measure` and `AIMS`."""
     figures: dict[str, float] = {}
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="robo-hive-bench-")))
@@ -320,4 +314,4 @@ def run(robots: int = 0) -> dict[str, dict[str, float]]:
             found = {name: round(value, 5) for name, value in measure(size, folder).items()}
             sys.stderr.write(f"{size} robots: {found}\n")
             figures |= {f"robots_{size}_{name}": value for name, value in found.items()}
-    return {"figures": figures, "aims": {k: v for k, v in AIMS.items() if k in figures}}
+    return BenchResult(figures, {k: v for k, v in AIMS.items() if k in figures})

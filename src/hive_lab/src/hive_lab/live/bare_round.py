@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A round of an auction without an auction: what rospy itself takes for the same messages.
+"""A round of an auction without an auction: rospy's own time for the same messages.
 
     python3 -m hive_lab.live.bare_round ask 10
     python3 -m hive_lab.live.bare_round answer
 
-One node hears a task on `bare/new_task`, broadcasts it, and tells on `bare/task_state` when all of
-so many others have answered. Nothing is computed, nothing is written down.
+One node takes tasks from `bare/new_task`, broadcasts them, and reports on `bare/task_state` when
+all other nodes have answered. Nothing is computed or written to disk.
 """
 
 from __future__ import annotations
@@ -17,13 +17,7 @@ _QUEUE = 1000
 
 
 class Asker:
-    """Broadcasts every task and waits for the answers.
-
-    Make it after `rospy.init_node`.
-
-    Args:
-        answers: How many make a round.
-    """
+    """Broadcasts every task and waits for the answers. Create it after `rospy.init_node`."""
 
     def __init__(self, answers: int) -> None:
         self._answers = answers
@@ -47,7 +41,7 @@ class Asker:
 
 
 class Answerer:
-    """Answers every broadcast at once. Make it after `rospy.init_node`."""
+    """Answers every broadcast at once. Create it after `rospy.init_node`."""
 
     def __init__(self) -> None:
         self._answer = rospy.Publisher("bare/task_cost", bb_msgs.TaskCostArray, queue_size=_QUEUE)

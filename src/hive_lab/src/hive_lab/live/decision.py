@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures what it takes to work bids out at the robots and at the blackboard.
+"""Measures the cost of computing bids at the robots and at the blackboard.
 
-Whole hives run in this process on virtual time. Two tasks for each robot are posted at once, and
-until all of them are assigned the processor time of every member is taken, and the size of every
-call for bids and of every answer, as they are serialized for ROS.
+Whole hives run in this process on virtual time. Two tasks for each robot are posted at once. Until
+all are assigned, the processor time of every member is measured, and the size of all calls for
+bids and answers as serialized for ROS.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from blackboard.domain.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.ros.codec.tables import WIRES
 from hive_common.pose import Pose
+from hive_lab.bench.allocation.instances import Floor
 from hive_lab.bench.registry import BenchResult
-from hive_lab.bench_allocation.instances import Floor
 from hive_lab.virtual.hive import Hive
 from hive_lab.virtual.network import NetworkTalker
 
@@ -31,24 +31,24 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from blackboard.domain.path_lengths import PathLengths
-    from hive_lab.virtual.network import Call, Listening, Network
+    from hive_lab.virtual.network import Call, Network, Subscription
 
 DECISIONS = ("distributed", "centralized")
 SIZES = {"straight": (2, 5, 10, 20, 50, 100), "map": (2, 5, 10, 20)}
-"""Numbers of robots, as the crow flies and on the map of the warehouse."""
+"""Numbers of robots, with straight paths and on the warehouse map."""
 
 _TASKS_EACH = 2
 _SIDE = 100.0
-"""Side of the floor where there is no map [m]."""
+"""Side of the floor without a map [m]."""
 
 _SLICE = 0.05
 _LIMIT = 300.0
-"""Virtual time within which all has to be assigned [s]."""
+"""Virtual time for all tasks to be assigned [s]."""
 
 
 @dataclass(frozen=True)
 class Taken:
-    """What it took to assign a task, in the mean over all tasks of a burst.
+    """The cost of assigning a task, the mean over a burst.
 
     Attributes:
         size: Of all calls for bids and answers, each counted once [byte].
@@ -64,29 +64,22 @@ class Taken:
 
 
 class TimedTalker(NetworkTalker):
-    """A talker that takes the time of all that its member does.
-
-    Attributes:
-        spent: Processor time so far [s].
-    """
+    """A talker that sums its member's processor time in `spent` [s]."""
 
     def __init__(self, network: Network, member: str) -> None:
         super().__init__(network, member)
         self.spent = 0.0
 
     def subscribe(
-        self,
-        topic: str,
-        handler: Callable[[Any], None],
-        when: Callable[[], bool] | None = None,
-    ) -> Listening:
-        """Have the messages of a topic handed over."""
+        self, topic: str, handler: Callable[[Any], None], when: Callable[[], bool] | None = None
+    ) -> Subscription:
+        """Subscribe to a topic."""
         return super().subscribe(
             topic, lambda message: self._timed(lambda: handler(message)), when
         )
 
     def every(self, period: float, action: Callable[[], None]) -> Call:
-        """Call again and again."""
+        """Call periodically."""
         return super().every(period, lambda: self._timed(action))
 
     def after(self, delay: float, action: Callable[[], None]) -> Call:
@@ -100,7 +93,7 @@ class TimedTalker(NetworkTalker):
 
 
 class TimedHive(Hive):
-    """A hive that takes the time of its members."""
+    """A hive that measures its members' processor time."""
 
     talkers: dict[str, TimedTalker]  # type: ignore[assignment]  # narrower, and made only below
 
@@ -110,12 +103,7 @@ class TimedHive(Hive):
 
 
 class Places:
-    """Draws places on the floor, and knows how far it is between them.
-
-    Args:
-        floor: The map; none where it goes as the crow flies.
-        seed: Of the places.
-    """
+    """Draws places on the floor, a map or an empty square, and knows the paths between them."""
 
     def __init__(self, floor: Floor | None, seed: int) -> None:
         self._floor = floor
@@ -128,7 +116,7 @@ class Places:
         return [Pose(*map(float, xy)) for xy in self._draw.uniform(0.0, _SIDE, (number, 2))]
 
     def path_lengths(self) -> PathLengths:
-        """Return what a process of its own knows of ways, its map prepared."""
+        """Return the path lengths of a process of its own, its map prepared."""
         if self._floor is None:
             return EuclideanLengths()
         path_lengths = self._floor.own_path_lengths()
@@ -138,13 +126,7 @@ class Places:
 
 
 def burst(decision: str, robots: int, floor: Floor | None = None) -> Taken:
-    """Return what it takes to assign two tasks for each robot that are posted at once.
-
-    Args:
-        decision: One of `DECISIONS`.
-        robots: How many.
-        floor: The map; none where it goes as the crow flies.
-    """
+    """Return the cost of assigning two tasks for each robot, posted at once."""
     places = Places(floor, robots)
     hive = TimedHive(BlackboardSettings(decision=decision), path_lengths=places.path_lengths())
     for number, place in enumerate(places.some(robots)):
@@ -168,7 +150,7 @@ def burst(decision: str, robots: int, floor: Floor | None = None) -> Taken:
 
 
 def _assigned(hive: Hive, mark: int) -> int:
-    """Return how many tasks were told to be assigned since a mark in what was sent."""
+    """Return how many tasks were assigned since a position in `sent`."""
     told = (message for topic, message in hive.network.sent[mark:] if topic == TASK_STATE)
     return len({each.task_id for each in told if each.state is TaskState.ASSIGNED})
 
@@ -181,16 +163,12 @@ def _size(topic: str, message: object) -> int:
     return buffer.tell()
 
 
-def measure(sizes: dict[str, Sequence[int]] | None = None) -> BenchResult:
-    """Measure both decisions over the size of the fleet.
-
-    Args:
-        sizes: Numbers of robots, by `straight` and `map`; `SIZES` where it is left out.
+def run(sizes: dict[str, Sequence[int]] | None = None) -> BenchResult:
+    """Measure both decisions over the size of the fleet; see `SIZES`.
 
     Returns:
-        For each task: `..._bytes` [byte], and the processor time of the blackboard, of the busiest
-        robot and of all members [s], by the way it is measured, the number of robots and the
-        decision.
+        For each task `..._bytes` [byte], and the processor time of the blackboard, of the busiest
+        robot and of all members [s], by path lengths, number of robots and decision.
     """
     rospy.rostime.set_rostime_initialized(True)
     floors = {"straight": None, "map": Floor()}

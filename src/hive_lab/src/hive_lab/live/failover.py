@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how long a hive on real ROS is without an active blackboard.
+"""Measures how long a hive on real ROS is without a leader.
 
-A blackboard node and four robot nodes run on a ROS master of their own; nothing drives, because
-only members are needed. Whoever is active is killed (`kill -9`) or stopped (SIGSTOP), and the time
-until the first heartbeat of another is taken on the wall clock. It is started again before the
-next round. The blackboard node is the active one of the first round; later ones are whoever has
-taken over, so most rounds end a robot's process.
+A blackboard node and four robot nodes run on a ROS master of their own; nothing drives. The leader
+is killed (`kill -9`) or suspended (SIGSTOP), and the time to the next leader's first heartbeat is
+measured on the wall clock. The member is back before the next round. The blackboard node leads in
+the first round; then whoever took over does, so most rounds hit a robot's process.
 """
 
 from __future__ import annotations
@@ -17,7 +16,8 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hive_lab.live.bench_hive import bench_hive
+from hive_lab.bench.registry import BenchResult
+from hive_lab.live.live_hive import bench_hive
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,14 +26,10 @@ if TYPE_CHECKING:
     from hive_lab.live.live_operator import LiveOperator
 
 RUNS = 20
-"""How many of each fault, unless said otherwise."""
+"""Number of each fault by default."""
 
-AIMS = {
-    "crash_median": 0.5,
-    "crash_worst": 1.5,
-    "freeze_worst": 3.5,
-}
-"""From the fault to the first heartbeat of another [s]."""
+AIMS = {"crash_median": 0.5, "crash_worst": 1.5, "freeze_worst": 3.5}
+"""From the fault to the next leader's first heartbeat [s]."""
 
 _FAULTS = (("crash", signal.SIGKILL), ("freeze", signal.SIGSTOP))
 
@@ -44,9 +40,9 @@ class Gap:
 
     Attributes:
         fault: `crash` or `freeze`.
-        carrier: Name of the node that carried the blackboard.
-        seconds: From the fault to the first heartbeat of another [s].
-        of_robot: Whether a robot carried it.
+        carrier: Node of the former leader.
+        seconds: From the fault to the next leader's first heartbeat [s].
+        of_robot: Whether the former leader was a robot.
     """
 
     fault: str
@@ -56,7 +52,7 @@ class Gap:
 
 
 def _round(hive: LiveHive, operator: LiveOperator, fault: str, what: signal.Signals) -> Gap:
-    """Do one fault to whoever is active; return how long there was no active one."""
+    """Inject one fault into the leader; return the gap."""
     active = operator.wait_until_whole()
     operator.forget_answers()
     since = time.monotonic()
@@ -71,7 +67,7 @@ def _round(hive: LiveHive, operator: LiveOperator, fault: str, what: signal.Sign
 
 
 def figures_of(gaps: Sequence[Gap]) -> dict[str, float]:
-    """Return median, worst and best for each kind of fault, and for robots that carried it [s]."""
+    """Return median, worst and best [s] by fault, and by fault of a robot."""
     figures: dict[str, float] = {}
     for fault, _ in _FAULTS:
         every = [gap.seconds for gap in gaps if gap.fault == fault]
@@ -86,13 +82,7 @@ def figures_of(gaps: Sequence[Gap]) -> dict[str, float]:
 
 
 def histogram(gaps: Sequence[Gap], fault: str, width: float = 0.1) -> list[str]:
-    """Return a line for every class of gaps of one kind of fault, with a mark for each.
-
-    Args:
-        gaps: All of them.
-        fault: `crash` or `freeze`.
-        width: Of a class [s].
-    """
+    """Return a histogram of the gaps of one kind of fault, with classes of a width [s]."""
     classes = [int(gap.seconds / width) for gap in gaps if gap.fault == fault]
     if not classes:
         return []
@@ -102,18 +92,11 @@ def histogram(gaps: Sequence[Gap], fault: str, width: float = 0.1) -> list[str]:
     ]
 
 
-def run(runs: int = RUNS) -> dict[str, dict[str, float]]:
-    """Measure crashes and freezes.
-
-    Args:
-        runs: How many of each.
-
-    Returns:
-        `figures`: see `figures_of`; `aims`: see `AIMS`. The distributions go to standard error.
-    """
+def run(runs: int = RUNS) -> BenchResult:
+    """Measure `runs` crashes and freezes each; the distributions go to standard error."""
     with bench_hive("bench_failover") as (hive, operator):
         gaps = [_round(hive, operator, *fault) for fault in _FAULTS for _ in range(runs)]
     for fault, _ in _FAULTS:
         sys.stderr.write("\n".join([f"{fault}:", *histogram(gaps, fault), ""]))
     figures = {name: round(value, 3) for name, value in figures_of(gaps).items()}
-    return {"figures": figures, "aims": dict(AIMS)}
+    return BenchResult(figures, dict(AIMS))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The processes of a real hive without a world, for tests and benchmarks that end them.
+"""The processes of a real hive without a world, for tests and benchmarks that kill them.
 
-A hive is a blackboard node and some robot nodes in a namespace of their own, so that several hives
-share a ROS master. What drives the robots is `stand_in.StandIn`.
+A hive is a blackboard node and some robot nodes in a namespace of their own, so several hives can
+share a ROS master. `fake_base.FakeBase` drives the robots.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import rosgraph
@@ -20,10 +22,11 @@ import rospy
 
 from blackboard.domain.settings import STANDING_BY
 from blackboard.errors import LiveHiveError
+from hive_lab.live.fake_base import FakeBase
+from hive_lab.live.live_operator import LiveOperator
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 
@@ -44,27 +47,22 @@ MODEL: dict[str, Any] = {
     },
     "capabilities": ["GA", "GAB"],
 }
-"""A robot without an arm; see robot_description/models for real ones."""
+"""A robot without an arm; robot_description/models has real ones."""
 
 _MASTER_WITHIN = 60.0
 _LOOK_EVERY = 0.05
 
 
 class LiveHive:
-    """The processes of one hive, by the names of their nodes.
+    """The processes of one hive, by node name.
 
     Args:
         folder: For journals and logs.
         namespace: Of the hive, beginning and ending in a slash.
         robots: Names of its robots.
-        blackboard: Private parameters of the blackboard node, beside those that it needs here.
-        robot: Private parameters of every robot node, beside those that it needs here.
-        standing_by: How many robots, the first ones, stand by to carry the blackboard.
-
-    Attributes:
-        namespace: Of the hive.
-        robots: Names of its robots.
-        blackboard: Name of its blackboard node.
+        blackboard: Private parameters of the blackboard node, beside the necessary ones.
+        robot: Private parameters of every robot node, beside the necessary ones.
+        standing_by: How many robots are voters, the first ones.
     """
 
     def __init__(
@@ -90,7 +88,7 @@ class LiveHive:
         self.set_parameters()
 
     def set_parameters(self) -> None:
-        """Tell the ROS master the parameters of all nodes; a new master does not know them."""
+        """Set the parameters of all nodes on the ROS master; a new master lacks them."""
         for name, value in self._parameters.items():
             rospy.set_param(name, value)
 
@@ -101,7 +99,7 @@ class LiveHive:
 
     @property
     def members(self) -> tuple[str, ...]:
-        """Names of all nodes that the hive begins with."""
+        """Names of all initial nodes."""
         return (self.blackboard, *map(self.node_of, self.robots))
 
     def node_of(self, robot: str) -> str:
@@ -109,15 +107,15 @@ class LiveHive:
         return f"{self.namespace}{robot}/robot"
 
     def robot_of(self, node: str) -> str:
-        """Return the name of the robot that a node belongs to; empty for the blackboard node."""
+        """Return the robot that a node belongs to; empty for the blackboard node."""
         return node.rsplit("/", 2)[-2] if node.endswith("/robot") else ""
 
     def journal_of(self, node: str) -> Path:
-        """Return the file in which a node keeps its copy of the list."""
+        """Return the file of a node's journal."""
         return self.journals / f"{node.strip('/').replace('/', '-')}.sqlite3"
 
     def log_of(self, node: str) -> str:
-        """Return what a node has printed so far."""
+        """Return a node's output so far."""
         return self._log(node).read_text(errors="replace")
 
     def start_all(self) -> None:
@@ -136,11 +134,11 @@ class LiveHive:
         """Start a node.
 
         Args:
-            node: Its name; one that ends in `/robot` is a robot's, every other a blackboard's.
-            arguments: Further ones, for example remappings.
-            program: What to run instead of the package's own node.
-            prefix: Command that runs it, for example `ip netns exec robot1`.
-            environment: What differs from this process's own.
+            node: Its name; one that ends in `/robot` is a robot's, any other a blackboard's.
+            arguments: Further ones, such as remappings.
+            program: Replaces the package's own node.
+            prefix: Command that runs it, such as `ip netns exec robot1`.
+            environment: Additions to this process's environment.
         """
         space, _, name = node.rpartition("/")
         kind = "robot_node" if name == "robot" else "blackboard_node"
@@ -159,44 +157,44 @@ class LiveHive:
             )
 
     def signal(self, node: str, what: signal.Signals) -> None:
-        """Send a signal to a node and to whatever runs it; wait for its end where that ends it."""
+        """Send a signal to a node's process group; after SIGKILL wait for its end."""
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self._processes[node].pid, what)
         if what is signal.SIGKILL:
             self._processes[node].wait()
 
     def kill(self, *nodes: str) -> None:
-        """End nodes as `kill -9` does."""
+        """Kill nodes (SIGKILL)."""
         for node in nodes:
             self.signal(node, signal.SIGKILL)
 
     def freeze(self, node: str) -> None:
-        """Stop a node without ending it (SIGSTOP)."""
+        """Suspend a node (SIGSTOP)."""
         self.signal(node, signal.SIGSTOP)
 
     def thaw(self, node: str) -> None:
-        """Have a frozen node go on (SIGCONT)."""
+        """Resume a suspended node (SIGCONT)."""
         self.signal(node, signal.SIGCONT)
 
     def ended(self) -> tuple[str, ...]:
-        """Return the names of the nodes that were started and do not run any more."""
+        """Return the started nodes that do not run any more."""
         return tuple(name for name, each in self._processes.items() if each.poll() is not None)
 
     def pids(self) -> tuple[int, ...]:
-        """Return the process numbers of the nodes that run."""
+        """Return the process ids of the running nodes."""
         return tuple(each.pid for each in self._processes.values() if each.poll() is None)
 
     def pid_of(self, node: str) -> int:
-        """Return the process number of a node that was started."""
+        """Return the process id of a started node."""
         return self._processes[node].pid
 
     def restart_ended(self) -> None:
-        """Start those again that do not run any more."""
+        """Restart the nodes that do not run any more."""
         for name in self.ended():
             self.start(name)
 
     def end(self) -> None:
-        """End all."""
+        """Kill every node."""
         for name in self._processes:
             self.kill(name)
 
@@ -205,11 +203,7 @@ class LiveHive:
 
 
 class Master:
-    """A ROS master at the address of the environment.
-
-    Args:
-        folder: For its log.
-    """
+    """A ROS master at the address of the environment; its log goes to a folder."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -217,14 +211,14 @@ class Master:
 
     @property
     def is_running(self) -> bool:
-        """Whether it has been started and not ended."""
+        """Whether it runs."""
         return self._process is not None and self._process.poll() is None
 
     def start(self) -> None:
         """Start it and wait until it answers.
 
         Raises:
-            LiveHiveError: It does not.
+            LiveHiveError: It does not answer.
         """
         uri = rosgraph.get_master_uri()
         command = ["rosmaster", "--core", "-p", uri.rstrip("/").rpartition(":")[2]]
@@ -239,7 +233,7 @@ class Master:
             time.sleep(_LOOK_EVERY)
 
     def kill(self) -> None:
-        """End it as `kill -9` does."""
+        """Kill it (SIGKILL)."""
         if self._process is not None:
             self._process.kill()
             self._process.wait()
@@ -247,10 +241,27 @@ class Master:
 
 @contextlib.contextmanager
 def own_master(folder: Path) -> Iterator[Master]:
-    """Run a ROS master at the address of the environment; end it afterwards."""
+    """Run a ROS master at the address of the environment; kill it afterwards."""
     master = Master(folder)
     try:
         master.start()
         yield master
     finally:
         master.kill()
+
+
+@contextlib.contextmanager
+def bench_hive(node: str) -> Iterator[tuple[LiveHive, LiveOperator]]:
+    """Run a hive with fake bases on a ROS master of its own; `node` names this process."""
+    with contextlib.ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="robo-hive-bench-")))
+        stack.enter_context(own_master(folder))
+        rospy.init_node(node, anonymous=True, disable_signals=True)
+        stack.callback(rospy.signal_shutdown, "what follows ends the master")
+        hive = LiveHive(folder)
+        stack.callback(hive.end)
+        bases = [FakeBase(f"/{name}", x=float(i)) for i, name in enumerate(hive.robots)]
+        operator = LiveOperator(hive.namespace, hive.members)
+        hive.start_all()
+        yield hive, operator
+        bases.clear()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A program that speaks the operator's contract with a real hive, and remembers what it hears.
+"""An operator's program for a real hive, which remembers what it hears.
 
-Tests and benchmarks that break a hive look at it from here: through the topics that every
-operator's program can use, and the heartbeat and acknowledgements of its members.
+Tests and benchmarks observe a hive with it, through the operator's topics and the heartbeats and
+acknowledgements of the members.
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
 PATIENCE = 60.0
-"""Wall time that a busy machine may take for anything [s]."""
+"""Time that a busy machine may take for anything [s, wall clock]."""
 
 ANSWERS = 13
-"""Answers of each member in a row, one to each heartbeat, until the hive counts as whole; within
-that time one that was started again has sat out its election time and votes too."""
+"""Consecutive answers of each member, one to each heartbeat, until the hive counts as complete;
+within that time a restarted member has sat out its election time and votes too.
+"""
 
 _REPEAT = 0.5
-"""Time after which a task that nobody has answered is posted again [s]."""
+"""Time after which an unanswered task is posted again [s]."""
 
 TERMINAL = frozenset(
     {
@@ -44,9 +45,7 @@ TERMINAL = frozenset(
 
 
 class LiveOperator:
-    """Posts tasks to one hive, and keeps what was said on its topics.
-
-    Make it after `rospy.init_node`.
+    """Posts tasks to one hive, and keeps what it hears. Create it after `rospy.init_node`.
 
     Args:
         namespace: Of the hive, beginning and ending in a slash.
@@ -54,11 +53,11 @@ class LiveOperator:
 
     Attributes:
         last: The newest heartbeat of the highest epoch; None before the first.
-        beats: Every heartbeat heard, with the time on the monotonic clock [s].
-        updates: Every TaskState heard, by task id.
+        beats: Every heartbeat, with its arrival on the monotonic clock [s].
+        updates: Every TaskState, by task id.
         robots: The last status of every robot.
-        acknowledged: Up to which version each member has the list on disk, by its name.
-        lives: The id of each member, which names the life of its disk, by its name.
+        acknowledged: The version that each member has on disk, by its name.
+        lives: The id of each member, which changes with its disk, by its name.
 
     ROS Subscribers: `bb_backup`, `bb_ack`, `bb_sync`, `task_state`, `robot_status`.
     ROS Publishers: `new_task`, `task_cancel`.
@@ -92,60 +91,60 @@ class LiveOperator:
         mend_links()
 
     def close(self) -> None:
-        """Hear no more, and be heard no more."""
+        """Close all subscriptions and publications."""
         for link in (*self._subscribers, self._new_task, self._cancel):
             link.unregister()
 
     def wait(self, condition: Callable[[], object], patience: float = PATIENCE) -> bool:
-        """Wait until something is so; return whether it became so in time [s]."""
+        """Wait until a condition holds; return whether it did in time [s]."""
         with self._changed:
             return bool(self._changed.wait_for(condition, patience))
 
     def pass_time(self, seconds: float) -> None:
-        """Let time pass while messages are taken in [s]."""
+        """Let time pass [s]."""
         self.wait(lambda: False, seconds)
 
     def demand(
         self, condition: Callable[[], object], what: str, patience: float = PATIENCE
     ) -> None:
-        """Wait until something is so.
+        """Wait until a condition holds.
 
         Raises:
-            LiveHiveError: It did not become so in time [s]; the text says what was waited for.
+            LiveHiveError: It did not hold in time [s]; the text says what was expected.
         """
         if not self.wait(condition, patience):
             raise LiveHiveError(f"not within {patience:.0f} s: {what}; last: {self.last}")
 
     def wait_until_whole(self) -> str:
-        """Return who is active once every member has a vote, answers, and a backup is named."""
-        self.demand(self.is_whole, f"{sorted(self._members)} make a whole hive")
+        """Return the leader once every member votes and answers, and a backup is named."""
+        self.demand(self.is_whole, f"{sorted(self._members)} are a complete hive")
         return str(self.last.active)
 
     def forget_answers(self) -> None:
-        """Forget who has answered so far: something happens to the hive."""
+        """Forget all answers so far, before a fault."""
         with self._changed:
             self._acks.clear()
 
     def wait_for_another(self, than: str, since: float) -> float:
-        """Return after how long another active member sent its first heartbeat [s].
+        """Return the time from a fault to the first heartbeat of another leader [s].
 
-        All members are on this machine, and so on its monotonic clock.
+        All members share this machine's monotonic clock.
 
         Args:
-            than: Name of the one before.
-            since: When it was broken, on the monotonic clock [s].
+            than: Name of the former leader.
+            since: Time of the fault on the monotonic clock [s].
         """
 
         def sent() -> list[float]:
             return [b.sent for _, b in self.beats if b.sent > since and b.active != than]
 
-        self.demand(sent, f"somebody takes over from {than}")
+        self.demand(sent, f"another member takes over from {than}")
         return min(sent()) - since
 
     def post(self, task: bb_msgs.TaskMsg) -> Any:  # noqa: ANN401  (a TaskState)
-        """Post a task until somebody answers; return the first answer.
+        """Post a task until the blackboard answers; return the first answer.
 
-        A robot that has begun it at once may be heard before the blackboard that took it in.
+        A robot that begins at once may be heard before the blackboard; that is no answer.
         """
         known = len(self.updates[task.id])
 
@@ -165,7 +164,7 @@ class LiveOperator:
         self._new_task.publish(task)
 
     def cancel(self, task_id: str) -> None:
-        """Take a task off the list, and say so until it is."""
+        """Cancel a task, again and again until it has ended."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             self._cancel.publish(task_id)
@@ -174,7 +173,7 @@ class LiveOperator:
         raise LiveHiveError(f"{task_id} was not cancelled within {PATIENCE:.0f} s")
 
     def follow(self, task_id: str) -> int:
-        """Wait for the end of a task; return the state in which it ended."""
+        """Wait for the end of a task; return its terminal state."""
         self.demand(
             lambda: self.state_of(task_id) in TERMINAL,
             f"{task_id} ends; so far: {self.updates[task_id][-3:]}",
@@ -182,16 +181,16 @@ class LiveOperator:
         return self.state_of(task_id)
 
     def state_of(self, task_id: str) -> int:
-        """Return the last state of a task on the list as published; -1 where it is not there."""
+        """Return a task's state on the last published list; -1 if it is not there."""
         record = self._list.get(task_id)
         return -1 if record is None else int(record.state)
 
     def record_of(self, task_id: str) -> Any:  # noqa: ANN401  (a TaskRecord)
-        """Return a task's record on the list as published last, or None."""
+        """Return a task's record on the last published list, or None."""
         return self._list.get(task_id)
 
     def states_of(self, task_id: str) -> set[int]:
-        """Return every state that was told of a task."""
+        """Return every published state of a task."""
         return {update.state for update in self.updates[task_id]}
 
     def is_whole(self) -> bool:
@@ -199,7 +198,7 @@ class LiveOperator:
         return self.all_answer() and set(self.last.members) >= self._members
 
     def all_answer(self) -> bool:
-        """Return whether every member answers, with a vote or without, and a backup is named."""
+        """Return whether every member answers, voter or not, and a backup is named."""
         if self.last is None or not self.last.backup:
             return False
         others = self._members - {self.last.active}
@@ -221,7 +220,7 @@ class LiveOperator:
             self._changed.notify_all()
 
     def _hear_list(self, known: bb_msgs.BbSynch) -> None:
-        """Take in a list, unless one is known that is newer: an earlier boss may be heard late."""
+        """Take a list unless it is outdated: an earlier leader may be heard late."""
         with self._changed:
             version = (known.epoch, known.version)
             if version >= self._list_version:
@@ -241,7 +240,7 @@ class LiveOperator:
 
 
 def _unless_own(hear: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Return what hears only others: a test that speaks nonsense must not believe itself."""
+    """Return a handler that ignores messages of this node."""
 
     def hear_others(message: Any) -> None:  # noqa: ANN401  (any message)
         if message._connection_header["callerid"] != rospy.get_name():  # noqa: SLF001  (rospy's only way to tell)
@@ -251,13 +250,13 @@ def _unless_own(hear: Callable[[Any], None]) -> Callable[[Any], None]:
 
 
 def _is_report(update: bb_msgs.TaskState, active: str) -> bool:
-    """Return whether a robot says how far it is, and not the active blackboard what it decided."""
+    """Return whether an update is a robot's report rather than the leader's decision."""
     speaker: str = update._connection_header["callerid"]  # noqa: SLF001  (rospy's only way to tell)
     return speaker != active and speaker.endswith(f"/{update.robot_id}/robot")
 
 
 def make_task(task_id: str, *goals: tuple[float, float], priority: int = 0) -> bb_msgs.TaskMsg:
-    """Return a GA to the one goal, or a GAB along the goals, x [m] and y [m]."""
+    """Return a GA to one goal, or a GAB along several, x [m] and y [m]."""
     kind = bb_msgs.TaskMsg.GA if len(goals) == 1 else bb_msgs.TaskMsg.GAB
     header = Header(stamp=rospy.Time.now(), frame_id="map")
     poses = [Pose2D(x, y, 0.0) for x, y in goals]

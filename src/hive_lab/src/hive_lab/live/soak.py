@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs a hive on real ROS for a long time while something goes wrong every minute.
+"""Runs a hive on real ROS for a long time, with a fault every minute.
 
-Tasks keep coming. Every minute a member, drawn with a seed, is killed or frozen. In the end every
-task has to be done, and no process may have grown.
+Tasks keep coming. Every minute a random member is killed or frozen. In the end every task has to
+be done, and no process may have grown.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 import psutil
 from blackboard.msg import TaskState
 
-from hive_lab.live.bench_hive import bench_hive
+from hive_lab.bench.registry import BenchResult
+from hive_lab.live.live_hive import bench_hive
 from hive_lab.live.live_operator import make_task
 
 if TYPE_CHECKING:
@@ -27,29 +28,23 @@ if TYPE_CHECKING:
     from hive_lab.live.live_operator import LiveOperator
 
 MINUTES = 60
-"""How long, unless said otherwise."""
+"""Default duration [min]."""
 
 AIMS = {"tasks_not_done": 0.0, "memory_growth": 5.0, "thread_growth": 2.0, "file_growth": 10.0}
-"""What a process may grow by after its first minute [MB, threads, open files]."""
+"""Largest growth of a process after its first minute [MB, threads, open files]."""
 
 _FAULT_EVERY = 60.0
 _CALM = 50.0
-"""For up to 32 s after a fault rospy has threads that try to reach who has gone [s]."""
+"""For up to 32 s after a fault, rospy keeps threads that try to reach the lost node [s]."""
 _TASK_EVERY = 2.0
 _FREEZE = 5.0
 _WARM = 60.0
-"""Age from which a process is not expected to grow any more [s]."""
+"""Age after which a process should not grow [s]."""
 
 
 @dataclass(frozen=True)
 class Size:
-    """What a process holds.
-
-    Attributes:
-        memory: Resident [MB].
-        threads: How many.
-        files: Open files and connections.
-    """
+    """A process's resident memory [MB], threads, and open files and connections."""
 
     memory: float
     threads: float
@@ -57,7 +52,7 @@ class Size:
 
     @classmethod
     def of(cls, pid: int) -> Size:
-        """Look at a process.
+        """Measure a process.
 
         Raises:
             psutil.Error: It has ended.
@@ -73,7 +68,7 @@ class Size:
 
 
 class Growth:
-    """Follows how much each process grows after its first minute."""
+    """Tracks how much each process grows after its first minute."""
 
     def __init__(self) -> None:
         self._born: dict[int, float] = {}
@@ -81,7 +76,7 @@ class Growth:
         self.worst = Size(0.0, 0.0, 0.0)
 
     def look(self, pids: Iterable[int]) -> None:
-        """Take the size of the processes that live."""
+        """Measure these processes."""
         for pid in pids:
             born = self._born.setdefault(pid, time.monotonic())
             if time.monotonic() - born < _WARM:
@@ -96,7 +91,7 @@ class Growth:
 
 
 def _faults(hive: LiveHive, draw: random.Random) -> Iterator[str]:
-    """Do one thing after another to members of the hive; yield what was done."""
+    """Inject one fault after another, and yield what it was."""
     while True:
         node = draw.choice(hive.members)
         kind = draw.choice(("kill", "freeze"))
@@ -140,17 +135,9 @@ def _work(hive: LiveHive, operator: LiveOperator, minutes: float) -> dict[str, f
     }
 
 
-def run(minutes: int = MINUTES) -> dict[str, dict[str, float]]:
-    """Run a hive of a blackboard node and four robots, on a ROS master of its own.
-
-    Args:
-        minutes: How long.
-
-    Returns:
-        `figures`: counts, and the worst growth of a process after its first minute;
-        `aims`: see `AIMS`.
-    """
+def run(minutes: int = MINUTES) -> BenchResult:
+    """Measure for some minutes; see `AIMS`."""
     with bench_hive("bench_soak") as (hive, operator):
         operator.wait_until_whole()
         figures = _work(hive, operator, minutes)
-    return {"figures": figures, "aims": dict(AIMS)}
+    return BenchResult(figures, dict(AIMS))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One blackboard, or one robot, with a test in the place of all others."""
+"""One blackboard or one robot, with the test in the role of all other members."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blackboard.board.blackboard import Blackboard
-from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
-from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
+from blackboard.costing.path_lengths import GridPathLengths
+from hive_common.map_file import GridMap
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
-from blackboard.domain.settings import BlackboardSettings, ControllerSettings, RobotSettings
+from blackboard.domain.settings import BlackboardSettings, ControllerSettings
 from blackboard.domain.talker import (
     NEW_TASK,
     ROBOT_STATUS,
@@ -29,18 +28,9 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import StepKind
-from blackboard.robot.executor import Controller
-from blackboard.robot.robot import Robot
-from hive_common.map_file import GridMap
 from hive_common.pose import Pose
-from hive_lab.virtual.hive import (
-    SMALL_ROBOT,
-    Listener,
-    Network,
-    NetworkTalker,
-    TimedCommand,
-    lone_backup,
-)
+from hive_lab.virtual.hive import SMALL_ROBOT, Listener, TimedCommand, make_robot, start_blackboard
+from hive_lab.virtual.network import Network, NetworkTalker
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -50,14 +40,14 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task, TaskState
 
 SOON = 0.01
-"""More than any message needs [s]."""
+"""More than any message takes [s]."""
 
 STEP = 10.0
-"""Time that every step takes the robot [s]."""
+"""Duration of every step [s]."""
 
 
 class _Harness:
-    """A network of its own, and what is said on it."""
+    """A private network, and the messages on it."""
 
     def __init__(self) -> None:
         self.network = Network()
@@ -67,20 +57,20 @@ class _Harness:
         self.network.run(duration)
 
     def send(self, topic: str, message: object) -> None:
-        """Say something in another's place."""
+        """Publish a message as another member."""
         self.network.send(topic, message)
         self.wait()
 
     def said(self, topic: str) -> list[Any]:
-        """Return all that was said on a topic."""
+        """Return every message on a topic."""
         return [message for name, message in self.network.heard if name == topic]
 
 
 class BlackboardHarness(_Harness):
-    """A blackboard on a floor of 4 m x 4 m with a wall, and what it says.
+    """A blackboard on a floor of 4 m x 4 m with a wall.
 
     Args:
-        settings: How patient it is, where it is not as usual.
+        settings: Fields of `BlackboardSettings` that differ from the default.
 
     Attributes:
         decisions: What the auctions decided, oldest first.
@@ -91,22 +81,21 @@ class BlackboardHarness(_Harness):
         self.talker = NetworkTalker(self.network, "blackboard")
         blocked = np.zeros((40, 40), dtype=bool)
         blocked[:, 20] = True
-        backup = lone_backup(self.talker)
-        path_lengths = GridPathLengths(GridMap.of_blocked(blocked, 0.1))
+        lengths = GridPathLengths(GridMap.of_blocked(blocked, 0.1))
         self.decisions: list[Decision] = []
-        patience = BlackboardSettings(**settings)
-        Blackboard(self.talker, backup, path_lengths, patience, note=self.decisions.extend).start()
-        backup.start()
+        start_blackboard(
+            self.talker, lengths, BlackboardSettings(**settings), self.decisions.extend
+        )
 
     def join(self, *robots: str) -> None:
-        """Have robots say that they are there."""
+        """Announce robots."""
         for robot in robots:
             self.status(robot)
 
     def status(
         self, robot: str, state: RobotState = RobotState.IDLE, tasks: tuple[str, ...] = ()
     ) -> None:
-        """Have a robot say how it is."""
+        """Publish a robot's status."""
         status = RobotStatus(robot, state, Pose(0.0, 0.0), charge=0.8, tasks=tuple(tasks))
         self.send(ROBOT_STATUS, status)
 
@@ -121,7 +110,7 @@ class BlackboardHarness(_Harness):
         self.send(TASK_CANCEL, task_id)
 
     def bid(self, robot: str, auction: int | None = None, **costs: float) -> None:
-        """Answer the last broadcast, or another one, with a cost for each task."""
+        """Bid a cost for each task, in the last auction or another one."""
         self._answer(robot, costs, auction)
 
     def report(
@@ -132,23 +121,23 @@ class BlackboardHarness(_Harness):
         assignment: int = 1,
         **fields: Any,  # noqa: ANN401  (of TaskUpdate)
     ) -> None:
-        """Have a robot report on a task."""
+        """Report on a task as a robot."""
         update = TaskUpdate(task.id, state, robot, assignment=assignment)
         self.send(TASK_STATE, replace(update, **fields))
 
     def assign(self, task: Task, robot: str = "robot1") -> None:
-        """Have a task given to a robot."""
+        """Let a robot win a task."""
         self.join(robot)
         self.post(task)
         self._answer(robot, {task.id: 1.0})
 
     def states(self, task: Task) -> list[tuple[TaskState, str]]:
-        """Return (state, robot) of all that was said about a task."""
+        """Return (state, robot) of every update on a task."""
         said = self.said(TASK_STATE)
         return [(update.state, update.robot_id) for update in said if update.task_id == task.id]
 
     def orders(self, *kinds: OrderKind) -> list[tuple[str, str]]:
-        """Return (task, robot) of the orders of some kinds; of assignments without any."""
+        """Return (task, robot) of the orders of some kinds, by default of assignments."""
         said = self.said(TASK_ASSIGN)
         return [
             (each.task.id, each.robot_id)
@@ -157,19 +146,19 @@ class BlackboardHarness(_Harness):
         ]
 
     def record(self, task: Task) -> TaskRecord | None:
-        """Return a task as the task list has it."""
+        """Return a task's record from the task list."""
         self.wait(0.3)
         records: tuple[TaskRecord, ...] = self.said(SYNC)[-1].records
         return next((record for record in records if record.task.id == task.id), None)
 
     @property
     def offered(self) -> list[str]:
-        """What was broadcast last, task by task."""
+        """The task ids of the last broadcast."""
         return [task.id for task, _ in self.said(TASK_BROADCAST)[-1].tasks]
 
     @property
     def bundles(self) -> list[tuple[str, ...]]:
-        """What was broadcast last, as it was offered."""
+        """The bundles of the last broadcast."""
         asked: Broadcast = self.said(TASK_BROADCAST)[-1]
         return [tuple(task.id for task, _ in bundle) for bundle in asked.bundles]
 
@@ -193,35 +182,27 @@ class BlackboardHarness(_Harness):
 
 
 class RobotHarness(_Harness):
-    """robot1 at (0, 0), and what it says.
+    """robot1 at (0, 0).
 
     Args:
         charge: Of its battery, 0 to 1.
-        fence: The member beside it, where there is one.
+        hive_filter: Of the member beside it, if there is one.
     """
 
-    def __init__(self, charge: float = 1.0, fence: HiveFilter | None = None) -> None:
+    def __init__(self, charge: float = 1.0, hive_filter: HiveFilter | None = None) -> None:
         super().__init__()
         self.listener = Listener(self.network)
         self.talker = NetworkTalker(self.network, "robot1")
         self.battery = Battery(SMALL_ROBOT.battery, charge)
         self.command = TimedCommand(self.network, lambda _: STEP)
-        controller = Controller(
-            dict.fromkeys(StepKind, self.command),
-            self.talker,
-            ControllerSettings(attempts=2, retry_delay=1.0),
-        )
-        self.robot = Robot(
+        self.robot = make_robot(
             self.talker,
             "robot1",
-            SMALL_ROBOT,
-            self.battery,
-            EuclideanLengths(),
-            controller,
             Pose(0.0, 0.0),
-            RobotSettings(),
-            MemoryJournal(),
-            fence,
+            dict.fromkeys(StepKind, self.command),
+            battery=self.battery,
+            controller=ControllerSettings(attempts=2, retry_delay=1.0),
+            hive_filter=hive_filter,
         )
         self.command.arrive = self.robot.set_pose
         self.robot.start()
@@ -233,7 +214,7 @@ class RobotHarness(_Harness):
         assignment: int = 1,
         **fields: Any,  # noqa: ANN401  (of Order)
     ) -> None:
-        """Have the blackboard order something."""
+        """Order a task as the blackboard."""
         heard = self.network.now
         order = Order(task, "robot1", epoch=1, assignment=assignment, heard=heard)
         self.send(TASK_ASSIGN, replace(order, **fields))
@@ -246,28 +227,28 @@ class RobotHarness(_Harness):
         assignment: int = 1,
         version: int = 1,
     ) -> None:
-        """Have the blackboard tell a task list of one task."""
+        """Publish a task list of one task as the blackboard."""
         record = TaskRecord(task, state, robot=robot, assignment=assignment)
         self.send(SYNC, TaskList(1, version, (record,)))
 
     def set_state(self, word: str) -> None:
-        """Have an operator set its state."""
+        """Set its state as an operator."""
         self.send("robot1/set_state", word)
 
     def bids(self, *tasks: Task) -> Bids:
-        """Return its answer to a call for bids."""
+        """Call for bids and return its answer."""
         offers = tuple((task, 0) for task in tasks)
         self.send(TASK_BROADCAST, Broadcast(1, 7, offers))
         answer: Bids = self.said(TASK_COST)[-1]
         return answer
 
     def reports(self, task: Task) -> list[tuple[TaskState, int]]:
-        """Return (state, step) of all that was reported on a task."""
+        """Return (state, step) of every report on a task."""
         said = self.said(TASK_STATE)
         return [(update.state, update.step) for update in said if update.task_id == task.id]
 
     @property
     def status(self) -> RobotStatus:
-        """The last status that the robot told."""
+        """Its last status."""
         status: RobotStatus = self.said(ROBOT_STATUS)[-1]
         return status

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Whole hives in one process on virtual time, with robots that only pretend to drive.
 
-What stands in for something real stands behind a port of the core: `Network` and its talkers for
-ROS, `TimedCommand` for an action server. The hives themselves are made of the real classes.
+The hives consist of the real classes. Fakes replace only what lies behind a port of the core:
+`Network` and its talkers replace ROS, `TimedCommand` replaces an action server.
 """
 
 from __future__ import annotations
@@ -42,21 +42,23 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import StepKind, TaskState
 from blackboard.robot.executor import CommandResult, CommandState, Controller
 from blackboard.robot.robot import Robot
-from hive_lab.virtual.network import LATENCY, Call, Network, NetworkTalker
+from hive_lab.virtual.network import LATENCY, Network, NetworkTalker
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Mapping
 
+    from blackboard.auction.decision import Decision
+    from blackboard.consensus.hive_filter import HiveFilter
+    from blackboard.consensus.journal import Journal
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import Order, TaskUpdate
     from blackboard.domain.talker import Talker
     from blackboard.domain.task import Task, TaskStep
     from blackboard.robot.charging import ChargingPlan
+    from blackboard.robot.executor import Command
     from hive_common.pose import Pose
-
-__all__ = ["LATENCY", "SMALL_ROBOT", "Hive", "Listener", "Network", "NetworkTalker"]
-__all__ += ["TimedCommand", "lone_backup"]
+    from hive_lab.virtual.network import Call
 
 SMALL_ROBOT = RobotCharacteristics(
     mass=50.0,
@@ -73,26 +75,69 @@ SMALL_ROBOT = RobotCharacteristics(
     place_duration=4.0,
     idle_power=20.0,
 )
-"""A mobile manipulator; vary it with `dataclasses.replace`."""
+"""A mobile manipulator; derive others with `dataclasses.replace`."""
 
 
-def lone_backup(talker: Talker) -> RaftNode:
-    """Return the backup of a blackboard that is the only member of its hive."""
+def lone_node(talker: Talker) -> RaftNode:
+    """Return the Raft node of a blackboard that is its hive's only member."""
     disk = MemoryJournal(new_hive("blackboard#1", "hive1"))
     return RaftNode(talker, "blackboard", RaftSettings(), disk, random.Random(0))
 
 
+def start_blackboard(
+    talker: Talker,
+    path_lengths: PathLengths | None = None,
+    settings: BlackboardSettings | None = None,
+    note: Callable[[Iterable[Decision]], None] = lambda _: None,
+) -> None:
+    """Start the blackboard of a hive that has no other member."""
+    node = lone_node(talker)
+    lengths = path_lengths or EuclideanLengths()
+    Blackboard(talker, node, lengths, settings or BlackboardSettings(), note=note).start()
+    node.start()
+
+
+def make_robot(
+    talker: Talker,
+    name: str,
+    pose: Pose,
+    commands: Mapping[StepKind, Command],
+    characteristics: RobotCharacteristics = SMALL_ROBOT,
+    *,
+    battery: Battery | None = None,
+    path_lengths: PathLengths | None = None,
+    controller: ControllerSettings | None = None,
+    settings: RobotSettings | None = None,
+    journal: Journal | None = None,
+    hive_filter: HiveFilter | None = None,
+    charging: ChargingPlan | None = None,
+) -> Robot:
+    """Compose a robot of the real classes; what is left out is usual."""
+    return Robot(
+        talker,
+        name,
+        characteristics,
+        battery or Battery(characteristics.battery),
+        path_lengths or EuclideanLengths(),
+        Controller(commands, talker, controller or ControllerSettings()),
+        pose,
+        settings or RobotSettings(),
+        journal or MemoryJournal(),
+        hive_filter,
+        charging,
+    )
+
+
 @dataclass
 class TimedCommand:
-    """Does every step after a while; see `blackboard.robot.executor.Command`.
+    """Completes every step after a while; see `blackboard.robot.executor.Command`.
 
     Attributes:
-        network: Gives the time.
-        duration: Of a step [s].
+        duration: How long a step takes [s].
         arrive: Called with the goal when a step succeeds.
-        results: How the next steps end; those after them succeed.
-        started: Every step that was started.
-        running: The step that is under way.
+        results: How the next steps end; later ones succeed.
+        started: All steps started so far.
+        running: The current step.
     """
 
     network: Network
@@ -126,13 +171,13 @@ class TimedCommand:
 
 
 class Listener:
-    """Stands in for an active blackboard, as far as robots need one to go on with their work.
+    """A minimal leader, just enough for robots to keep working.
 
-    It hears every status at once and echoes it, and shows every start that is reported.
+    It echoes every status at once, and publishes every reported start.
 
     Args:
-        network: Where the robots are.
-        robot_lease: How long they may work after each status [s].
+        network: The robots' network.
+        robot_lease: How long a robot may work after each status [s].
     """
 
     def __init__(self, network: Network, robot_lease: float = 3.5) -> None:
@@ -171,14 +216,13 @@ class Hive:
 
     Args:
         settings: Of the blackboard.
-        network: What they talk over; by default one that loses nothing.
-        ways: What the blackboard knows of the floor; as the crow flies where it is left out.
+        network: By default one that loses nothing.
+        path_lengths: The blackboard's distances; by default straight lines.
 
     Attributes:
-        network: What they talk over, and the time.
         talkers: The members' talkers by name.
         robots: By name.
-        commands: What makes each robot do its steps, by name.
+        commands: The command of each robot, by name.
     """
 
     def __init__(
@@ -194,11 +238,7 @@ class Hive:
         self._read = 0
         self._updates: dict[str, list[TaskUpdate]] = defaultdict(list)
         self._list: TaskList | None = None
-        talker = self._talker("blackboard")
-        backup = lone_backup(talker)
-        settings = settings or BlackboardSettings()
-        Blackboard(talker, backup, path_lengths or EuclideanLengths(), settings).start()
-        backup.start()
+        start_blackboard(self._talker("blackboard"), path_lengths, settings)
 
     def add_robot(
         self,
@@ -212,33 +252,26 @@ class Hive:
         charging: ChargingPlan | None = None,
         aging: float = 120.0,
     ) -> Robot:
-        """Let a robot join, or a new process take the place of a robot's old one.
+        """Add a robot, or restart its process.
 
-        It needs 10 s for every step and does them without fault, unless its command is told
-        otherwise.
+        Each step takes 10 s and succeeds, unless the robot's command says otherwise.
         """
         if name in self.robots:
             self.kill(name)
         talker = self._talker(name)
-        battery = Battery(characteristics.battery, charge)
-        command = TimedCommand(self.network, lambda _: 10.0)
-        controller = Controller(dict.fromkeys(StepKind, command), talker, ControllerSettings())
-        settings = RobotSettings(cost_model=cost_model, aging=aging)
-        robot = Robot(
+        command = self.commands[name] = TimedCommand(self.network, lambda _: 10.0)
+        robot = self.robots[name] = make_robot(
             talker,
             name,
-            characteristics,
-            battery,
-            path_lengths or EuclideanLengths(),
-            controller,
             pose,
-            settings,
-            MemoryJournal(),
-            plan=charging,
+            dict.fromkeys(StepKind, command),
+            characteristics,
+            battery=Battery(characteristics.battery, charge),
+            path_lengths=path_lengths,
+            settings=RobotSettings(cost_model=cost_model, aging=aging),
+            charging=charging,
         )
         command.arrive = robot.set_pose
-        self.robots[name] = robot
-        self.commands[name] = command
         robot.start()
         self.network.run(10 * LATENCY)
         return robot
@@ -253,7 +286,7 @@ class Hive:
         self.network.send(TASK_CANCEL, task_id)
 
     def kill(self, robot: str) -> None:
-        """End a robot's process: it stands still, hears nothing and says nothing."""
+        """Kill a robot's process: the robot stands still, deaf and mute."""
         self.talkers[robot].running = False
         self.commands[robot].cancel()
         del self.robots[robot]
@@ -263,30 +296,30 @@ class Hive:
         self.network.send(f"{robot}/{SET_STATE}", word)
 
     def updates(self, task_id: str) -> list[TaskUpdate]:
-        """Return all that was said about a task, in the order it was heard."""
+        """Return every update on a task, in the order heard."""
         self._listen()
         return self._updates[task_id]
 
     def states(self, task_id: str) -> list[TaskState]:
-        """Return the states that a task went through, repetitions left out."""
+        """Return the states of a task in order, without repetitions."""
         said = [update.state for update in self.updates(task_id)]
         return [state for state, _ in itertools.groupby(said)]
 
     def record(self, task_id: str) -> TaskRecord:
-        """Return a task as the last copy of the task list has it."""
+        """Return a task's record from the last published task list."""
         self._listen()
         records = self._list.records if self._list else ()
         return next(record for record in records if record.task.id == task_id)
 
     def all_ended(self, *task_ids: str) -> bool:
-        """Return whether all of some tasks have reached a terminal state."""
+        """Return whether every one of these tasks has reached a terminal state."""
         return all(
             any(update.state.is_terminal for update in self.updates(task_id))
             for task_id in task_ids
         )
 
     def _listen(self) -> None:
-        """Take in what was said since the last time."""
+        """Read the messages since the last call."""
         said = self.network.heard[self._read :]
         self._read += len(said)
         for topic, message in said:

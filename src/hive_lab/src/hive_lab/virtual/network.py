@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Virtual time and a simulated network: what stands in for ROS when a hive runs in one process.
+"""The virtual network: an in-process replacement for ROS.
 
-Time passes only in `Network.run`, from one thing that happens to the next, so hours of a hive take
-seconds and the same hive does the same every time. How long each message is under way, and which
-of them get lost, is up to whoever makes the network.
+Time passes only inside `Network.run`, which jumps from event to event: hours of a hive take
+seconds, and every run is identical. Whoever creates the network chooses how long each message
+takes and which ones get lost.
 """
 
 from __future__ import annotations
@@ -22,42 +22,42 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
 LATENCY = 0.001
-"""Time that a message takes unless the network says otherwise [s]."""
+"""Default message latency [s]."""
 
 
 @dataclass
 class Call:
-    """Something that is going to happen; see `blackboard.domain.talker.Timer`."""
+    """A scheduled event; see `blackboard.domain.talker.Timer`."""
 
     action: Callable[[], None]
     cancelled: bool = False
 
     def cancel(self) -> None:
-        """Make it not happen."""
+        """Cancel the event."""
         self.cancelled = True
 
 
 @dataclass(frozen=True)
-class Listening:
-    """A topic that is listened to; see `blackboard.domain.talker.Subscription`."""
+class Subscription:
+    """See `blackboard.domain.talker.Subscription`."""
 
     cancel: Callable[[], None]
 
 
 class Network:
-    """Virtual time, and the messages under way.
+    """Virtual time, and the messages in flight.
 
-    Messages of one topic reach one listener in the order they were sent; between topics and
-    between listeners there is no order, as with ROS.
+    As in ROS, messages of one topic reach one listener in the order they were sent; nothing else
+    is ordered.
 
     Args:
-        delay: Gives the time that the next message takes to its next listener [s].
-        lose: Says whether a message of a topic reaches nobody.
+        delay: Returns the latency of the next message to its next listener [s].
+        lose: Returns whether a message of a topic gets lost.
 
     Attributes:
         now: The time [s].
-        sent: Every message with its topic, in the order they were sent.
-        heard: Those of them that were not lost.
+        sent: Every message with its topic, in sending order.
+        heard: The messages that were not lost.
     """
 
     def __init__(
@@ -77,13 +77,13 @@ class Network:
         self._watchers: list[Callable[[], None]] = []
 
     def schedule(self, delay: float, action: Callable[[], None]) -> Call:
-        """Have something happen after a delay [s]."""
+        """Run an action after a delay [s]."""
         call = Call(action)
         heapq.heappush(self._calls, (self.now + delay, next(self._order), call))
         return call
 
     def send(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
-        """Hand a message to everyone who listens and is not left out, after the delay."""
+        """Send a message to every listener, or only to the members named in `to`."""
         self.sent.append((topic, message))
         if self._lose(topic, message):
             return
@@ -92,20 +92,14 @@ class Network:
             if to is None or not member or member in to:
                 self._deliver(handler, message)
 
-    def listen(self, topic: str, handler: Callable[[Any], None], member: str = "") -> Listening:
-        """Have every message of a topic handed over; each listener is a function of its own.
-
-        Args:
-            topic: Which.
-            handler: Who listens.
-            member: The member's name, where it is one.
-        """
+    def listen(self, topic: str, handler: Callable[[Any], None], member: str = "") -> Subscription:
+        """Subscribe a new function object; `member` names its owner, if it is a member."""
         listener = (handler, member)
         self._handlers[topic].append(listener)
-        return Listening(lambda: self._handlers[topic].remove(listener))
+        return Subscription(lambda: self._handlers[topic].remove(listener))
 
     def watch(self, look: Callable[[], None]) -> None:
-        """Have a look taken after everything that happens."""
+        """Call a function after every event."""
         self._watchers.append(look)
 
     def run(self, duration: float) -> None:
@@ -116,7 +110,7 @@ class Network:
         self.now = end
 
     def run_until(self, condition: Callable[[], bool], limit: float) -> bool:
-        """Let time pass until something is so; return whether it was within a limit [s]."""
+        """Let time pass until a condition holds; return whether it does within a limit [s]."""
         end = self.now + limit
         while not condition():
             if not self._calls or self._calls[0][0] > end:
@@ -142,9 +136,9 @@ class NetworkTalker:
     """One member's talker on a `Network`; see `blackboard.domain.talker.Talker`.
 
     Attributes:
-        warnings: What the member has told the person who runs it.
-        connected: Whether the network reaches the member; it goes on working when it does not.
-        running: Whether the member's process lives; one that does not does nothing any more.
+        warnings: What the member has told its operator.
+        connected: Whether the network reaches the member. A disconnected member keeps running.
+        running: Whether the member's process is alive.
     """
 
     def __init__(self, network: Network, member: str) -> None:
@@ -160,17 +154,14 @@ class NetworkTalker:
         return self._network.now
 
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
-        """Send a message to everyone who listens and is not left out, this member included."""
+        """Send a message to every listener, or only to the members in `to`."""
         if self.connected and self.running:
             self._network.send(self._name(topic), message, to)
 
     def subscribe(
-        self,
-        topic: str,
-        handler: Callable[[Any], None],
-        when: Callable[[], bool] | None = None,
-    ) -> Listening:
-        """Have the messages of a topic handed over."""
+        self, topic: str, handler: Callable[[Any], None], when: Callable[[], bool] | None = None
+    ) -> Subscription:
+        """Subscribe to a topic."""
 
         def receive(message: object) -> None:
             if not (self.connected and self.running) or (when is not None and not when()):
@@ -183,7 +174,7 @@ class NetworkTalker:
         return self._network.listen(self._name(topic), receive, self._member)
 
     def every(self, period: float, action: Callable[[], None]) -> Call:
-        """Call again and again, the first time after one period [s]."""
+        """Call periodically, for the first time after one period [s]."""
 
         def repeat() -> None:
             if self.running and not handle.cancelled:
@@ -203,18 +194,18 @@ class NetworkTalker:
         return self._network.schedule(delay, act)
 
     def ping(self, member: str) -> bool:
-        """Return whether there is a member of that name: always, on this network."""
+        """Return True for any name: every member is reachable on this network."""
         return bool(member)
 
     def watch(self, member: str, died: Callable[[], None]) -> None:
-        """Watch a member; whoever dies on this network leaves no proof of it."""
+        """Watch a member; this network never proves a death."""
 
     def warn(self, text: str) -> None:
-        """Note what a person should know."""
+        """Record a warning to the operator."""
         self.warnings.append(text)
 
     def refuse(self, topic: str, reason: str) -> None:
-        """Note that a message was refused."""
+        """Record a refused message."""
         self.refusals.refuse(topic, reason)
 
     def _name(self, topic: str) -> str:

@@ -7,6 +7,8 @@ follows it in a process of its own, without a screen where there is none.
 
 from __future__ import annotations
 
+from hive_lab.bench.registry import BenchResult
+
 import json
 import os
 import signal
@@ -87,8 +89,8 @@ class Window:
         return float(self.ask()["stall"])
 
 
-def run() -> dict[str, Any]:
-    """Measure everything in about a minute.
+def run() -> BenchResult:
+    """Measure everything; it takes about a minute.
 
     Returns:
         `bench`, its name; `figures`, by name with unit; `aims`, the upper limits of some.
@@ -116,7 +118,7 @@ def run() -> dict[str, Any]:
         _end(master)
         figures["stall, ROS master gone [s]"] = window.stall()
         window.wait_for(link="LOST")
-    return {"bench": "gui", "figures": figures, "aims": dict(AIMS)}
+    return BenchResult(figures, dict(AIMS))
 
 
 def _quiet(window: Window) -> dict[str, float]:

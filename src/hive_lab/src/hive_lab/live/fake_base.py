@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stands in for what moves a robot, where a real hive is tried out without a world.
+"""A fake base: moves a robot of a real hive that runs without a world.
 
-    python3 -m hive_lab.live.stand_in /robot1 0.5 2.0
+    python3 -m hive_lab.live.fake_base /robot1 0.5 2.0
 
-runs one in a process of its own: the robot's namespace, how long each drive takes [s], and where
-the robot stands at first (x [m]).
+runs one in a process of its own: the robot's namespace, the duration of each drive [s], and where
+the robot starts (x [m]).
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
 
 _LOOK_EVERY = 0.02
-"""Time between two looks whether the goal was cancelled [s]."""
+"""Time between two checks for a cancelled goal [s]."""
 
 
-class StandIn:
-    """A robot's localization and its `move_base`, which arrives anywhere after a while.
+class FakeBase:
+    """A robot's localization, and a `move_base` that arrives anywhere after a while.
 
-    Make it after `rospy.init_node`.
+    Create it after `rospy.init_node`.
 
     Args:
         namespace: Of the robot.
-        seconds: How long a drive takes [s].
-        x: Where it stands at first [m], with y = 0.
+        seconds: Duration of a drive [s].
+        x: Where it starts [m], with y = 0.
 
     Attributes:
-        seconds: How long the next drives take [s].
-        fails: Whether the next drives are aborted instead of arriving.
-        arrivals: Goals that were reached so far, x [m] and y [m].
-        begun: How many drives have begun.
+        seconds: Duration of the next drives [s].
+        fails: Whether the next drives abort instead of arriving.
+        arrivals: Goals reached so far, x [m] and y [m].
+        begun: Number of drives begun.
 
     ROS Actions: server of `move_base` (move_base_msgs/MoveBaseAction).
     ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), latched.
@@ -58,7 +58,7 @@ class StandIn:
         self._server.start()
 
     def cancel_all(self) -> None:
-        """Give up the drive under way, as a base does whose own watchdog misses its robot."""
+        """Cancel the current drive, as a base whose watchdog misses its robot does."""
         self._cancelled += 1
 
     def _drive(self, goal: Any) -> None:  # noqa: ANN401  (a MoveBaseGoal)
@@ -72,7 +72,7 @@ class StandIn:
                 return
             threading.Event().wait(min(left, _LOOK_EVERY))
         if self.fails:
-            self._server.set_aborted(text="the stand-in was told to fail")
+            self._server.set_aborted(text="the fake base was told to fail")
             return
         place = goal.target_pose.pose.position
         self.arrivals.append((place.x, place.y))
@@ -80,18 +80,23 @@ class StandIn:
         self._server.set_succeeded(MoveBaseResult())
 
     def _say_pose(self, x: float, y: float) -> None:
-        message = PoseWithCovarianceStamped()
-        message.header.frame_id = "map"
-        message.pose.pose.position.x, message.pose.pose.position.y = x, y
-        message.pose.pose.orientation.w = 1.0
-        self._pose.publish(message)
+        self._pose.publish(pose_message(x, y))
+
+
+def pose_message(x: float, y: float) -> PoseWithCovarianceStamped:
+    """Return a pose at x [m], y [m] without a turn, frame map."""
+    message = PoseWithCovarianceStamped()
+    message.header.frame_id = "map"
+    message.pose.pose.position.x, message.pose.pose.position.y = x, y
+    message.pose.pose.orientation.w = 1.0
+    return message
 
 
 def main() -> None:
-    """Stand in for one robot until the node is shut down."""
+    """Serve one robot until the node is shut down."""
     namespace, seconds, x = rospy.myargv()[1:4]
-    rospy.init_node("stand_in", anonymous=True)
-    StandIn(namespace, float(seconds), float(x))
+    rospy.init_node("fake_base", anonymous=True)
+    FakeBase(namespace, float(seconds), float(x))
     rospy.spin()
 
 

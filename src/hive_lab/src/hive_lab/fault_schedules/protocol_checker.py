@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What must always hold in a hive, checked after every event; docs/protocol.md says why it does.
+"""Properties of the protocol that must always hold, checked after every event.
 
-The checker sees everything: every disk, every message as it is sent, every robot's wheels. A
-broken property ends the run with a `Violation` that names it.
+docs/protocol.md explains them. The checker sees every disk, every message as it is sent, and every
+robot's wheels. A broken property ends the run with a `Violation` that names it.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from blackboard.domain.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_S
 from blackboard.domain.task import TaskState, split_task
 from hive_lab.fault_schedules.ending import Ending
 from hive_lab.fault_schedules.history import History, Violation
+from hive_lab.virtual.task_checker import is_taken_away
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -24,22 +25,22 @@ if TYPE_CHECKING:
     from blackboard.consensus.journal import HardState
     from blackboard.consensus.member import Member
     from blackboard.domain.task import Task, TaskStep
-    from hive_lab.fault_schedules.hive import SimulatedMember
-    from hive_lab.fault_schedules.host import Host
+    from hive_lab.fault_schedules.faulty_network import Host
+    from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
 
-class Properties:
+class ProtocolChecker:
     """Watches one hive.
 
     Args:
-        members: All that there are, by name.
-        tasks: That are going to be posted.
-        now: Gives the true time [s].
+        members: All members, by name.
+        tasks: All tasks that will be posted.
+        now: Returns the true time [s].
 
     Attributes:
-        ending: What must be so in the end.
-        takeovers: How many members have become active.
-        done: Tasks that a robot has really finished, and how often.
+        ending: What must hold in the end.
+        takeovers: How often a member became leader.
+        done: How often a robot has really finished each task.
     """
 
     def __init__(
@@ -67,16 +68,16 @@ class Properties:
         self.done: Counter[str] = Counter()
 
     def after_event(self, host: Host) -> None:
-        """Check what can have changed with an event on a host."""
+        """Check everything that an event on a host may have changed."""
         own = self._members.get(host.name)
         if own is None:
-            return  # the operator's
-        backup = own.backup
-        if backup is None or not host.up:
+            return  # the operator
+        node = own.node
+        if node is None or not host.up:
             self._leader_now.discard(host.name)
             self._seen.pop(host.name, None)
             return
-        member = backup.member
+        member = node.member
         before = self._seen.get(host.name)
         if member is before:
             return
@@ -91,7 +92,7 @@ class Properties:
             self._leader_now.discard(host.name)
 
     def said(self, host: Host, topic: str, message: object) -> None:
-        """Check what a host is about to say."""
+        """Check a message that a host is about to send."""
         if topic in {BACKUP, TASK_BROADCAST, TASK_ASSIGN}:
             self._check_may_say(host, topic)
         self._note_told(message)
@@ -110,7 +111,7 @@ class Properties:
             self._check_is_safe(host, message.task.id, message.assignment, "an order")
 
     def at_work(self, robot: str, task: str, works: bool) -> None:
-        """Note that a robot works on a task, or no longer does."""
+        """Record that a robot begins or stops working on a task."""
         workers = self._workers[task]
         if not works:
             workers.discard(robot)
@@ -120,12 +121,12 @@ class Properties:
             self._broken("never two robots", f"{' and '.join(sorted(workers))} work on {task}")
 
     def stopped(self, robot: str) -> None:
-        """Note that a robot's process has ended, and its wheels with it."""
+        """Record the end of a robot's process, which stops its wheels."""
         for workers in self._workers.values():
             workers.discard(robot)
 
     def step_done(self, robot: str, step: TaskStep) -> None:
-        """Note that a robot has done a step."""
+        """Record a completed step."""
         task = step.task_id
         if step != self._last_steps.get(task):
             return
@@ -133,17 +134,17 @@ class Properties:
         self._finished.add(task)
         self._finishers[task] = robot
         if self.done[task] > 1 and task not in self._lost:
-            self._broken("done once", f"{robot} finishes {task}, which was finished before")
+            self._broken("done once", f"{robot} finishes {task} again")
 
     def disk_lost(self, robot: str, hard_state: HardState | None) -> None:
-        """Allow what a robot did to be done again: its disk is lost, and its reports with it."""
+        """Allow a robot's tasks to be done again: its disk is lost, and its reports with it."""
         self._lost_disks.append(hard_state)
         for task, finisher in self._finishers.items():
             if finisher == robot and not self._is_known_as_done(task):
                 self.done[task] = 0
 
     def disk_given_up(self, hard_state: HardState) -> None:
-        """Note what was on the disk of a member that begins anew to join another hive."""
+        """Record the disk of a member that starts anew to join another hive."""
         self._lost_disks.append(hard_state)
 
     def _is_known_as_done(self, task: str) -> bool:
@@ -153,7 +154,7 @@ class Properties:
         return any(record is not None and record.state.is_terminal for record in records)
 
     def _follow_commits(self, member: Member, before: Member | None) -> None:
-        """Check that what a member holds as committed is what everyone else does."""
+        """Check a member's newly committed entries."""
         hive = self._hives[member.hive]
         for known, record in hive.follow(member, before):
             if known is not None:
@@ -161,11 +162,11 @@ class Properties:
             elif record.task.id in hive.forgotten:
                 self._begin_anew(record.task.id)
             if record.state is TaskState.DONE and record.task.id not in self._finished:
-                what = f"{member.id} takes {record.task.id} for done, which nobody has finished"
+                what = f"{member.id} commits {record.task.id} as done, which nobody has finished"
                 self._broken("done once", what)
 
     def _note_told(self, message: object) -> None:
-        """Note of which tasks is told that they have ended."""
+        """Record which tasks were published as ended."""
         if isinstance(message, TaskUpdate) and message.state.is_terminal:
             self._ended[message.task_id] += 1
         elif isinstance(message, TaskList):
@@ -173,24 +174,22 @@ class Properties:
             self._ended.update(ended)
 
     def _begin_anew(self, task: str) -> None:
-        """Allow to be done what was posted under the id of a task that is forgotten."""
+        """Allow a task to be done that was posted under the id of a forgotten one."""
         self.done[task] = 0
         self._finished.discard(task)
         self._lost.discard(task)
 
     def _check_left(self, before: TaskRecord, after: TaskRecord) -> None:
-        """Check that a robot from which a task is taken unasked has stopped, because it is lost.
+        """Check that a robot has stopped before its task is taken from it without a handback.
 
-        What such a robot has done, another may do again: `on_robot_lost` is `reassign` here.
+        Another robot may then do the task again: `on_robot_lost` is `reassign` here.
         """
         name, robot = before.task.id, before.robot
-        held = before.is_held and not after.state.is_terminal
-        stays = (after.robot, after.assignment) == (robot, before.assignment)
-        if not held or stays or (name, robot, before.assignment) in self._handed_back:
+        if not before.is_held or not is_taken_away(before, after, self._handed_back):
             return
         self._lost.add(name)
         if robot in self._workers[name]:
-            self._broken("never two robots", f"{name} is taken from {robot}, which is at it")
+            self._broken("never two robots", f"{name} is taken from {robot}, which works on it")
 
     def _check_takeover(self, member: Member) -> None:
         self.takeovers += 1
@@ -200,39 +199,35 @@ class Properties:
         self._leader_now.add(host.name)
         for name in tuple(self._leader_now - {host.name}):
             other = self._members[name]
-            if other.backup is None or not other.host.up:
+            if other.node is None or not other.host.up:
                 self._leader_now.discard(name)
                 continue
-            if other.backup.hive != member.hive:
+            if other.node.hive != member.hive:
                 continue
             now = self._now()
             if has_lease(member, now * host.rate) and has_lease(
-                other.backup.member, now * other.host.rate
+                other.node.member, now * other.host.rate
             ):
-                self._broken(
-                    "one authority", f"{name} and {host.name} may both act as the active one"
-                )
+                self._broken("one authority", f"{name} and {host.name} may both act as leader")
 
     def _check_may_say(self, host: Host, topic: str) -> None:
-        """Check that only an active one that a majority follows speaks as such."""
-        backup = self._members[host.name].backup
-        if backup is None:
+        """Check that only a leader with a majority speaks as leader."""
+        node = self._members[host.name].node
+        if node is None:
             return
-        member = backup.member
+        member = node.member
         if member.role is not Role.LEADER or not has_lease(member, self._now() * host.rate):
-            self._broken(
-                "one authority", f"{host.name} speaks on {topic} and no majority follows it"
-            )
+            self._broken("one authority", f"{host.name} speaks on {topic} without a majority")
 
     def _check_is_safe(self, host: Host, task_id: str, assignment: int, what: str) -> None:
-        """Check that a majority has on disk what is being told for the first time."""
-        backup = self._members[host.name].backup
-        if backup is None or (backup.hive, task_id, assignment, what) in self._told:
+        """Check that a majority has on disk what is published for the first time."""
+        node = self._members[host.name].node
+        if node is None or (node.hive, task_id, assignment, what) in self._told:
             return
-        self._told.add((backup.hive, task_id, assignment, what))
-        log = backup.member.log
-        # While the list of members changes, it counts by the new one, and neither the old nor the
-        # new one may elect anybody who does not hold it.
+        self._told.add((node.hive, task_id, assignment, what))
+        log = node.member.log
+        # During a membership change the new list counts, and neither list may elect a member
+        # without the entry.
         lists = (log.stable.members, log.latest.members)
         disks = [member.disk.hard_state for member in self._members.values()]
         holders = set()
@@ -246,7 +241,7 @@ class Properties:
         names = " or ".join(", ".join(map(name_of, listed)) for listed in dict.fromkeys(lists))
         self._broken(
             "nothing is lost",
-            f"{host.name} tells {what} of {task_id}, which {len(holders)} hold; "
+            f"{host.name} publishes {what} of {task_id}, which {len(holders)} hold; "
             f"the members are {names}",
         )
 
@@ -255,5 +250,5 @@ class Properties:
 
 
 def may_elect_without(holders: set[str], members: tuple[str, ...]) -> bool:
-    """Return whether a majority of the members can be found among those that hold nothing."""
+    """Return whether the members without it form a majority."""
     return is_majority(set(members) - holders, members)

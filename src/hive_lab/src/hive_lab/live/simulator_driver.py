@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures how fast the node `simulator` lets time pass.
 
-It is run as `python3 -m hive_lab.live.simulator`, see `bench.simulation`, and drives
-more and more robots in a simulator that runs without robots and is asked for more than it can
-reach, first without hearing their scans, then with. The figures are printed as JSON.
+`bench.simulator` runs it as `python3 -m hive_lab.live.simulator_driver`, beside a simulator
+without robots and with a real-time factor beyond its reach. It drives more and more robots, each
+time first without hearing their scans, then with. It prints the figures as JSON.
 """
 
 from __future__ import annotations
@@ -22,38 +22,38 @@ from simenv.srv import Spawn
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
-from hive_lab.bench.sim import NUMBERS, crowd
+from hive_lab.bench.simulator import NUMBERS, spawn_robots
 from hive_lab.bench.usage import usage_of
 
 SECONDS = 5.0
-"""How long each case is measured [s, wall clock]."""
+"""Duration of each case [s, wall clock]."""
 
 SETTLE = 2.0
 """How long the robots drive before that [s, wall clock]."""
 
 COMMAND_PERIOD = 0.2
-"""Between two commands to a robot [s, simulated]; without any for 0.5 s it stops."""
+"""Time between two commands [s, simulated]; a robot stops after 0.5 s without any."""
 
 LOOK_PERIOD = 0.002
-"""Between two looks at the simulated time [s, wall clock]."""
+"""Time between two looks at the clock [s, wall clock]."""
 
 WAIT = 60.0
-"""How long the simulator may take to answer [s, wall clock]."""
+"""Time for the simulator to answer [s, wall clock]."""
 
 
-class Crowd:
-    """Robots in the simulator that drive all the time; one that runs into something turns away."""
+class DrivenRobots:
+    """Robots that drive all the time in the simulator, and turn away from obstacles."""
 
     def __init__(self) -> None:
-        """Know where robots find room; none is there yet."""
-        self._places = crowd(max(NUMBERS))
+        """Find room for the robots, without adding any."""
+        self._places = spawn_robots(max(NUMBERS))
         self._turns = np.linspace(-0.8, 0.8, max(NUMBERS)).tolist()
         self._commands: list[rospy.Publisher] = []
         self._stuck: list[bool] = []
         self._scans: list[rospy.Subscriber] = []
 
     def grow(self, number: int) -> None:
-        """Put everybody back, and then more robots into the simulator, until there are so many."""
+        """Reset all robots, and add robots up to a number."""
         rospy.ServiceProxy("simenv/reset", Empty)()
         spawn = rospy.ServiceProxy("simenv/spawn", Spawn)
         for index, name in list(enumerate(self._places.names))[len(self._commands) : number]:
@@ -69,7 +69,7 @@ class Crowd:
         self._stuck[index] = message.data
 
     def look(self, *, lasers: bool) -> None:
-        """Hear the robots' scans, or stop hearing them."""
+        """Subscribe to the robots' scans, or unsubscribe."""
         for subscriber in self._scans:
             subscriber.unregister()
         names = self._places.names[: len(self._commands)] if lasers else ()
@@ -93,7 +93,7 @@ class Crowd:
 
 
 def processor_time() -> float:
-    """Return what the simulator has taken so far [s]."""
+    """Return the simulator's processor time [s]."""
     address = rosgraph.Master(rospy.get_name()).lookupNode("/simulator")
     with xmlrpc.client.ServerProxy(address) as node:
         answer: Any = node.getPid(rospy.get_name())
@@ -102,9 +102,9 @@ def processor_time() -> float:
 
 
 def measure() -> dict[str, float]:
-    """Measure every number of robots, with lasers and without; see `bench.simulation.measure`."""
+    """Measure every number of robots, without lasers and with them."""
     rospy.wait_for_service("simenv/spawn", WAIT)
-    robots = Crowd()
+    robots = DrivenRobots()
     figures: dict[str, float] = {}
     for number, lasers in itertools.product(NUMBERS, (False, True)):
         if not lasers:
@@ -121,7 +121,7 @@ def measure() -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    # Which clock counts is read once, and roslaunch may not have come to it yet.
+    # rospy reads this once, and roslaunch may not have set it yet.
     rosgraph.Master("/bench_simulator").setParam("/use_sim_time", True)
     rospy.init_node("bench_simulator")
     print(json.dumps(measure()))  # noqa: T201  (what this program is for)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tasks that arrive one after the other: how long they take under each policy."""
+"""Tasks that arrive over time: their times to done under each policy."""
 
 from __future__ import annotations
 
@@ -23,21 +23,18 @@ if TYPE_CHECKING:
 _SEED = 1
 
 _AGING = 120.0
-"""Time in which a task that waits comes to count twice [s]: about two tasks of the warehouse."""
+"""Waiting time that doubles a task's weight [s]: about two tasks of the warehouse."""
 
 _FAIR = 5.0
-"""The longest time to done may be so many times the mean one, at load 0.9 with aging."""
+"""Allowed ratio of the longest to the mean time to done, at load 0.9 with aging."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One stream.
+    """One stream; for `load` see `Stream.poisson`.
 
     Attributes:
-        robots: Number of robots.
-        tasks: Number of tasks.
-        load: See `Stream.poisson`.
-        afresh: Whether the full re-auction at every event runs beside; it is slow.
+        afresh: Whether to compare with the full re-auction at every event, which is slow.
     """
 
     robots: int
@@ -61,7 +58,7 @@ CASES = (
 
 
 def measure_streams(largest: Instance) -> tuple[dict[str, float], dict[str, float]]:
-    """Return figures and aims of all cases, which take their tasks from the largest instance."""
+    """Return figures and aims of all cases; their tasks come from the largest instance."""
     figures: dict[str, float] = {}
     aims: dict[str, float] = {}
     for case in CASES:
@@ -102,7 +99,7 @@ def _policies(case: Case) -> Mapping[str, Policy]:
 def _compared(
     case: Case, taken: Mapping[str, Floats]
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the ratios that the aims are about, and the aims."""
+    """Return the ratios with aims, and the aims."""
     ours, mean = taken["improving"], {name: times.mean() for name, times in taken.items()}
     ratios: dict[str, float] = {}
     aims: dict[str, float] = {}

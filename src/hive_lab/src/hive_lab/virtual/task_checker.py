@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What must always hold of a hive, looked at after everything that happens in it.
+"""Properties of tasks that must always hold, checked after every event of a `Hive`.
 
-A `Hive` on virtual time shows both what its members say and what its robots really do, so these
-properties are checked against the truth and not against what the hive believes.
+The checker compares what members say with what the robots really do, not with what the hive
+believes.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from blackboard.domain.talker import SYNC, TASK_STATE
 from blackboard.domain.task import StepKind, TaskState
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.record import TaskRecord, TaskUpdate
     from blackboard.robot.robot import Robot
@@ -21,33 +23,32 @@ if TYPE_CHECKING:
 _WITH_A_ROBOT = {TaskState.ASSIGNED, TaskState.STARTED}
 
 
-class Properties:
-    """Watches a hive and raises AssertionError as soon as something does not hold.
+class TaskChecker:
+    """Watches a hive and raises AssertionError as soon as a property breaks.
 
-    1. No task is under way with two robots at once.
-    2. A task is done once: when a robot has said DONE, nobody says DONE for another run or begins
-       a step of the task, unless that robot's process has ended since or it had been given up for
-       lost.
-    3. What was said to be taken in stays on the list until it was said that it has ended.
-    4. What has ended stays as it ended.
-    5. A task that is assigned or started has a robot, unless it was split, and one that waits has
-       none.
-    6. A task goes to a robot under a new number each time.
-    7. A task that has not ended leaves a robot only when that robot has handed it back, or is lost
-       and has stopped.
-    8. An arm works only where the robot stands at the goal.
+    1. No two robots work on one task at the same time.
+    2. A task is done once: after a robot says DONE, nobody reports DONE for another run or begins
+       a step of the task, unless that robot's process has ended since or the task had been taken
+       from it because it was lost.
+    3. A task that was accepted stays on the task list until somebody says that it has ended.
+    4. A terminal state never changes.
+    5. An assigned or started task has a robot, unless it was split; a waiting task has none.
+    6. Every assignment of a task has a new number.
+    7. An unfinished task leaves a robot only after the robot has handed it back, or is lost and
+       has stopped.
+    8. An arm works only while its robot stands at the goal.
 
     Args:
-        hive: To be watched from now on.
+        hive: The hive to watch from now on.
 
     Attributes:
-        accepted: The tasks that were said to be taken in.
+        accepted: The tasks that were accepted.
     """
 
     def __init__(self, hive: Hive) -> None:
         self._hive = hive
         self._read = 0
-        self._known: dict[str, TaskRecord] = {}
+        self._records: dict[str, TaskRecord] = {}
         self._done_by: dict[str, tuple[Robot, int]] = {}
         self._handed_back: set[tuple[str, str, int]] = set()
         self._lost: set[str] = set()
@@ -56,7 +57,7 @@ class Properties:
         hive.network.watch(self.check)
 
     def check(self) -> None:
-        """Look at the robots, and at all that was said since the last time."""
+        """Check the robots, and everything said since the last check."""
         self._check_robots()
         sent: list[tuple[str, Any]] = self._hive.network.sent[self._read :]
         self._read += len(sent)
@@ -67,10 +68,10 @@ class Properties:
                 self._check_list(message)
 
     def unfinished(self) -> dict[str, str]:
-        """Return what was taken in and is not done by now, each with the reason."""
+        """Return the accepted tasks that are not done, each with its reason."""
         return {
             name: record.reason
-            for name, record in self._known.items()
+            for name, record in self._records.items()
             if record.state is not TaskState.DONE
         }
 
@@ -81,7 +82,7 @@ class Properties:
             if step is None:
                 continue
             other = at_work.setdefault(step.task_id, name)
-            _hold(other == name, f"{other} and {name} are at work on {step.task_id}")
+            _hold(other == name, f"{other} and {name} work on {step.task_id}")
             _hold(
                 step.kind is StepKind.MOVE or self._hive.robots[name].status.pose == step.goal,
                 f"{name} does {step.kind.name} of {step.task_id} somewhere else",
@@ -100,43 +101,50 @@ class Properties:
             return
         run = (robot, update.assignment)
         first = self._done_by.get(update.task_id)
-        forgotten = first is None or first[0] not in self._hive.robots.values()
-        forgotten |= update.task_id in self._lost
-        if update.state is TaskState.DONE and forgotten:
+        superseded = first is None or first[0] not in self._hive.robots.values()
+        superseded |= update.task_id in self._lost
+        if update.state is TaskState.DONE and superseded:
             self._done_by[update.task_id] = run
         elif update.state is TaskState.DONE:
             _hold(first == run, f"{update.task_id} is done again by {update.robot_id}")
         else:
-            _hold(forgotten, f"{update.task_id} is done, and {update.robot_id} goes on with it")
+            _hold(superseded, f"{update.task_id} is done, and {update.robot_id} works on")
 
     def _check_list(self, known: TaskList) -> None:
         now = {record.task.id: record for record in known.records}
-        gone = (self.accepted | self._known.keys()) - now.keys()
+        gone = (self.accepted | self._records.keys()) - now.keys()
         lost = sorted(gone - self._ended)
-        _hold(not lost, f"{lost} had been taken in and are on the list no more")
+        _hold(not lost, f"{lost} were accepted and are missing from the task list")
         for name in gone:
             self._done_by.pop(name, None)
             self.accepted.discard(name)
         self._ended |= {name for name, record in now.items() if record.state.is_terminal}
         for name, record in now.items():
             _check_record(record)
-            if name in self._known:
-                _check_change(self._known[name], record)
-                self._check_holder(self._known[name], record)
-        self._known = now
+            if name in self._records:
+                _check_change(self._records[name], record)
+                self._check_holder(self._records[name], record)
+        self._records = now
 
     def _check_holder(self, before: TaskRecord, after: TaskRecord) -> None:
-        holder = before.robot, before.assignment
         name = before.task.id
-        left = not after.state.is_terminal and (after.robot, after.assignment) != holder
-        if not (left and before.robot) or (name, *holder) in self._handed_back:
+        if not before.robot or not is_taken_away(before, after, self._handed_back):
             return
         self._lost.add(name)
         step = self._hive.commands[before.robot].running
         _hold(
             step is None or step.task_id != name,
-            f"{name} was taken from {before.robot}, which is still at it",
+            f"{name} was taken from {before.robot}, which still works on it",
         )
+
+
+def is_taken_away(
+    before: TaskRecord, after: TaskRecord, handed_back: Collection[tuple[str, str, int]]
+) -> bool:
+    """Return whether an unfinished task leaves its robot that has not handed it back."""
+    holder = before.robot, before.assignment
+    leaves = not after.state.is_terminal and (after.robot, after.assignment) != holder
+    return leaves and (before.task.id, *holder) not in handed_back
 
 
 def _check_record(record: TaskRecord) -> None:
@@ -165,6 +173,6 @@ def _check_change(before: TaskRecord, after: TaskRecord) -> None:
 
 
 def _hold(holds: bool, otherwise: str) -> None:
-    """Raise AssertionError with what is wrong, also where Python leaves `assert` out."""
+    """Raise AssertionError, also when Python runs without `assert`."""
     if not holds:
         raise AssertionError(otherwise)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a plan comes to, and how the auction with the search behind it makes one."""
+"""The figures of a plan, and a plan made by the auction and the search."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ SEED = 1
 
 
 def figures(instance: Instance, plan: Plan) -> dict[str, float]:
-    """Return what a plan comes to.
+    """Return the figures of a plan.
 
     Returns:
-        `energy`, the way of all robots [m]; `makespan` [s]; `latency` and `p95`, mean and 95th
-        percentile of the time to done [s].
+        `energy`, the path length of all robots [m]; `makespan` [s]; `latency` and `p95`, mean and
+        95th percentile of the time to done [s].
     """
     book = Book(instance)
     table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
@@ -51,7 +51,7 @@ def searched(
     seconds: float,
     search: Search | None = None,
 ) -> Plan:
-    """Return what auction and search make within some processor time [s]."""
+    """Return the plan of auction and search within a processor time [s]."""
     end = time.process_time() + seconds
     known = OBJECTIVES[objective]
     begun = plan or auction(instance, known)
@@ -60,6 +60,6 @@ def searched(
 
 
 def mean_and_worst(name: str, ratios: Iterable[float]) -> dict[str, float]:
-    """Return mean and worst of some ratios, as figures with a name each."""
+    """Return mean and worst of some ratios, as figures with names."""
     values = list(ratios)
     return {f"{name} mean": float(np.mean(values)), f"{name} worst": max(values)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A hive of the real classes on the simulated network, and what a schedule does to it."""
+"""Members of a hive of the real classes on the faulty network, with disks and drives."""
 
 from __future__ import annotations
 
@@ -10,16 +10,13 @@ from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.node import RaftNode
 from blackboard.costing.path_lengths import EuclideanLengths
-from blackboard.domain.battery import Battery
-from blackboard.domain.settings import ControllerSettings, RobotSettings
+from blackboard.domain.settings import ControllerSettings
 from blackboard.domain.talker import BB_VOTE
 from blackboard.domain.task import StepKind
-from blackboard.robot.executor import CommandResult, CommandState, Controller
-from blackboard.robot.robot import Robot
-from hive_lab.fault_schedules.host import HostTalker
-from hive_lab.fault_schedules.network import SimulatedCrashError
-from hive_lab.fault_schedules.schedule import BLACKBOARD, Point
-from hive_lab.virtual.hive import SMALL_ROBOT
+from blackboard.robot.executor import CommandResult, CommandState
+from hive_lab.fault_schedules.faulty_network import HostTalker, SimulatedCrashError
+from hive_lab.fault_schedules.schedule import BLACKBOARD, WritePoint
+from hive_lab.virtual.hive import make_robot
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,49 +26,49 @@ if TYPE_CHECKING:
     from blackboard.consensus.journal import HardState
     from blackboard.domain.settings import BlackboardSettings, RaftSettings
     from blackboard.domain.task import TaskStep
+    from blackboard.robot.robot import Robot
     from hive_common.pose import Pose
-    from hive_lab.fault_schedules.host import Host
+    from hive_lab.fault_schedules.faulty_network import Host
 
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 
 _FAILURES = 0.05
-"""Share of the steps that a simulated drive does not manage."""
+"""Share of the steps that fail."""
 
 
 @dataclass
 class Disk(MemoryJournal):
-    """A disk that survives its host's crash, and at one of whose writes the host may crash.
+    """A disk that survives its host's crash; the host may crash at a write.
 
     Attributes:
         crashes: Whether the host crashes at the next write, before anything is written.
-        watched_by: Told what was written before and what is going to be written now; says whether
-            and when the host crashes.
+        watched_by: Gets the state before and after a write; returns whether and when to crash.
     """
 
     crashes: bool = False
-    watched_by: Callable[[HardState | None, HardState], Point] = lambda *_: Point.AFTER
+    watched_by: Callable[[HardState | None, HardState], WritePoint] = lambda *_: WritePoint.AFTER
 
     def save(self, hard_state: HardState) -> None:
-        """Write down, or end before anything is written, or right afterwards.
+        """Write, unless the host crashes before the write, or crash right after it.
 
         Raises:
             SimulatedCrashError: The host crashes now.
         """
         point = self.watched_by(self.hard_state, hard_state)
-        if self.crashes or point is Point.BEFORE_WRITING:
+        if self.crashes or point is WritePoint.BEFORE_WRITING:
             self.crashes = False
             raise SimulatedCrashError
         self.hard_state = hard_state
-        if point is Point.BEFORE_SAYING:
+        if point is WritePoint.BEFORE_SAYING:
             raise SimulatedCrashError
 
 
 class Drive:
-    """Does the steps of one robot, each in a few seconds; see `blackboard.robot.executor.Command`.
+    """One robot's steps, each a few seconds; see `blackboard.robot.executor.Command`.
 
     Attributes:
-        at_work: Told when the robot begins and stops to work on a task.
-        step_done: Told of every step that has been done.
+        at_work: Called when the robot begins or stops working on a task.
+        step_done: Called after every completed step.
     """
 
     def __init__(self, host: Host, random: Random, arrive: Callable[[Pose], None]) -> None:
@@ -103,7 +100,7 @@ class Drive:
         self.at_work(self._task, False)
 
     def go_on(self) -> None:
-        """Turn the wheels again after a freeze, unless it has been stopped meanwhile."""
+        """Turn the wheels again after a freeze, unless the drive was cancelled meanwhile."""
         if self._runs:
             self.at_work(self._task, True)
 
@@ -117,23 +114,20 @@ class Drive:
             self._arrive(step.goal)
             self.step_done(step)
         state = CommandState.SUCCEEDED if works else CommandState.ABORTED
-        done(CommandResult(state, "" if works else "somebody stood in the way"))
+        done(CommandResult(state, "" if works else "path blocked"))
 
 
 @dataclass
 class SimulatedMember:
-    """One member of the hive: its host, its disk, and what runs there now.
+    """One member: its host, its disk, and the process that runs there now.
 
     Attributes:
-        host: The machine.
-        disk: Survives crashes, unless it is lost.
-        settings: The hive's timers.
-        patience: How patient its blackboard is.
-        backup: Of the process that runs now; None while none does.
-        pose: Where the robot stands; it stays where it is when its process ends.
-        gone: Whether it never comes back.
-        stands_by: Whether it would carry the blackboard.
-        drive: Of the robot that runs now, if there is one.
+        disk: Survives crashes, unless a fault takes it.
+        pose: Where the robot stands, also while its process is down.
+        node: Of the running process, if any.
+        drive: Of the running robot, if any.
+        gone: Whether the member never comes back.
+        voter: Whether it is a voter rather than a learner.
     """
 
     host: Host
@@ -141,8 +135,8 @@ class SimulatedMember:
     pose: Pose
     random: Random
     settings: RaftSettings
-    patience: BlackboardSettings
-    backup: RaftNode | None = None
+    board: BlackboardSettings
+    node: RaftNode | None = None
     drive: Drive | None = None
     gone: bool = False
     voter: bool = True
@@ -159,7 +153,7 @@ class SimulatedMember:
         host = self.host
         host.boot()
         talker = HostTalker(host, self.name)
-        self.backup = RaftNode(
+        self.node = RaftNode(
             talker,
             self.name,
             self.settings,
@@ -169,17 +163,17 @@ class SimulatedMember:
             voter=self.voter,
         )
         if self.voter:
-            Blackboard(talker, self.backup, EuclideanLengths(), self.patience).start()
+            Blackboard(talker, self.node, EuclideanLengths(), self.board).start()
         else:
-            host.handlers[BB_VOTE] = []  # as members do, it hears only what concerns it
+            host.handlers[BB_VOTE] = []  # like members, it gets only messages for it
         try:
             if self.name != BLACKBOARD:
-                self._robot(talker, self.backup).start()
-            self.backup.start()
+                self._robot(talker, self.node).start()
+            self.node.start()
         except SimulatedCrashError:
             host.crash()
 
-    def _robot(self, talker: HostTalker, fence: HiveFilter) -> Robot:
+    def _robot(self, talker: HostTalker, hive_filter: HiveFilter) -> Robot:
         def arrive(pose: Pose) -> None:
             self.pose = pose
             robot.set_pose(pose)
@@ -187,18 +181,13 @@ class SimulatedMember:
         drive = self.drive = Drive(self.host, self.random, arrive)
         drive.at_work = lambda task, works: self.at_work(self.name, task, works)
         drive.step_done = lambda step: self.step_done(self.name, step)
-        controller = Controller(dict.fromkeys(StepKind, drive), talker, CONTROLLER_SETTINGS)
-        battery = Battery(SMALL_ROBOT.battery, 1.0)
-        robot = Robot(
+        robot = make_robot(
             talker,
             self.name,
-            SMALL_ROBOT,
-            battery,
-            EuclideanLengths(),
-            controller,
             self.pose,
-            RobotSettings(),
-            self.disk,
-            fence,
+            dict.fromkeys(StepKind, drive),
+            controller=CONTROLLER_SETTINGS,
+            journal=self.disk,
+            hive_filter=hive_filter,
         )
         return robot

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws what central and distributed decisions take over the size of the fleet.
+"""Draws the cost of central and distributed decisions over the size of the fleet.
 
-    python3 -m hive_lab.bench.decision_picture decision.json docs/images/decision.png
+    python3 -m hive_lab.live.decision_picture decision.json docs/images/decision.png
 
-draws what `./hive bench decision --json decision.json` has written.
+draws the file that `./hive bench decision --json decision.json` has written.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _COLOURS = {"distributed": "#0072B2", "centralized": "#D55E00"}
-"""Told apart by colour-blind people too (Okabe and Ito, 2008)."""
+"""Safe for colour-blind readers (Okabe and Ito, 2008)."""
 
 _STYLES = {
     "all": ("-", "all members"),
@@ -35,12 +35,7 @@ _DOTS_PER_INCH = 110
 
 
 def draw(figures: Mapping[str, float], path: Path) -> None:
-    """Draw figures and write them as PNG.
-
-    Args:
-        figures: As `hive_lab.live.decision.measure` returns them.
-        path: The file.
-    """
+    """Draw the figures of `hive_lab.live.decision.run` into a PNG file."""
     figure = Figure(figsize=(14.5, 4.2), layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
     size, *times, key = figure.subplots(1, 4, gridspec_kw={"width_ratios": (1, 1, 1, 0.6)})

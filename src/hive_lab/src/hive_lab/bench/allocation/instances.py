@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The seeded instances: robots and tasks at random places of the warehouse.
 
-Starts and ends are drawn uniformly from the free cells of the map; what they cost is the length of
-the way. Robots drive at 1 m/s, so that a way in metres is a time in seconds.
+Starts and ends are uniform over the free cells of the map. Robots drive at 1 m/s, so a length in
+metres is a time in seconds.
+
+`python -m hive_lab.bench.allocation.instances FOLDER` exports them for other solvers.
 """
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,14 +34,7 @@ KINDS = ("bring", "go")
 
 @dataclass(frozen=True)
 class Size:
-    """How many robots and tasks, and how many instances of them.
-
-    Attributes:
-        robots: Number of robots.
-        tasks: Number of tasks.
-        seeds: Number of instances.
-        seconds: Processor time that the search may take [s].
-    """
+    """A size of instances; `seeds` is their number, `seconds` the search's processor time [s]."""
 
     robots: int
     tasks: int
@@ -50,16 +47,11 @@ class Size:
         return f"{self.robots}x{self.tasks}"
 
 
-SIZES = (
-    Size(3, 10, 10, 0.1),
-    Size(4, 20, 6, 0.2),
-    Size(20, 100, 3, 1.0),
-    Size(100, 1000, 1, 1.5),
-)
+SIZES = (Size(3, 10, 10, 0.1), Size(4, 20, 6, 0.2), Size(20, 100, 3, 1.0), Size(100, 1000, 1, 1.5))
 
 
 class Floor:
-    """The free places of the warehouse and how far they are from each other."""
+    """The free places of the warehouse, and the distances between them."""
 
     def __init__(self) -> None:
         self._grid = load_map("warehouse")
@@ -69,18 +61,18 @@ class Floor:
         self.path_lengths = GridPathLengths(self._grid, RADIUS)
 
     def own_path_lengths(self) -> GridPathLengths:
-        """Return ways that nothing is known of yet, as in a process of its own."""
+        """Return path lengths with an empty cache, as in a process of its own."""
         return GridPathLengths(self._grid, RADIUS)
 
     def places(self, random: np.random.Generator, number: int) -> list[Pose]:
-        """Return the middles of random free cells [map frame]."""
+        """Return the centres of random free cells, frame map."""
         chosen = self._cells[random.integers(len(self._cells), size=number)] + 0.5
         side, (x, y, _) = self._grid.resolution, self._grid.origin
         return [Pose(x + column * side, y + row * side) for row, column in chosen]
 
 
 def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:
-    """Yield all instances of a size, each with its name; the kinds share their places."""
+    """Yield all instances of a size with their names; the kinds share their places."""
     for seed in range(size.seeds):
         random = np.random.default_rng([size.robots, size.tasks, seed])
         robots = floor.places(random, size.robots)
@@ -93,3 +85,17 @@ def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:
         for kind in KINDS:
             to_start = np.concatenate([after[kind], from_robot])
             yield f"{size.name}/{kind}/{seed}", Instance.plain(to_start, inner[kind])
+
+
+def export(folder: Path) -> None:
+    """Write each instance as `<name>.npz` with `way` and `inner`, `/` in its name as `_`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    floor = Floor()
+    for size in SIZES:
+        for name, instance in instances(size, floor):
+            path = folder / f"{name.replace('/', '_')}.npz"
+            np.savez_compressed(path, way=instance.way, inner=instance.tasks.inner)
+
+
+if __name__ == "__main__":
+    export(Path(sys.argv[1]))

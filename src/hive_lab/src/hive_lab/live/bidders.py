@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stands in for robots that bid and do not drive, where only the auction is looked at.
+"""Fake bases of robots that bid and never drive, for measuring the auction alone.
 
-    python3 -m hive_lab.live.parked /robot1 /robot2
+    python3 -m hive_lab.live.bidders /robot1 /robot2
 
 takes the namespaces of all robots, so that they share one process beside the hive's own.
 """
@@ -15,18 +15,16 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction
 
+from hive_lab.live.fake_base import pose_message
+
 SPACING = 2.0
 """Distance between two robots, which stand in a row [m]."""
 
 
-class Parked:
-    """A robot's localization and its `move_base`, which takes every goal and never moves.
+class Bidder:
+    """A robot's localization, and a `move_base` that accepts every goal and never moves.
 
-    Make it after `rospy.init_node`.
-
-    Args:
-        namespace: Of the robot.
-        x: Where it stands [m], with y = 0.
+    Create it after `rospy.init_node`; the robot stands at x [m], y = 0.
 
     ROS Actions: server of `move_base` (move_base_msgs/MoveBaseAction).
     ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), latched.
@@ -36,11 +34,7 @@ class Parked:
         self._pose = rospy.Publisher(
             f"{namespace}/amcl_pose", PoseWithCovarianceStamped, latch=True, queue_size=1
         )
-        message = PoseWithCovarianceStamped()
-        message.header.frame_id = "map"
-        message.pose.pose.position.x = x
-        message.pose.pose.orientation.w = 1.0
-        self._pose.publish(message)
+        self._pose.publish(pose_message(x, 0.0))
         self._server = actionlib.ActionServer(
             f"{namespace}/move_base", MoveBaseAction, _accept, _cancel, auto_start=False
         )
@@ -56,9 +50,9 @@ def _cancel(goal: Any) -> None:  # noqa: ANN401  (a ServerGoalHandle)
 
 
 def main() -> None:
-    """Stand in for robots until the node is shut down."""
-    rospy.init_node("parked", anonymous=True)
-    robots = [Parked(name, SPACING * i) for i, name in enumerate(rospy.myargv()[1:])]
+    """Serve until the node is shut down."""
+    rospy.init_node("bidders", anonymous=True)
+    robots = [Bidder(name, SPACING * i) for i, name in enumerate(rospy.myargv()[1:])]
     rospy.spin()
     robots.clear()
 

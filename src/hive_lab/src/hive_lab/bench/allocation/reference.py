@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The best figures known of the instances, and the long search that some of them come from.
+"""The best known figures of the instances, and the long search that some of them come from.
 
-Run as `python -m hive_lab.bench_allocation.reference SOLVERS TABLE`; see setup/reference.
+Run as `python -m hive_lab.bench.allocation.reference SOLVERS TABLE`; see setup/reference.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from hive_common.resources import package_folder
 from hive_lab.allocation.exact import optimum
 from hive_lab.allocation.improvement import Search
-from hive_lab.bench_allocation.instances import SIZES, Floor, instances
-from hive_lab.bench_allocation.plans import figures, searched
+from hive_lab.bench.allocation.instances import SIZES, Floor, instances
+from hive_lab.bench.allocation.plans import figures, searched
 
 if TYPE_CHECKING:
     from hive_lab.allocation.instance import Instance
@@ -31,7 +31,7 @@ _MAX_EXACT = 10
 
 
 def read_best() -> dict[str, dict[str, float]]:
-    """Return the least figure known, by instance and objective [s] [m]; see `plans.figures`."""
+    """Return the least known figure by instance and objective [s] [m]; see `plans.figures`."""
     path = package_folder("hive_lab") / "resource" / _TABLE
     table = json.loads(path.read_text(encoding="utf-8"))["figures"]
     return {
@@ -41,7 +41,7 @@ def read_best() -> dict[str, dict[str, float]]:
 
 
 def best_of(instance: Instance, objective: str) -> tuple[str, float]:
-    """Return how a figure was found, and the figure: exactly, or by a long search."""
+    """Return how a figure was found, `exact` or `search`, and the figure."""
     tasks = len(instance.tasks)
     if tasks <= _MAX_EXACT:
         best = optimum(instance, objective)
@@ -53,7 +53,7 @@ def best_of(instance: Instance, objective: str) -> tuple[str, float]:
 
 
 def make_table(solvers: Path, table: Path) -> None:
-    """Add the optimum and the long search to what solvers found, and write the whole."""
+    """Add the optimum and the long search to the solvers' figures, and write the table."""
     made: dict[str, Any] = json.loads(solvers.read_text(encoding="utf-8"))
     made["search_seconds"] = {str(tasks): limit for tasks, limit in _LONG_SEARCH.items()}
     floor = Floor()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Compares the auction and the search with simple rules and with the best plans known.
+"""Compares the auction and the search with simple rules and with the best known plans.
 
-All figures of the instances are ratios to the best known, except `p95` (to the plan that the
-search makes for the shortest mean time to done) and the seconds, which are processor time.
+Figures are ratios to the best known, except `p95` (to the search's plan for the shortest mean time
+to done) and seconds, which are processor time.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ import click
 from hive_lab.allocation.objectives import OBJECTIVES
 from hive_lab.allocation.rules import RULES
 from hive_lab.allocation.sequential import auction
+from hive_lab.bench.allocation.instances import KINDS, SIZES, Floor, instances
+from hive_lab.bench.allocation.plans import figures, mean_and_worst, searched
+from hive_lab.bench.allocation.reference import OBJECTIVES as COMPARED
+from hive_lab.bench.allocation.reference import read_best
+from hive_lab.bench.allocation.streams import measure_streams
 from hive_lab.bench.registry import BenchResult
-from hive_lab.bench_allocation.instances import KINDS, SIZES, Floor, instances
-from hive_lab.bench_allocation.plans import figures, mean_and_worst, searched
-from hive_lab.bench_allocation.reference import OBJECTIVES as COMPARED
-from hive_lab.bench_allocation.reference import read_best
-from hive_lab.bench_allocation.streams import measure_streams
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hive_lab.allocation.instance import Instance
-    from hive_lab.bench_allocation.instances import Size
+    from hive_lab.bench.allocation.instances import Size
 
 _LATENCY = {"3x10": 1.005, "4x20": 1.01, "20x100": 1.03, "100x1000": 1.08}
 _MAKESPAN = {"3x10": 1.02, "4x20": 1.04, "20x100": 1.08, "100x1000": 1.08}
 _SECONDS = {"4x20": 0.2, "20x100": 1.0, "100x1000": 2.0}
 
 _LESS_THAN_APPENDING = 0.75
-"""Mean time to done over that of appending to the list that has it done soonest."""
+"""Mean time to done over that of appending to the list with the earliest end."""
 
 _SLACK = 0.05
-"""A round of the search that has begun is finished: allowed over the limit, as a share."""
+"""A round of the search is always finished: share allowed over the time limit."""
 
 
 class Ratios:
@@ -80,7 +80,7 @@ class Ratios:
         return found
 
     def aims(self) -> dict[str, float]:
-        """Return what some of them should be at most."""
+        """Return the aims of some of them."""
         size = self._size.name
         aims = {
             f"{size} search latency: latency mean": _LATENCY[size],
@@ -93,8 +93,8 @@ class Ratios:
         return aims
 
 
-def measure() -> BenchResult:
-    """Measure instances and streams; takes some minutes, most of them for lengths of ways."""
+def run() -> BenchResult:
+    """Measure instances and streams; takes some minutes, mostly for path lengths."""
     best = read_best()
     floor = Floor()
     found: dict[str, float] = {}

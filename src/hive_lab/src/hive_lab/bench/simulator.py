@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measures how fast simulated time can pass: in this process, and through ROS.
+
+Through ROS twice: the simulator's node alone, and a whole hive with all nodes of four robots.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+import numpy as np
+
+from fleet_manager.demo.local_hive import local_hive
+from fleet_manager.errors import StartError
+from hive_common.pose import Pose
+from hive_lab.bench import system
+from hive_lab.bench.registry import BenchResult
+from robot_description.models import load_model
+from simenv.errors import SpawnError
+from simenv.simulation import STEP, Simulation
+from simenv.world.world_file import load_world
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from contextlib import AbstractContextManager
+
+    from fleet_manager.client.client import Link
+    from hive_common.geometry import Array
+
+
+NUMBERS = (1, 4, 20, 100)
+"""Numbers of robots."""
+
+MODELS = ("mir100", "ld60", "youbot", "fetch")
+
+SCANS = 10.0
+"""Scans of each robot [Hz, simulated]."""
+
+WALL_TIME = 3.0
+"""Duration of each case [s, wall clock]."""
+
+AIMS = {"lasers_4": 0.01, "lasers_100": 0.25}
+"""Wall time for a simulated second [s]: 100 and 4 times real time."""
+
+
+def spawn_robots(number: int) -> Simulation:
+    """Spawn robots of alternating models in the warehouse, row by row wherever there is room."""
+    simulation = Simulation(load_world("warehouse"), seed=1)
+    width, depth = simulation.world.size
+    places = itertools.product(np.arange(1.0, depth, 1.5), np.arange(1.0, width, 1.5))
+    for y, x in places:
+        index = len(simulation.names)
+        if index == number:
+            break
+        model = load_model(MODELS[index % len(MODELS)])
+        try:
+            simulation.add_robot(f"robot{index + 1}", model, Pose(float(x), float(y), 0.0))
+        except SpawnError:
+            continue
+    return simulation
+
+
+def drive(simulation: Simulation, seconds: float, *, lasers: bool) -> float:
+    """Let all robots drive for a time [s, wall clock]; return the simulated time passed [s]."""
+    names = simulation.names
+    turns: Array = np.linspace(-0.8, 0.8, len(names))
+    between = round(1.0 / (SCANS * STEP))
+    began, start = time.perf_counter(), simulation.time
+    for step in itertools.count():
+        if time.perf_counter() - began >= seconds:
+            break
+        if step % between == 0:
+            for index, name in enumerate(names):
+                stuck = bool(simulation.bumper(name))
+                simulation.set_command(name, vx=-0.3 if stuck else 0.5, wz=float(turns[index]))
+        if lasers and (due := names[-step % between :: between]):
+            simulation.scans(due)
+        simulation.step()
+    return (simulation.time - start) / (time.perf_counter() - began) * seconds
+
+
+def measure_in_process(wall_time: float = WALL_TIME) -> dict[str, float]:
+    """Measure each case for a time [s, wall clock].
+
+    Returns:
+        For each number of robots, with lasers and without: `lasers_N` and `bare_N`, wall time for
+        a simulated second [s]; `speed_...`, its inverse; and `cpu_...`, simulated seconds in one
+        of processor time, which depends less on other work of the machine.
+    """
+    figures: dict[str, float] = {}
+    for number, lasers in itertools.product(NUMBERS, (True, False)):
+        name = f"{'lasers' if lasers else 'bare'}_{number}"
+        simulation, cpu = spawn_robots(number), time.process_time()
+        passed = drive(simulation, wall_time, lasers=lasers)
+        cpu = time.process_time() - cpu
+        speed = passed / wall_time
+        figures[name] = 1.0 / speed
+        figures[f"speed_{name}"] = speed
+        figures[f"cpu_{name}"] = passed / cpu
+    return figures
+
+
+_RTF = 6.0
+"""Real-time factor asked of the whole hive: a little above the aim. A simulator that is asked for
+much more takes processor time away from the robots that it simulates.
+"""
+
+_MAX_RTF = 100.0
+"""Real-time factor asked of the simulator alone: more than it reaches."""
+
+_AIM = 0.2
+"""Wall time for a simulated second with all nodes of four robots, at most [s]."""
+
+_LIMIT = 300.0
+"""Time limit for the simulator alone [s]."""
+
+
+def run(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
+    """Measure all; `connect` opens the link, see `cli.outside.Outside`.
+
+    Returns:
+        The figures of `measure_in_process`; `speed_node_...` and `cpu_node_...`, simulated seconds
+        of the simulator's node alone in one on the wall clock and of its processor time; `ros_4`,
+        wall time for a simulated second of a whole hive that drives [s], `speed_ros_4`, its
+        inverse, what `bench.system` says of the drives, and `ros_4 cpu ...` of each process
+        [s per s].
+    """
+    click.echo("in this process, for half a minute", err=True)
+    figures, aims = measure_in_process(), AIMS | {"ros_4": _AIM}
+    click.echo("the simulator alone, for a minute", err=True)
+    figures |= _simulator_alone()
+    hive = system.run(connect, rtf=_RTF).figures
+    figures["speed_ros_4"] = hive["real_time_factor"]
+    figures["ros_4"] = 1.0 / hive["real_time_factor"]
+    for name in ("driving_share", "collisions", "unanswered"):
+        figures[f"ros_4 {name}"] = hive[name]
+    figures |= {f"ros_4 {name}": value for name, value in hive.items() if name.startswith("cpu")}
+    return BenchResult(figures, aims)
+
+
+def _simulator_alone() -> dict[str, float]:
+    """Return the figures of `live.simulator_driver`, on a ROS master of its own."""
+    with (
+        tempfile.TemporaryDirectory(prefix="robo-hive-bench-") as folder,
+        local_hive(Path(folder)) as hive,
+    ):
+        hive.start_master()
+        words = ["simenv", "simulator.launch", "world:=warehouse", f"rtf:={_MAX_RTF:g}"]
+        hive.processes.start("simulator", ["roslaunch", *words])
+        done = subprocess.run(
+            [sys.executable, "-m", "hive_lab.live.simulator_driver"],
+            stdout=subprocess.PIPE,
+            text=True,
+            check=False,
+            timeout=_LIMIT,
+        )
+        hive.check()
+    if done.returncode:
+        raise StartError("the simulator could not be measured; see the reason above")
+    figures: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return figures
