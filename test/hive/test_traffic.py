@@ -8,7 +8,8 @@ import pytest
 
 pytest.importorskip("ompl")
 
-from hive_common.map_file import GridMap, load_map
+from hive_common.grid_map import GridMap
+from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model

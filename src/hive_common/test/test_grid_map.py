@@ -6,8 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hive_common.grid_map import FAR, ClearanceField, Disc
-from hive_common.map_file import GridMap
+from hive_common.grid_map import FAR, ClearanceField, Disc, GridMap
 
 
 def hall(blocked_columns: slice = slice(0, 0)) -> ClearanceField:

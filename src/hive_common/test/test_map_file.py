@@ -7,7 +7,8 @@ import pytest
 from shapely.geometry import Point, box
 
 from hive_common.errors import FileError, MapError
-from hive_common.map_file import FREE, OCCUPIED, UNKNOWN, GridMap, load_map, save_map
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
+from hive_common.map_file import load_map, save_map
 from hive_common.pose import Pose
 from simenv.testing import hall
 from simenv.world.draw_map import draw_map

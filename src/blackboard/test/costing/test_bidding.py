@@ -15,7 +15,7 @@ from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST
 from blackboard.domain.record import Order
 from blackboard.domain.task import Task, TaskType
-from hive_common.map_file import GridMap
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
-from hive_common.map_file import GridMap
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 
 WALL = 0.1  # thickness [m]

@@ -27,7 +27,7 @@ from blackboard.domain.task import (
     used_goals,
 )
 from blackboard.errors import TaskRefusedError
-from hive_common.map_file import GridMap
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 
 A, B, C = Pose(1.0, 2.0, 0.5), Pose(5.0, 2.0), Pose(5.0, 6.0)

@@ -25,7 +25,7 @@ from fleet_manager.demo.report import Clocks, make_report, not_done
 from fleet_manager.demo.runner import DemoPlan, DemoRun
 from fleet_manager.errors import StartError
 from fleet_manager.testing import FakeHive, FakeLink
-from hive_common.map_file import GridMap
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 
 ROBOTS = ["robot1", "robot2", "robot3", "robot4"]

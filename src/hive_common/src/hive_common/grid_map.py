@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clearances: how far each cell of a map is from the nearest obstacle.
+"""Maps as occupancy grids, and how far each cell is from the nearest obstacle.
 
 Planning and driving ask how much room there is at a point. The distance transform of the occupancy
 grid answers for all cells at once. A robot of radius r may stand where the clearance is at least
@@ -11,17 +11,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage
 
+from hive_common.pose import Pose
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from numpy.typing import NDArray
-
-    from hive_common.map_file import GridMap
 
     Array = NDArray[np.float64]
 
@@ -33,6 +34,72 @@ STRIDES = 12
 
 TINY = 1e-9
 """A shorter line has no direction [m]."""
+
+
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
+FREE = 0
+OCCUPIED = 100
+UNKNOWN = -1
+
+
+@dataclass(frozen=True)
+class GridMap:
+    """An occupancy grid: what robots know of a world.
+
+    Attributes:
+        cells: (rows, columns) of UNKNOWN, or FREE 0 to OCCUPIED 100; row 0 is the lowest y.
+        resolution: Side of a cell [m].
+        origin: Lower left corner of cell (0, 0), frame map [m, m, rad].
+    """
+
+    cells: NDArray[np.int8]
+    resolution: float
+    origin: Pose = ORIGIN
+
+    @classmethod
+    def of_blocked(
+        cls, blocked: NDArray[np.bool_], resolution: float, origin: Pose = ORIGIN
+    ) -> GridMap:
+        """Return a map whose cells are occupied where `blocked` (rows, columns), else free."""
+        return cls(np.where(blocked, OCCUPIED, FREE).astype(np.int8), resolution, origin)
+
+    @cached_property
+    def blocked(self) -> NDArray[np.bool_]:
+        """(rows, columns): True where a cell is not known to be free."""
+        blocked: NDArray[np.bool_] = self.cells != FREE
+        return blocked
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max, frame map [m]."""
+        rows, columns = self.cells.shape
+        x, y, _ = self.origin
+        return x, y, x + columns * self.resolution, y + rows * self.resolution
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point [m], frame map, lies on the map."""
+        x_min, y_min, x_max, y_max = self.bounds
+        return x_min <= x < x_max and y_min <= y < y_max
+
+    def cell(self, point: Pose | tuple[float, float]) -> tuple[int, int] | None:
+        """Return the (row, column) of a point [m], frame map, or None outside the map."""
+        row = math.floor((point[1] - self.origin.y) / self.resolution)
+        column = math.floor((point[0] - self.origin.x) / self.resolution)
+        rows, columns = self.cells.shape
+        return (row, column) if 0 <= row < rows and 0 <= column < columns else None
+
+    def decided(self, free: int, occupied: int) -> GridMap:
+        """Return the map with free, occupied and unknown cells only.
+
+        Args:
+            free: Cells up to this are free [0..100].
+            occupied: Cells from this on are occupied [0..100].
+        """
+        cells = np.full(self.cells.shape, UNKNOWN, dtype=np.int8)
+        cells[(self.cells != UNKNOWN) & (self.cells <= free)] = FREE
+        cells[self.cells >= occupied] = OCCUPIED
+        return GridMap(cells, self.resolution, self.origin)
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,6 @@ Keys and modes mean what map_server defines:
 - `raw`: a pixel's value is the cell's, 0..100; anything above is unknown.
 """
 
-import math
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
@@ -22,15 +19,10 @@ from numpy.typing import NDArray
 
 from hive_common.checked_yaml import read_checked
 from hive_common.errors import MapError
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
 from hive_common.pose import Pose
 from hive_common.resources import find_file
 from hive_common.structuring import Allowed, NotAllowedError, one_of, positive
-
-ORIGIN = Pose(0.0, 0.0, 0.0)
-
-FREE = 0
-OCCUPIED = 100
-UNKNOWN = -1
 
 FORMATS = ("pgm", "png")
 """Image formats for writing; reading takes any that PIL knows."""
@@ -75,65 +67,6 @@ class MapContent:
                 f"{self.free_thresh:g} is not below occupied_thresh {self.occupied_thresh:g}; "
                 f"usual are {_FREE_THRESH} and {_OCCUPIED_THRESH}",
             )
-
-
-@dataclass(frozen=True)
-class GridMap:
-    """An occupancy grid: what robots know of a world.
-
-    Attributes:
-        cells: (rows, columns) of UNKNOWN, or FREE 0 to OCCUPIED 100; row 0 is the lowest y.
-        resolution: Side of a cell [m].
-        origin: Lower left corner of cell (0, 0), frame map [m, m, rad].
-    """
-
-    cells: NDArray[np.int8]
-    resolution: float
-    origin: Pose = ORIGIN
-
-    @classmethod
-    def of_blocked(
-        cls, blocked: NDArray[np.bool_], resolution: float, origin: Pose = ORIGIN
-    ) -> "GridMap":
-        """Return a map whose cells are occupied where `blocked` (rows, columns), else free."""
-        return cls(np.where(blocked, OCCUPIED, FREE).astype(np.int8), resolution, origin)
-
-    @cached_property
-    def blocked(self) -> NDArray[np.bool_]:
-        """(rows, columns): True where a cell is not known to be free."""
-        blocked: NDArray[np.bool_] = self.cells != FREE
-        return blocked
-
-    @property
-    def bounds(self) -> tuple[float, float, float, float]:
-        """x_min, y_min, x_max, y_max, frame map [m]."""
-        rows, columns = self.cells.shape
-        x, y, _ = self.origin
-        return x, y, x + columns * self.resolution, y + rows * self.resolution
-
-    def contains(self, x: float, y: float) -> bool:
-        """Return whether a point [m], frame map, lies on the map."""
-        x_min, y_min, x_max, y_max = self.bounds
-        return x_min <= x < x_max and y_min <= y < y_max
-
-    def cell(self, point: Pose | tuple[float, float]) -> tuple[int, int] | None:
-        """Return the (row, column) of a point [m], frame map, or None outside the map."""
-        row = math.floor((point[1] - self.origin.y) / self.resolution)
-        column = math.floor((point[0] - self.origin.x) / self.resolution)
-        rows, columns = self.cells.shape
-        return (row, column) if 0 <= row < rows and 0 <= column < columns else None
-
-    def decided(self, free: int, occupied: int) -> "GridMap":
-        """Return the map with free, occupied and unknown cells only.
-
-        Args:
-            free: Cells up to this are free [0..100].
-            occupied: Cells from this on are occupied [0..100].
-        """
-        cells = np.full(self.cells.shape, UNKNOWN, dtype=np.int8)
-        cells[(self.cells != UNKNOWN) & (self.cells <= free)] = FREE
-        cells[self.cells >= occupied] = OCCUPIED
-        return GridMap(cells, self.resolution, self.origin)
 
 
 def load_map(name_or_path: str) -> GridMap:

@@ -6,8 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hive_common.grid_map import ClearanceField, Disc
-from hive_common.map_file import GridMap
+from hive_common.grid_map import ClearanceField, Disc, GridMap
 from hive_common.pose import Pose
 from robot_description.models import load_model
 from robot_navigation.control.obstacle_check import (

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from hive_common.errors import ParameterError
-from hive_common.map_file import FREE, OCCUPIED, UNKNOWN, GridMap
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
 from hive_common.pose import Pose
 from hive_lab.bench.mapping import compare
 from robot_description.models import load_model

@@ -12,8 +12,7 @@ import pytest
 
 pytest.importorskip("ompl")
 
-from hive_common.grid_map import Disc
-from hive_common.map_file import GridMap
+from hive_common.grid_map import Disc, GridMap
 from hive_lab.bench.plan import way_length
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.planner import PlanError

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.settings import PathSettings
     from blackboard.ros.talker import RosTalker
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import GridMap
 
 _PATIENCE = 5.0
 """Wall time between two warnings that the map is missing [s]."""

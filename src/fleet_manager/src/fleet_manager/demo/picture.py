@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fleet_manager.demo.history import RobotTrack
-from hive_common.map_file import UNKNOWN
+from hive_common.grid_map import UNKNOWN
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fleet_manager.demo.history import History
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import GridMap
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#5E4FA2")
 """Colour-blind people can distinguish them too (Okabe and Ito, 2008)."""

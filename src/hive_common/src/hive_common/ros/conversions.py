@@ -13,7 +13,7 @@ from nav_msgs.msg import OccupancyGrid, Path
 from std_msgs.msg import Header
 
 from hive_common.errors import MapError
-from hive_common.map_file import GridMap
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:

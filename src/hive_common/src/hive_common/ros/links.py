@@ -8,8 +8,8 @@ so. Every node therefore checks its connections a few times after its start
 (docs/decisions/042).
 
 rospy also lets only five callers wait to be accepted. If more come at once, Linux drops some,
-which try again one second later and then after two more. A node here has room for as many as allowed.
-Written for rospy 1.15.15 (Debian 12).
+which try again one second later and then after two more. A node here has room for as many as
+allowed. Written for rospy 1.15.15 (Debian 12).
 """
 
 from __future__ import annotations

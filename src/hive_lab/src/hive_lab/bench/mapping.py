@@ -15,7 +15,7 @@ import PIL.Image
 import PIL.ImageDraw
 from scipy import ndimage
 
-from hive_common.map_file import FREE, OCCUPIED, UNKNOWN
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN
 from hive_common.pose import Pose
 from hive_lab.bench.registry import BenchResult
 from robot_description.models import load_model
@@ -29,7 +29,7 @@ from simenv.world.world_file import load_world
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import GridMap
 
 STEPS_PER_SCAN = 4
 """The robot scans at 10 Hz."""

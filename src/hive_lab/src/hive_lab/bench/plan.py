@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from hive_common.grid_map import ClearanceField
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import ClearanceField, GridMap
 
 Point = tuple[float, float]
 

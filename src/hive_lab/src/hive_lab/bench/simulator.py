@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from contextlib import AbstractContextManager
 
-    from fleet_manager.client.client import Link
+    from fleet_manager.client.client import ClientLink
     from hive_common.geometry import Array
 
 
@@ -123,8 +123,8 @@ _LIMIT = 300.0
 """Time limit for the simulator alone [s]."""
 
 
-def run(connect: Callable[[Sequence[str]], AbstractContextManager[Link]]) -> BenchResult:
-    """Measure all; `connect` opens the link, see `cli.outside.Outside`.
+def run(connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]]) -> BenchResult:
+    """Measure all; `connect` opens the link, see `cli.context.CliContext`.
 
     Returns:
         The figures of `measure_in_process`; `speed_node_...` and `cpu_node_...`, simulated seconds

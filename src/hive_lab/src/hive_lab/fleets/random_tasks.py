@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import GridMap
 
 
 ROOM = 0.9

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.geometry import Array
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
     from robot_description.models import RobotModel
     from simenv.world.world import World

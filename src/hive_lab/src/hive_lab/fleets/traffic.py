@@ -11,7 +11,7 @@ from robot_navigation.control.pursuit_follower import PursuitFollower
 from robot_navigation.planning.ompl_planner import OmplPlanner
 
 if TYPE_CHECKING:
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import GridMap
     from robot_description.models import RobotModel
     from robot_navigation.control.goal_tracker import GoalOutcome
     from robot_navigation.traffic.right_of_way import Announcement

@@ -11,7 +11,6 @@ import numpy as np
 from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
 from blackboard.costing.path_lengths import GridPathLengths
-from hive_common.map_file import GridMap
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus
@@ -28,6 +27,7 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import StepKind
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Listener, TimedCommand, make_robot, start_blackboard
 from hive_lab.virtual.network import Network, NetworkTalker

@@ -7,8 +7,6 @@ follows it in a process of its own, without a screen where there is none.
 
 from __future__ import annotations
 
-from hive_lab.bench.registry import BenchResult
-
 import json
 import os
 import signal
@@ -21,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fleet_manager.demo.machine import reserved_port, screen_is_usable
+from hive_lab.bench.registry import BenchResult
 from hive_lab.bench.usage import usage_of
 
 if TYPE_CHECKING:

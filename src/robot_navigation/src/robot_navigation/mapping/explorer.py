@@ -13,13 +13,13 @@ import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
-from hive_common.map_file import FREE, UNKNOWN
+from hive_common.grid_map import FREE, UNKNOWN
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
 
 MARGIN = 0.08

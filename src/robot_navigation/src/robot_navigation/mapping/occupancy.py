@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_common.map_file import FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
+from hive_common.map_file import MAX_CELLS
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:

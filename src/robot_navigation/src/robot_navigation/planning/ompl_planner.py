@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from hive_common.grid_map import Disc
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import Disc, GridMap
     from robot_navigation.planning.path import Point
 
 MARGINS = (0.08, 0.02)

@@ -24,7 +24,7 @@ from robot_navigation.ros.startup import hive_and_robot, read_model, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
 
 if TYPE_CHECKING:
-    from hive_common.map_file import GridMap
+    from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
 
 STEER_PERIOD = 0.1

@@ -15,7 +15,8 @@ from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
 from hive_common.errors import HiveError, MapError
-from hive_common.map_file import FORMATS, FREE, OCCUPIED, UNKNOWN, save_map
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN
+from hive_common.map_file import FORMATS, save_map
 from hive_common.ros.conversions import map_from_msg
 
 

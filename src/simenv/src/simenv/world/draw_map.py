@@ -18,7 +18,8 @@ import shapely.geometry
 from scipy import ndimage
 
 from hive_common.errors import HiveError, MapError
-from hive_common.map_file import COARSEST, FREE, MAX_CELLS, OCCUPIED, UNKNOWN, GridMap, save_map
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
+from hive_common.map_file import COARSEST, MAX_CELLS, save_map
 from simenv.world.shapes import outline_of
 from simenv.world.world_file import load_world
 
