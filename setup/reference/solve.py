@@ -2,8 +2,8 @@
 """Solves exported instances with OR-Tools and PyVRP, and writes the best figures found.
 
 setup/reference/make runs this in a virtual environment of its own. Both solvers need whole
-numbers, so lengths are in centimetres here. The figures are computed from the lists in metres, which are
-seconds at 1 m/s.
+numbers, so lengths are in centimetres here. The figures are computed from the lists in metres,
+which are seconds at 1 m/s.
 """
 
 from __future__ import annotations
