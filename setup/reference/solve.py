@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Solves exported instances with OR-Tools and PyVRP and writes down the best that they find.
+"""Solves exported instances with OR-Tools and PyVRP, and writes the best figures found.
 
-Run by setup/reference/make in a virtual environment of its own. Ways count in centimetres here,
-because both solvers want whole numbers; the figures written down are worked out from the lists in
-metres, which are seconds at 1 m/s.
+setup/reference/make runs this in a virtual environment of its own. Both solvers need whole
+numbers, so lengths are in centimetres here. The figures are computed from the lists in metres,
+which are seconds at 1 m/s.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ SECONDS = {10: 1, 20: 8, 100: 20, 1000: 60}
 
 
 class Instance:
-    """An exported instance, and one for which every list may end anywhere.
+    """An exported instance, as a routing problem whose routes may end anywhere.
 
-    Nodes are numbered: tasks, then where the robots are, then the end of every list.
+    Nodes are numbered: tasks, then the robots' positions, then the common end of all routes.
     """
 
     def __init__(self, path: Path) -> None:
@@ -41,9 +41,9 @@ class Instance:
         self.cost = np.rint(cost * CENTIMETRES).astype(int)
 
     def figures(self, lists: list[list[int]]) -> dict[str, float]:
-        """Return what lists come to, by objective [m] or [s]."""
+        """Return the figures of lists by objective [m] or [s]."""
         if sorted(task for row in lists for task in row) != list(range(self.tasks)):
-            raise ValueError("a solver has lost a task or given it out twice")
+            raise ValueError("a solver lost a task or assigned it twice")
         done = [self._done(robot, row) for robot, row in enumerate(lists)]
         ends = [times[-1] for times in done if times]
         return {
@@ -104,7 +104,7 @@ def by_ortools(instance: Instance, objective: str, seconds: int) -> list[list[in
 
 
 def by_pyvrp(instance: Instance, seconds: int) -> list[list[int]] | None:
-    """Return the lists with the least way that PyVRP finds, or None."""
+    """Return the lists with the shortest paths that PyVRP finds, or None."""
     model = pyvrp.Model()
     places = [model.add_location(0, 0) for _ in range(instance.end + 1)]
     for place in places[: instance.tasks]:

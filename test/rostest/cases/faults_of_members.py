@@ -65,9 +65,9 @@ def operator(hive):
 
 
 def takes_over(hive, operator, wanted):
-    """Kill whoever is active until it is of the wanted kind; return its name.
+    """Kill the leader until it is of the wanted kind; return its name.
 
-    The backup stands first, and yet whoever has proof of the death first may be elected.
+    The backup is the first candidate, but another member with proof of the death may win.
     """
     for _ in range(TAKEOVERS):
         active = operator.wait_until_whole()
@@ -78,14 +78,14 @@ def takes_over(hive, operator, wanted):
         hive.kill(active)
         operator.wait_for_another(active, since)
         hive.restart_ended()
-    return pytest.fail(f"after {TAKEOVERS} takeovers {active} carries the blackboard")
+    return pytest.fail(f"after {TAKEOVERS} takeovers {active} is the leader")
 
 
 def is_busy(operator, task_id):
     return lambda: TaskState.STARTED in operator.states_of(task_id)
 
 
-def bosses_after(operator, since):
+def leaders_after(operator, since):
     """Return the leaders after a time with their epochs, in order."""
     said = [(beat.epoch, beat.active) for at, beat in operator.beats if at > since]
     return [each for i, each in enumerate(said) if i == 0 or said[i - 1] != each]
@@ -174,7 +174,7 @@ def test_a_killed_follower_changes_nothing(hive, operator):
 
     assert operator.post(make_task("f1", (1.0, 2.0))).state == TaskState.WAITING
     assert operator.follow("f1") == TaskState.DONE
-    assert bosses_after(operator, since) == [(last.epoch, last.active)]
+    assert leaders_after(operator, since) == [(last.epoch, last.active)]
 
 
 def test_a_blackboard_that_was_frozen_comes_back_as_a_follower(hive, operator):
@@ -191,7 +191,7 @@ def test_a_blackboard_that_was_frozen_comes_back_as_a_follower(hive, operator):
     assert gap < TAKEOVER
     assert operator.follow("z1") == TaskState.DONE
     operator.wait_until_whole()
-    assert all(e > epoch or who == active for e, who in bosses_after(operator, back))
+    assert all(e > epoch or who == active for e, who in leaders_after(operator, back))
     late = [beat for _, beat in operator.beats if beat.sent > back + 1 and beat.epoch <= epoch]
     assert late == []
     assert "is no longer the leader" in hive.log_of(active)
@@ -213,7 +213,7 @@ def test_a_blackboard_that_is_frozen_for_less_than_a_second_stays_the_active_one
         pytest.fail("this machine lets no freeze be that short")
     operator.pass_time(2.0)
 
-    assert bosses_after(operator, since) == [(epoch, active)]
+    assert leaders_after(operator, since) == [(epoch, active)]
 
 
 def test_a_node_whose_own_thread_hangs_is_replaced_though_its_process_answers(hive, operator):
@@ -241,7 +241,7 @@ def test_a_second_blackboard_of_another_name_is_a_member_like_the_others(hive, o
     hive.start(second)
     operator.demand(lambda: second in operator.last.members, "the second blackboard is a member")
 
-    assert bosses_after(operator, since) == [(last.epoch, last.active)]
+    assert leaders_after(operator, since) == [(last.epoch, last.active)]
     hive.kill(second)
     operator.demand(lambda: second not in operator.last.members, "it is off the list")
     del hive._processes[second]  # noqa: SLF001  (it is not to be started again)

@@ -106,10 +106,10 @@ def followers(hive, operator):
 
 
 def reigns(operator, since):
-    """Return from when to when each epoch's active one spoke, in order of epochs.
+    """Return the first and last heartbeat of each epoch's leader [s], in order of epochs.
 
-    All hosts share the machine's clock. When a message was heard says less: a network that heals
-    brings what was sent long before.
+    All hosts share the machine's clock. Arrival times say less: a healed network delivers
+    messages that were sent long before.
     """
     spoke = defaultdict(list)
     for _, beat in operator.beats:
