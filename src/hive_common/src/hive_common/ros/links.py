@@ -7,8 +7,9 @@ between, the older answer, "nobody", may be last: the node then never connects, 
 so. Every node therefore checks its connections a few times after its start
 (docs/decisions/042).
 
-rospy also lets only five callers wait to be accepted. If more come at once, Linux drops some, which
-try again one second later and then after two more. A node here has room for as many as allowed.
+rospy also lets only five callers wait to be accepted. If more come at once, Linux drops some,
+which try again one second later and then after two more. A node here has room for as many as
+Linux allows.
 Written for rospy 1.15.15 (Debian 12).
 """
 
