@@ -39,8 +39,7 @@ from blackboard.domain.task import StepKind, Task, TaskState, TaskType
 from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from hive_common.pose import Pose
-from hive_lab.fault_schedules import network as simulated
-from hive_lab.fault_schedules.faulty_network import HostTalker
+from hive_lab.fault_schedules.faulty_network import FaultyNetwork, HostTalker
 from hive_lab.virtual.hive import SMALL_ROBOT, TimedCommand, lone_node
 from hive_lab.virtual.network import Network, NetworkTalker
 
@@ -236,7 +235,7 @@ def test_the_network_delivers_a_message_to_the_members_it_concerns_and_to_operat
 
 
 def test_the_network_of_fault_schedules_does_so_too(ears):
-    network = simulated.Network(Random(1))
+    network = FaultyNetwork(Random(1))
     talkers = {name: HostTalker(network.add_host(name)) for name in ears}
     for name, talker in talkers.items():
         network.hosts[name].boot()

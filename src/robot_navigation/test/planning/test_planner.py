@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("ompl")
 
 from hive_common.grid_map import Disc, GridMap
-from hive_lab.bench.plan import way_length
+from hive_lab.bench.plan import path_length
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.planner import PlanError
 
@@ -45,7 +45,7 @@ def test_a_path_leads_through_the_nearer_door_and_keeps_clear_of_the_walls() -> 
 
     assert all(planner.field.line_is_clear(a, b, planner.need) for a, b in pairwise(path))
     # The upper door post stands at y 2.1, so the path must come down to y 1.62 and up again.
-    assert way_length(path) < 1.05 * 2 * math.hypot(2.0, 0.88)
+    assert path_length(path) < 1.05 * 2 * math.hypot(2.0, 0.88)
 
 
 def test_the_same_question_gets_the_same_answer() -> None:
@@ -69,7 +69,7 @@ def test_a_path_leads_around_an_obstacle_in_an_open_room() -> None:
     field = planner.field.with_discs([disc])
 
     assert all(field.line_is_clear(a, b, planner.need) for a, b in pairwise(path))
-    assert way_length(path) < 1.2 * 3.0
+    assert path_length(path) < 1.2 * 3.0
 
 
 def test_a_goal_in_a_wall_is_rejected_with_the_clearance_needed() -> None:
