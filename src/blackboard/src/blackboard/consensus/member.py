@@ -3,7 +3,7 @@
 
 A member is the blackboard node or a robot's process. Its id is its name, then `#`, then an id of
 its disk. A member that lost its disk gets a new id, because it no longer knows how it voted
-(docs/decisions/021).
+(docs/decisions/020).
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ caller has a thread for its first words.
 
 `read_together`: rospy 1.15 has a thread for each topic and each node heard on it. Every member
 listens to all others on eleven topics: ten robots had 120 threads each, and fifty on one machine
-needed 29,000 of the 32,768 that Linux allows (docs/decisions/072). Here one thread reads all.
+needed 29,000 of the 32,768 that Linux allows (docs/decisions/042). Here one thread reads all.
 
 `unread`: rospy 1.15 decodes every message. What an operator posts reaches every member but matters
 to the leader only, and decoding it is most of the cost of hearing it. Here a message stays bytes

@@ -4,7 +4,7 @@
 `PromptConnection` replaces rospy's `QueuedConnection`. rospy 1.15 hands every message for every
 subscriber to a thread of its own and then yields the processor, so a message to eleven members
 takes eleven thread switches before the publisher goes on. A profile of the blackboard during
-auctions showed a third of its main thread's time there (docs/decisions/055). Here the publishing
+auctions showed a third of its main thread's time there (docs/decisions/042). Here the publishing
 thread writes to the socket and never waits; what a slow or frozen subscriber does not accept goes
 through a queue, as in rospy.
 
