@@ -15,7 +15,12 @@ LISTED = subprocess.run(
     text=True,
     check=True,
 ).stdout.split()
-PAGES = sorted(name for name in LISTED if name.endswith(".md") and (ROOT / name).is_file())
+# A page below test/ is a template; what is made of it lies in docs/.
+PAGES = sorted(
+    name
+    for name in LISTED
+    if name.endswith(".md") and not name.startswith("test/") and (ROOT / name).is_file()
+)
 DECISIONS = {path.name[:3] for path in (ROOT / "docs/decisions").glob("*.md")}
 
 
