@@ -23,17 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CandidateSelection:
-    """Chooses tasks and robots for one call.
+    """Chooses tasks and robots for one call."""
 
-    Attributes:
-        max_asked: Of a larger fleet, this many robots are asked.
-        offers_each: At most this many tasks are offered for each robot asked.
-        max_bids: At most this many bids are requested, though at least one from each robot.
-    """
-
-    max_asked: int
-    offers_each: int
-    max_bids: int
+    max_asked: int  # of a larger fleet, this many robots are asked
+    offers_each: int  # at most this many tasks are offered for each robot asked
+    max_bids: int  # at most this many bids are requested, though at least one from each robot
 
     def offers(
         self, records: Sequence[TaskRecord], robots: int, before: Collection[str] = ()

@@ -18,29 +18,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What one round of an auction decides about one task.
+    """What one round of an auction decides about one task."""
 
-    Attributes:
-        task_id: The task.
-        epoch: Of the blackboard that decided.
-        auction: Its number within the epoch.
-        round: Of the auction.
-        at: When [s].
-        winner: The robot that got the task; empty if no robot could take it.
-        reason: In words, if no robot could take it or it did not go to the lowest bid.
-        bids: The robots' bids, in the order of their names.
-        silent: Robots that did not answer in time.
-    """
-
-    task_id: str
-    epoch: int
-    auction: int
-    round: int
-    at: float
-    winner: str = ""
-    reason: str = ""
-    bids: tuple[Bid, ...] = ()
-    silent: tuple[str, ...] = ()
+    task_id: str  # the task
+    epoch: int  # of the blackboard that decided
+    auction: int  # its number within the epoch
+    round: int  # of the auction
+    at: float  # when [s]
+    winner: str = ""  # the robot that got the task; empty if no robot could take it
+    reason: str = ""  # in words, if no robot could take it or it did not go to the lowest bid
+    bids: tuple[Bid, ...] = ()  # the robots' bids, in the order of their names
+    silent: tuple[str, ...] = ()  # robots that did not answer in time
 
 
 def ranked(bids: Iterable[Bid]) -> list[Bid]:

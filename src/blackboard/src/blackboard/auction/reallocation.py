@@ -47,19 +47,14 @@ class Reallocation:
 
     Steps follow each other until every robot has offered all of its schedule a few times without
     a gain; then they rest until something changes.
-
-    Attributes:
-        measure: A name of `MEASURES`.
-        threshold: Tasks change hands only if the measure falls by more than this share, so that
-            assignments do not flutter.
-        turn: Number of the step.
-        quiet_steps: Steps since something changed.
     """
 
-    measure: str
+    measure: str  # a name of `MEASURES`
+    # Tasks change hands only if the measure falls by more than this share, so that assignments do
+    # not flutter.
     threshold: float
-    turn: int = 0
-    quiet_steps: int = 0
+    turn: int = 0  # number of the step
+    quiet_steps: int = 0  # steps since something changed
 
     def resume(self) -> Reallocation:
         """Begin to offer again: the allocation may no longer be the best."""
@@ -106,9 +101,7 @@ class Reallocation:
 
 
 def _schedules(
-    held: Iterable[TaskRecord],
-    robots: frozenset[str],
-    last: Callable[[str], RobotStatus | None],
+    held: Iterable[TaskRecord], robots: frozenset[str], last: Callable[[str], RobotStatus | None]
 ) -> list[Bundle]:
     """Return the tasks of each robot that have not begun, in the order of its schedule.
 

@@ -14,13 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blackboard.consensus import leader, step
-from blackboard.consensus.bootstrap import (
-    hard_state_of,
-    new_hive,
-    new_id,
-    new_member,
-    restore,
-)
+from blackboard.consensus.bootstrap import hard_state_of, new_hive, new_id, new_member, restore
 from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import Role, has_lease, name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat, Message

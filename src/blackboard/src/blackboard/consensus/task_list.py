@@ -17,19 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TaskList:
-    """The task list, as far as it is committed (message BbSynch).
+    """The task list, as far as it is committed (message BbSynch)."""
 
-    Attributes:
-        epoch: Of the blackboard that wrote it.
-        version: Grows with every change.
-        records: Every task the hive knows, in the order they were posted.
-        hive: Id of the hive.
-    """
-
-    epoch: int
-    version: int
+    epoch: int  # of the blackboard that wrote it
+    version: int  # grows with every change
+    # Every task the hive knows, in the order they were posted.
     records: tuple[TaskRecord, ...] = ()
-    hive: str = ""
+    hive: str = ""  # id of the hive
 
     @cached_property
     def by_id(self) -> Mapping[str, TaskRecord]:

@@ -21,19 +21,12 @@ if TYPE_CHECKING:
 
 
 class Effort(NamedTuple):
-    """What something takes a robot from a place on.
+    """What something takes a robot from a place on."""
 
-    Attributes:
-        distance: How far it drives [m]; infinite if there is no path.
-        energy: What it draws from the battery [J].
-        duration: [s].
-        end: Where it is afterwards.
-    """
-
-    distance: float
-    energy: float
-    duration: float
-    end: Pose
+    distance: float  # how far it drives [m]; infinite if there is no path
+    energy: float  # what it draws from the battery [J]
+    duration: float  # [s]
+    end: Pose  # where it is afterwards
 
     def then(self, other: Effort) -> Effort:
         """Return what it takes to do this and then another."""

@@ -29,17 +29,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A task on a robot's schedule.
+    """A task on a robot's schedule."""
 
-    Attributes:
-        order: As it was ordered.
-        step: The next step to do.
-        known: The step that the task list shows to be under way; -1 if it shows none yet.
-    """
-
-    order: Order
-    step: int = 0
-    known: int = -1
+    order: Order  # as it was ordered
+    step: int = 0  # the next step to do
+    known: int = -1  # the step that the task list shows to be under way; -1 if it shows none yet
 
     @property
     def task(self) -> Task:

@@ -136,25 +136,15 @@ class StepKind(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A task as it was posted.
+    """A task as it was posted."""
 
-    Attributes:
-        id: Unique name, 1 to 64 printable characters without spaces.
-        type: One of `TaskType`.
-        goals: A, B, C ... in `frame`.
-        priority: 0 to 10, where 10 is the highest.
-        payload: What is to be carried [kg], at least 0.
-        frame: Frame of the goals; empty means the map frame.
-        posted: When it was posted [s]; not part of the request.
-    """
-
-    id: str
-    type: int
-    goals: tuple[Pose, ...]
-    priority: int = 0
-    payload: float = 0.0
-    frame: str = ""
-    posted: float = 0.0
+    id: str  # unique name, 1 to 64 printable characters without spaces
+    type: int  # one of `TaskType`
+    goals: tuple[Pose, ...]  # A, B, C ... in `frame`.
+    priority: int = 0  # 0 to 10, where 10 is the highest
+    payload: float = 0.0  # what is to be carried [kg], at least 0
+    frame: str = ""  # frame of the goals; empty means the map frame
+    posted: float = 0.0  # when it was posted [s]; not part of the request
 
     def asks_the_same_as(self, other: Task) -> bool:
         """Return whether both request the same; `posted` does not matter."""
@@ -166,19 +156,12 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class TaskStep:
-    """One thing to do.
+    """One thing to do."""
 
-    Attributes:
-        kind: What to do.
-        goal: Where [map frame].
-        payload: What the arm handles [kg]; 0 for a drive.
-        task_id: The task it is a part of.
-    """
-
-    kind: StepKind
-    goal: Pose
-    payload: float
-    task_id: str
+    kind: StepKind  # what to do
+    goal: Pose  # where [map frame]
+    payload: float  # what the arm handles [kg]; 0 for a drive
+    task_id: str  # the task it is a part of
 
 
 def used_goals(task: Task) -> tuple[Pose, ...]:

@@ -34,16 +34,12 @@ _AVOID = 30.0
 
 @dataclass(frozen=True)
 class ChargingPlan:
-    """Where a fleet's robots charge, and when.
+    """Where a fleet's robots charge, and when."""
 
-    Attributes:
-        chargers: Where a robot stands at each charger, by name [map frame]; without chargers,
-            robots charge only where a person sets them to.
-        settings: The thresholds.
-    """
-
+    # Where a robot stands at each charger, by name [map frame]; without chargers, robots charge
+    # only where a person sets them to.
     chargers: Mapping[str, Pose] = field(default_factory=dict)
-    settings: ChargingSettings = field(default_factory=ChargingSettings)
+    settings: ChargingSettings = field(default_factory=ChargingSettings)  # the thresholds
 
 
 class Phase(Enum):

@@ -100,10 +100,7 @@ class RosTalker:
             self._audience.tell(publisher, msg, to)
 
     def subscribe(
-        self,
-        topic: str,
-        handler: Callable[[Any], None],
-        when: Callable[[], bool] | None = None,
+        self, topic: str, handler: Callable[[Any], None], when: Callable[[], bool] | None = None
     ) -> Subscription:
         """Pass on the messages of a topic; those that cannot be decoded are refused.
 
