@@ -74,16 +74,11 @@ class AuctionState:
 class Signal(Enum):
     """An event that says no more than its name."""
 
-    TASK_CAME = auto()
-    """A task may wait: it was posted or handed back."""
-    FLEET_CHANGED = auto()
-    """Some robot may now take what nobody could."""
-    ROUND_TIMEOUT = auto()
-    """The wait for bids is over."""
-    TRANSFER_TIMEOUT = auto()
-    """The wait for tasks that are to be handed back is over."""
-    STEPPED_DOWN = auto()
-    """This blackboard no longer leads."""
+    TASK_CAME = auto()  # a task may wait: it was posted or handed back
+    FLEET_CHANGED = auto()  # some robot may now take what nobody could
+    ROUND_TIMEOUT = auto()  # the wait for bids is over
+    TRANSFER_TIMEOUT = auto()  # the wait for tasks that are to be handed back is over
+    STEPPED_DOWN = auto()  # this blackboard no longer leads
 
 
 @dataclass(frozen=True, slots=True)

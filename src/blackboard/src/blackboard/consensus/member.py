@@ -25,8 +25,8 @@ class Role(Enum):
     """The Raft role of a member."""
 
     FOLLOWER = "follower"
+    # Asks the others whether they miss the leader too, before it begins a new epoch.
     PRE_CANDIDATE = "pre-candidate"
-    """Asks the others whether they miss the leader too, before it begins a new epoch."""
     CANDIDATE = "candidate"
     LEADER = "leader"
 

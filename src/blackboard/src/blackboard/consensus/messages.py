@@ -78,11 +78,9 @@ class AppendReply:
 class BallotKind(IntEnum):
     """What a ballot is."""
 
-    PRE_VOTE = 0
-    """Would you vote for me?"""
+    PRE_VOTE = 0  # would you vote for me?
     PRE_VOTE_REPLY = 1
-    VOTE = 2
-    """Vote for me."""
+    VOTE = 2  # vote for me
     VOTE_REPLY = 3
 
 

@@ -29,20 +29,13 @@ class CostTerms:
 class Exclusion(str, Enum):
     """Why a robot does not take a task."""
 
-    NONE = ""
-    """It takes it, or it does not say."""
-    TYPE = "type"
-    """It does not do such tasks."""
-    PAYLOAD = "payload"
-    """It is too heavy for its body or its arm."""
-    WAY = "way"
-    """There is no way for a robot of its radius."""
-    CHARGE = "charge"
-    """Too little charge would be left."""
-    SERVICE = "service"
-    """It is out of service."""
-    COST = "cost"
-    """Its cost model says that it should not, or it has begun with it already."""
+    NONE = ""  # it takes it, or it does not say
+    TYPE = "type"  # it does not do such tasks
+    PAYLOAD = "payload"  # it is too heavy for its body or its arm
+    WAY = "way"  # there is no way for a robot of its radius
+    CHARGE = "charge"  # too little charge would be left
+    SERVICE = "service"  # it is out of service
+    COST = "cost"  # its cost model says that it should not, or it has begun with it already
 
 
 @dataclass(frozen=True, slots=True)

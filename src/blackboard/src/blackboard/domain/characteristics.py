@@ -20,16 +20,11 @@ from hive_common.structuring import Allowed, NotAllowedError, at_least, listed, 
 class RobotState(IntEnum):
     """Whether a robot takes tasks."""
 
-    IDLE = 0
-    """In service, with nothing to do."""
-    BUSY = 1
-    """In service, at work."""
-    DEFECT = 2
-    """Out of service until an operator puts it back."""
-    CHARGING = 3
-    """Out of service until its battery is full."""
-    OFFLINE = 4
-    """Not heard from; a robot never reports this itself."""
+    IDLE = 0  # in service, with nothing to do
+    BUSY = 1  # in service, at work
+    DEFECT = 2  # out of service until an operator puts it back
+    CHARGING = 3  # out of service until its battery is full
+    OFFLINE = 4  # not heard from; a robot never reports this itself
 
     @property
     def in_service(self) -> bool:

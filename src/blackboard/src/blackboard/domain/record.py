@@ -170,16 +170,11 @@ class Broadcast:
 class OrderKind(Enum):
     """What an order asks of a robot, with the value of TaskMsg's `order`."""
 
-    ASSIGN = 0
-    """Take the task into its list."""
-    TAKE_BACK = 1
-    """Drop the task."""
-    HAND_BACK = 2
-    """Drop the task and report how far it has come."""
-    HAND_BACK_UNBEGUN = 3
-    """The same, but a robot that has begun keeps the task."""
-    FORGOTTEN = 4
-    """Drop the task and stop reporting on it: the hive has forgotten it."""
+    ASSIGN = 0  # take the task into its list
+    TAKE_BACK = 1  # drop the task
+    HAND_BACK = 2  # drop the task and report how far it has come
+    HAND_BACK_UNBEGUN = 3  # the same, but a robot that has begun keeps the task
+    FORGOTTEN = 4  # drop the task and stop reporting on it: the hive has forgotten it
 
     @property
     def asks_report(self) -> bool:

@@ -38,14 +38,10 @@ _TASKS_SPLIT = 4096
 class TaskType(IntEnum):
     """What a robot does at which goals."""
 
-    GA = 0
-    """Go to A."""
-    GAB = 1
-    """Go to A, then to B (then to C ...)."""
-    GPA = 2
-    """Go to A and pick there."""
-    GPAB = 3
-    """Pick at A, pass the goals between, and put down at the last goal."""
+    GA = 0  # go to A
+    GAB = 1  # go to A, then to B (then to C ...)
+    GPA = 2  # go to A and pick there
+    GPAB = 3  # pick at A, pass the goals between, and put down at the last goal
 
     @property
     def picks(self) -> bool:
@@ -61,20 +57,13 @@ class TaskType(IntEnum):
 class TaskState(IntEnum):
     """Where a task stands. DONE and what follows are terminal."""
 
-    WAITING = 0
-    """On the task list, without a robot."""
-    ASSIGNED = 1
-    """On a robot's schedule, not begun."""
-    STARTED = 2
-    """Being done."""
-    DONE = 3
-    """Done (terminal)."""
-    REJECTED = 4
-    """Never entered the task list (terminal)."""
-    CANCELLED = 5
-    """Cancelled by an operator (terminal)."""
-    FAILED = 6
-    """Will not be done; a person has to look (terminal)."""
+    WAITING = 0  # on the task list, without a robot
+    ASSIGNED = 1  # on a robot's schedule, not begun
+    STARTED = 2  # being done
+    DONE = 3  # done (terminal)
+    REJECTED = 4  # never entered the task list (terminal)
+    CANCELLED = 5  # cancelled by an operator (terminal)
+    FAILED = 6  # will not be done; a person has to look (terminal)
 
     @property
     def is_terminal(self) -> bool:
@@ -85,18 +74,12 @@ class TaskState(IntEnum):
 class TaskEvent(Enum):
     """What can happen to a task on the task list."""
 
-    ASSIGN = "assign"
-    """The leader gives it to a robot."""
-    START = "start"
-    """Its robot begins, or goes on to another step."""
-    FINISH = "finish"
-    """Its robot has done the last step."""
-    RELEASE = "release"
-    """Its robot no longer has it: handed back, or taken back."""
-    FAIL = "fail"
-    """It cannot be done any more."""
-    CANCEL = "cancel"
-    """An operator cancels it."""
+    ASSIGN = "assign"  # the leader gives it to a robot
+    START = "start"  # its robot begins, or goes on to another step
+    FINISH = "finish"  # its robot has done the last step
+    RELEASE = "release"  # its robot no longer has it: handed back, or taken back
+    FAIL = "fail"  # it cannot be done any more
+    CANCEL = "cancel"  # an operator cancels it
 
 
 _UNFINISHED = {TaskEvent.FINISH: TaskState.DONE, TaskEvent.FAIL: TaskState.FAILED}
@@ -126,12 +109,9 @@ TRANSITIONS: Mapping[TaskState, Mapping[TaskEvent, TaskState | None]] = MappingP
 class StepKind(IntEnum):
     """What one step asks of a robot."""
 
-    MOVE = 0
-    """Drive to the goal."""
-    PICK = 1
-    """Take the load on board where the robot stands."""
-    PLACE = 2
-    """Put the load down where the robot stands."""
+    MOVE = 0  # drive to the goal
+    PICK = 1  # take the load on board where the robot stands
+    PLACE = 2  # put the load down where the robot stands
 
 
 @dataclass(frozen=True, slots=True)

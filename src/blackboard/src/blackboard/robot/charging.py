@@ -45,14 +45,11 @@ class ChargingPlan:
 class Phase(Enum):
     """Where a robot is between work and charger."""
 
-    AWAY = auto()
-    """It needs no charger, or waits for one."""
-    GOING = auto()
-    """It drives to a charger."""
-    THERE = auto()
-    """It charges."""
+    AWAY = auto()  # it needs no charger, or waits for one
+    GOING = auto()  # it drives to a charger
+    THERE = auto()  # it charges
+    # It is full and drives back to where it started, so that the charger is free for others.
     LEAVING = auto()
-    """It is full and drives back to where it started, so that the charger is free for others."""
 
 
 class Charging:

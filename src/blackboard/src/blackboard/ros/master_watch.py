@@ -30,10 +30,8 @@ PERIOD = 2.0
 class MasterState(Enum):
     """What changed about the master."""
 
-    LOST = "lost"
-    """It no longer answers."""
-    BACK = "back"
-    """It answers again."""
+    LOST = "lost"  # it no longer answers
+    BACK = "back"  # it answers again
 
 
 class _Transport(xmlrpc.client.Transport):

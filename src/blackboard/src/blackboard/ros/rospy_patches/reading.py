@@ -151,8 +151,7 @@ class SharedConnection(TCPROSTransport):  # type: ignore[misc]  # rospy is not t
         number: Its file descriptor, once the reader has it.
     """
 
-    socket: Any
-    """Whatever rospy has made; None while it is not connected."""
+    socket: Any  # whatever rospy has made; None while it is not connected
 
     def __init__(self, reader: Reader, *arguments: Any) -> None:  # noqa: ANN401  (rospy's)
         super().__init__(*arguments)
