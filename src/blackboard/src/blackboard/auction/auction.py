@@ -75,12 +75,8 @@ class Auction:
         """Return the auction at the beginning of its next round.
 
         Bids of the last round hold, unless the robot's schedule or situation has changed or a
-        task is new; `missing` tells who has to bid.
-
-        Args:
-            bundles: What is offered.
-            asked: The robots whose bids count; bids of others are forgotten.
-            in_service: All robots that take tasks.
+        task is new; `missing` tells who has to bid. Bids of robots that are not `asked` are
+        forgotten.
         """
         offered = {bundle[0].task.id: bundle for bundle in bundles}
         is_new = not offered.keys() <= self.bundles.keys()
@@ -126,14 +122,9 @@ class Auction:
     def hear(self, answer: Bids, in_service: frozenset[str] | None = None) -> tuple[Auction, str]:
         """Take in a robot's bids; repeating the same answer changes nothing.
 
-        A robot whose bids are invalid is not waited for any longer: it would repeat them.
-
-        Args:
-            answer: Its bids.
-            in_service: Robots that may take a task; all if None.
-
-        Returns:
-            The auction, and why the answer is refused; empty if it is not.
+        A robot whose bids are invalid is not waited for any longer: it would repeat them. Returns
+        the auction, and why the answer is refused; empty if it is not. All robots may take a task
+        if `in_service` is None.
         """
         robot = answer.robot_id
         bids = {bid.task_id: bid for bid in answer.bids}

@@ -36,12 +36,8 @@ class CandidateSelection:
 
         The rest of the last offer stays alone until it is less than one task for each robot and
         half a call, or something more urgent comes: bids on it still hold, and for a new task
-        every robot has to bid again.
-
-        Args:
-            records: Everything that could be offered.
-            robots: How many are asked, at least 1.
-            before: Ids of the tasks offered in the last round.
+        every robot has to bid again. `robots` are asked, at least 1; `before` holds the ids of the
+        tasks offered in the last round.
         """
         most = max(1, min(self.offers_each * robots, self.max_bids // robots))
         if len(records) <= most:

@@ -39,11 +39,7 @@ def ranked(bids: Iterable[Bid]) -> list[Bid]:
 def replayed(decision: Decision, model: str) -> list[Bid]:
     """Return what the robots would have bid by another cost model, the cheapest first.
 
-    The tasks keep the places in the schedules that were bid for.
-
-    Args:
-        decision: As it was made.
-        model: A name of `COST_MODELS`.
+    `model` is a name of `COST_MODELS`. The tasks keep the places that were bid for.
     """
     cost = COST_MODELS[model].cost
     return ranked(
@@ -71,10 +67,6 @@ def what_would_help(task: Task, bids: Iterable[Bid]) -> str:
     """Return in words what would let some robot take a task; empty if the bids do not tell.
 
     Robots that only lack charge or are only out of service are named first: they are there.
-
-    Args:
-        task: A task that nobody can take.
-        bids: The robots' answers, each with why it is excluded.
     """
     robots: dict[str, list[str]] = {}
     for bid in bids:

@@ -69,11 +69,7 @@ class Reallocation:
     ) -> tuple[Reallocation, list[Bundle]]:
         """Return what follows, and one bundle of each robot to offer; none at rest.
 
-        Args:
-            held: Records of all tasks in the robots' schedules.
-            robots: Those in service.
-            last: Gives the last status of a robot, with its schedule in order.
-            most: How many of them offer at a time; of a larger fleet, others in each step.
+        At `most` so many robots offer at a time; of a larger fleet, others in each step.
         """
         schedules = _schedules(held, robots, last)
         longest = max(map(len, schedules), default=0)
@@ -178,8 +174,7 @@ def _worth(
 def _takers(worths: Sequence[Mapping[str, float]]) -> list[str]:
     """Return which robot gets each bundle, at most one each, so that the measure's sum is least.
 
-    Args:
-        worths: By robot, for each bundle; its own robot is always among them.
+    `worths` holds the measure by robot for each bundle, whose own robot is always among them.
     """
     robots = sorted({robot for worth in worths for robot in worth})
     rows = [row for row, worth in enumerate(worths) for _ in worth]

@@ -62,10 +62,7 @@ class RaftNode:
     """One member of the hive.
 
     Args:
-        talker: Connects it to the other members.
         member: Its name.
-        settings: The hive's timers.
-        journal: Its disk.
         random: Keeps members from acting at the same time.
         bootstrap: Whether it bootstraps a hive if its disk is new and it hears nobody.
         voter: Whether it is willing to lead. A learner holds the log, has no vote and listens to

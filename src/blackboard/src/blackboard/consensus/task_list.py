@@ -44,13 +44,7 @@ def committed_list(member: Member) -> TaskList:
 
 
 class Coalescer:
-    """Runs an action once for all requests of a period.
-
-    Args:
-        talker: Has the timer.
-        period: Time from the first request to the action [s].
-        action: What to run.
-    """
+    """Runs an action once for all requests within a period [s] from the first one."""
 
     def __init__(self, talker: Talker, period: float, action: Callable[[], None]) -> None:
         self._talker = talker

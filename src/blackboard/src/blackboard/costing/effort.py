@@ -39,12 +39,7 @@ class Effort(NamedTuple):
 
 
 class Predictor:
-    """Predicts the effort of one robot's drives and tasks.
-
-    Args:
-        path_lengths: Measures its drives.
-        pace: Knows how long they take; the rule of thumb by default.
-    """
+    """Predicts the effort of one robot's drives and tasks, by default at a rule-of-thumb pace."""
 
     def __init__(
         self, robot: RobotCharacteristics, path_lengths: PathLengths, pace: Pace | None = None

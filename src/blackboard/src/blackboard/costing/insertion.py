@@ -89,7 +89,6 @@ class Route:
     """A robot's schedule at one moment, for all bids on what is offered then.
 
     Args:
-        here: Where the robot is.
         stops: What it has to do, in this order.
         rule: What is least at the best position.
         keep_first: Whether the first stop is under way and stays first.
@@ -125,11 +124,8 @@ class Route:
         """Find the best position for one more task, or for several that follow each other.
 
         They do not pass a higher priority. Of equally good positions they take the last, so that
-        they pass nothing that is on the schedule already.
-
-        Args:
-            *bundle: Tasks of one priority that `analyze_task` has passed, each with its first
-                step that is still to be done.
+        they pass nothing that is on the schedule already. The tasks of a bundle have one priority;
+        each comes with its first step that is still to be done.
         """
         task, _ = bundle[0]
         ahead = sum(

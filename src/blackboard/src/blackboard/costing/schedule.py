@@ -79,13 +79,11 @@ class Schedule:
     """A robot's tasks in the order it will do them.
 
     Args:
-        path_lengths: Measures the robot's drives.
         cost_model: By its name; says what is least at the best position for one more task.
         aging: Says what a second of waiting counts; by default the same for all.
         pace: Knows how long the robot's drives take; the rule of thumb by default.
 
     Attributes:
-        pace: See above.
         predictor: Predicts what tasks take the robot.
     """
 

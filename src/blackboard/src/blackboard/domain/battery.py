@@ -46,11 +46,7 @@ class BatteryModel:
 
 
 class Battery:
-    """One battery and how full it is.
-
-    Args:
-        model: What kind of battery it is.
-        charge: How full, from 0 to 1.
+    """One battery and how full it is, from 0 to 1.
 
     Raises:
         CharacteristicsError: The charge is outside its range.

@@ -196,11 +196,7 @@ def load_during(task: Task, step: int) -> float:
     """Return what is on board while a step is executed [kg].
 
     A person loads a GA or GAB before it starts; the robot's arm loads a GPA or GPAB. A person
-    takes the load of a GPA off at A when it is done.
-
-    Args:
-        task: A task that `analyze_task` has passed.
-        step: Index into `split_task(task)`.
+    takes the load of a GPA off at A when it is done. `step` is an index into `split_task(task)`.
     """
     if not TaskType(task.type).picks:
         return task.payload
@@ -210,9 +206,7 @@ def load_during(task: Task, step: int) -> float:
 def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
     """Check that a posted task may enter the task list.
 
-    Args:
-        task: As it was posted.
-        path_lengths: Knows where a robot can stand; without it, goals are not checked for that.
+    Without `path_lengths`, goals are not checked for whether a robot can stand there.
 
     Raises:
         TaskRefusedError: Something is not allowed; the text says what is.

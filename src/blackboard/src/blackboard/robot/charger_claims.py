@@ -61,8 +61,7 @@ class Claims:
     def hear(self, claim: Claim, now: float) -> bool:
         """Take in what another robot says; drop the own claim if the other one goes first.
 
-        Returns:
-            Whether there is something new to tell that robot.
+        Returns whether there is something new to tell that robot.
         """
         self._others[claim.robot_id] = claim
         self._heard[claim.robot_id] = now

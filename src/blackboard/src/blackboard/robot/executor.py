@@ -192,12 +192,9 @@ class Controller:
     ) -> None:
         """Execute a task; whatever is under way is stopped first.
 
-        Args:
-            task: A task that `analyze_task` has passed.
-            first_step: The first step that is still to be done.
-            on_step: Called with the number of steps done, whenever one is.
-            on_end: Called once with the last result, unless the task is stopped.
-            may_go: Says whether the next step may begin, or go on, now.
+        `on_step` is called with the number of steps done, whenever one is; `on_end` once with the
+        last result, unless the task is stopped. `may_go` says whether the next step may begin, or
+        go on, now.
         """
         self.stop()
         self._run = _Run(task, first_step, on_step, on_end, may_go)

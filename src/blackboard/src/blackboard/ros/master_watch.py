@@ -47,12 +47,6 @@ class MasterWatch:
     """Asks the master for its process id.
 
     It is not thread-safe. A call takes at most `PATIENCE`.
-
-    Args:
-        caller: The name that the master gets.
-
-    Attributes:
-        address: The master's address, for a person.
     """
 
     def __init__(self, caller: str) -> None:
@@ -110,11 +104,7 @@ class MasterWatch:
 
 
 def watch_master(tell: Callable[[MasterState], None]) -> None:
-    """Watch the master in a thread of its own while this node runs.
-
-    Args:
-        tell: That thread calls it when the master is lost and when it is back.
-    """
+    """Watch the master while this node runs, in a thread that calls `tell` at every change."""
     watch = MasterWatch(rospy.get_name())
     watch.is_up()
     ended = threading.Event()

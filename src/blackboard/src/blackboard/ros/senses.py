@@ -57,9 +57,6 @@ class Senses:
     """Feeds a robot with its poses and drives, and publishes the state of its battery.
 
     Args:
-        talker: Its thread makes all calls.
-        robot: The robot.
-        battery: Its battery.
         period: Time between two battery states [s].
 
     ROS Subscribers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), `odom`

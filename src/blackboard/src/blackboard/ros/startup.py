@@ -21,11 +21,8 @@ if TYPE_CHECKING:
 def run_node(name: str, run: Callable[[], None]) -> None:
     """Make this process a node and run it until it is shut down.
 
-    An error that a person has to mend ends the process with its text and exit code 1.
-
-    Args:
-        name: Of the node.
-        run: Builds the node and spins.
+    `run` builds the node and spins. An error that a person has to mend ends the process with its
+    text and exit code 1.
     """
     end_on_signals()
     rospy.init_node(name, disable_signals=True)
