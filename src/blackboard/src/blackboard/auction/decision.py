@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Decision:
     """What one round of an auction decides about one task."""
 
-    task_id: str  # the task
+    task_id: str
     epoch: int  # of the blackboard that decided
     auction: int  # its number within the epoch
     round: int  # of the auction

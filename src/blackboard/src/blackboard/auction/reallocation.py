@@ -69,7 +69,7 @@ class Reallocation:
     ) -> tuple[Reallocation, list[Bundle]]:
         """Return what follows, and one bundle of each robot to offer; none at rest.
 
-        At `most` so many robots offer at a time; of a larger fleet, others in each step.
+        Of a fleet larger than `most`, other robots offer in each step.
         """
         schedules = _schedules(held, robots, last)
         longest = max(map(len, schedules), default=0)

@@ -54,7 +54,7 @@ class AuctionState:
     transfers: Transfers = field(default_factory=Transfers)
     # The one under way; between its rounds, the awards of the last are being committed.
     auction: Auction | None = None
-    auctions: int = 0  # how many there have been
+    auctions: int = 0
     call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))  # the last call for bids
     # Epoch and number of the auction that was dropped last; late bids on it are no error.
     dropped: tuple[int, int] = (0, 0)

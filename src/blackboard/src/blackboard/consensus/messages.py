@@ -27,7 +27,7 @@ class Heartbeat:
     """Announces the leader of an epoch to everyone (message BbBackup)."""
 
     epoch: int
-    leader: str  # its name
+    leader: str
     # Name of the member that campaigns first when the leader dies; empty while failover is off.
     backup: str = ""
     members: tuple[str, ...] = ()  # names of all whose votes count, the leader included

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class BidBasis:
     """What a robot is and has at one moment (message BidBasis)."""
 
-    body: RobotCharacteristics  # what it is
+    body: RobotCharacteristics
     cost_model: str  # a name of `COST_MODELS`
     aging: float  # see `RobotSettings` [s]
     pose: Pose  # where it is [map frame]
@@ -38,7 +38,7 @@ class BidBasis:
 class Bids:
     """One robot's bids on everything in one broadcast (message TaskCostArray)."""
 
-    robot_id: str  # who bids
+    robot_id: str
     epoch: int  # of the broadcast that is answered
     auction: int  # of the broadcast that is answered
     bids: tuple[Bid, ...]  # one for each bundle

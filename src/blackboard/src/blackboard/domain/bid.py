@@ -42,7 +42,7 @@ class Exclusion(str, Enum):
 class Bid:
     """What one task would cost one robot (message TaskCost)."""
 
-    robot_id: str  # who bids
+    robot_id: str
     task_id: str  # on what
     cost: float  # 0 to `MAX_COST`
     energy_cost: float = 0.0  # predicted charge for the task [Ah]

@@ -175,7 +175,7 @@ def _inscribed_radius(footprint: tuple[tuple[float, float], ...]) -> float:
 class RobotStatus:
     """The status of a robot (message RobotStatus)."""
 
-    robot_id: str  # its name
+    robot_id: str
     state: RobotState  # whether it can be counted on
     pose: Pose  # of its base in the map frame
     charge: float  # from 0 to 1

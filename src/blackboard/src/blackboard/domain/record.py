@@ -25,7 +25,7 @@ class TaskRecord:
     """A task on the list and its progress."""
 
     task: Task  # as posted, or a part of it
-    state: TaskState = TaskState.WAITING  # its state
+    state: TaskState = TaskState.WAITING
     robot: str = ""  # the robot that has it, or had it when it ended; empty if none
     step: int = 0  # steps done so far
     eta: float = 0.0  # predicted time from the last report until it is done [s]; 0 if unknown
@@ -121,12 +121,12 @@ class TaskUpdate:
     """A change of a task's state, published or reported (message TaskState)."""
 
     task_id: str
-    state: TaskState  # the new state
+    state: TaskState
     # The robot that has it; empty if none. A robot that hands a task back reports WAITING with its
     # own id.
     robot_id: str = ""
     step: int = 0  # steps done so far
-    steps: int = 0  # the number of steps
+    steps: int = 0
     eta: float = 0.0  # predicted time until it is done [s]; 0 if unknown
     epoch: int = 0  # of the blackboard that decided, or that the robot obeys
     reason: str = ""  # for a person; may be empty
@@ -186,7 +186,7 @@ class OrderKind(Enum):
 class Order:
     """An order to one robot about one task (TaskMsg on task_assign)."""
 
-    task: Task  # the task
+    task: Task
     robot_id: str  # who is meant
     kind: OrderKind = OrderKind.ASSIGN  # what the robot does with the task
     step: int = 0  # the first step that is still to be done

@@ -138,7 +138,7 @@ class Task:
 class TaskStep:
     """One thing to do."""
 
-    kind: StepKind  # what to do
+    kind: StepKind
     goal: Pose  # where [map frame]
     payload: float  # what the arm handles [kg]; 0 for a drive
     task_id: str  # the task it is a part of

@@ -68,8 +68,8 @@ class Within:
     A field that both the attribute and the value around it write is the latter's.
     """
 
-    attribute: str  # its name
-    codec: Codec  # its table
+    attribute: str
+    codec: Codec
     present: str = ""  # the field that is false where the attribute is None; empty if it never is
 
 

@@ -381,7 +381,7 @@ BALLOT = Codec(
 class Wire(NamedTuple):
     """The messages of one topic."""
 
-    message: type  # the message class
+    message: type
     to_msg: Callable[[Any], Any]  # makes a message from a core value
     # Makes a core value from a message; raises ValueError, which names the field.
     from_msg: Callable[[Any], Any]
