@@ -32,60 +32,42 @@ Bundle = tuple[TaskRecord, ...]
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a round decides.
+    """What a round decides."""
 
-    Attributes:
-        awards: The winning bids, at most one of each robot unless tasks are transferred.
-        impossible: Tasks that no robot can take, each with the reason.
-        bids: All bids on these tasks, by task id.
-        silent: Robots that did not answer in time.
-        auction: Epoch, number of the auction, and round; zeros if none was held.
-        reason: Why robots get their tasks, if not for the lowest bid.
-    """
-
+    # The winning bids, at most one of each robot unless tasks are transferred.
     awards: tuple[Bid, ...]
-    impossible: tuple[tuple[str, str], ...]
+    impossible: tuple[tuple[str, str], ...]  # tasks that no robot can take, each with the reason
+    # All bids on these tasks, by task id.
     bids: Mapping[str, tuple[Bid, ...]] = field(default_factory=dict)
-    silent: frozenset[str] = frozenset()
+    silent: frozenset[str] = frozenset()  # robots that did not answer in time
+    # Epoch, number of the auction, and round; zeros if none was held.
     auction: tuple[int, int, int] = (0, 0, 0)
-    reason: str = ""
+    reason: str = ""  # why robots get their tasks, if not for the lowest bid
 
 
 @dataclass(frozen=True, slots=True)
 class Auction:
-    """One auction, from its first call for bids until nothing more can be awarded.
+    """One auction, from its first call for bids until nothing more can be awarded."""
 
-    Attributes:
-        epoch: Of the blackboard that asks.
-        number: Of the auction within the epoch.
-        reallocates: Whether it offers tasks that robots already have.
-        round: From 1 on; 0 before the first.
-        is_open: Whether the round still waits for bids.
-        bundles: Everything offered in this round, by the id of the first task.
-        withdrawn: Tasks that were offered in this round and cannot be won any more.
-        is_selective: Whether some robots in service were not asked in this round.
-        missing: Robots that have not answered yet.
-        answered: Robots that have answered, even if the answer was refused.
-        bids: Valid bids by robot and task id.
-        asked_in: The round in which a robot was last asked by name.
-        all_asked_in: The round in which all robots were last asked.
-        outdated: Robots whose situation has improved since they bid.
-    """
-
-    epoch: int
-    number: int
-    reallocates: bool = False
-    round: int = 0
-    is_open: bool = False
+    epoch: int  # of the blackboard that asks
+    number: int  # of the auction within the epoch
+    reallocates: bool = False  # whether it offers tasks that robots already have
+    round: int = 0  # from 1 on; 0 before the first
+    is_open: bool = False  # whether the round still waits for bids
+    # Everything offered in this round, by the id of the first task.
     bundles: Mapping[str, Bundle] = field(default_factory=dict)
+    # Tasks that were offered in this round and cannot be won any more.
     withdrawn: frozenset[str] = frozenset()
-    is_selective: bool = False
-    missing: frozenset[str] = frozenset()
+    is_selective: bool = False  # whether some robots in service were not asked in this round
+    missing: frozenset[str] = frozenset()  # robots that have not answered yet
+    # Robots that have answered, even if the answer was refused.
     answered: frozenset[str] = frozenset()
+    # Valid bids by robot and task id.
     bids: Mapping[str, Mapping[str, Bid]] = field(default_factory=dict)
+    # The round in which a robot was last asked by name.
     asked_in: Mapping[str, int] = field(default_factory=dict)
-    all_asked_in: int = 0
-    outdated: frozenset[str] = frozenset()
+    all_asked_in: int = 0  # the round in which all robots were last asked
+    outdated: frozenset[str] = frozenset()  # robots whose situation has improved since they bid
 
     def next_round(
         self, bundles: Iterable[Bundle], asked: frozenset[str], in_service: frozenset[str]
@@ -93,12 +75,8 @@ class Auction:
         """Return the auction at the beginning of its next round.
 
         Bids of the last round hold, unless the robot's schedule or situation has changed or a
-        task is new; `missing` tells who has to bid.
-
-        Args:
-            bundles: What is offered.
-            asked: The robots whose bids count; bids of others are forgotten.
-            in_service: All robots that take tasks.
+        task is new; `missing` tells who has to bid. Bids of robots that are not `asked` are
+        forgotten.
         """
         offered = {bundle[0].task.id: bundle for bundle in bundles}
         is_new = not offered.keys() <= self.bundles.keys()
@@ -144,14 +122,9 @@ class Auction:
     def hear(self, answer: Bids, in_service: frozenset[str] | None = None) -> tuple[Auction, str]:
         """Take in a robot's bids; repeating the same answer changes nothing.
 
-        A robot whose bids are invalid is not waited for any longer: it would repeat them.
-
-        Args:
-            answer: Its bids.
-            in_service: Robots that may take a task; all if None.
-
-        Returns:
-            The auction, and why the answer is refused; empty if it is not.
+        A robot whose bids are invalid is not waited for any longer: it would repeat them. Returns
+        the auction, and why the answer is refused; empty if it is not. All robots may take a task
+        if `in_service` is None.
         """
         robot = answer.robot_id
         bids = {bid.task_id: bid for bid in answer.bids}

@@ -42,9 +42,6 @@ class Auctioneer:
     """Auctions what waits, and improves the allocation while nothing waits.
 
     Args:
-        node: Says whether this blackboard leads, and has the task list.
-        in_service: Says which robots take tasks.
-        last: Gives the last status of a robot; None if it was never heard.
         recall: Asks a robot to hand a task back if it has not begun.
         carry_out: Called with the result of each round, and with what follows once it is
             committed.

@@ -23,17 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CandidateSelection:
-    """Chooses tasks and robots for one call.
+    """Chooses tasks and robots for one call."""
 
-    Attributes:
-        max_asked: Of a larger fleet, this many robots are asked.
-        offers_each: At most this many tasks are offered for each robot asked.
-        max_bids: At most this many bids are requested, though at least one from each robot.
-    """
-
-    max_asked: int
-    offers_each: int
-    max_bids: int
+    max_asked: int  # of a larger fleet, this many robots are asked
+    offers_each: int  # at most this many tasks are offered for each robot asked
+    max_bids: int  # at most this many bids are requested, though at least one from each robot
 
     def offers(
         self, records: Sequence[TaskRecord], robots: int, before: Collection[str] = ()
@@ -42,12 +36,8 @@ class CandidateSelection:
 
         The rest of the last offer stays alone until it is less than one task for each robot and
         half a call, or something more urgent comes: bids on it still hold, and for a new task
-        every robot has to bid again.
-
-        Args:
-            records: Everything that could be offered.
-            robots: How many are asked, at least 1.
-            before: Ids of the tasks offered in the last round.
+        every robot has to bid again. `robots` are asked, at least 1; `before` holds the ids of the
+        tasks offered in the last round.
         """
         most = max(1, min(self.offers_each * robots, self.max_bids // robots))
         if len(records) <= most:

@@ -44,11 +44,7 @@ class Central:
         return replace(broadcast, tasks=(), sizes=(), basis=True)
 
     def bids(self, answer: Bids, broadcast: Broadcast) -> Bids:
-        """Return the bids of a robot.
-
-        Args:
-            answer: The basis of its bids; bids of a robot that bids itself stay as they are.
-            broadcast: What is offered.
+        """Return the bids of a robot; those of a robot that bids itself stay as they are.
 
         Raises:
             BidRefusedError: No bids can be worked out from the basis.

@@ -18,29 +18,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What one round of an auction decides about one task.
-
-    Attributes:
-        task_id: The task.
-        epoch: Of the blackboard that decided.
-        auction: Its number within the epoch.
-        round: Of the auction.
-        at: When [s].
-        winner: The robot that got the task; empty if no robot could take it.
-        reason: In words, if no robot could take it or it did not go to the lowest bid.
-        bids: The robots' bids, in the order of their names.
-        silent: Robots that did not answer in time.
-    """
+    """What one round of an auction decides about one task."""
 
     task_id: str
-    epoch: int
-    auction: int
-    round: int
-    at: float
-    winner: str = ""
-    reason: str = ""
-    bids: tuple[Bid, ...] = ()
-    silent: tuple[str, ...] = ()
+    epoch: int  # of the blackboard that decided
+    auction: int  # its number within the epoch
+    round: int  # of the auction
+    at: float  # when [s]
+    winner: str = ""  # the robot that got the task; empty if no robot could take it
+    reason: str = ""  # in words, if no robot could take it or it did not go to the lowest bid
+    bids: tuple[Bid, ...] = ()  # the robots' bids, in the order of their names
+    silent: tuple[str, ...] = ()  # robots that did not answer in time
 
 
 def ranked(bids: Iterable[Bid]) -> list[Bid]:
@@ -51,11 +39,7 @@ def ranked(bids: Iterable[Bid]) -> list[Bid]:
 def replayed(decision: Decision, model: str) -> list[Bid]:
     """Return what the robots would have bid by another cost model, the cheapest first.
 
-    The tasks keep the places in the schedules that were bid for.
-
-    Args:
-        decision: As it was made.
-        model: A name of `COST_MODELS`.
+    `model` is a name of `COST_MODELS`. The tasks keep the places that were bid for.
     """
     cost = COST_MODELS[model].cost
     return ranked(
@@ -83,10 +67,6 @@ def what_would_help(task: Task, bids: Iterable[Bid]) -> str:
     """Return in words what would let some robot take a task; empty if the bids do not tell.
 
     Robots that only lack charge or are only out of service are named first: they are there.
-
-    Args:
-        task: A task that nobody can take.
-        bids: The robots' answers, each with why it is excluded.
     """
     robots: dict[str, list[str]] = {}
     for bid in bids:

@@ -36,10 +36,7 @@ CREATE INDEX IF NOT EXISTS by_task ON decisions (task);
 
 
 class SqliteBook:
-    """Keeps decisions in a file.
-
-    Args:
-        path: The file; it and its folder are created if missing.
+    """Keeps decisions in a file; it and its folder are created if missing.
 
     Raises:
         JournalError: The file can neither be read nor created.

@@ -47,19 +47,14 @@ class Reallocation:
 
     Steps follow each other until every robot has offered all of its schedule a few times without
     a gain; then they rest until something changes.
-
-    Attributes:
-        measure: A name of `MEASURES`.
-        threshold: Tasks change hands only if the measure falls by more than this share, so that
-            assignments do not flutter.
-        turn: Number of the step.
-        quiet_steps: Steps since something changed.
     """
 
-    measure: str
+    measure: str  # a name of `MEASURES`
+    # Tasks change hands only if the measure falls by more than this share, so that assignments do
+    # not flutter.
     threshold: float
-    turn: int = 0
-    quiet_steps: int = 0
+    turn: int = 0  # number of the step
+    quiet_steps: int = 0  # steps since something changed
 
     def resume(self) -> Reallocation:
         """Begin to offer again: the allocation may no longer be the best."""
@@ -74,11 +69,7 @@ class Reallocation:
     ) -> tuple[Reallocation, list[Bundle]]:
         """Return what follows, and one bundle of each robot to offer; none at rest.
 
-        Args:
-            held: Records of all tasks in the robots' schedules.
-            robots: Those in service.
-            last: Gives the last status of a robot, with its schedule in order.
-            most: How many of them offer at a time; of a larger fleet, others in each step.
+        Of a fleet larger than `most`, other robots offer in each step.
         """
         schedules = _schedules(held, robots, last)
         longest = max(map(len, schedules), default=0)
@@ -106,9 +97,7 @@ class Reallocation:
 
 
 def _schedules(
-    held: Iterable[TaskRecord],
-    robots: frozenset[str],
-    last: Callable[[str], RobotStatus | None],
+    held: Iterable[TaskRecord], robots: frozenset[str], last: Callable[[str], RobotStatus | None]
 ) -> list[Bundle]:
     """Return the tasks of each robot that have not begun, in the order of its schedule.
 
@@ -185,8 +174,7 @@ def _worth(
 def _takers(worths: Sequence[Mapping[str, float]]) -> list[str]:
     """Return which robot gets each bundle, at most one each, so that the measure's sum is least.
 
-    Args:
-        worths: By robot, for each bundle; its own robot is always among them.
+    `worths` holds the measure by robot for each bundle, whose own robot is always among them.
     """
     robots = sorted({robot for worth in worths for robot in worth})
     rows = [row for row, worth in enumerate(worths) for _ in worth]

@@ -32,10 +32,7 @@ def shares(payload: float, capacities: Sequence[float]) -> tuple[float, ...]:
 
     There are as many as the strongest robot would need on its own. As far as they go, each robot
     is meant to carry one, so that robots work side by side, in proportion to what it can carry.
-
-    Args:
-        payload: Total load [kg], above 0.
-        capacities: What each robot can carry [kg], each at least a gram.
+    The payload is above 0, each of the `capacities` [kg] at least a gram.
     """
     limits = sorted((math.floor(most / _GRAM + 1e-6) for most in capacities), reverse=True)
     rest = math.ceil(payload / _GRAM - 1e-6)
@@ -60,12 +57,8 @@ def split(
 ) -> tuple[TaskRecord, ...]:
     """Return the record of a task that is split and those of its parts; none if it is not heavy.
 
-    Args:
-        record: A task that no robot can take.
-        bids: The robots' answers.
-        in_service: The robots that count.
-        is_taken: Says whether a task already has an id.
-        earlier: The highest number of an assignment that the hive has forgotten.
+    The bids tell what robots can carry; those `in_service` count. `earlier` is the highest number
+    of an assignment that the hive has forgotten.
 
     Raises:
         SplitRefusedError: It is too heavy and cannot be split; the text says why.

@@ -32,57 +32,39 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """The hive at the moment of an event.
+    """The hive at the moment of an event."""
 
-    Attributes:
-        hive: Its id.
-        epoch: Of this blackboard.
-        records: The task list, by task id.
-        in_service: The robots that take tasks.
-        last: Gives the last status of a robot; None if it was never heard.
-    """
-
-    hive: str
-    epoch: int
-    records: Mapping[str, TaskRecord]
-    in_service: frozenset[str]
+    hive: str  # its id
+    epoch: int  # of this blackboard
+    records: Mapping[str, TaskRecord]  # the task list, by task id
+    in_service: frozenset[str]  # the robots that take tasks
+    # Gives the last status of a robot; None if it was never heard.
     last: Callable[[str], RobotStatus | None]
 
 
 @dataclass(frozen=True, slots=True)
 class AuctionState:
-    """The state of the auctioneer; `step` moves it on.
+    """The state of the auctioneer; `step` moves it on."""
 
-    Attributes:
-        bid_timeout: Longest time that a round stays open [s].
-        transfer_timeout: Tasks that are not handed back within this time are auctioned [s].
-        selection: Limits what one call for bids offers, and to whom.
-        reallocation: Chooses what is offered while nothing waits.
-        transfers: Tasks that change hands because of that.
-        auction: The one under way; between its rounds, the awards of the last are being committed.
-        auctions: How many there have been.
-        call: The last call for bids.
-        dropped: Epoch and number of the auction that was dropped last; late bids on it are no
-            error.
-        slow: Robots that did not answer in time and have not answered since.
-        parked: Tasks that nobody can take; they are offered again when something changes.
-        hard: Tasks that the robots asked first cannot take; they are offered to all robots next.
-        is_stale: Whether the auction under way may find impossible what no longer is.
-    """
-
-    bid_timeout: float
-    transfer_timeout: float
-    selection: CandidateSelection
-    reallocation: Reallocation
+    bid_timeout: float  # longest time that a round stays open [s]
+    transfer_timeout: float  # tasks that are not handed back within this time are auctioned [s]
+    selection: CandidateSelection  # limits what one call for bids offers, and to whom
+    reallocation: Reallocation  # chooses what is offered while nothing waits
+    # Tasks that change hands because of that.
     transfers: Transfers = field(default_factory=Transfers)
+    # The one under way; between its rounds, the awards of the last are being committed.
     auction: Auction | None = None
     auctions: int = 0
-    call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))
+    call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))  # the last call for bids
+    # Epoch and number of the auction that was dropped last; late bids on it are no error.
     dropped: tuple[int, int] = (0, 0)
+    # Robots that did not answer in time and have not answered since.
     slow: frozenset[str] = frozenset()
+    # Tasks that nobody can take; they are offered again when something changes.
     parked: frozenset[str] = frozenset()
+    # Tasks that the robots asked first cannot take; they are offered to all robots next.
     hard: frozenset[str] = frozenset()
-    is_stale: bool = False
+    is_stale: bool = False  # whether the auction under way may find impossible what no longer is
 
     def expects(self, bids: Bids) -> bool:
         """Return whether an auction is under way and the bids do not answer a dropped one."""
@@ -92,16 +74,11 @@ class AuctionState:
 class Signal(Enum):
     """An event that says no more than its name."""
 
-    TASK_CAME = auto()
-    """A task may wait: it was posted or handed back."""
-    FLEET_CHANGED = auto()
-    """Some robot may now take what nobody could."""
-    ROUND_TIMEOUT = auto()
-    """The wait for bids is over."""
-    TRANSFER_TIMEOUT = auto()
-    """The wait for tasks that are to be handed back is over."""
-    STEPPED_DOWN = auto()
-    """This blackboard no longer leads."""
+    TASK_CAME = auto()  # a task may wait: it was posted or handed back
+    FLEET_CHANGED = auto()  # some robot may now take what nobody could
+    ROUND_TIMEOUT = auto()  # the wait for bids is over
+    TRANSFER_TIMEOUT = auto()  # the wait for tasks that are to be handed back is over
+    STEPPED_DOWN = auto()  # this blackboard no longer leads
 
 
 @dataclass(frozen=True, slots=True)

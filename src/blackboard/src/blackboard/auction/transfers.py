@@ -23,17 +23,11 @@ if TYPE_CHECKING:
 
 
 class Move(NamedTuple):
-    """A bundle that another robot gets.
+    """A bundle that another robot gets."""
 
-    Attributes:
-        records: Its tasks, as the giver holds them.
-        taker: The bid of the robot that gets it.
-        bids: All bids on it.
-    """
-
-    records: Bundle
-    taker: Bid
-    bids: tuple[Bid, ...]
+    records: Bundle  # its tasks, as the giver holds them
+    taker: Bid  # the bid of the robot that gets it
+    bids: tuple[Bid, ...]  # all bids on it
 
     def __str__(self) -> str:
         tasks = " and ".join(record.task.id for record in self.records)
@@ -56,17 +50,12 @@ Exchange = tuple[Move, ...]
 
 @dataclass(frozen=True, slots=True)
 class Transfers:
-    """The transfers under way.
+    """The transfers under way."""
 
-    Attributes:
-        exchanges: Those whose tasks have not all been handed back.
-        recalled: Number of the assignment under which each task was recalled, by task id.
-        decided_in: Epoch, auction and round that decided on them.
-    """
-
-    exchanges: tuple[Exchange, ...] = ()
+    exchanges: tuple[Exchange, ...] = ()  # those whose tasks have not all been handed back
+    # Number of the assignment under which each task was recalled, by task id.
     recalled: Mapping[str, int] = field(default_factory=dict)
-    decided_in: tuple[int, int, int] = (0, 0, 0)
+    decided_in: tuple[int, int, int] = (0, 0, 0)  # epoch, auction and round that decided on them
 
     def begin(
         self,

@@ -62,8 +62,6 @@ class Blackboard:
     """Decides which robot does which task.
 
     Args:
-        node: Keeps the task list.
-        path_lengths: Tells where a robot can stand.
         note: Keeps the decisions, which tell why each task went to whom.
         path_lengths_for: Gives the path lengths for a robot of a radius [m], for central
             decisions; `path_lengths` for all if None.

@@ -55,10 +55,7 @@ class Orders:
     def disown(self, task_id: str, robot_id: str, assignment: int = ANY_ASSIGNMENT) -> None:
         """Have a robot drop a task that the hive has forgotten, and stop reporting on it.
 
-        Args:
-            task_id: The task; another one of that id may be on the list by now.
-            robot_id: Who has it, or reports on it.
-            assignment: Only under numbers up to this one.
+        Only assignments up to a number are meant: another task of that id may be on the list.
         """
         self._tell(Task(task_id, 0, ()), robot_id, OrderKind.FORGOTTEN, assignment)
 
@@ -80,9 +77,7 @@ class Orders:
         """Mend what differs between a robot's schedule and its orders.
 
         Repeats orders that the robot should show by now, and has it drop what is not its own.
-
-        Returns:
-            Whether everything in its schedule is its own.
+        Returns whether everything in its schedule is its own.
         """
         robot_id = status.robot_id
         self._heard[robot_id] = status.sent

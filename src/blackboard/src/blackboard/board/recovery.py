@@ -17,13 +17,8 @@ def put_back(
 ) -> TaskRecord | None:
     """Return a task after its robot has handed it back, or None if that changes nothing.
 
-    A robot that puts a task off for a more urgent one has not tried it in vain.
-
-    Args:
-        record: The task before.
-        update: The robot's report.
-        max_tries: After this many vain tries the task fails.
-        tried: Whether the robot tried it in vain; False if it was asked to hand it back.
+    A robot that puts a task off for a more urgent one has not tried it in vain, nor has one that
+    was asked to hand it back; then `tried` is False. After `max_tries` vain tries the task fails.
     """
     in_vain = tried and not update.put_off_for
     tries = (*record.tried, update.robot_id) if in_vain else record.tried
@@ -36,11 +31,9 @@ def after_loss(
 ) -> TaskRecord | None:
     """Return a task whose robot is lost and has stopped, or None if that changes nothing.
 
-    Args:
-        record: The task, with the robot that is lost.
-        policy: One of `ON_ROBOT_LOST`; if the load may be on board, a person decides anyway.
-        last_seen: Where and when the robot was last heard of, in words.
-        max_tries: After this many vain tries the task fails.
+    `policy` is one of `ON_ROBOT_LOST`; if the load may be on board, a person decides anyway.
+    `last_seen` says where and when the robot was heard. After `max_tries` vain tries the task
+    fails.
     """
     lost = f"{record.robot} is lost, {last_seen}"
     started = record.state is TaskState.STARTED

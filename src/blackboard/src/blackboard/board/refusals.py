@@ -23,11 +23,7 @@ OTHERS = "for other reasons"
 
 
 class Refusals:
-    """Counts refusals by topic and reason.
-
-    Args:
-        say: Warns the person who runs this member.
-    """
+    """Counts refusals by topic and reason, and has `say` warn the person who runs this member."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self._say = say

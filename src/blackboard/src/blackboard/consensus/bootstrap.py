@@ -80,7 +80,6 @@ class Handover:
     contains it, or until the task is rejected.
 
     Args:
-        talker: Sends and listens.
         name: Of the member.
         to: Id of the other hive.
         records: The member's task list.

@@ -65,10 +65,7 @@ def _stagger(member: Member) -> float:
 
 def _become_candidate(member: Member, now: float) -> Step:
     member = enter_epoch(member, member.epoch + 1).evolve(
-        role=Role.CANDIDATE,
-        vote=member.id,
-        votes=frozenset([member.id]),
-        asked=now,
+        role=Role.CANDIDATE, vote=member.id, votes=frozenset([member.id]), asked=now
     )
     request = _request(member, BallotKind.VOTE, member.epoch)
     if not is_majority(member.votes, member.members):

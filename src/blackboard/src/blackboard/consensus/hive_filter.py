@@ -51,11 +51,7 @@ class HiveFilter(Protocol):
 
 
 class NoFilter:
-    """Obeys everybody, and takes the list from `bb_sync`: no member is beside the robot.
-
-    Args:
-        talker: Listens.
-    """
+    """Obeys everybody, and takes the list from `bb_sync`: no member is beside the robot."""
 
     hive = ""
 
@@ -80,7 +76,6 @@ class MemberFilter:
     """Keeps other hives' messages out, and decides which of two hives pauses.
 
     Args:
-        talker: Warns and has the time.
         name: Of the member.
         timeout: A larger hive that was not heard for so long is gone [s].
         bootstraps: Whether this member bootstraps a hive if it hears none.
@@ -154,9 +149,8 @@ class MemberFilter:
     def join(self, random: Random) -> HardState | None:
         """Hand tasks over to the larger hive; called at every heartbeat while this one pauses.
 
-        Returns:
-            The state with which the member starts in the larger hive; None until that hive has all
-            tasks, and for a member that may not join.
+        Returns the state with which the member starts in the larger hive; None until that hive has
+        all tasks, and for a member that may not join.
         """
         if self._handover is None:
             return None

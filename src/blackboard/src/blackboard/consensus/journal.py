@@ -27,20 +27,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class HardState:
-    """What a member has to remember after a restart (Raft's persistent state).
+    """What a member has to remember after a restart (Raft's persistent state)."""
 
-    Attributes:
-        member: Its id.
-        epoch: The highest epoch it has seen.
-        vote: Id of the candidate it voted for in this epoch; empty if it has not voted.
-        hive: Id of its hive; empty while it belongs to none.
-    """
-
-    member: str
-    epoch: int
-    vote: str
+    member: str  # its id
+    epoch: int  # the highest epoch it has seen
+    vote: str  # id of the candidate it voted for in this epoch; empty if it has not voted
     log: Log
-    hive: str = ""
+    hive: str = ""  # id of its hive; empty while it belongs to none
 
 
 class Journal(Protocol):

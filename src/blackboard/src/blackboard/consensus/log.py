@@ -18,32 +18,22 @@ if TYPE_CHECKING:
 
 
 class Position(NamedTuple):
-    """Of an entry in the log; Raft compares logs by the positions of their last entries.
+    """Of an entry in the log; Raft compares logs by the positions of their last entries."""
 
-    Attributes:
-        epoch: Of the leader that wrote the entry (Raft's term).
-        version: Number of the entry; grows by one with every entry (Raft's index).
-    """
-
-    epoch: int = 0
-    version: int = 0
+    epoch: int = 0  # of the leader that wrote the entry (Raft's term)
+    version: int = 0  # number of the entry; grows by one with every entry (Raft's index)
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One change of the task list or of the members.
-
-    Attributes:
-        records: The new and changed ones.
-        members: The members from here on, in the order in which they joined; None if unchanged.
-        forgotten: Ids of tasks that leave the list; all of them have ended.
-    """
+    """One change of the task list or of the members."""
 
     epoch: int
     version: int
-    records: tuple[TaskRecord, ...] = ()
+    records: tuple[TaskRecord, ...] = ()  # the new and changed ones
+    # The members from here on, in the order in which they joined; None if unchanged.
     members: tuple[str, ...] | None = None
-    forgotten: tuple[str, ...] = ()
+    forgotten: tuple[str, ...] = ()  # ids of tasks that leave the list; all of them have ended
 
     @property
     def position(self) -> Position:
@@ -53,19 +43,15 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """All that the hive knows at one position.
+    """All that the hive knows at one position."""
 
-    Attributes:
-        position: Of the last entry in it.
-        records: Every task that is not forgotten by id, in the order they were posted.
-        members: Ids of the members whose votes count, in the order in which they joined.
-        earlier: The highest assignment number of any task that was forgotten. New tasks count on
-            from there, so that no task id has the same number twice.
-    """
-
-    position: Position = field(default_factory=Position)
+    position: Position = field(default_factory=Position)  # of the last entry in it
+    # Every task that is not forgotten by id, in the order they were posted.
     records: Mapping[str, TaskRecord] = field(default_factory=lambda: MappingProxyType({}))
+    # Ids of the members whose votes count, in the order in which they joined.
     members: tuple[str, ...] = ()
+    # The highest assignment number of any task that was forgotten. New tasks count on from there,
+    # so that no task id has the same number twice.
     earlier: int = 0
 
     def after(self, entries: Iterable[Entry]) -> Snapshot:
@@ -89,19 +75,12 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """The log of one member.
+    """The log of one member."""
 
-    Attributes:
-        base: The snapshot; all of it is committed.
-        entries: Those after it, without a gap.
-        committed: Version of the last entry that this member knows to be committed.
-        latest: The state after all entries, committed or not.
-    """
-
-    base: Snapshot
-    entries: tuple[Entry, ...]
-    committed: int
-    latest: Snapshot
+    base: Snapshot  # the snapshot; all of it is committed
+    entries: tuple[Entry, ...]  # those after it, without a gap
+    committed: int  # version of the last entry that this member knows to be committed
+    latest: Snapshot  # the state after all entries, committed or not
 
     @classmethod
     def of(

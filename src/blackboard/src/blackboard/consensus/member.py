@@ -25,30 +25,22 @@ class Role(Enum):
     """The Raft role of a member."""
 
     FOLLOWER = "follower"
+    # Asks the others whether they miss the leader too, before it begins a new epoch.
     PRE_CANDIDATE = "pre-candidate"
-    """Asks the others whether they miss the leader too, before it begins a new epoch."""
     CANDIDATE = "candidate"
     LEADER = "leader"
 
 
 @dataclass(frozen=True, slots=True)
 class Peer:
-    """What the leader knows of another member.
+    """What the leader knows of another member."""
 
-    Attributes:
-        version: Up to which it has the log on disk (Raft's matchIndex).
-        echo: When the last message was sent that it has answered [s].
-        heard: When it was last heard [s].
-        voter: Whether it is willing to lead; a learner is not.
-        sent: Version of the last entry sent to it (Raft's nextIndex - 1).
-        sent_at: No later than when the first entry was sent that it has not acknowledged [s].
-    """
-
-    version: int = 0
-    echo: float = float("-inf")
-    heard: float = float("-inf")
-    voter: bool = True
-    sent: int = 0
+    version: int = 0  # up to which it has the log on disk (Raft's matchIndex)
+    echo: float = float("-inf")  # when the last message was sent that it has answered [s]
+    heard: float = float("-inf")  # when it was last heard [s]
+    voter: bool = True  # whether it is willing to lead; a learner is not
+    sent: int = 0  # version of the last entry sent to it (Raft's nextIndex - 1)
+    # No later than when the first entry was sent that it has not acknowledged [s].
     sent_at: float = float("-inf")
 
 
@@ -58,50 +50,31 @@ UNKNOWN_PEER = Peer()
 
 @dataclass(frozen=True)
 class Member:
-    """The state of one member; only `step.step` changes it.
+    """The state of one member; only `step.step` changes it."""
 
-    Attributes:
-        id: Its name and the id of its disk.
-        epoch: The highest epoch it has seen (Raft's term).
-        vote: Id of the candidate it voted for in this epoch.
-        leader: Name of the leader it last heard, or of the candidate it last voted for.
-        backup: Name of the member that the leader has named as its successor.
-        heard: When it last heard the leader [s].
-        died: When the leader's process was proved dead [s]; None if it was not.
-        quiet_until: Until then it neither votes nor campaigns [s].
-        retry: It does not campaign again before then [s].
-        jitter: Random share of `stagger` that it adds to its delay, 0 to 1.
-        version: Up to which its log agrees with the log of this epoch's leader.
-        votes: Ids of the members that granted it their vote or pre-vote.
-        asked: When it requested votes [s].
-        peers: The other members by id, while it leads.
-        in_flight: Version of the last entry sent to the voters, while it leads.
-        progress: Heartbeats sent so far.
-        hive: Id of its hive; empty while it belongs to none.
-        voter: Whether it is willing to lead; a learner only holds the log.
-    """
-
-    id: str
+    id: str  # its name and the id of its disk
     settings: RaftSettings
     log: Log
-    epoch: int = 0
-    vote: str = ""
+    epoch: int = 0  # the highest epoch it has seen (Raft's term)
+    vote: str = ""  # id of the candidate it voted for in this epoch
     role: Role = Role.FOLLOWER
-    leader: str = ""
-    backup: str = ""
-    heard: float = float("-inf")
-    died: float | None = None
-    quiet_until: float = float("-inf")
-    retry: float = float("-inf")
-    jitter: float = 0.0
-    version: int = 0
+    leader: str = ""  # name of the leader it last heard, or of the candidate it last voted for
+    backup: str = ""  # name of the member that the leader has named as its successor
+    heard: float = float("-inf")  # when it last heard the leader [s]
+    died: float | None = None  # when the leader's process was proved dead [s]; None if it was not
+    quiet_until: float = float("-inf")  # until then it neither votes nor campaigns [s]
+    retry: float = float("-inf")  # it does not campaign again before then [s]
+    jitter: float = 0.0  # random share of `stagger` that it adds to its delay, 0 to 1
+    version: int = 0  # up to which its log agrees with the log of this epoch's leader
+    # Ids of the members that granted it their vote or pre-vote.
     votes: frozenset[str] = frozenset()
-    asked: float = 0.0
+    asked: float = 0.0  # when it requested votes [s]
+    # The other members by id, while it leads.
     peers: Mapping[str, Peer] = field(default_factory=lambda: MappingProxyType({}))
-    in_flight: int = 0
-    progress: int = 0
-    hive: str = ""
-    voter: bool = True
+    in_flight: int = 0  # version of the last entry sent to the voters, while it leads
+    progress: int = 0  # heartbeats sent so far
+    hive: str = ""  # id of its hive; empty while it belongs to none
+    voter: bool = True  # whether it is willing to lead; a learner only holds the log
 
     def evolve(self, **changes: object) -> Member:
         """Return a copy with some fields changed.

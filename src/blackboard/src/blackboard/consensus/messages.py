@@ -24,51 +24,34 @@ believed it would ignore the real leader for ever."""
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """Announces the leader of an epoch to everyone (message BbBackup).
-
-    Attributes:
-        leader: Its name.
-        backup: Name of the member that campaigns first when the leader dies; empty while failover
-            is off.
-        members: Names of all whose votes count, the leader included.
-        progress: Grows by one with every heartbeat.
-        version: Of the task list, as far as it is committed.
-        sent: When the leader sent it, by its own clock [s]; acknowledgements repeat it.
-        heard: For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
-        robot_lease: How long a robot may work after that, by its own clock [s].
-    """
+    """Announces the leader of an epoch to everyone (message BbBackup)."""
 
     epoch: int
     leader: str
+    # Name of the member that campaigns first when the leader dies; empty while failover is off.
     backup: str = ""
-    members: tuple[str, ...] = ()
-    progress: int = 0
-    version: int = 0
-    sent: float = 0.0
+    members: tuple[str, ...] = ()  # names of all whose votes count, the leader included
+    progress: int = 0  # grows by one with every heartbeat
+    version: int = 0  # of the task list, as far as it is committed
+    sent: float = 0.0  # when the leader sent it, by its own clock [s]; acknowledgements repeat it
+    # For each robot, the `RobotStatus.sent` of the last status that renews its lease [s].
     heard: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    robot_lease: float = 0.0
+    robot_lease: float = 0.0  # how long a robot may work after that, by its own clock [s]
     hive: str = ""
     to: tuple[str, ...] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
 class AppendEntries:
-    """Entries that the leader sends to the others (message BbEntries).
-
-    Attributes:
-        leader: Its id.
-        before: Position of the log entry before the first of `entries`.
-        committed: Version up to which the log is committed.
-        sent: When the leader sent it, by its own clock [s]; acknowledgements repeat it.
-        snapshot: The state at `before`, for members whose log does not reach that far.
-    """
+    """Entries that the leader sends to the others (message BbEntries)."""
 
     epoch: int
-    leader: str
-    before: Position
+    leader: str  # its id
+    before: Position  # position of the log entry before the first of `entries`
     entries: tuple[Entry, ...]
-    committed: int
-    sent: float
+    committed: int  # version up to which the log is committed
+    sent: float  # when the leader sent it, by its own clock [s]; acknowledgements repeat it
+    # The state at `before`, for members whose log does not reach that far.
     snapshot: Snapshot | None = None
     hive: str = ""
     to: tuple[str, ...] | None = field(default=None, compare=False)
@@ -81,57 +64,37 @@ class AppendEntries:
 
 @dataclass(frozen=True, slots=True)
 class AppendReply:
-    """Tells the leader how much of its log a member has on disk (message BbAck).
+    """Tells the leader how much of its log a member has on disk (message BbAck)."""
 
-    Attributes:
-        member: Id of the sender.
-        epoch: The highest epoch it has seen.
-        version: Up to which its log agrees with the log of this epoch's leader.
-        echo: `sent` of the message it answers [s].
-        hive: Empty while the sender belongs to none.
-        voter: Whether the sender is willing to lead; a learner gets no vote.
-    """
-
-    member: str
-    epoch: int
-    version: int
-    echo: float
-    hive: str = ""
-    voter: bool = True
+    member: str  # id of the sender
+    epoch: int  # the highest epoch it has seen
+    version: int  # up to which its log agrees with the log of this epoch's leader
+    echo: float  # `sent` of the message it answers [s]
+    hive: str = ""  # empty while the sender belongs to none
+    voter: bool = True  # whether the sender is willing to lead; a learner gets no vote
     to: tuple[str, ...] | None = field(default=None, compare=False)
 
 
 class BallotKind(IntEnum):
     """What a ballot is."""
 
-    PRE_VOTE = 0
-    """Would you vote for me?"""
+    PRE_VOTE = 0  # would you vote for me?
     PRE_VOTE_REPLY = 1
-    VOTE = 2
-    """Vote for me."""
+    VOTE = 2  # vote for me
     VOTE_REPLY = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Ballot:
-    """A request for a vote or pre-vote, or the reply to one (message BbVote).
-
-    Attributes:
-        epoch: In which the candidate wants to lead.
-        candidate: Its id.
-        member: Id of the sender.
-        position: End of the sender's log.
-        granted: Whether a reply grants the vote.
-        seen: The highest epoch that the sender has seen.
-    """
+    """A request for a vote or pre-vote, or the reply to one (message BbVote)."""
 
     kind: BallotKind
-    epoch: int
-    candidate: str
-    member: str
-    position: Position
-    granted: bool = False
-    seen: int = 0
+    epoch: int  # in which the candidate wants to lead
+    candidate: str  # its id
+    member: str  # id of the sender
+    position: Position  # end of the sender's log
+    granted: bool = False  # whether a reply grants the vote
+    seen: int = 0  # the highest epoch that the sender has seen
     hive: str = ""
     to: tuple[str, ...] | None = field(default=None, compare=False)
 

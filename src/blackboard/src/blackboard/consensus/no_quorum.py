@@ -29,8 +29,6 @@ class NoQuorum:
     """Warns while a member hears no leader.
 
     Args:
-        talker: Has the member's clock, and warns.
-        state: Returns the member's state.
         journal: The member's journal file.
 
     Attributes:

@@ -14,13 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blackboard.consensus import leader, step
-from blackboard.consensus.bootstrap import (
-    hard_state_of,
-    new_hive,
-    new_id,
-    new_member,
-    restore,
-)
+from blackboard.consensus.bootstrap import hard_state_of, new_hive, new_id, new_member, restore
 from blackboard.consensus.hive_filter import MemberFilter
 from blackboard.consensus.member import Role, has_lease, name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat, Message
@@ -68,10 +62,7 @@ class RaftNode:
     """One member of the hive.
 
     Args:
-        talker: Connects it to the other members.
         member: Its name.
-        settings: The hive's timers.
-        journal: Its disk.
         random: Keeps members from acting at the same time.
         bootstrap: Whether it bootstraps a hive if its disk is new and it hears nobody.
         voter: Whether it is willing to lead. A learner holds the log, has no vote and listens to

@@ -17,19 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TaskList:
-    """The task list, as far as it is committed (message BbSynch).
+    """The task list, as far as it is committed (message BbSynch)."""
 
-    Attributes:
-        epoch: Of the blackboard that wrote it.
-        version: Grows with every change.
-        records: Every task the hive knows, in the order they were posted.
-        hive: Id of the hive.
-    """
-
-    epoch: int
-    version: int
+    epoch: int  # of the blackboard that wrote it
+    version: int  # grows with every change
+    # Every task the hive knows, in the order they were posted.
     records: tuple[TaskRecord, ...] = ()
-    hive: str = ""
+    hive: str = ""  # id of the hive
 
     @cached_property
     def by_id(self) -> Mapping[str, TaskRecord]:
@@ -50,13 +44,7 @@ def committed_list(member: Member) -> TaskList:
 
 
 class Coalescer:
-    """Runs an action once for all requests of a period.
-
-    Args:
-        talker: Has the timer.
-        period: Time from the first request to the action [s].
-        action: What to run.
-    """
+    """Runs an action once for all requests within a period [s] from the first one."""
 
     def __init__(self, talker: Talker, period: float, action: Callable[[], None]) -> None:
         self._talker = talker

@@ -18,49 +18,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BidBasis:
-    """What a robot is and has at one moment (message BidBasis).
-
-    Attributes:
-        body: What it is.
-        cost_model: A name of `COST_MODELS`.
-        aging: See `RobotSettings` [s].
-        pose: Where it is [map frame].
-        charge: From 0 to 1.
-        at_work: Whether the first task on its schedule is under way.
-        refusal: Why it takes nothing now; empty if it is in service.
-        tasks: Its schedule, each task by its id with the first step that is still to be done.
-        chargers: Where it can charge [map frame].
-        pace: What it has learned of its drives, see `Pace.times`; may be empty.
-    """
+    """What a robot is and has at one moment (message BidBasis)."""
 
     body: RobotCharacteristics
-    cost_model: str
-    aging: float
-    pose: Pose
-    charge: float
-    at_work: bool = False
-    refusal: str = ""
+    cost_model: str  # a name of `COST_MODELS`
+    aging: float  # see `RobotSettings` [s]
+    pose: Pose  # where it is [map frame]
+    charge: float  # from 0 to 1
+    at_work: bool = False  # whether the first task on its schedule is under way
+    refusal: str = ""  # why it takes nothing now; empty if it is in service
+    # Its schedule, each task by its id with the first step that is still to be done.
     tasks: tuple[tuple[str, int], ...] = ()
-    chargers: tuple[Pose, ...] = ()
+    chargers: tuple[Pose, ...] = ()  # where it can charge [map frame]
+    # What it has learned of its drives, see `Pace.times`; may be empty.
     pace: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Bids:
-    """One robot's bids on everything in one broadcast (message TaskCostArray).
-
-    Attributes:
-        robot_id: Who bids.
-        epoch: Of the broadcast that is answered.
-        auction: Of the broadcast that is answered.
-        bids: One for each bundle.
-        round: Of the broadcast that is answered.
-        basis: What the blackboard is to compute the bids from; None if `bids` holds them.
-    """
+    """One robot's bids on everything in one broadcast (message TaskCostArray)."""
 
     robot_id: str
-    epoch: int
-    auction: int
-    bids: tuple[Bid, ...]
-    round: int = 1
+    epoch: int  # of the broadcast that is answered
+    auction: int  # of the broadcast that is answered
+    bids: tuple[Bid, ...]  # one for each bundle
+    round: int = 1  # of the broadcast that is answered
+    # What the blackboard is to compute the bids from; None if `bids` holds them.
     basis: BidBasis | None = None

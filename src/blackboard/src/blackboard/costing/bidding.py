@@ -35,13 +35,7 @@ CHARGE_TOLERANCE = 0.10
 
 
 class Bidder:
-    """Computes a robot's bids.
-
-    Args:
-        schedule: What the robot has to do already.
-        model: Turns the terms of a task into its cost.
-        reserve: Says what it takes to reach a charger from a pose [Ah].
-    """
+    """Computes a robot's bids; `reserve` is what it takes to reach a charger from a pose [Ah]."""
 
     def __init__(
         self,
@@ -163,13 +157,8 @@ def bids_from(
 ) -> Bids:
     """Return what a robot would bid.
 
-    Args:
-        basis: What it is and has.
-        robot_id: Its name.
-        tasks: Those of its schedule, in the same order.
-        broadcast: What is offered.
-        path_lengths: For a robot of its radius.
-        now: The time on the clock of `Task.posted` [s].
+    `tasks` are those of its schedule, in the order of the basis; `path_lengths` are for a robot of
+    its radius; `now` is the time on the clock of `Task.posted` [s].
 
     Raises:
         CharacteristicsError: Its charge or its pace is outside its range.

@@ -52,15 +52,11 @@ class EnergyCost:
 
 @dataclass(frozen=True)
 class DurationCost:
-    """Grows with a duration and never reaches `MAX_COST`: `1000 * t / (t + half_scale)`.
+    """Grows with a duration and never reaches `MAX_COST`: `1000 * t / (t + half_scale)`."""
 
-    Attributes:
-        duration: Takes the duration out of the terms [s].
-        half_scale: The duration that costs half of `MAX_COST`; shorter and longer ones differ well
-            on this scale [s].
-    """
-
-    duration: Callable[[CostTerms], float]
+    duration: Callable[[CostTerms], float]  # takes the duration out of the terms [s]
+    # The duration that costs half of `MAX_COST`; shorter and longer ones differ well on this scale
+    # [s].
     half_scale: float
 
     def cost(self, terms: CostTerms) -> float:

@@ -21,19 +21,12 @@ if TYPE_CHECKING:
 
 
 class Effort(NamedTuple):
-    """What something takes a robot from a place on.
+    """What something takes a robot from a place on."""
 
-    Attributes:
-        distance: How far it drives [m]; infinite if there is no path.
-        energy: What it draws from the battery [J].
-        duration: [s].
-        end: Where it is afterwards.
-    """
-
-    distance: float
-    energy: float
-    duration: float
-    end: Pose
+    distance: float  # how far it drives [m]; infinite if there is no path
+    energy: float  # what it draws from the battery [J]
+    duration: float  # [s]
+    end: Pose  # where it is afterwards
 
     def then(self, other: Effort) -> Effort:
         """Return what it takes to do this and then another."""
@@ -46,12 +39,7 @@ class Effort(NamedTuple):
 
 
 class Predictor:
-    """Predicts the effort of one robot's drives and tasks.
-
-    Args:
-        path_lengths: Measures its drives.
-        pace: Knows how long they take; the rule of thumb by default.
-    """
+    """Predicts the effort of one robot's drives and tasks, by default at a rule-of-thumb pace."""
 
     def __init__(
         self, robot: RobotCharacteristics, path_lengths: PathLengths, pace: Pace | None = None

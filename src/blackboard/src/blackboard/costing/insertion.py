@@ -49,25 +49,16 @@ class Aging:
 
 
 class Insertion(NamedTuple):
-    """One position for one more task.
+    """One position for one more task."""
 
-    Attributes:
-        position: In the schedule; 0 is first.
-        effort: What the task itself takes there.
-        before: What the robot does before its turn comes.
-        added_distance: How much further the robot drives because of it [m].
-        added_energy: How much more the robot draws because of it [J]; at least 0.
-        finish: Time from now until the whole schedule is done with it [s].
-        added_waiting: How much longer all tasks of the schedule wait until they are done, its own
-            wait included, summed [s]; old tasks count more, see `Aging`.
-    """
-
-    position: int
-    effort: Effort
-    before: Effort
-    added_distance: float
-    added_energy: float
-    finish: float
+    position: int  # in the schedule; 0 is first
+    effort: Effort  # what the task itself takes there
+    before: Effort  # what the robot does before its turn comes
+    added_distance: float  # how much further the robot drives because of it [m]
+    added_energy: float  # how much more the robot draws because of it [J]; at least 0
+    finish: float  # time from now until the whole schedule is done with it [s]
+    # How much longer all tasks of the schedule wait until they are done, its own wait included,
+    # summed [s]; old tasks count more, see `Aging`.
     added_waiting: float
 
 
@@ -87,24 +78,17 @@ _DIGITS = 6
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A task on the schedule.
+    """A task on the schedule."""
 
-    Attributes:
-        priority: Of the task.
-        job: What is left to do of it.
-        weight: What a second of waiting for it counts.
-    """
-
-    priority: int
-    job: Job
-    weight: float = 1.0
+    priority: int  # of the task
+    job: Job  # what is left to do of it
+    weight: float = 1.0  # what a second of waiting for it counts
 
 
 class Route:
     """A robot's schedule at one moment, for all bids on what is offered then.
 
     Args:
-        here: Where the robot is.
         stops: What it has to do, in this order.
         rule: What is least at the best position.
         keep_first: Whether the first stop is under way and stays first.
@@ -140,11 +124,8 @@ class Route:
         """Find the best position for one more task, or for several that follow each other.
 
         They do not pass a higher priority. Of equally good positions they take the last, so that
-        they pass nothing that is on the schedule already.
-
-        Args:
-            *bundle: Tasks of one priority that `analyze_task` has passed, each with its first
-                step that is still to be done.
+        they pass nothing that is on the schedule already. The tasks of a bundle have one priority;
+        each comes with its first step that is still to be done.
         """
         task, _ = bundle[0]
         ahead = sum(

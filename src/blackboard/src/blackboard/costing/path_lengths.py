@@ -153,20 +153,14 @@ class _Stand:
 
 @dataclass(frozen=True)
 class _Roads:
-    """Where a round robot can drive.
+    """Where a round robot can drive."""
 
-    Attributes:
-        parts: For each cell of the map, the number of the connected part of the free floor that it
-            belongs to; 0 if it is not free.
-        factor: How many of the map's cells make one side of a coarse cell.
-        columns: Of the coarse grid.
-        graph: Moves between the coarse cells [m], which are numbered row by row.
-    """
-
+    # For each cell of the map, the number of the connected part of the free floor that it belongs
+    # to; 0 if it is not free.
     parts: NDArray[np.int32]
-    factor: int
-    columns: int
-    graph: sparse.csr_matrix
+    factor: int  # how many of the map's cells make one side of a coarse cell
+    columns: int  # of the coarse grid
+    graph: sparse.csr_matrix  # moves between the coarse cells [m], which are numbered row by row
 
 
 def _make_roads(grid: GridMap, radius: float) -> _Roads:

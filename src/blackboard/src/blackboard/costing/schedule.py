@@ -29,17 +29,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A task on a robot's schedule.
+    """A task on a robot's schedule."""
 
-    Attributes:
-        order: As it was ordered.
-        step: The next step to do.
-        known: The step that the task list shows to be under way; -1 if it shows none yet.
-    """
-
-    order: Order
-    step: int = 0
-    known: int = -1
+    order: Order  # as it was ordered
+    step: int = 0  # the next step to do
+    known: int = -1  # the step that the task list shows to be under way; -1 if it shows none yet
 
     @property
     def task(self) -> Task:
@@ -85,13 +79,11 @@ class Schedule:
     """A robot's tasks in the order it will do them.
 
     Args:
-        path_lengths: Measures the robot's drives.
         cost_model: By its name; says what is least at the best position for one more task.
         aging: Says what a second of waiting counts; by default the same for all.
         pace: Knows how long the robot's drives take; the rule of thumb by default.
 
     Attributes:
-        pace: See above.
         predictor: Predicts what tasks take the robot.
     """
 

@@ -23,20 +23,14 @@ _VOLTAGE_SHARES = (0.0, 0.30, 0.42, 0.52, 0.65, 0.80, 0.93, 1.0)
 class BatteryModel:
     """What kind of battery it is.
 
-    Attributes:
-        capacity: [Ah], above 0.
-        voltage_full: [V] when charged.
-        voltage_empty: [V] when empty, above 0 and at most `voltage_full`.
-        charging_time: From empty to full [s], above 0.
-
     Raises:
         CharacteristicsError: A value is outside its range.
     """
 
-    capacity: float
-    voltage_full: float
-    voltage_empty: float
-    charging_time: float
+    capacity: float  # [Ah], above 0
+    voltage_full: float  # [V] when charged
+    voltage_empty: float  # [V] when empty, above 0 and at most `voltage_full`
+    charging_time: float  # from empty to full [s], above 0
 
     def __post_init__(self) -> None:
         for name in ("capacity", "voltage_empty", "charging_time"):
@@ -52,11 +46,7 @@ class BatteryModel:
 
 
 class Battery:
-    """One battery and how full it is.
-
-    Args:
-        model: What kind of battery it is.
-        charge: How full, from 0 to 1.
+    """One battery and how full it is, from 0 to 1.
 
     Raises:
         CharacteristicsError: The charge is outside its range.

@@ -14,29 +14,17 @@ from blackboard.domain.battery import BatteryModel
 from blackboard.domain.task import StepKind, Task, TaskType
 from blackboard.errors import CharacteristicsError
 from hive_common.pose import Pose
-from hive_common.structuring import (
-    Allowed,
-    NotAllowedError,
-    at_least,
-    listed,
-    one_of,
-    structure,
-)
+from hive_common.structuring import Allowed, NotAllowedError, at_least, listed, one_of, structure
 
 
 class RobotState(IntEnum):
     """Whether a robot takes tasks."""
 
-    IDLE = 0
-    """In service, with nothing to do."""
-    BUSY = 1
-    """In service, at work."""
-    DEFECT = 2
-    """Out of service until an operator puts it back."""
-    CHARGING = 3
-    """Out of service until its battery is full."""
-    OFFLINE = 4
-    """Not heard from; a robot never reports this itself."""
+    IDLE = 0  # in service, with nothing to do
+    BUSY = 1  # in service, at work
+    DEFECT = 2  # out of service until an operator puts it back
+    CHARGING = 3  # out of service until its battery is full
+    OFFLINE = 4  # not heard from; a robot never reports this itself
 
     @property
     def in_service(self) -> bool:
@@ -48,36 +36,23 @@ class RobotState(IntEnum):
 class RobotCharacteristics:
     """What a robot is, as far as bids need it (the report's table of characteristics).
 
-    Attributes:
-        mass: Of the robot alone [kg], above 0.
-        payload: What it can carry [kg], at least 0.
-        max_speed: [m/s], above 0.
-        friction_coefficient: Rolling friction of its wheels on the floor, above 0.
-        radius: Of the circle around its base that has to fit through doors [m], above 0.
-        battery: What kind of battery it has.
-        capabilities: The types of tasks it can do.
-        arm_payload: What its arm can lift [kg]; 0 without an arm.
-        arm_power: Drawn while the arm works [W], at least 0.
-        pick_duration: [s], at least 0.
-        place_duration: [s], at least 0.
-        idle_power: Drawn all the time [W], at least 0.
-
     Raises:
         CharacteristicsError: A value is outside its range.
     """
 
-    mass: float
-    payload: float
-    max_speed: float
-    friction_coefficient: float
-    radius: float
-    battery: BatteryModel
+    mass: float  # of the robot alone [kg], above 0
+    payload: float  # what it can carry [kg], at least 0
+    max_speed: float  # [m/s], above 0
+    friction_coefficient: float  # rolling friction of its wheels on the floor, above 0
+    radius: float  # of the circle around its base that has to fit through doors [m], above 0
+    battery: BatteryModel  # what kind of battery it has
+    # The types of tasks it can do.
     capabilities: frozenset[TaskType] = field(default_factory=lambda: frozenset(TaskType))
-    arm_payload: float = 0.0
-    arm_power: float = 0.0
-    pick_duration: float = 0.0
-    place_duration: float = 0.0
-    idle_power: float = 0.0
+    arm_payload: float = 0.0  # what its arm can lift [kg]; 0 without an arm
+    arm_power: float = 0.0  # drawn while the arm works [W], at least 0
+    pick_duration: float = 0.0  # [s], at least 0
+    place_duration: float = 0.0  # [s], at least 0
+    idle_power: float = 0.0  # drawn all the time [W], at least 0
 
     def __post_init__(self) -> None:
         above_0 = {"mass", "max_speed", "friction_coefficient", "radius"}
@@ -198,28 +173,15 @@ def _inscribed_radius(footprint: tuple[tuple[float, float], ...]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class RobotStatus:
-    """The status of a robot (message RobotStatus).
-
-    Attributes:
-        robot_id: Its name.
-        state: Whether it can be counted on.
-        pose: Of its base in the map frame.
-        charge: From 0 to 1.
-        payload: On board now [kg].
-        task_id: The task under way; empty for none.
-        reason: Why it is out of service, or stands still with work to do; empty otherwise.
-        tasks: Its schedule: all its tasks, in the order it will do them.
-        sent: When it was sent, by the robot's own clock [s].
-        hive: Id of its hive; empty before it belongs to one.
-    """
+    """The status of a robot (message RobotStatus)."""
 
     robot_id: str
-    state: RobotState
-    pose: Pose
-    charge: float
-    payload: float = 0.0
-    task_id: str = ""
-    reason: str = ""
-    tasks: tuple[str, ...] = ()
-    sent: float = 0.0
-    hive: str = ""
+    state: RobotState  # whether it can be counted on
+    pose: Pose  # of its base in the map frame
+    charge: float  # from 0 to 1
+    payload: float = 0.0  # on board now [kg]
+    task_id: str = ""  # the task under way; empty for none
+    reason: str = ""  # why it is out of service, or stands still with work to do; empty otherwise
+    tasks: tuple[str, ...] = ()  # its schedule: all its tasks, in the order it will do them
+    sent: float = 0.0  # when it was sent, by the robot's own clock [s]
+    hive: str = ""  # id of its hive; empty before it belongs to one

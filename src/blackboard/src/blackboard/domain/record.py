@@ -22,37 +22,25 @@ ANY_ASSIGNMENT = 2**32 - 1
 
 @dataclass(frozen=True, slots=True)
 class TaskRecord:
-    """A task on the list and its progress.
+    """A task on the list and its progress."""
 
-    Attributes:
-        task: As posted, or a part of it.
-        state: Its state.
-        robot: The robot that has it, or had it when it ended; empty if none.
-        step: Steps done so far.
-        eta: Predicted time from the last report until it is done [s]; 0 if unknown.
-        reason: For a person; may be empty.
-        parent: Id of the task of which it is a part; empty if it is whole.
-        assignment: Number of its last assignment, starting after `earlier`. It tells to which
-            assignment a report belongs.
-        tried: The robots that failed it, one entry for each time.
-        step_eta: Predicted time from the last report until the present step is done [s]; 0 if
-            unknown.
-        parts: Into how many parts it was split, each with a record of its own; 0 if it is whole.
-        earlier: Assignments up to this number belong to tasks that the hive has forgotten. Reports
-            on them do not concern this task, even if it has the same id.
-    """
-
-    task: Task
+    task: Task  # as posted, or a part of it
     state: TaskState = TaskState.WAITING
-    robot: str = ""
-    step: int = 0
-    eta: float = 0.0
-    reason: str = ""
-    parent: str = ""
+    robot: str = ""  # the robot that has it, or had it when it ended; empty if none
+    step: int = 0  # steps done so far
+    eta: float = 0.0  # predicted time from the last report until it is done [s]; 0 if unknown
+    reason: str = ""  # for a person; may be empty
+    parent: str = ""  # id of the task of which it is a part; empty if it is whole
+    # Number of its last assignment, starting after `earlier`. It tells to which assignment a
+    # report belongs.
     assignment: int = 0
-    tried: tuple[str, ...] = ()
+    tried: tuple[str, ...] = ()  # the robots that failed it, one entry for each time
+    # Predicted time from the last report until the present step is done [s]; 0 if unknown.
     step_eta: float = 0.0
+    # Into how many parts it was split, each with a record of its own; 0 if it is whole.
     parts: int = 0
+    # Assignments up to this number belong to tasks that the hive has forgotten. Reports on them do
+    # not concern this task, even if it has the same id.
     earlier: int = 0
 
     @classmethod
@@ -130,58 +118,38 @@ class TaskRecord:
 
 @dataclass(frozen=True, slots=True)
 class TaskUpdate:
-    """A change of a task's state, published or reported (message TaskState).
-
-    Attributes:
-        state: The new state.
-        robot_id: The robot that has it; empty if none. A robot that hands a task back reports
-            WAITING with its own id.
-        step: Steps done so far.
-        steps: The number of steps.
-        eta: Predicted time until it is done [s]; 0 if unknown.
-        epoch: Of the blackboard that decided, or that the robot obeys.
-        reason: For a person; may be empty.
-        assignment: The assignment to which the update belongs.
-        step_eta: Predicted time until the present step is done [s]; 0 if unknown.
-        put_off_for: Id of the more urgent task for which a robot hands this one back; else empty.
-    """
+    """A change of a task's state, published or reported (message TaskState)."""
 
     task_id: str
     state: TaskState
+    # The robot that has it; empty if none. A robot that hands a task back reports WAITING with its
+    # own id.
     robot_id: str = ""
-    step: int = 0
+    step: int = 0  # steps done so far
     steps: int = 0
-    eta: float = 0.0
-    epoch: int = 0
-    reason: str = ""
-    assignment: int = 0
-    step_eta: float = 0.0
+    eta: float = 0.0  # predicted time until it is done [s]; 0 if unknown
+    epoch: int = 0  # of the blackboard that decided, or that the robot obeys
+    reason: str = ""  # for a person; may be empty
+    assignment: int = 0  # the assignment to which the update belongs
+    step_eta: float = 0.0  # predicted time until the present step is done [s]; 0 if unknown
+    # Id of the more urgent task for which a robot hands this one back; else empty.
     put_off_for: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Broadcast:
-    """A call for bids on all of some tasks (message TaskMsgArray).
+    """A call for bids on all of some tasks (message TaskMsgArray)."""
 
-    Attributes:
-        epoch: Of the blackboard.
-        auction: Number of the auction within the epoch; bids repeat it.
-        tasks: Each with the first step still to do.
-        hive: Id of the blackboard's hive.
-        round: Of the auction, from 1 on; bids repeat it.
-        asked: The robots that are asked; None means all. Each comes with the task it has just been
-            given, which has to be on its list when it bids; empty if there is none.
-        basis: Whether robots answer with the basis of their bids instead of bids.
-        sizes: Number of consecutive tasks in each bundle; if empty, each task is a bundle.
-    """
-
-    epoch: int
-    auction: int
-    tasks: tuple[tuple[Task, int], ...]
-    hive: str = ""
-    round: int = 1
+    epoch: int  # of the blackboard
+    auction: int  # number of the auction within the epoch; bids repeat it
+    tasks: tuple[tuple[Task, int], ...]  # each with the first step still to do
+    hive: str = ""  # id of the blackboard's hive
+    round: int = 1  # of the auction, from 1 on; bids repeat it
+    # The robots that are asked; None means all. Each comes with the task it has just been given,
+    # which has to be on its list when it bids; empty if there is none.
     asked: Mapping[str, str] | None = None
-    basis: bool = False
+    basis: bool = False  # whether robots answer with the basis of their bids instead of bids
+    # Number of consecutive tasks in each bundle; if empty, each task is a bundle.
     sizes: tuple[int, ...] = ()
 
     @property
@@ -202,16 +170,11 @@ class Broadcast:
 class OrderKind(Enum):
     """What an order asks of a robot, with the value of TaskMsg's `order`."""
 
-    ASSIGN = 0
-    """Take the task into its list."""
-    TAKE_BACK = 1
-    """Drop the task."""
-    HAND_BACK = 2
-    """Drop the task and report how far it has come."""
-    HAND_BACK_UNBEGUN = 3
-    """The same, but a robot that has begun keeps the task."""
-    FORGOTTEN = 4
-    """Drop the task and stop reporting on it: the hive has forgotten it."""
+    ASSIGN = 0  # take the task into its list
+    TAKE_BACK = 1  # drop the task
+    HAND_BACK = 2  # drop the task and report how far it has come
+    HAND_BACK_UNBEGUN = 3  # the same, but a robot that has begun keeps the task
+    FORGOTTEN = 4  # drop the task and stop reporting on it: the hive has forgotten it
 
     @property
     def asks_report(self) -> bool:
@@ -221,24 +184,14 @@ class OrderKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """An order to one robot about one task (TaskMsg on task_assign).
-
-    Attributes:
-        task: The task.
-        robot_id: Who is meant.
-        kind: What the robot does with the task.
-        step: The first step that is still to be done.
-        epoch: Of the blackboard that decided.
-        assignment: Number of this assignment of the task.
-        heard: The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
-        hive: Id of the blackboard's hive.
-    """
+    """An order to one robot about one task (TaskMsg on task_assign)."""
 
     task: Task
-    robot_id: str
-    kind: OrderKind = OrderKind.ASSIGN
-    step: int = 0
-    epoch: int = 0
-    assignment: int = 0
+    robot_id: str  # who is meant
+    kind: OrderKind = OrderKind.ASSIGN  # what the robot does with the task
+    step: int = 0  # the first step that is still to be done
+    epoch: int = 0  # of the blackboard that decided
+    assignment: int = 0  # number of this assignment of the task
+    # The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
     heard: float = 0.0
-    hive: str = ""
+    hive: str = ""  # id of the blackboard's hive

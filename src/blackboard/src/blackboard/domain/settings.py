@@ -323,9 +323,7 @@ class ChargingSettings(Settings):
     """When a robot charges: levels of its battery from 0 to 1, each above the one before."""
 
     critical: Annotated[float, _LEVEL] = setting(
-        0.15,
-        "",
-        "Below it the robot goes at once, after putting down what its arm has taken",
+        0.15, "", "Below it the robot goes at once, after putting down what its arm has taken"
     )
     low: Annotated[float, _LEVEL] = setting(0.3, "", "Below it the robot goes when it is idle")
     enough: Annotated[float, _LEVEL] = setting(

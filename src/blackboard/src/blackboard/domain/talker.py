@@ -70,14 +70,11 @@ class Talker(Protocol):
     def publish(
         self, topic: Topic[_Message], message: _Message, to: Collection[str] | None = None
     ) -> None:
-        """Send a message to everyone who listens to a topic.
+        """Send a value of the core to everyone who listens to a topic.
 
-        Args:
-            topic: On which.
-            message: A value of the core.
-            to: Names of the members or robots that need it; None means all. The talker need not
-                deliver it to other members. Listeners that are not members, such as an operator's
-                window, get it in any case.
+        `to` names the members or robots that need it; None means all. The talker need not deliver
+        it to other members. Listeners that are not members, such as an operator's window, get it
+        in any case.
         """
 
     def subscribe(
@@ -88,10 +85,7 @@ class Talker(Protocol):
     ) -> Subscription:
         """Listen to a topic; messages of this member itself arrive too.
 
-        Args:
-            topic: Which.
-            handler: Called with each message.
-            when: Asked before a message is read; while it returns False, messages are dropped.
+        `when` is asked before a message is read; while it returns False, messages are dropped.
         """
 
     def every(self, period: float, action: Callable[[], None]) -> Timer:

@@ -38,14 +38,10 @@ _TASKS_SPLIT = 4096
 class TaskType(IntEnum):
     """What a robot does at which goals."""
 
-    GA = 0
-    """Go to A."""
-    GAB = 1
-    """Go to A, then to B (then to C ...)."""
-    GPA = 2
-    """Go to A and pick there."""
-    GPAB = 3
-    """Pick at A, pass the goals between, and put down at the last goal."""
+    GA = 0  # go to A
+    GAB = 1  # go to A, then to B (then to C ...)
+    GPA = 2  # go to A and pick there
+    GPAB = 3  # pick at A, pass the goals between, and put down at the last goal
 
     @property
     def picks(self) -> bool:
@@ -61,20 +57,13 @@ class TaskType(IntEnum):
 class TaskState(IntEnum):
     """Where a task stands. DONE and what follows are terminal."""
 
-    WAITING = 0
-    """On the task list, without a robot."""
-    ASSIGNED = 1
-    """On a robot's schedule, not begun."""
-    STARTED = 2
-    """Being done."""
-    DONE = 3
-    """Done (terminal)."""
-    REJECTED = 4
-    """Never entered the task list (terminal)."""
-    CANCELLED = 5
-    """Cancelled by an operator (terminal)."""
-    FAILED = 6
-    """Will not be done; a person has to look (terminal)."""
+    WAITING = 0  # on the task list, without a robot
+    ASSIGNED = 1  # on a robot's schedule, not begun
+    STARTED = 2  # being done
+    DONE = 3  # done (terminal)
+    REJECTED = 4  # never entered the task list (terminal)
+    CANCELLED = 5  # cancelled by an operator (terminal)
+    FAILED = 6  # will not be done; a person has to look (terminal)
 
     @property
     def is_terminal(self) -> bool:
@@ -85,18 +74,12 @@ class TaskState(IntEnum):
 class TaskEvent(Enum):
     """What can happen to a task on the task list."""
 
-    ASSIGN = "assign"
-    """The leader gives it to a robot."""
-    START = "start"
-    """Its robot begins, or goes on to another step."""
-    FINISH = "finish"
-    """Its robot has done the last step."""
-    RELEASE = "release"
-    """Its robot no longer has it: handed back, or taken back."""
-    FAIL = "fail"
-    """It cannot be done any more."""
-    CANCEL = "cancel"
-    """An operator cancels it."""
+    ASSIGN = "assign"  # the leader gives it to a robot
+    START = "start"  # its robot begins, or goes on to another step
+    FINISH = "finish"  # its robot has done the last step
+    RELEASE = "release"  # its robot no longer has it: handed back, or taken back
+    FAIL = "fail"  # it cannot be done any more
+    CANCEL = "cancel"  # an operator cancels it
 
 
 _UNFINISHED = {TaskEvent.FINISH: TaskState.DONE, TaskEvent.FAIL: TaskState.FAILED}
@@ -126,35 +109,22 @@ TRANSITIONS: Mapping[TaskState, Mapping[TaskEvent, TaskState | None]] = MappingP
 class StepKind(IntEnum):
     """What one step asks of a robot."""
 
-    MOVE = 0
-    """Drive to the goal."""
-    PICK = 1
-    """Take the load on board where the robot stands."""
-    PLACE = 2
-    """Put the load down where the robot stands."""
+    MOVE = 0  # drive to the goal
+    PICK = 1  # take the load on board where the robot stands
+    PLACE = 2  # put the load down where the robot stands
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A task as it was posted.
+    """A task as it was posted."""
 
-    Attributes:
-        id: Unique name, 1 to 64 printable characters without spaces.
-        type: One of `TaskType`.
-        goals: A, B, C ... in `frame`.
-        priority: 0 to 10, where 10 is the highest.
-        payload: What is to be carried [kg], at least 0.
-        frame: Frame of the goals; empty means the map frame.
-        posted: When it was posted [s]; not part of the request.
-    """
-
-    id: str
-    type: int
-    goals: tuple[Pose, ...]
-    priority: int = 0
-    payload: float = 0.0
-    frame: str = ""
-    posted: float = 0.0
+    id: str  # unique name, 1 to 64 printable characters without spaces
+    type: int  # one of `TaskType`
+    goals: tuple[Pose, ...]  # A, B, C ... in `frame`.
+    priority: int = 0  # 0 to 10, where 10 is the highest
+    payload: float = 0.0  # what is to be carried [kg], at least 0
+    frame: str = ""  # frame of the goals; empty means the map frame
+    posted: float = 0.0  # when it was posted [s]; not part of the request
 
     def asks_the_same_as(self, other: Task) -> bool:
         """Return whether both request the same; `posted` does not matter."""
@@ -166,19 +136,12 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class TaskStep:
-    """One thing to do.
-
-    Attributes:
-        kind: What to do.
-        goal: Where [map frame].
-        payload: What the arm handles [kg]; 0 for a drive.
-        task_id: The task it is a part of.
-    """
+    """One thing to do."""
 
     kind: StepKind
-    goal: Pose
-    payload: float
-    task_id: str
+    goal: Pose  # where [map frame]
+    payload: float  # what the arm handles [kg]; 0 for a drive
+    task_id: str  # the task it is a part of
 
 
 def used_goals(task: Task) -> tuple[Pose, ...]:
@@ -233,11 +196,7 @@ def load_during(task: Task, step: int) -> float:
     """Return what is on board while a step is executed [kg].
 
     A person loads a GA or GAB before it starts; the robot's arm loads a GPA or GPAB. A person
-    takes the load of a GPA off at A when it is done.
-
-    Args:
-        task: A task that `analyze_task` has passed.
-        step: Index into `split_task(task)`.
+    takes the load of a GPA off at A when it is done. `step` is an index into `split_task(task)`.
     """
     if not TaskType(task.type).picks:
         return task.payload
@@ -247,9 +206,7 @@ def load_during(task: Task, step: int) -> float:
 def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
     """Check that a posted task may enter the task list.
 
-    Args:
-        task: As it was posted.
-        path_lengths: Knows where a robot can stand; without it, goals are not checked for that.
+    Without `path_lengths`, goals are not checked for whether a robot can stand there.
 
     Raises:
         TaskRefusedError: Something is not allowed; the text says what is.

@@ -23,20 +23,13 @@ NEAR = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What one robot says about chargers (message ChargerClaim).
+    """What one robot says about chargers (message ChargerClaim)."""
 
-    Attributes:
-        robot_id: Who says it.
-        charger: The charger that it claims, drives to or stands at; empty if none.
-        since: When it claimed it, by its own clock [s].
-        pose: Where it is [map frame].
-        conceded: For each robot whose claim it does not dispute, the `since` of that claim [s].
-    """
-
-    robot_id: str
-    charger: str
-    since: float
-    pose: Pose
+    robot_id: str  # who says it
+    charger: str  # the charger that it claims, drives to or stands at; empty if none
+    since: float  # when it claimed it, by its own clock [s]
+    pose: Pose  # where it is [map frame]
+    # For each robot whose claim it does not dispute, the `since` of that claim [s].
     conceded: tuple[tuple[str, float], ...] = ()
 
 
@@ -68,8 +61,7 @@ class Claims:
     def hear(self, claim: Claim, now: float) -> bool:
         """Take in what another robot says; drop the own claim if the other one goes first.
 
-        Returns:
-            Whether there is something new to tell that robot.
+        Returns whether there is something new to tell that robot.
         """
         self._others[claim.robot_id] = claim
         self._heard[claim.robot_id] = now

@@ -34,36 +34,28 @@ _AVOID = 30.0
 
 @dataclass(frozen=True)
 class ChargingPlan:
-    """Where a fleet's robots charge, and when.
+    """Where a fleet's robots charge, and when."""
 
-    Attributes:
-        chargers: Where a robot stands at each charger, by name [map frame]; without chargers,
-            robots charge only where a person sets them to.
-        settings: The thresholds.
-    """
-
+    # Where a robot stands at each charger, by name [map frame]; without chargers, robots charge
+    # only where a person sets them to.
     chargers: Mapping[str, Pose] = field(default_factory=dict)
-    settings: ChargingSettings = field(default_factory=ChargingSettings)
+    settings: ChargingSettings = field(default_factory=ChargingSettings)  # the thresholds
 
 
 class Phase(Enum):
     """Where a robot is between work and charger."""
 
-    AWAY = auto()
-    """It needs no charger, or waits for one."""
-    GOING = auto()
-    """It drives to a charger."""
-    THERE = auto()
-    """It charges."""
+    AWAY = auto()  # it needs no charger, or waits for one
+    GOING = auto()  # it drives to a charger
+    THERE = auto()  # it charges
+    # It is full and drives back to where it started, so that the charger is free for others.
     LEAVING = auto()
-    """It is full and drives back to where it started, so that the charger is free for others."""
 
 
 class Charging:
     """Decides when one robot charges, and where.
 
     Args:
-        talker: How it agrees with the other robots.
         service: Told when it leaves service to charge, and when it comes back.
         plan: Where and when it charges; by default only where a person sets it to.
     """
@@ -93,12 +85,9 @@ class Charging:
         self._pose: Pose | None = None
 
     def start(self, pose: Pose, lease: LeaseKeeper, changed: Callable[[], None]) -> None:
-        """Begin to listen.
+        """Begin to listen, and call `changed` when there is something new to consider.
 
-        Args:
-            pose: Where the robot is, and where it goes when it is full [map frame].
-            lease: Says whether it may drive now.
-            changed: Called when there is something new to consider.
+        `pose` is where the robot is now, and where it goes when it is full [map frame].
         """
         self._pose = self._home = pose
         self._lease, self._changed = lease, changed
@@ -161,9 +150,7 @@ class Charging:
     def consider(self, *, idle: bool, loaded: bool) -> None:
         """Decide what to do about the battery now.
 
-        Args:
-            idle: Whether the robot's schedule is empty.
-            loaded: Whether the robot's arm has taken a load on board that it has to put down.
+        An `idle` robot's schedule is empty; a `loaded` one's arm has a load to put down.
         """
         if not self._plan.chargers or self._service.state is RobotState.DEFECT:
             return

@@ -40,16 +40,11 @@ more than a drive's tolerance and the age of a pose explain, and less than a rob
 class CommandState(Enum):
     """How a command ended, in actionlib's words."""
 
-    SUCCEEDED = "succeeded"
-    """Done as asked."""
-    PREEMPTED = "preempted"
-    """Stopped because somebody else asked for it."""
-    ABORTED = "aborted"
-    """The robot tried and gave up."""
-    REJECTED = "rejected"
-    """The robot did not try."""
-    LOST = "lost"
-    """The action server does not answer."""
+    SUCCEEDED = "succeeded"  # done as asked
+    PREEMPTED = "preempted"  # stopped because somebody else asked for it
+    ABORTED = "aborted"  # the robot tried and gave up
+    REJECTED = "rejected"  # the robot did not try
+    LOST = "lost"  # the action server does not answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,49 +71,30 @@ class Command(Protocol):
 class State(Enum):
     """What the controller is doing."""
 
-    IDLE = auto()
-    """It has no task."""
-    READY = auto()
-    """It is between two steps."""
-    DRIVING = auto()
-    """The robot drives to the goal of a step."""
-    RETURNING = auto()
-    """The robot drives back to where its arm is to work."""
-    ACTING = auto()
-    """The arm works."""
-    RETRYING = auto()
-    """It pauses before it retries a step."""
-    HALTED = auto()
-    """It has begun a task and may not work."""
+    IDLE = auto()  # it has no task
+    READY = auto()  # it is between two steps
+    DRIVING = auto()  # the robot drives to the goal of a step
+    RETURNING = auto()  # the robot drives back to where its arm is to work
+    ACTING = auto()  # the arm works
+    RETRYING = auto()  # it pauses before it retries a step
+    HALTED = auto()  # it has begun a task and may not work
 
 
 class Event(Enum):
     """What can happen to a controller."""
 
-    START = auto()
-    """It is given a task."""
-    DRIVE = auto()
-    """The next step is a drive."""
-    ACT = auto()
-    """The next step is the arm's, and the robot is in place."""
-    DISPLACED = auto()
-    """The next step is the arm's, and the robot is somewhere else."""
-    COMPLETED = auto()
-    """No step is left."""
-    SUCCEEDED = auto()
-    """The command succeeded."""
-    FAILED = auto()
-    """The command failed, and attempts are left."""
-    GAVE_UP = auto()
-    """The command failed, and no attempt is left."""
-    TIMED_OUT = auto()
-    """The pause before a retry is over."""
-    HALT = auto()
-    """The robot may not work now, for example because its lease ended."""
-    RESUME = auto()
-    """The robot may work now."""
-    STOP = auto()
-    """The task is dropped."""
+    START = auto()  # it is given a task
+    DRIVE = auto()  # the next step is a drive
+    ACT = auto()  # the next step is the arm's, and the robot is in place
+    DISPLACED = auto()  # the next step is the arm's, and the robot is somewhere else
+    COMPLETED = auto()  # no step is left
+    SUCCEEDED = auto()  # the command succeeded
+    FAILED = auto()  # the command failed, and attempts are left
+    GAVE_UP = auto()  # the command failed, and no attempt is left
+    TIMED_OUT = auto()  # the pause before a retry is over
+    HALT = auto()  # the robot may not work now, for example because its lease ended
+    RESUME = auto()  # the robot may work now
+    STOP = auto()  # the task is dropped
 
 
 _NOTHING: dict[Event, State | None] = dict.fromkeys(Event)
@@ -216,12 +192,9 @@ class Controller:
     ) -> None:
         """Execute a task; whatever is under way is stopped first.
 
-        Args:
-            task: A task that `analyze_task` has passed.
-            first_step: The first step that is still to be done.
-            on_step: Called with the number of steps done, whenever one is.
-            on_end: Called once with the last result, unless the task is stopped.
-            may_go: Says whether the next step may begin, or go on, now.
+        `on_step` is called with the number of steps done, whenever one is; `on_end` once with the
+        last result, unless the task is stopped. `may_go` says whether the next step may begin, or
+        go on, now.
         """
         self.stop()
         self._run = _Run(task, first_step, on_step, on_end, may_go)

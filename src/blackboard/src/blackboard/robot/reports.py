@@ -24,9 +24,8 @@ if TYPE_CHECKING:
 class Reports:
     """Sends each report at once, and again until the hive acknowledges it.
 
-    Args:
-        journal: Keeps the open reports, so that a robot which restarts still sends them.
-        hive_filter: Knows the leader, who has to hear them; without one, everybody has to.
+    The journal keeps the open reports, so that a robot which restarts still sends them. Without a
+    hive filter, which knows the leader, they go to everybody.
     """
 
     def __init__(

@@ -54,9 +54,6 @@ class Robot:
     """Bids on what is broadcast and works through what it is given.
 
     Args:
-        talker: How it hears and speaks.
-        path_lengths: Measures its drives.
-        controller: Executes its tasks.
         pose: Where it is [map frame].
         journal: Keeps the reports that nobody has acknowledged yet.
         hive_filter: The member beside it; without one it obeys every blackboard and reads

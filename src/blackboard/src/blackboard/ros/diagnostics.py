@@ -27,11 +27,6 @@ _PERIOD = 1.0
 class Diagnostics:
     """Publishes a member's role, what its hive lacks, and what it refused.
 
-    Args:
-        talker: Its thread makes all calls.
-        node: The member.
-        no_quorum: Knows whether the hive waits.
-
     ROS Publishers: `/diagnostics` (diagnostic_msgs/DiagnosticArray): OK; WARN while the ROS master
         is gone; ERROR while the hive has no quorum or the member cannot write to its disk.
     """

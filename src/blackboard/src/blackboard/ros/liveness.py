@@ -20,12 +20,9 @@ _PATIENCE = 0.2
 
 
 class LivenessWatch:
-    """Watches a subscriber's connection to one node.
+    """Watches a subscriber's connection to one node, on a topic that every voter publishes on.
 
     The connection tells the node's port while it lasts, so this needs no ROS master.
-
-    Args:
-        subscriber: Its topic is one that every voter publishes on.
     """
 
     def __init__(self, subscriber: rospy.Subscriber) -> None:

@@ -30,10 +30,8 @@ PERIOD = 2.0
 class MasterState(Enum):
     """What changed about the master."""
 
-    LOST = "lost"
-    """It no longer answers."""
-    BACK = "back"
-    """It answers again."""
+    LOST = "lost"  # it no longer answers
+    BACK = "back"  # it answers again
 
 
 class _Transport(xmlrpc.client.Transport):
@@ -49,12 +47,6 @@ class MasterWatch:
     """Asks the master for its process id.
 
     It is not thread-safe. A call takes at most `PATIENCE`.
-
-    Args:
-        caller: The name that the master gets.
-
-    Attributes:
-        address: The master's address, for a person.
     """
 
     def __init__(self, caller: str) -> None:
@@ -112,11 +104,7 @@ class MasterWatch:
 
 
 def watch_master(tell: Callable[[MasterState], None]) -> None:
-    """Watch the master in a thread of its own while this node runs.
-
-    Args:
-        tell: That thread calls it when the master is lost and when it is back.
-    """
+    """Watch the master while this node runs, in a thread that calls `tell` at every change."""
     watch = MasterWatch(rospy.get_name())
     watch.is_up()
     ended = threading.Event()

@@ -10,6 +10,7 @@ from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
 from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
+from blackboard.ros.startup import wait_for
 from hive_common.ros.conversions import grid_from_msg
 
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
     from blackboard.domain.settings import PathSettings
     from blackboard.ros.talker import RosTalker
     from hive_common.grid_map import GridMap
-
-_PATIENCE = 5.0
-"""Wall time between two warnings that the map is missing [s]."""
 
 
 class RosPathLengths:
@@ -44,13 +42,12 @@ class RosPathLengths:
         if settings.distance == "euclidean":
             return
         topic = f"{hive}map"
-        first = None
-        while first is None:
-            first = _next_map(topic)
-        self._grid = grid_from_msg(first)
+        kind = numpy_msg(OccupancyGrid)
+        remedy = "start a map server, or set ~distance to euclidean"
+        self._grid = grid_from_msg(wait_for(topic, kind, "map", remedy))
         rospy.Subscriber(
             topic,
-            numpy_msg(OccupancyGrid),
+            kind,
             lambda msg: talker.call(lambda: self._use(grid_from_msg(msg))),
             queue_size=1,
         )
@@ -67,14 +64,3 @@ class RosPathLengths:
         self._grid = grid
         for lengths in self._made.values():
             lengths.use(grid)
-
-
-def _next_map(topic: str) -> OccupancyGrid | None:
-    """Return the next map, or None after a while and a warning."""
-    try:
-        return rospy.wait_for_message(topic, numpy_msg(OccupancyGrid), timeout=_PATIENCE)
-    except rospy.ROSInterruptException:
-        raise
-    except rospy.ROSException:
-        rospy.logwarn(f"no map on {topic} yet; start a map server, or set ~distance to euclidean")
-        return None

@@ -14,6 +14,7 @@ from std_msgs.msg import Float64
 
 from blackboard.errors import BlackboardError
 from blackboard.ros.codec.tables import yaw_of
+from blackboard.ros.startup import wait_for
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
@@ -24,28 +25,11 @@ if TYPE_CHECKING:
 _MAX_STEP = 1.0
 """Two odometry messages further apart than this are a reset, not a drive [m]."""
 
-_PATIENCE = 5.0
-"""Wall time between two warnings that the pose is missing [s]."""
-
 
 def wait_for_pose() -> Pose:
-    """Wait until localization says where the robot is; warn while it does not.
-
-    Raises:
-        rospy.ROSInterruptException: The node was shut down first.
-    """
-    while True:
-        try:
-            message = rospy.wait_for_message(
-                "amcl_pose", PoseWithCovarianceStamped, timeout=_PATIENCE
-            )
-        except rospy.ROSInterruptException:
-            raise
-        except rospy.ROSException:
-            topic = rospy.resolve_name("amcl_pose")
-            rospy.logwarn(f"no pose on {topic} yet; start the robot's localization")
-        else:
-            return _pose(message)
+    """Wait until localization says where the robot is; see `wait_for`."""
+    remedy = "start the robot's localization"
+    return _pose(wait_for("amcl_pose", PoseWithCovarianceStamped, "pose", remedy))
 
 
 def _pose(msg: PoseWithCovarianceStamped) -> Pose:
@@ -57,9 +41,6 @@ class Senses:
     """Feeds a robot with its poses and drives, and publishes the state of its battery.
 
     Args:
-        talker: Its thread makes all calls.
-        robot: The robot.
-        battery: Its battery.
         period: Time between two battery states [s].
 
     ROS Subscribers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), `odom`

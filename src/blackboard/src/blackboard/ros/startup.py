@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs a node of this package: what comes before its first line and after its last one."""
+"""Runs a node of this package, and has it wait for what it needs to begin."""
 
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import rospy
 
@@ -17,15 +17,15 @@ from hive_common.ros.signals import end_on_signals
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+_PATIENCE = 5.0
+"""Wall time between two warnings that a message is missing [s]."""
+
 
 def run_node(name: str, run: Callable[[], None]) -> None:
     """Make this process a node and run it until it is shut down.
 
-    An error that a person has to mend ends the process with its text and exit code 1.
-
-    Args:
-        name: Of the node.
-        run: Builds the node and spins.
+    `run` builds the node and spins. An error that a person has to mend ends the process with its
+    text and exit code 1.
     """
     end_on_signals()
     rospy.init_node(name, disable_signals=True)
@@ -40,3 +40,18 @@ def run_node(name: str, run: Callable[[], None]) -> None:
         sys.exit(1)
     except rospy.ROSInterruptException:
         return
+
+
+def wait_for(topic: str, kind: type, missing: str, remedy: str) -> Any:  # noqa: ANN401  (a message of the kind)
+    """Wait for the next message on a topic; warn what is missing while there is none.
+
+    Raises:
+        rospy.ROSInterruptException: The node was shut down first.
+    """
+    while True:
+        try:
+            return rospy.wait_for_message(topic, kind, timeout=_PATIENCE)
+        except rospy.ROSInterruptException:
+            raise
+        except rospy.ROSException:
+            rospy.logwarn(f"no {missing} on {rospy.resolve_name(topic)} yet; {remedy}")

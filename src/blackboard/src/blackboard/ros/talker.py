@@ -100,10 +100,7 @@ class RosTalker:
             self._audience.tell(publisher, msg, to)
 
     def subscribe(
-        self,
-        topic: str,
-        handler: Callable[[Any], None],
-        when: Callable[[], bool] | None = None,
+        self, topic: str, handler: Callable[[Any], None], when: Callable[[], bool] | None = None
     ) -> Subscription:
         """Pass on the messages of a topic; those that cannot be decoded are refused.
 
@@ -213,12 +210,6 @@ class SteadyTalker:
 
     A network does not get faster with simulated time, so elections and leases between members use
     this clock.
-
-    Args:
-        talker: Publishes and subscribes.
-
-    Attributes:
-        timers: The timers on this clock.
     """
 
     def __init__(self, talker: RosTalker) -> None:
@@ -250,12 +241,9 @@ class Speakers:
             return self._heard.get(robot_id, ("", 0.0))[0]
 
     def why_refused(self, message: object, node: str, now: float) -> str:
-        """Return why a message is refused; empty if it is not.
+        """Return why a message from a node is refused now [s]; empty if it is not.
 
-        Args:
-            message: Only a robot's status and bids are checked.
-            node: The node that sent it.
-            now: The time [s].
+        Only a robot's status and bids are checked.
         """
         if not isinstance(message, RobotStatus | Bids):
             return ""

@@ -26,11 +26,7 @@ class RosTimer:
 
 
 class Timers:
-    """The timers on one clock.
-
-    Args:
-        now: The clock [s].
-    """
+    """The timers on one clock [s]."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self.now = now

@@ -66,16 +66,11 @@ class Within:
     """An attribute whose own attributes are fields of the same message.
 
     A field that both the attribute and the value around it write is the latter's.
-
-    Attributes:
-        attribute: Its name.
-        codec: Its table.
-        present: The field that is false where the attribute is None; empty if it never is.
     """
 
     attribute: str
     codec: Codec
-    present: str = ""
+    present: str = ""  # the field that is false where the attribute is None; empty if it never is
 
 
 class Codec:

@@ -362,10 +362,7 @@ ENTRIES = Codec(
 )
 
 REPLY = Codec(
-    bb_msgs.BbAck,
-    AppendReply,
-    "member epoch version echo hive voter=stands_by",
-    _stamped(),
+    bb_msgs.BbAck, AppendReply, "member epoch version echo hive voter=stands_by", _stamped()
 )
 
 BALLOT = Codec(
@@ -382,19 +379,13 @@ BALLOT = Codec(
 
 
 class Wire(NamedTuple):
-    """The messages of one topic.
-
-    Attributes:
-        message: The message class.
-        to_msg: Makes a message from a core value.
-        from_msg: Makes a core value from a message; raises ValueError, which names the field.
-        latched: Whether new subscribers get the last message.
-    """
+    """The messages of one topic."""
 
     message: type
-    to_msg: Callable[[Any], Any]
+    to_msg: Callable[[Any], Any]  # makes a message from a core value
+    # Makes a core value from a message; raises ValueError, which names the field.
     from_msg: Callable[[Any], Any]
-    latched: bool = False
+    latched: bool = False  # whether new subscribers get the last message
 
 
 def _wire(codec: Codec, *, latched: bool = False) -> Wire:

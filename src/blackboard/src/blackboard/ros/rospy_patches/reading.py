@@ -65,9 +65,6 @@ def unread(kind: type) -> type:
     """Return a stand-in for a message class whose messages stay bytes until `read` is called.
 
     `read` returns the message; it raises genpy.DeserializationError if the bytes are not one.
-
-    Args:
-        kind: The message class.
     """
 
     class Unread(kind):  # type: ignore[misc]  # genpy classes are not typed
@@ -97,9 +94,7 @@ class Reader:
     def add(self, connection: SharedConnection, hear: _Hear) -> None:
         """Read a connection until it is closed, beginning in this thread with what has arrived.
 
-        Args:
-            connection: The connection.
-            hear: Called with the messages and the connection.
+        `hear` is called with the messages and the connection.
         """
         if self._read(connection, hear):
             with contextlib.suppress(OSError, ValueError, AttributeError):  # just closed
@@ -151,8 +146,7 @@ class SharedConnection(TCPROSTransport):  # type: ignore[misc]  # rospy is not t
         number: Its file descriptor, once the reader has it.
     """
 
-    socket: Any
-    """Whatever rospy has made; None while it is not connected."""
+    socket: Any  # whatever rospy has made; None while it is not connected
 
     def __init__(self, reader: Reader, *arguments: Any) -> None:  # noqa: ANN401  (rospy's)
         super().__init__(*arguments)

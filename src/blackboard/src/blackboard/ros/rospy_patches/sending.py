@@ -137,10 +137,7 @@ class Audience:
     def tell(self, publisher: rospy.Publisher, message: object, to: Collection[str]) -> None:
         """Publish to some members, and to everyone who is not a member.
 
-        Args:
-            publisher: Of the topic.
-            message: Of the topic's type.
-            to: Names of nodes, which begin with a slash, or of robots.
+        `to` holds names of nodes, which begin with a slash, or of robots.
         """
         nodes = {name if name.startswith("/") else self._node_of(name) for name in to if name}
         impl = publisher.impl
