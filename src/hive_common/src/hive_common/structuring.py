@@ -34,30 +34,20 @@ MAX_SHOWN = 160
 
 
 class NotAllowedError(HiveError):
-    """A value is not allowed.
-
-    Attributes:
-        place: Keys and indices that lead to the value, from the outside in.
-        problem: The value found, what is allowed, and what to do.
-    """
+    """A value is not allowed."""
 
     def __init__(self, place: Iterable[str | int], problem: str) -> None:
-        self.place = tuple(place)
-        self.problem = problem
+        self.place = tuple(place)  # keys and indices that lead to the value, from the outside in
+        self.problem = problem  # the value found, what is allowed, and what to do
         super().__init__(f"{key_text(self.place)}: {problem}" if self.place else problem)
 
 
 @attrs.frozen
 class Allowed:
-    """What is allowed beyond the type, for use inside `Annotated`.
+    """What is allowed beyond the type, for use inside `Annotated`."""
 
-    Attributes:
-        text: Ends the sentence "allowed: ...".
-        check: Tells whether a value of the right type is allowed.
-    """
-
-    text: str
-    check: Callable[[Any], bool] = bool
+    text: str  # ends the sentence "allowed: ..."
+    check: Callable[[Any], bool] = bool  # tells whether a value of the right type is allowed
 
 
 def positive(what: str, most: float) -> Allowed:

@@ -64,10 +64,6 @@ class HiveClient:
     Args:
         link: The connected link to the hive.
         on_report: Called with each report and the events that it tells.
-
-    Attributes:
-        state: What the hive has said so far.
-        link: The link to the hive.
     """
 
     def __init__(
@@ -75,7 +71,7 @@ class HiveClient:
         link: ClientLink,
         on_report: Callable[[Report, Sequence[Event]], None] = lambda _report, _events: None,
     ) -> None:
-        self.state = HiveState()
+        self.state = HiveState()  # what the hive has said so far
         self.link = link
         self._on_report = on_report
 
@@ -211,13 +207,10 @@ class Feeder:
     Args:
         client: Posts the tasks.
         tasks: In the order in which they are posted.
-
-    Attributes:
-        states: The hive's first word on each posted task, by id.
     """
 
     def __init__(self, client: HiveClient, tasks: Iterable[PlannedTask]) -> None:
-        self.states: dict[str, TaskState] = {}
+        self.states: dict[str, TaskState] = {}  # the hive's first word on each posted task, by id
         self._client = client
         self._waiting = deque(tasks)
         self._start = client.link.hive_time()

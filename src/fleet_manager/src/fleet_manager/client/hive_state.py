@@ -43,15 +43,11 @@ class HiveState:
     Args:
         detailed: Whether events tell costs and missed steps, and the first list in one line, as
             suits a log that starts in the middle; otherwise each report is told for itself.
-
-    Attributes:
-        leadership: Who carries the blackboard.
-        bid_book: The bids on every task.
     """
 
     def __init__(self, *, detailed: bool = False) -> None:
-        self.leadership = Leadership()
-        self.bid_book = BidBook()
+        self.leadership = Leadership()  # who carries the blackboard
+        self.bid_book = BidBook()  # the bids on every task
         self._detailed = detailed
         self._tasks: dict[str, TaskRow] = {}
         self._robots: dict[str, RobotRow] = {}

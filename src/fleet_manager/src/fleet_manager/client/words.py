@@ -44,17 +44,11 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One thing that happened.
+    """One thing that happened."""
 
-    Attributes:
-        text: A sentence without a full stop.
-        severity: How much attention it needs.
-        task_id: The task it is about; empty where it is about none.
-    """
-
-    text: str
-    severity: Severity = Severity.NEWS
-    task_id: str = ""
+    text: str  # a sentence without a full stop
+    severity: Severity = Severity.NEWS  # how much attention it needs
+    task_id: str = ""  # the task it is about; empty where it is about none
 
 
 def task_words(state: TaskState, robot: str, step: int, steps: int, reason: str) -> str:

@@ -35,19 +35,12 @@ class Span:
 
 @dataclass
 class TaskTimes:
-    """The times of a task [s]; None where something has not happened.
+    """The times of a task [s]; None where something has not happened."""
 
-    Attributes:
-        posted: When the blackboard accepted it.
-        assigned: When a robot first got it.
-        started: When a robot first began it.
-        ended: When it reached a terminal state.
-    """
-
-    posted: float | None = None
-    assigned: float | None = None
-    started: float | None = None
-    ended: float | None = None
+    posted: float | None = None  # when the blackboard accepted it
+    assigned: float | None = None  # when a robot first got it
+    started: float | None = None  # when a robot first began it
+    ended: float | None = None  # when it reached a terminal state
 
 
 @dataclass
@@ -89,19 +82,13 @@ class History:
 
     Args:
         start: The time that becomes 0 [s, hive's time].
-
-    Attributes:
-        tasks: The times of each task, by id.
-        tracks: What each robot did, by name.
-        spans: Which robot worked on which task, in the order they began.
-        collisions: The number of collisions.
     """
 
     def __init__(self, start: float) -> None:
-        self.tasks: dict[str, TaskTimes] = {}
-        self.tracks: dict[str, RobotTrack] = {}
-        self.spans: list[Span] = []
-        self.collisions = 0
+        self.tasks: dict[str, TaskTimes] = {}  # the times of each task, by id
+        self.tracks: dict[str, RobotTrack] = {}  # what each robot did, by name
+        self.spans: list[Span] = []  # which robot worked on which task, in the order they began
+        self.collisions = 0  # the number of collisions
         self._start = start
 
     def add(self, time: float, report: Report) -> None:

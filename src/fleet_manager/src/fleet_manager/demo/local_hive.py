@@ -38,18 +38,12 @@ half a minute on a busy one with two cores."""
 
 
 class LocalHive:
-    """A ROS master and what was launched on it.
-
-    Attributes:
-        uri: The master's address.
-        processes: The running processes.
-        folder: The folder of the hive's files.
-    """
+    """A ROS master and what was launched on it."""
 
     def __init__(self, uri: str, processes: ProcessGroup, folder: Path) -> None:
-        self.uri = uri
-        self.processes = processes
-        self.folder = folder
+        self.uri = uri  # the master's address
+        self.processes = processes  # the running processes
+        self.folder = folder  # the folder of the hive's files
 
     def start_master(self) -> None:
         """Start a ROS master at the address, unless one answers there already.

@@ -31,19 +31,12 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Clocks:
-    """The times of a run.
+    """The times of a run."""
 
-    Attributes:
-        date: Of its start, ISO 8601.
-        asked_rtf: The requested real-time factor.
-        hive: Its length [s, hive's time].
-        wall: Its length [s, wall].
-    """
-
-    date: str
-    asked_rtf: float
-    hive: float
-    wall: float
+    date: str  # of its start, ISO 8601
+    asked_rtf: float  # the requested real-time factor
+    hive: float  # its length [s, hive's time]
+    wall: float  # its length [s, wall]
 
     @property
     def reached_rtf(self) -> float:

@@ -40,19 +40,12 @@ _SLOW = 0.9
 
 @dataclass(frozen=True)
 class DemoPlan:
-    """The plan of a run.
+    """The plan of a run."""
 
-    Attributes:
-        scenario: What is posted.
-        fleet: The robots.
-        rtf: The requested real-time factor.
-        windows: Whether RViz and the operator's windows open.
-    """
-
-    scenario: Scenario
-    fleet: Fleet
-    rtf: float
-    windows: bool
+    scenario: Scenario  # what is posted
+    fleet: Fleet  # the robots
+    rtf: float  # the requested real-time factor
+    windows: bool  # whether RViz and the operator's windows open
 
     @property
     def arguments(self) -> dict[str, str]:
@@ -75,17 +68,11 @@ class DemoPlan:
 
 @dataclass(frozen=True)
 class DemoResult:
-    """The result of a run.
+    """The result of a run."""
 
-    Attributes:
-        report: See `report.make_report`.
-        history: What was recorded.
-        remarks: What a person should know: what went wrong, what was slow.
-    """
-
-    report: dict[str, Any]
-    history: History
-    remarks: list[str]
+    report: dict[str, Any]  # see `report.make_report`
+    history: History  # what was recorded
+    remarks: list[str]  # what a person should know: what went wrong, what was slow
 
 
 class DemoRun:
@@ -96,16 +83,13 @@ class DemoRun:
         hive: The launched processes.
         link: The link to the hive, which records the plan's robots.
         sink: Where the progress is shown.
-
-    Attributes:
-        client: Posts and follows the tasks.
     """
 
     def __init__(self, plan: DemoPlan, hive: LocalHive, link: ClientLink, sink: TextIO) -> None:
         self._plan = plan
         self._hive = hive
         self._link = link
-        self.client = HiveClient(link, self._hear)
+        self.client = HiveClient(link, self._hear)  # posts and follows the tasks
         self._ids = [planned.task.id for planned in plan.scenario.tasks]
         self._progress = Progress(sink, plan.robots, self._ids)
         self._history: History | None = None

@@ -43,19 +43,12 @@ class Answer(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SentTask:
-    """A task that was sent from here.
-
-    Attributes:
-        task: The task.
-        answer: What became of it.
-        reason: Why it was rejected; empty otherwise.
-        sent: When it was last sent [s, wall]; None before the first time.
-    """
+    """A task that was sent from here."""
 
     task: Task
-    answer: Answer = Answer.KEPT
-    reason: str = ""
-    sent: float | None = None
+    answer: Answer = Answer.KEPT  # what became of it
+    reason: str = ""  # why it was rejected; empty otherwise
+    sent: float | None = None  # when it was last sent [s, wall]; None before the first time
 
     @property
     def is_open(self) -> bool:

@@ -83,16 +83,11 @@ class StuckDetector:
 
 
 class GoalTracker:
-    """One goal and the attempts to reach it.
-
-    Attributes:
-        goal: Frame map.
-        retry_at: The robot does not plan again before this time [s].
-    """
+    """One goal and the attempts to reach it."""
 
     def __init__(self, goal: Pose, now: float, settings: NavigationSettings) -> None:
-        self.goal = goal
-        self.retry_at = now
+        self.goal = goal  # frame map
+        self.retry_at = now  # the robot does not plan again before this time [s]
         self._settings = settings
         self._failures = 0
         self._least_left = math.inf

@@ -68,17 +68,11 @@ MAX_ROUND = 0.5
 
 
 class Tick(NamedTuple):
-    """What a robot does in one round of the control loop.
+    """What a robot does in one round of the control loop."""
 
-    Attributes:
-        velocity: The command for the base.
-        announcement: What to tell the other robots.
-        outcome: How the goal ended, if it just did.
-    """
-
-    velocity: Velocity
-    announcement: Announcement
-    outcome: GoalOutcome | None
+    velocity: Velocity  # the command for the base
+    announcement: Announcement  # what to tell the other robots
+    outcome: GoalOutcome | None  # how the goal ended, if it just did
 
 
 class Navigator:

@@ -73,15 +73,10 @@ def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
 
 @dataclass(frozen=True)
 class VisibleObstacles:
-    """What the laser sees; (n, 2) arrays of points, frame map [m].
+    """What the laser sees; (n, 2) arrays of points, frame map [m]."""
 
-    Attributes:
-        known: On obstacles of the map and on robots that announce where they are.
-        unknown: Everything else.
-    """
-
-    known: Array
-    unknown: Array
+    known: Array  # on obstacles of the map and on robots that announce where they are
+    unknown: Array  # everything else
 
 
 def sort_points(points: Array, field: ClearanceField, robots: Sequence[Disc]) -> VisibleObstacles:

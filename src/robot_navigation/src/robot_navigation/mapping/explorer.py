@@ -60,11 +60,7 @@ BACK = -0.15
 
 
 class Explorer:
-    """Chooses where a mapping robot drives.
-
-    Attributes:
-        finished: Whether the map shows everything that the robot can reach.
-    """
+    """Chooses where a mapping robot drives."""
 
     def __init__(self, radius: float, max_speed: float) -> None:
         """Explore with a robot of a radius [m] and a top speed [m/s]."""
@@ -74,7 +70,7 @@ class Explorer:
         self._given_up: list[tuple[float, float]] = []
         self._last: Pose | None = None
         self._stuck = False
-        self.finished = False
+        self.finished = False  # whether the map shows everything that the robot can reach
 
     def plan(self, chart: GridMap, here: Pose) -> None:
         """Choose the nearest frontier on the map so far, and the path to it; `here`: frame map."""

@@ -30,17 +30,11 @@ MAX_BEAMS = 720
 
 @dataclass(frozen=True)
 class Beams:
-    """The geometry of a laser.
+    """The geometry of a laser."""
 
-    Attributes:
-        angles: (n,) directions of the beams relative to the laser [rad].
-        range_max: How far the laser sees [m].
-        mount: Pose of the laser in the robot's base frame.
-    """
-
-    angles: Array
-    range_max: float
-    mount: Pose
+    angles: Array  # (n,) directions of the beams relative to the laser [rad]
+    range_max: float  # how far the laser sees [m]
+    mount: Pose  # pose of the laser in the robot's base frame
 
     @classmethod
     def of(cls, laser: Laser) -> Beams:
@@ -51,26 +45,15 @@ class Beams:
 
 @dataclass(frozen=True)
 class MappedScan:
-    """A scan on the map.
+    """A scan on the map."""
 
-    Attributes:
-        odometry: The robot's base by odometry, frame odom.
-        pose: The robot's base, frame map.
-        ranges: (n,) what the laser measured [m].
-    """
-
-    odometry: Pose
-    pose: Pose
-    ranges: Array
+    odometry: Pose  # the robot's base by odometry, frame odom
+    pose: Pose  # the robot's base, frame map
+    ranges: Array  # (n,) what the laser measured [m]
 
 
 class Mapper:
-    """Estimates where a robot is on the map that it makes.
-
-    Attributes:
-        grid: The map so far.
-        pose: The robot's base, frame map.
-    """
+    """Estimates where a robot is on the map that it makes."""
 
     def __init__(
         self,
@@ -84,8 +67,8 @@ class Mapper:
 
         A scan is used once the robot has moved `min_distance` [m] or turned `min_turn` [rad].
         """
-        self.grid = grid
-        self.pose = start
+        self.grid = grid  # the map so far
+        self.pose = start  # the robot's base, frame map
         self._log: list[MappedScan] = []
         self._beams = beams
         self._min_move = min_distance, min_turn

@@ -59,17 +59,11 @@ MAX_POINTS = 150
 
 @dataclass(frozen=True)
 class Sighting:
-    """What a robot saw around one place.
+    """What a robot saw around one place."""
 
-    Attributes:
-        odometry: The robot's pose by odometry, frame odom.
-        pose: The mapper's estimate of it, frame map.
-        surface: What the robot saw, relative to that pose; None if it saw too little.
-    """
-
-    odometry: Pose
-    pose: Pose
-    surface: Surface | None
+    odometry: Pose  # the robot's pose by odometry, frame odom
+    pose: Pose  # the mapper's estimate of it, frame map
+    surface: Surface | None  # what the robot saw, relative to that pose; None if it saw too little
 
 
 def refined(sightings: Sequence[Sighting]) -> list[Pose]:

@@ -38,19 +38,14 @@ q/z  all speeds +/- 10 %     w/x  speed     e/c  turning speed     Ctrl-C  quit
 
 
 class Teleop:
-    """Turns keys into commands.
-
-    Attributes:
-        speed: Driving speed [m/s].
-        turn: Turning speed [rad/s].
-    """
+    """Turns keys into commands."""
 
     def __init__(self, max_speed: float, max_turn: float, *, holonomic: bool) -> None:
         """Stand still; `max_speed` [m/s] and `max_turn` [rad/s] are the robot's limits."""
         self._limits = max_speed, max_turn
         self._holonomic = holonomic
-        self.speed = min(SPEED, max_speed)
-        self.turn = min(TURN, max_turn)
+        self.speed = min(SPEED, max_speed)  # driving speed [m/s]
+        self.turn = min(TURN, max_turn)  # turning speed [rad/s]
         self._direction = (0, 0, 0)
         self._pressed = -math.inf
 

@@ -28,17 +28,11 @@ CLOSE = 1 / 64
 
 
 class Stop(NamedTuple):
-    """A robot that something stopped.
+    """A robot that something stopped."""
 
-    Attributes:
-        row: The robot.
-        thing: What stopped it: a number of `Near.things`; robots follow after the obstacles.
-        pose: Where it was stopped, frame map.
-    """
-
-    row: int
-    thing: int
-    pose: Pose
+    row: int  # the robot
+    thing: int  # what stopped it: a number of `Near.things`; robots follow after the obstacles
+    pose: Pose  # where it was stopped, frame map
 
 
 class Advance:

@@ -28,17 +28,13 @@ NOTHING = np.zeros((0, 3))
 
 
 class Bodies:
-    """The bases of all robots; row i of every array belongs to `names[i]`.
-
-    Attributes:
-        names: The robots, in the order of their addition.
-    """
+    """The bases of all robots; row i of every array belongs to `names[i]`."""
 
     def __init__(self, contacts: Contacts, noise: Noise) -> None:
         """Begin without robots; `contacts` stops bases, `noise` is that of their wheels."""
         self._contacts = contacts
         self._wheels = Wheels(noise)
-        self.names: list[str] = []
+        self.names: list[str] = []  # the robots, in the order of their addition
         self._rows: dict[str, int] = {}
         self._models: list[RobotModel] = []
         self._limits = limits_of([])

@@ -39,19 +39,12 @@ CIRCLE = np.stack([f(np.arange(SIDES) * 2 * np.pi / SIDES) for f in (np.cos, np.
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Something solid that may move or go.
+    """Something solid that may move or go."""
 
-    Attributes:
-        name: What people call it.
-        edges: (k, 2, 2) outline, frame map [m].
-        middle: Of a circle around it, frame map [m].
-        radius: Of that circle [m].
-    """
-
-    name: str
-    edges: Array
-    middle: tuple[float, float]
-    radius: float
+    name: str  # what people call it
+    edges: Array  # (k, 2, 2) outline, frame map [m]
+    middle: tuple[float, float]  # of a circle around it, frame map [m]
+    radius: float  # of that circle [m]
 
 
 class Walker:
