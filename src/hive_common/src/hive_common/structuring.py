@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-MAX_SHOWN = 160
-"""Characters shown of a value that is not allowed."""
+MAX_SHOWN = 160  # characters shown of a value that is not allowed
 
 
 class NotAllowedError(HiveError):

@@ -48,8 +48,7 @@ class Noise:
         return Noise(*(getattr(self, field.name) * share for field in fields(self)))
 
 
-NO_NOISE = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
-"""Perfect sensors."""
+NO_NOISE = Noise(0.0, 0.0, 0.0, 0.0, 0.0)  # perfect sensors
 
 
 @dataclass(frozen=True)

@@ -3,20 +3,11 @@
 
 from __future__ import annotations
 
-TICK = 0.02
-"""Approximate period of /clock, on the wall clock [s]."""
-
-SLACK = 0.1
-"""Maximum lag that a run catches up; any further lag stays [s, wall clock]."""
-
-WINDOW = 5.0
-"""Period over which the reached factor is measured [s, wall clock]."""
-
-ENOUGH = 0.95
-"""Share of the wanted factor that counts as reached."""
-
-NEWS = 0.2
-"""Weight of the latest tick in the estimated cost of a step."""
+TICK = 0.02  # approximate period of /clock, on the wall clock [s]
+SLACK = 0.1  # maximum lag that a run catches up; any further lag stays [s, wall clock]
+WINDOW = 5.0  # period over which the reached factor is measured [s, wall clock]
+ENOUGH = 0.95  # share of the wanted factor that counts as reached
+NEWS = 0.2  # weight of the latest tick in the estimated cost of a step
 
 
 class Pacer:

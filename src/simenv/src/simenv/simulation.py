@@ -41,11 +41,8 @@ if TYPE_CHECKING:
     from simenv.bodies.contact import Contact
     from simenv.world.world import World
 
-STEP = 0.025
-"""The default step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps."""
-
-MAX_STEP = 0.1
-"""In a longer step [s] a fast robot could jump over a thin wall."""
+STEP = 0.025  # the default step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps
+MAX_STEP = 0.1  # in a longer step [s] a fast robot could jump over a thin wall
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 DEFAULT_URI = "http://localhost:11311"
 """Address of the ROS master that catkin's setup.bash sets; counts as not given by the user."""
 
-REPEAT_EVERY = 0.5
-"""Time between two publications of the same request [s]."""
+REPEAT_EVERY = 0.5  # time between two publications of the same request [s]
 
 ANSWER_WITHIN = 6.0
 """Time for the blackboard's answer [s]; longer than a takeover with its 2 s of silence."""

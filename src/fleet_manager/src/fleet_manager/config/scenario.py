@@ -20,8 +20,7 @@ from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
 from hive_common.structuring import Allowed, at_least, between, listed, one_of, positive
 
-MAX_GOALS = 100
-"""As many goals as a hive accepts in one task."""
+MAX_GOALS = 100  # as many goals as a hive accepts in one task
 
 
 def _is_goal(goal: object) -> bool:

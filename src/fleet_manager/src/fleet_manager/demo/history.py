@@ -19,8 +19,7 @@ from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
 if TYPE_CHECKING:
     from fleet_manager.client.reports import Report
 
-_PATH_GRAIN = 0.05
-"""Distance between two recorded places [m]: one cell of a map."""
+_PATH_GRAIN = 0.05  # distance between two recorded places [m]: one cell of a map
 
 
 @dataclass(frozen=True, slots=True)

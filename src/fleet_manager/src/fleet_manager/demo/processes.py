@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 _MARK = "ROBO_HIVE_RUN"
-_PATIENCE = 12.0
-"""Time for processes to end after SIGINT [s]; most need under one."""
+_PATIENCE = 12.0  # time for processes to end after SIGINT [s]; most need under one
 
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LOOK_EVERY = 0.1

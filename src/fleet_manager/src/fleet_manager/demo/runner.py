@@ -31,11 +31,8 @@ if TYPE_CHECKING:
     from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.local_hive import LocalHive
 
-_WALL_SLACK = 4.0
-"""A run ends after this multiple of its due wall time: the clock hardly runs."""
-
-_SLOW = 0.9
-"""A real-time factor under this share of the requested one is worth a remark."""
+_WALL_SLACK = 4.0  # a run ends after this multiple of its due wall time: the clock hardly runs
+_SLOW = 0.9  # a real-time factor under this share of the requested one is worth a remark
 
 
 @dataclass(frozen=True)

@@ -139,8 +139,7 @@ class ReadDecisions:
     task_id: str
 
 
-Request = PostTask | CancelTask | SetRobotState
-"""What the hive is asked on its topics."""
+Request = PostTask | CancelTask | SetRobotState  # what the hive is asked on its topics
 
 Command = Request | ReadDecisions
 

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
     from fleet_manager.client.rows import RobotRow, TaskRow
 
-Color = tuple[float, float, float, float]
-"""Red, green, blue and opacity, 0 to 1."""
+Color = tuple[float, float, float, float]  # red, green, blue and opacity, 0 to 1
 
 COLORS: tuple[Color, ...] = (
     (0.90, 0.62, 0.00, 1.0),

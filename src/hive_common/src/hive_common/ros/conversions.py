@@ -24,14 +24,9 @@ if TYPE_CHECKING:
 
     from hive_common.pose import Velocity
 
-OCCUPIED_FROM = 50
-"""Cells at least this occupied [%] are blocked, and so are unknown ones."""
-
-PLANAR = (0, 1, 5)
-"""Indices of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw."""
-
-SMALL = 1e-9
-"""An eigenvalue this little below 0 is a rounding error."""
+OCCUPIED_FROM = 50  # cells at least this occupied [%] are blocked, and so are unknown ones
+PLANAR = (0, 1, 5)  # indices of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw
+SMALL = 1e-9  # an eigenvalue this little below 0 is a rounding error
 
 
 def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)

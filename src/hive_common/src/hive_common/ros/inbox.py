@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
 Answer = TypeVar("Answer")
 
-PATIENCE = 10.0
-"""Time that a caller waits for the main thread [s, wall clock]."""
+PATIENCE = 10.0  # time that a caller waits for the main thread [s, wall clock]
 
 
 class Inbox:

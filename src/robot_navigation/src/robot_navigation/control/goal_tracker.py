@@ -19,14 +19,9 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
     from robot_navigation.traffic.right_of_way import Meeting
 
-MIN_PROGRESS = 0.1
-"""The remaining path must shrink by this much to count as progress [m]."""
-
-STUCK_DISTANCE = 0.05
-"""A robot that moves less than this stands still [m]."""
-
-STUCK_ANGLE = 0.1
-"""A robot that turns less than this stands still [rad]."""
+MIN_PROGRESS = 0.1  # the remaining path must shrink by this much to count as progress [m]
+STUCK_DISTANCE = 0.05  # a robot that moves less than this stands still [m]
+STUCK_ANGLE = 0.1  # a robot that turns less than this stands still [rad]
 
 
 @dataclass(frozen=True)

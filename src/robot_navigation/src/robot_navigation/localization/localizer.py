@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from robot_navigation.localization.likelihood_field import BeamChooser
     from robot_navigation.localization.particle_filter import Estimate, ParticleFilter
 
-EARLY = 0.01
-"""How much earlier than due a scan may come [s]."""
+EARLY = 0.01  # how much earlier than due a scan may come [s]
 
 
 class Localizer:

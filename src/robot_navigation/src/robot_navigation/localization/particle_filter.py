@@ -30,8 +30,7 @@ BIN = np.array([0.5, 0.5, math.radians(10.0)])
 NEAR, NEAR_YAW = 0.8, math.radians(40.0)
 """Particles this near to the heaviest place belong to it [m], [rad]."""
 
-START_ANYWHERE = 3
-"""A robot that is lost starts with this many times `max_particles`."""
+START_ANYWHERE = 3  # a robot that is lost starts with this many times `max_particles`
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,7 @@ GROUP = 0.5
 """Scans taken within this distance and angle of each other [m], [rad] keep their relative poses
 when the map is refined."""
 
-MAX_BEAMS = 720
-"""Number of evenly spread beams that are matched; all are drawn."""
+MAX_BEAMS = 720  # number of evenly spread beams that are matched; all are drawn
 
 
 @dataclass(frozen=True)

@@ -21,20 +21,11 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Array
 
-MISS = -0.4
-"""Log odds that a passing beam adds to a cell."""
-
-HIT = 0.85
-"""Log odds that an ending beam adds to a cell."""
-
-MAX_ODDS = 6.0
-"""Bound of a cell's log odds, so that the map learns in time that a door has opened."""
-
-SURE = 0.3
-"""A cell with higher log odds is occupied; one below the negative is free."""
-
-STRIDE = 5.0
-"""By how much the grid grows at least towards what lies beyond it [m]."""
+MISS = -0.4  # log odds that a passing beam adds to a cell
+HIT = 0.85  # log odds that an ending beam adds to a cell
+MAX_ODDS = 6.0  # bound of a cell's log odds, so that the map learns in time that a door has opened
+SURE = 0.3  # a cell with higher log odds is occupied; one below the negative is free
+STRIDE = 5.0  # by how much the grid grows at least towards what lies beyond it [m]
 
 
 class OccupancyGrid:

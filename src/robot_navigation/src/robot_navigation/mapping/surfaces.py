@@ -16,8 +16,7 @@ from scipy import spatial
 if TYPE_CHECKING:
     from hive_common.geometry import Array
 
-NEIGHBOURS = 6
-"""Number of points that determine a surface's direction, including the point itself."""
+NEIGHBOURS = 6  # number of points that determine a surface's direction, including the point itself
 
 
 class Surface(NamedTuple):

@@ -17,14 +17,9 @@ FASTER = {"q": (1.1, 1.1), "z": (0.9, 0.9), "w": (1.1, 1.0), "x": (0.9, 1.0), "e
           "c": (1.0, 0.9)}  # fmt: skip
 """For each key: factors on the speed and on the turning speed."""
 
-HELD = 0.6
-"""A held key repeats within this time [s]: most keyboards wait 0.25 to 0.5 s."""
-
-SPEED = 0.5
-"""At the start [m/s]."""
-
-TURN = 1.0
-"""At the start [rad/s]."""
+HELD = 0.6  # a held key repeats within this time [s]: most keyboards wait 0.25 to 0.5 s
+SPEED = 0.5  # at the start [m/s]
+TURN = 1.0  # at the start [rad/s]
 
 HELP = """Hold a key to drive; release it to stop.
 

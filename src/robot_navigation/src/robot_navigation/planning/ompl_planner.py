@@ -37,11 +37,8 @@ GOAL_MARGIN = 0.05
 MAX_ESCAPE = 0.6
 """How far a robot that stands too close to an obstacle may drive to a free place [m]."""
 
-SEARCH_STEPS = 20_000
-"""RRTConnect gives up after this many steps, about 2 s."""
-
-SHORTEN_STEPS = 30
-"""Attempts of OMPL's simplifier to cut a corner."""
+SEARCH_STEPS = 20_000  # RRTConnect gives up after this many steps, about 2 s
+SHORTEN_STEPS = 30  # attempts of OMPL's simplifier to cut a corner
 
 
 class OmplPlanner:

@@ -40,8 +40,7 @@ GRAZE = math.sin(math.radians(30))
 MIN_CORNER = math.radians(20)
 """Corners that turn by less are walls that the grid draws as steps [rad]."""
 
-PAIRS_AT_ONCE = 100_000
-"""Lines checked at once; bounds the memory for a large map."""
+PAIRS_AT_ONCE = 100_000  # lines checked at once; bounds the memory for a large map
 
 
 @dataclass(frozen=True)

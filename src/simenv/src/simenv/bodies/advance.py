@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from simenv.world.surroundings import Surroundings
 
-CLOSE = 1 / 64
-"""A step that is cut short ends before the contact, within this share of its length."""
+CLOSE = 1 / 64  # a step that is cut short ends before the contact, within this share of its length
 
 
 class Stop(NamedTuple):

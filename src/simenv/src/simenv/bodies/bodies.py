@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from simenv.bodies.contact import Contacts
     from simenv.noise import Noise
 
-COMMAND_TIMEOUT = 0.5
-"""A base without a command for this long stops [s]."""
+COMMAND_TIMEOUT = 0.5  # a base without a command for this long stops [s]
 
 NOTHING = np.zeros((0, 3))
 

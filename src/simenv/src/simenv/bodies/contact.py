@@ -21,11 +21,8 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
     from simenv.world.surroundings import Surroundings
 
-WALL = ""
-"""Stands for the walls in place of a name."""
-
-GAP = 0.01
-"""The gap that ends a contact [m]."""
+WALL = ""  # stands for the walls in place of a name
+GAP = 0.01  # the gap that ends a contact [m]
 
 
 @dataclass(frozen=True)

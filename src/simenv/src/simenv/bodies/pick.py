@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from robot_description.models import RobotModel
     from simenv.world.world_content import Station
 
-STILL = 0.02
-"""How far the base may drift [m] and turn [rad] while the arm works."""
+STILL = 0.02  # how far the base may drift [m] and turn [rad] while the arm works
 
 
 class Act(IntEnum):

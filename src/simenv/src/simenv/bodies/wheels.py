@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 BLOCK = 64
 """Steps of a robot for which random numbers are drawn at once; one by one gives the same."""
 
-DRAWS = 3
-"""Errors of a step: in distance, in turning, and by veering off."""
+DRAWS = 3  # errors of a step: in distance, in turning, and by veering off
 
 
 class Wheels:

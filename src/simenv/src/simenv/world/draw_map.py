@@ -28,11 +28,8 @@ if TYPE_CHECKING:
 
     from simenv.world.world import World
 
-RESOLUTION = 0.05
-"""The default size of a cell [m]."""
-
-_TOUCH = 1e-6
-"""How far something must reach into a cell to count [m]."""
+RESOLUTION = 0.05  # the default size of a cell [m]
+_TOUCH = 1e-6  # how far something must reach into a cell to count [m]
 
 
 def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:

@@ -28,11 +28,8 @@ if TYPE_CHECKING:
     from simenv.world.world import World
     from simenv.world.world_content import Person
 
-MANNERS = 0.3
-"""Distance at which a person stops in front of a robot [m]."""
-
-SIDES = 16
-"""Sides of the polygon that stands for a person."""
+MANNERS = 0.3  # distance at which a person stops in front of a robot [m]
+SIDES = 16  # sides of the polygon that stands for a person
 
 CIRCLE = np.stack([f(np.arange(SIDES) * 2 * np.pi / SIDES) for f in (np.cos, np.sin)], axis=1)
 

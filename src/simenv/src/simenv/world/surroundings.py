@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from simenv.world.world import World
 
-WALLS = 0
-"""The number of the walls in `Near.things`."""
+WALLS = 0  # the number of the walls in `Near.things`
 
 
 class Near(NamedTuple):
