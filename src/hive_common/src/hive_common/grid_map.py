@@ -87,9 +87,7 @@ class GridMap:
     def decided(self, free: int, occupied: int) -> GridMap:
         """Return the map with free, occupied and unknown cells only.
 
-        Args:
-            free: Cells up to this are free [0..100].
-            occupied: Cells from this on are occupied [0..100].
+        Cells up to `free` are free, cells from `occupied` on are occupied [0..100].
         """
         cells = np.full(self.cells.shape, UNKNOWN, dtype=np.int8)
         cells[(self.cells != UNKNOWN) & (self.cells <= free)] = FREE

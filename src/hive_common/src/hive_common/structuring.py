@@ -88,11 +88,7 @@ Name = Annotated[str, Allowed("a name that is not empty")]
 
 
 def structure(content: object, kind: type[T]) -> T:
-    """Turn plain data into an instance of an attrs class.
-
-    Raises:
-        NotAllowedError: The first mistake in the data.
-    """
+    """Turn plain data into an attrs class; raise NotAllowedError for its first mistake."""
     found, mistakes = structure_all(content, kind)
     if found is None:
         raise mistakes[0]

@@ -23,12 +23,9 @@ class Pacer:
     """
 
     def __init__(self, factor: float, step: float, now: float) -> None:
-        """Start at `now`.
+        """Start at `now`, monotonic wall time [s].
 
-        Args:
-            factor: Simulated time per wall time, above 0.
-            step: Length of a step of the simulation [s].
-            now: Monotonic wall time [s].
+        `factor`, above 0, is simulated time per wall time; `step` is one of the simulation [s].
         """
         self._most = max(1, round(factor * TICK / step))
         self.steps = self._most

@@ -113,13 +113,10 @@ def task_change(
     after: TaskRecord,
     bids: Sequence[Bid] | None = None,
 ) -> Iterator[Event]:
-    """Tell a change of a task, where there is one.
+    """Tell a change of a task, where there is one; `before` is None for a new task.
 
-    Args:
-        before: What was known of it; None where it is new.
-        after: As it is.
-        bids: Of its newest auction, cheapest first. With them is told who got the task at what
-            cost, and a start that was never heard of. None tells the new state alone.
+    With the `bids` of its newest auction, cheapest first, are told who got the task at what cost,
+    and a start that was never heard of. None tells the new state alone.
     """
     if before is not None and _is_same(before, after):
         return

@@ -103,13 +103,9 @@ class Scenario(_Head):
 
 
 def read_scenario(name: str) -> Scenario:
-    """Read and check a scenario.
+    """Read and check a scenario, given by its name in `scenarios/` without `.yaml` or by its path.
 
-    Args:
-        name: Name of a file in `scenarios/` without `.yaml`, or the path of another.
-
-    Returns:
-        The scenario; every task has an id of its own and as many goals as its type needs.
+    Every task then has an id of its own and as many goals as its type needs.
 
     Raises:
         hive_common.errors.FileError: There is no such scenario, or its file has a mistake.

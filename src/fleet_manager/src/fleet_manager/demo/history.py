@@ -77,11 +77,7 @@ class RobotTrack:
 
 
 class History:
-    """The record of one run.
-
-    Args:
-        start: The time that becomes 0 [s, hive's time].
-    """
+    """The record of one run; `start` is the time that becomes 0 [s, hive's time]."""
 
     def __init__(self, start: float) -> None:
         self.tasks: dict[str, TaskTimes] = {}  # the times of each task, by id

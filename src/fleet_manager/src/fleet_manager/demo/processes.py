@@ -28,12 +28,7 @@ _KILL_TRIES = 50
 
 
 class ProcessGroup:
-    """Processes that end together.
-
-    Args:
-        folder: For the output of the processes, in `NAME.log`; made where missing.
-        environment: Of the processes.
-    """
+    """Processes that end together; each writes to `NAME.log` in `folder`, made where missing."""
 
     def __init__(self, folder: Path, environment: Mapping[str, str]) -> None:
         self.folder = folder

@@ -47,15 +47,7 @@ class Clocks:
 def make_report(
     scenario: Scenario, fleet: Fleet, state: HiveState, history: History, clocks: Clocks
 ) -> dict[str, Any]:
-    """Return the report of a run.
-
-    Args:
-        scenario: What was posted.
-        fleet: The robots.
-        state: The hive at the end.
-        history: What was recorded, closed.
-        clocks: The times of the run.
-    """
+    """Return the report of a run, from the hive at its end and the closed history."""
     tasks = [_task_entry(planned.task, state, history) for planned in scenario.tasks]
     return {
         "scenario": scenario.name,

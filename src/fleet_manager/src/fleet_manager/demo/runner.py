@@ -73,14 +73,7 @@ class DemoResult:
 
 
 class DemoRun:
-    """One run on a launched hive.
-
-    Args:
-        plan: The plan.
-        hive: The launched processes.
-        link: The link to the hive, which records the plan's robots.
-        sink: Where the progress is shown.
-    """
+    """One run on a launched hive, over a link that records the plan's robots."""
 
     def __init__(self, plan: DemoPlan, hive: LocalHive, link: ClientLink, sink: TextIO) -> None:
         self._plan = plan
@@ -148,13 +141,7 @@ def run_demo(
     connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]],
     sink: TextIO,
 ) -> DemoResult:
-    """Start a hive, run a scenario on it, and return the result.
-
-    Args:
-        plan: The plan.
-        hive: The processes; the caller ends them.
-        connect: Opens the link; see `cli.context.CliContext`.
-        sink: Where the progress is shown.
+    """Start a hive, run a scenario on it, and return the result; the caller ends the processes.
 
     Raises:
         StartError: The hive did not start, or a process ended unexpectedly.

@@ -103,15 +103,10 @@ def goals_needed(kind: TaskType) -> tuple[str, ...]:
 
 
 def check(form: FormText, taken: Collection[str] = (), bounds: MapBounds | None = None) -> Checked:
-    """Check a form field by field.
+    """Check a form field by field; return the task, or every mistake at once.
 
-    Args:
-        form: As typed. Goals that the type does not take are left out, whatever they hold.
-        taken: Ids that are in use.
-        bounds: Where the map ends; None where no map is known.
-
-    Returns:
-        The task, or every mistake at once.
+    Goals that the type does not take are left out, whatever they hold. `taken` are the ids in use;
+    `bounds` is where the map ends, None where no map is known.
     """
     mistakes: dict[str, str] = {}
     name = _checked_id(form.id.strip(), taken, mistakes)

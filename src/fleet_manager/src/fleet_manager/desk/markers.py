@@ -124,13 +124,9 @@ class MarkerBoard:
     ) -> tuple[list[Marker], list[tuple[str, int]]]:
         """Return all markers as they are now, and the names of those that RViz shall delete.
 
-        A deletion is repeated for a while, because a message may be lost.
-
-        Args:
-            tasks: By id; ended tasks show nothing.
-            robots: By name.
-            paths: The planned path of each robot [m, map frame], by name.
-            poses: Poses newer than those in the robots' reports [map frame], by name.
+        A deletion is repeated for a while, because a message may be lost. Ended tasks show
+        nothing. All are by id or name; `paths` are the planned ones [m, map frame], and `poses`
+        [map frame] are newer than those in the robots' reports.
         """
         labels: set[tuple[int, int]] = set()
         open_tasks = [row.record for row in tasks.values() if row.is_open]
@@ -190,9 +186,7 @@ def _label(space: str, number: int, pose: Pose, words: str) -> Marker:
 def _free_place(goal: Pose, taken: set[tuple[int, int]]) -> Pose:
     """Return the first place below a goal where no other name is, and take it.
 
-    Args:
-        goal: What is named.
-        taken: Cells of `LABEL_WIDTH` by `LINE_HEIGHT` that names have taken.
+    `taken` holds the cells of `LABEL_WIDTH` by `LINE_HEIGHT` that names have taken.
     """
     column, row = round(goal.x / LABEL_WIDTH), math.floor(goal.y / LINE_HEIGHT) - 1
     while any((column + side, row) in taken for side in (-1, 0, 1)):

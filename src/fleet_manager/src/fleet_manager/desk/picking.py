@@ -59,9 +59,7 @@ class Picking:
     def take(self, clicked: Clicked, needed: Sequence[str]) -> Filled | None:
         """Return what a click fills, or None where it is not meant for the form.
 
-        Args:
-            clicked: The point.
-            needed: Names of the goals that the chosen type needs, in order.
+        `needed` are the names of the goals that the chosen type needs, in order.
         """
         turns = clicked.has_heading and self._last and _near(self._last[1], clicked.pose)
         if not (self.armed or turns):

@@ -61,11 +61,7 @@ class SentTask:
 
 
 class RequestQueue:
-    """Sends tasks and cancellations until they are answered.
-
-    Args:
-        send: Hands a command to the link.
-    """
+    """Sends tasks and cancellations to the link until they are answered."""
 
     def __init__(self, send: Callable[[Command], None]) -> None:
         self._send = send
@@ -97,9 +93,7 @@ class RequestQueue:
     def hear(self, fact: Fact, find: Callable[[str], TaskRecord | None]) -> bool:
         """Look for answers in a fact, and return whether a sent task changed.
 
-        Args:
-            fact: What has arrived.
-            find: Returns the record of a task by id; None where it is not known.
+        `find` returns the record of a task by id; None where it is not known.
         """
         report = fact.report if isinstance(fact, HiveMessage) else None
         if isinstance(report, TaskUpdate):
@@ -109,11 +103,9 @@ class RequestQueue:
         return False
 
     def tick(self, now: float, someone_listens: bool) -> bool:
-        """Send what is due, and return whether a sent task changed.
+        """Send what is due at `now` [s, wall]; return whether a sent task changed.
 
-        Args:
-            now: The time [s, wall].
-            someone_listens: Whether there is a leader.
+        `someone_listens` says whether there is a leader.
         """
         changed = False
         for name, sent in self._tasks.items():

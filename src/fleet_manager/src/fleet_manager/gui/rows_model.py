@@ -155,12 +155,7 @@ def _runs(numbers: list[int]) -> Iterator[tuple[int, int]]:
 
 
 class BarDelegate(QStyledItemDelegate):
-    """Draws the bar on the left in the cell's colour, the text on the right.
-
-    Args:
-        table: The table of the cells.
-        widest: The widest text beside a bar.
-    """
+    """Draws the bar on the left in the cell's colour, the text, at most `widest`, on the right."""
 
     def __init__(self, table: QObject, widest: str) -> None:
         super().__init__(table)

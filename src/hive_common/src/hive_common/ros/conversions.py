@@ -159,11 +159,7 @@ def map_msg(header: Header, grid: GridMap) -> OccupancyGrid:
 
 
 def map_from_msg(message: OccupancyGrid) -> GridMap:
-    """Read an OccupancyGrid.
-
-    Raises:
-        MapError: It does not hold a map.
-    """
+    """Read an OccupancyGrid; raise MapError if it holds no map."""
     info = message.info
     if not (info.resolution > 0 and 0 < info.width * info.height == len(message.data)):
         raise MapError(

@@ -45,10 +45,8 @@ REMEMBERED = 20.0  # how long an obstacle is remembered [s]
 def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
     """Return the points that a scan has hit, (n, 2) array, frame map [m].
 
-    Args:
-        laser: The scanner.
-        ranges: (beams,) array [m]; counter-clockwise from minus half the field of view.
-        pose: Where the base was, frame map.
+    `ranges` (beams,) [m] go counter-clockwise from minus half the field of view; the base was at
+    `pose`, frame map.
     """
     hit = np.isfinite(ranges) & (ranges >= laser.range_min) & (ranges < laser.range_max)
     spread = laser.field_of_view / max(1, len(ranges))

@@ -44,14 +44,10 @@ STRAIGHT = 0.1  # heading error at which a turn on the spot ends [rad]
 
 
 def speed_to_stop_within(distance: float, deceleration: float, reaction: float) -> float:
-    """Return the speed [m/s] from which a base stops within a distance [m].
+    """Return the speed [m/s] from which a base stops within a distance [m]; 0 for a negative one.
 
-    It solves distance = v * reaction + v^2 / (2 * deceleration).
-
-    Args:
-        distance: [m]; for a negative one the speed is 0.
-        deceleration: [m/s^2], above 0.
-        reaction: Time until the base starts to brake [s].
+    It solves distance = v * reaction + v^2 / (2 * deceleration), with the time until the base
+    starts to brake [s] and a deceleration above 0 [m/s^2].
     """
     if distance <= 0:
         return 0.0

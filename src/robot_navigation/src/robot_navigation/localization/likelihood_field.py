@@ -122,9 +122,7 @@ class LikelihoodField:
     def log_likelihood(self, poses: Array, beams: Beams) -> Array:
         """Return the log likelihoods (n,) of a scan, up to a common constant.
 
-        Args:
-            poses: (n, 3) of the base, frame map [m, m, rad].
-            beams: The scan.
+        `poses` (n, 3) are those of the base, frame map [m, m, rad].
         """
         found = np.zeros(len(poses))
         for first in range(0, len(poses), BATCH):

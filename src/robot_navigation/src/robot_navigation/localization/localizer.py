@@ -65,15 +65,9 @@ class Localizer:
         return compose(self.map_to_odom, odometry)
 
     def see(self, time: float, odometry: Pose, ranges: Array) -> bool:
-        """Take in a scan.
+        """Take in a scan (beams,) [m] with its time [s] and the base's odometry then, frame odom.
 
-        Args:
-            time: When it was taken [s].
-            odometry: Odometry of the base at that time, frame odom.
-            ranges: (beams,) [m].
-
-        Returns:
-            Whether the scan was used; then `estimate` and `map_to_odom` are new.
+        Return whether it was used; then `estimate` and `map_to_odom` are new.
         """
         if self._odometry is None:
             self._odometry = odometry

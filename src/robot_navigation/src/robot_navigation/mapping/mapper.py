@@ -88,11 +88,9 @@ class Mapper:
         return compose(self.pose, inverse(here)) if here is not None else self.pose
 
     def see(self, odometry: Pose, ranges: Array) -> bool:
-        """Take in a scan; return whether it was used.
+        """Take in a scan at a pose by odometry, frame odom; return whether it was used.
 
-        Args:
-            odometry: The robot's base by odometry, frame odom.
-            ranges: (n,) what the laser measured [m], see `OccupancyGrid.add`.
+        `ranges` (n,) are what the laser measured [m], see `OccupancyGrid.add`.
         """
         if self._odometry is not None:
             self.pose = compose(self.pose, between(self._odometry, odometry))

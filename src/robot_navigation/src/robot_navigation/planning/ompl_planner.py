@@ -175,11 +175,7 @@ class _Problem:
         self._information.setup()
 
     def solve(self, start: Point, goal: Point, guide: list[Point] | None) -> list[Point]:
-        """Return a short free path; `guide` is a path to improve, None to search for one.
-
-        Raises:
-            PlanError: The search found none.
-        """
+        """Return a short free path, from a `guide` if given; raise PlanError if none is found."""
         path = None if guide is None else self._path(guide)
         if path is None or not path.check():
             path = self._search(start, goal)

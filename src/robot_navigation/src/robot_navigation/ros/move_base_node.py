@@ -191,11 +191,7 @@ class MoveBase:
             self._server.set_preempted(MoveBaseResult(), "cancelled; the robot stops")
 
     def _in_map(self, stamped: PoseStamped) -> Pose:
-        """Return a pose in the map frame.
-
-        Raises:
-            ValueError: The pose is invalid, or its frame is unknown.
-        """
+        """Return a pose in the map frame; raise ValueError if it or its frame is unusable."""
         pose = pose_from_msg(stamped.pose)
         frame = stamped.header.frame_id.lstrip("/")
         if frame == _MAP_FRAME:

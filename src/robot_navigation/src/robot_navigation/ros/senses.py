@@ -61,11 +61,7 @@ class Senses:
             return None
 
     def lookup(self, parent: str, child: str) -> Pose:
-        """Return the pose of the frame `child` in the frame `parent`.
-
-        Raises:
-            tf2_ros.TransformException: There is no recent transform.
-        """
+        """Return the pose of a frame in another; raise TransformException if none is recent."""
         found = self._transforms.lookup_transform(parent, child, rospy.Time(0))
         age = rospy.Time.now() - found.header.stamp
         if not found.header.stamp.is_zero() and age > self._timeout:

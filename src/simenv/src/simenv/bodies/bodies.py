@@ -140,13 +140,7 @@ class Bodies:
         self._oldest = -math.inf
 
     def step(self, time: float, loads: Sequence[float], dt: float) -> None:
-        """Move all bases.
-
-        Args:
-            time: At the start of the step [s].
-            loads: (n,) what is on board [kg].
-            dt: Length of the step [s].
-        """
+        """Move all bases for `dt` [s] from `time` [s], with loads (n,) on board [kg]."""
         if time - self._oldest >= COMMAND_TIMEOUT:
             self._listen(time)
         if not (self._velocities.any() or self._targets.any()):

@@ -18,11 +18,7 @@ DRAWS = 3  # errors of a step: in distance, in turning, and by veering off
 
 
 class Wheels:
-    """The wheels of n robots; row i of every array belongs to robot i.
-
-    Args:
-        noise: Their errors.
-    """
+    """The wheels of n robots, with errors by `noise`; row i of every array belongs to robot i."""
 
     def __init__(self, noise: Noise) -> None:
         self._noise = noise

@@ -52,14 +52,9 @@ class Scanner:
         return compose(robot, self._mount)
 
     def measure(self, robot: Pose, segments: Array) -> Array:
-        """Take a scan.
+        """Take a scan (beams,) [m] of `segments` (k, 2, 2), frame map [m]; see `read`.
 
-        Args:
-            robot: Where the robot's base is, frame map.
-            segments: (k, 2, 2) what beams can hit, frame map [m].
-
-        Returns:
-            (beams,) distances [m]; see `read`.
+        `robot` is where the robot's base is, frame map.
         """
         owners = np.zeros(len(segments), dtype=int)
         distances, _ = cast([self.fan], np.array([self.origin(robot)]), segments, owners)

@@ -146,11 +146,7 @@ class Obstacles:
         self._collect()
 
     def door_area(self, name: str) -> BaseGeometry:
-        """Return what a door covers when shut, frame map [m].
-
-        Raises:
-            ObstacleError: There is no such door.
-        """
+        """Return what a door covers when shut, frame map [m]; raise ObstacleError if unknown."""
         areas = {door.name: door.area for door in self._world.doors}
         if name not in areas:
             known = ", ".join(areas) or "none"
@@ -163,11 +159,7 @@ class Obstacles:
         self._collect()
 
     def take(self, name: str) -> None:
-        """Remove something that was put down.
-
-        Raises:
-            ObstacleError: There is no such thing.
-        """
+        """Remove something that was put down; raise ObstacleError if there is no such thing."""
         if name not in self._put:
             known = ", ".join(self._put) or "nothing"
             raise ObstacleError(f"obstacle '{name}': not there; put down so far: {known}")

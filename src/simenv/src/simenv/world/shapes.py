@@ -46,8 +46,7 @@ class Door(Shape):
 def area_of(entry: ShapeEntry) -> BaseGeometry:
     """Return what a shape of a world file covers, frame map [m].
 
-    Raises:
-        NotAllowedError: Its edges cross.
+    Raise NotAllowedError if its edges cross.
     """
     if entry.box:
         return shapely.geometry.box(*entry.box)
