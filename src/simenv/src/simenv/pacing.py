@@ -16,10 +16,6 @@ class Pacer:
     A tick is one or several steps of the simulation. If a machine cannot keep up, no step is
     skipped or lengthened: simulated time goes slower, and `reached` says by how much. Ticks then
     have fewer steps, so that /clock comes as often as before.
-
-    Attributes:
-        steps: Steps of the simulation in the next tick.
-        reached: The factor over the last window if it fell short; None otherwise.
     """
 
     def __init__(self, factor: float, step: float, now: float) -> None:
@@ -28,8 +24,8 @@ class Pacer:
         `factor`, above 0, is simulated time per wall time; `step` is one of the simulation [s].
         """
         self._most = max(1, round(factor * TICK / step))
-        self.steps = self._most
-        self.reached: float | None = None
+        self.steps = self._most  # steps of the simulation in the next tick
+        self.reached: float | None = None  # factor over the last window if it fell short
         self._factor = factor
         self._step = step
         self._next = self._begun = self._window_start = now

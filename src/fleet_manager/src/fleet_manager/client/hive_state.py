@@ -102,9 +102,9 @@ class HiveState:
         return row.record.task if row else self._posted.get(task_id)
 
     def take_in(self, report: Report, now: float = 0.0, stamp: float = 0.0) -> None:
-        """Update the picture by a report at `now` [s, wall]; the simulator's change nothing.
+        """Update the picture by a report; one of the simulator changes nothing.
 
-        `stamp` is when it was said [s, hive's time]; 0 where unknown.
+        `now` is the time [s, wall], `stamp` when it was said [s, hive's time]; 0 where unknown.
         """
         if isinstance(report, TaskList):
             self._take_list(report, stamp)

@@ -61,14 +61,8 @@ class RobotRow:
 
 @dataclass(slots=True)
 class Changes:
-    """What happened since the last look.
+    """What happened since the last look."""
 
-    Attributes:
-        tasks: Ids of the tasks that came, changed or went.
-        robots: Names of the robots that came, changed or went silent.
-        events: In words, oldest first.
-    """
-
-    tasks: set[str] = field(default_factory=set)
-    robots: set[str] = field(default_factory=set)
-    events: list[Event] = field(default_factory=list)
+    tasks: set[str] = field(default_factory=set)  # ids of those that came, changed or went
+    robots: set[str] = field(default_factory=set)  # those that came, changed or went silent
+    events: list[Event] = field(default_factory=list)  # in words, oldest first

@@ -115,8 +115,8 @@ def task_change(
 ) -> Iterator[Event]:
     """Tell a change of a task, where there is one; `before` is None for a new task.
 
-    With the `bids` of its newest auction, cheapest first, are told who got the task at what cost,
-    and a start that was never heard of. None tells the new state alone.
+    With the `bids` of its newest auction, cheapest first, it also tells who got the task at what
+    cost, and a start that was never heard of. None tells the new state alone.
     """
     if before is not None and _is_same(before, after):
         return

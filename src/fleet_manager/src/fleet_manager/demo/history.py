@@ -44,19 +44,12 @@ class TaskTimes:
 
 @dataclass
 class RobotTrack:
-    """What one robot did.
+    """What one robot did; the points of its path are at least 0.05 m apart."""
 
-    Attributes:
-        path: (x, y) at least 0.05 m apart [m, map frame].
-        distance: Driven in total [m].
-        charges: (time [s], charge 0..1).
-        energy: Drawn from the battery [J].
-    """
-
-    path: list[tuple[float, float]] = field(default_factory=list)
-    distance: float = 0.0
-    charges: list[tuple[float, float]] = field(default_factory=list)
-    energy: float = 0.0
+    path: list[tuple[float, float]] = field(default_factory=list)  # x and y [m, map frame]
+    distance: float = 0.0  # driven in total [m]
+    charges: list[tuple[float, float]] = field(default_factory=list)  # (time [s], charge 0..1)
+    energy: float = 0.0  # drawn from the battery [J]
     _place: tuple[float, float] | None = None
     _reading: BatteryReading | None = None
 

@@ -64,16 +64,10 @@ class FormText:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """The result of checking a form.
+    """The result of checking a form."""
 
-    Attributes:
-        task: The task, or None where there are mistakes.
-        mistakes: What is wrong, by field: `id`, `priority`, `payload`, `A.x`, `A.y`, `A.heading`,
-            `B.x` and so on.
-    """
-
-    task: Task | None
-    mistakes: Mapping[str, str]
+    task: Task | None  # the task, or None where there are mistakes
+    mistakes: Mapping[str, str]  # what is wrong, by field such as `priority`, `A.heading`
 
 
 @dataclass(frozen=True, slots=True)

@@ -68,29 +68,17 @@ class Shape(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """One marker in RViz.
+    """One marker in RViz. A text uses only the last of its `size`, a line only the first."""
 
-    Attributes:
-        space: The namespace, which RViz can hide.
-        number: Its number in the namespace.
-        shape: What it looks like.
-        pose: Of its origin [map frame].
-        height: Of its origin above the floor [m].
-        size: Length, width and height [m]; of a text the last, of a line the first counts.
-        color: Of the whole marker.
-        text: Of a text.
-        points: Of a line [m, map frame].
-    """
-
-    space: str
-    number: int
-    shape: Shape
-    pose: Pose = ORIGIN
-    height: float = 0.0
-    size: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    color: Color = LETTERS
-    text: str = ""
-    points: tuple[tuple[float, float], ...] = ()
+    space: str  # the namespace, which RViz can hide
+    number: int  # its number in the namespace
+    shape: Shape  # what it looks like
+    pose: Pose = ORIGIN  # of its origin [map frame]
+    height: float = 0.0  # of its origin above the floor [m]
+    size: tuple[float, float, float] = (1.0, 1.0, 1.0)  # length, width, height [m]
+    color: Color = LETTERS  # of the whole marker
+    text: str = ""  # of a text
+    points: tuple[tuple[float, float], ...] = ()  # of a line [m, map frame]
 
     @property
     def name(self) -> tuple[str, int]:

@@ -23,19 +23,14 @@ EARLY = 0.01  # how much earlier than due a scan may come [s]
 
 
 class Localizer:
-    """The localization of one robot.
-
-    Attributes:
-        estimate: Where the robot was at the last scan that was used; None before the first.
-        map_to_odom: Origin of the odometry, frame map; None before the first scan.
-    """
+    """The localization of one robot."""
 
     def __init__(
         self, particles: ParticleFilter, chooser: BeamChooser, settings: AmclSettings
     ) -> None:
         """Use a particle filter that has been started."""
-        self.estimate: Estimate | None = None
-        self.map_to_odom: Pose | None = None
+        self.estimate: Estimate | None = None  # at the last scan used; None before the first
+        self.map_to_odom: Pose | None = None  # origin of odometry, frame map; None until a scan
         self._filter = particles
         self._chooser = chooser
         self._settings = settings

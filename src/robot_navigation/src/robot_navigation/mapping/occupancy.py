@@ -29,24 +29,17 @@ STRIDE = 5.0  # by how much the grid grows at least towards what lies beyond it 
 
 
 class OccupancyGrid:
-    """The log odds of all cells.
-
-    Attributes:
-        odds: (rows, columns) log odds of being occupied; 0 is unknown; row 0 is the lowest.
-        resolution: Side of a cell [m].
-        origin: x, y of the lower left corner, frame map [m].
-        full: Whether a scan reached so far that the grid did not grow to it.
-    """
+    """The log odds (rows, columns) that cells are occupied."""
 
     def __init__(
         self, size: tuple[float, float], origin: tuple[float, float], resolution: float
     ) -> None:
         """Start unknown; `size` is width and depth [m], `origin` in frame map [m]."""
         columns, rows = (round(side / resolution) for side in size)
-        self.odds: Array = np.zeros((rows, columns))
-        self.resolution = resolution
-        self.origin = origin
-        self.full = False
+        self.odds: Array = np.zeros((rows, columns))  # 0 is unknown; row 0 is the lowest
+        self.resolution = resolution  # side of a cell [m]
+        self.origin = origin  # x, y of the lower left corner, frame map [m]
+        self.full = False  # whether a scan reached so far that the grid did not grow to it
 
     def add(self, origin: Pose, angles: Array, ranges: Array, range_max: float) -> None:
         """Take in a scan.

@@ -42,14 +42,7 @@ SHORTEN_STEPS = 30  # attempts of OMPL's simplifier to cut a corner
 
 
 class OmplPlanner:
-    """A `Planner` for one map and one size of robot.
-
-    Attributes:
-        grid: The map.
-        need: Least clearance that the robot needs to drive and turn [m].
-        goal_need: Least clearance that the robot needs at a goal [m].
-        field: The clearances of the map.
-    """
+    """A `Planner` for one map and one size of robot."""
 
     def __init__(self, grid: GridMap, radius: float, *, seed: int = 1) -> None:
         """Prepare for a robot of a radius [m]; takes up to a second for a million cells.
@@ -57,8 +50,8 @@ class OmplPlanner:
         The same seed, map, start and goal give the same path.
         """
         self.grid = grid
-        self.need = radius + MARGINS[-1]
-        self.goal_need = radius + GOAL_MARGIN
+        self.need = radius + MARGINS[-1]  # least clearance to drive and turn [m]
+        self.goal_need = radius + GOAL_MARGIN  # least clearance at a goal [m]
         self.field = ClearanceField.of(grid)
         self._roadmaps = [Roadmap(self.field, radius + margin) for margin in MARGINS]
         self._seed = seed
