@@ -76,16 +76,11 @@ class FakeLink:
 
 
 class FakeHive:
-    """A blackboard that accepts every task and answers as the real one does.
-
-    Attributes:
-        records: Its task list, by id.
-        deaf: The number of publications it misses before it hears one.
-    """
+    """A blackboard that accepts every task and answers as the real one does."""
 
     def __init__(self, link: FakeLink, deaf: int = 0) -> None:
-        self.records: dict[str, TaskRecord] = {}
-        self.deaf = deaf
+        self.records: dict[str, TaskRecord] = {}  # its task list, by id
+        self.deaf = deaf  # the number of publications it misses before it hears one
         self._link = link
         self._version = 0
         link.on_post = self._take_in

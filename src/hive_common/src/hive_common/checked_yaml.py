@@ -47,12 +47,10 @@ def read_all_mistakes(path: Path, kind: type[T]) -> tuple[T | None, list[FileErr
 
 
 def error_at(path: Path, place: Iterable[str | int], problem: str) -> FileError:
-    """Return the error for a mistake that only shows after reading, as `read_checked` words it.
+    """Return the error for a mistake that only shows after `read_checked`, in the same words.
 
-    Args:
-        path: A file that `read_checked` has read.
-        place: Keys and indices that lead to the mistake: `("robots", 2, "name")`.
-        problem: The value found, what is allowed, and what to do.
+    `place` are the keys and indices that lead to it: `("robots", 2, "name")`; `problem` is the
+    value found, what is allowed, and what to do.
     """
     root = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
     return _located(path, root, NotAllowedError(place, problem))

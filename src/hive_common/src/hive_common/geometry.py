@@ -18,11 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 if TYPE_CHECKING:
     from hive_common.pose import Pose
 
-Array: TypeAlias = NDArray[np.float64]
-"""Numbers; each use states the shape."""
-
-Indices: TypeAlias = NDArray[np.intp]
-"""Row numbers of another array."""
+Array: TypeAlias = NDArray[np.float64]  # numbers; each use states the shape
+Indices: TypeAlias = NDArray[np.intp]  # row numbers of another array
 
 NO_SEGMENTS: Array = np.empty((0, 2, 2))
 
@@ -112,8 +109,7 @@ class Footprint:
         return bool(self.touched(pose, segments, margin).any())
 
 
-REACH_STEP = 0.25
-"""Reaches are rounded up to multiples of this, so that few tables are kept [m]."""
+REACH_STEP = 0.25  # reaches are rounded up to multiples of this, so that few tables are kept [m]
 
 
 class Nearby:

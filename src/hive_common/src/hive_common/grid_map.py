@@ -26,14 +26,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-FAR = 3.0
-"""Greatest clearance [m]: no robot is larger, and a disc then changes few cells."""
-
-STRIDES = 12
-"""Number of strides that settle most lines."""
-
-TINY = 1e-9
-"""A shorter line has no direction [m]."""
+FAR = 3.0  # greatest clearance [m]: no robot is larger, and a disc then changes few cells
+STRIDES = 12  # number of strides that settle most lines
+TINY = 1e-9  # a shorter line has no direction [m]
 
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -92,9 +87,7 @@ class GridMap:
     def decided(self, free: int, occupied: int) -> GridMap:
         """Return the map with free, occupied and unknown cells only.
 
-        Args:
-            free: Cells up to this are free [0..100].
-            occupied: Cells from this on are occupied [0..100].
+        Cells up to `free` are free, cells from `occupied` on are occupied [0..100].
         """
         cells = np.full(self.cells.shape, UNKNOWN, dtype=np.int8)
         cells[(self.cells != UNKNOWN) & (self.cells <= free)] = FREE

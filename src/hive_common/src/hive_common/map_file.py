@@ -24,14 +24,12 @@ from hive_common.pose import Pose
 from hive_common.resources import find_file
 from hive_common.structuring import Allowed, NotAllowedError, one_of, positive
 
-FORMATS = ("pgm", "png")
-"""Image formats for writing; reading takes any that PIL knows."""
+FORMATS = ("pgm", "png")  # image formats for writing; reading takes any that PIL knows
 
 MAX_CELLS = 25_000_000
 """Maximum size, 250 m x 250 m at 0.05 m; more is almost certainly a wrong resolution."""
 
-COARSEST = 10.0
-"""Maximum size of a cell [m]; robots cannot drive by a coarser map."""
+COARSEST = 10.0  # maximum size of a cell [m]; robots cannot drive by a coarser map
 
 _MAX_RAW = 100
 _FREE_PIXEL = 254

@@ -8,17 +8,11 @@ from typing import NamedTuple
 
 
 class Pose(NamedTuple):
-    """A position and heading; in the map frame unless said otherwise.
+    """A position and heading; in the map frame unless said otherwise."""
 
-    Attributes:
-        x: [m].
-        y: [m].
-        yaw: Heading, counter-clockwise from the x axis [rad].
-    """
-
-    x: float
-    y: float
-    yaw: float = 0.0
+    x: float  # [m]
+    y: float  # [m]
+    yaw: float = 0.0  # heading, counter-clockwise from the x axis [rad]
 
     @property
     def is_finite(self) -> bool:

@@ -29,35 +29,24 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-MAX_SHOWN = 160
-"""Characters shown of a value that is not allowed."""
+MAX_SHOWN = 160  # characters shown of a value that is not allowed
 
 
 class NotAllowedError(HiveError):
-    """A value is not allowed.
-
-    Attributes:
-        place: Keys and indices that lead to the value, from the outside in.
-        problem: The value found, what is allowed, and what to do.
-    """
+    """A value is not allowed."""
 
     def __init__(self, place: Iterable[str | int], problem: str) -> None:
-        self.place = tuple(place)
-        self.problem = problem
+        self.place = tuple(place)  # keys and indices that lead to the value, from the outside in
+        self.problem = problem  # the value found, what is allowed, and what to do
         super().__init__(f"{key_text(self.place)}: {problem}" if self.place else problem)
 
 
 @attrs.frozen
 class Allowed:
-    """What is allowed beyond the type, for use inside `Annotated`.
+    """What is allowed beyond the type, for use inside `Annotated`."""
 
-    Attributes:
-        text: Ends the sentence "allowed: ...".
-        check: Tells whether a value of the right type is allowed.
-    """
-
-    text: str
-    check: Callable[[Any], bool] = bool
+    text: str  # ends the sentence "allowed: ..."
+    check: Callable[[Any], bool] = bool  # tells whether a value of the right type is allowed
 
 
 def positive(what: str, most: float) -> Allowed:
@@ -99,11 +88,7 @@ Name = Annotated[str, Allowed("a name that is not empty")]
 
 
 def structure(content: object, kind: type[T]) -> T:
-    """Turn plain data into an instance of an attrs class.
-
-    Raises:
-        NotAllowedError: The first mistake in the data.
-    """
+    """Turn plain data into an attrs class; raise NotAllowedError for its first mistake."""
     found, mistakes = structure_all(content, kind)
     if found is None:
         raise mistakes[0]

@@ -19,19 +19,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault, or its end.
+    """One fault, or its end."""
 
-    Attributes:
-        kind: A name of `KINDS`.
-        target: The robot; for `block`, a name for the obstacle.
-        value: Its strength; 0 ends it.
-        area: For `block`: x_min, y_min, x_max, y_max, frame map [m].
-    """
-
-    kind: str
-    target: str
-    value: float = 1.0
-    area: tuple[float, ...] = ()
+    kind: str  # A name of `KINDS`
+    target: str  # the robot; for `block`, a name for the obstacle
+    value: float = 1.0  # its strength; 0 ends it
+    area: tuple[float, ...] = ()  # for `block`: x_min, y_min, x_max, y_max, frame map [m]
 
 
 def inject(simulation: Simulation, fault: Fault) -> str:

@@ -20,21 +20,13 @@ class Noise:
     Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 5.4. Wheels also differ from
     their nominal size, so each robot has a constant error of its own (Borenstein and Feng,
     "Measurement and correction of systematic odometry errors in mobile robots", 1996).
-
-    Attributes:
-        laser: Standard deviation of a measured distance [m].
-        distance: Standard deviation of the odometry's distance after 1 m [m].
-        heading: Standard deviation of the odometry's heading after 1 rad of turning [rad].
-        veer: Standard deviation of the odometry's heading after 1 m [rad].
-        wheels: Standard deviation, over all robots, of the constant relative error of distances,
-            and of turns [-].
     """
 
-    laser: float = 0.01
-    distance: float = 0.01
-    heading: float = 0.01
-    veer: float = 0.01
-    wheels: float = 0.005
+    laser: float = 0.01  # standard deviation of a measured distance [m]
+    distance: float = 0.01  # standard deviation of the odometry's distance after 1 m [m]
+    heading: float = 0.01  # standard deviation of the odometry's heading after turning 1 rad [rad]
+    veer: float = 0.01  # standard deviation of the odometry's heading after 1 m [rad]
+    wheels: float = 0.005  # standard deviation of robots' relative errors of distance and turn [-]
 
     def __post_init__(self) -> None:
         """Refuse what is not a standard deviation."""
@@ -48,8 +40,7 @@ class Noise:
         return Noise(*(getattr(self, field.name) * share for field in fields(self)))
 
 
-NO_NOISE = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
-"""Perfect sensors."""
+NO_NOISE = Noise(0.0, 0.0, 0.0, 0.0, 0.0)  # perfect sensors
 
 
 @dataclass(frozen=True)

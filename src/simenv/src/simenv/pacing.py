@@ -3,20 +3,11 @@
 
 from __future__ import annotations
 
-TICK = 0.02
-"""Approximate period of /clock, on the wall clock [s]."""
-
-SLACK = 0.1
-"""Maximum lag that a run catches up; any further lag stays [s, wall clock]."""
-
-WINDOW = 5.0
-"""Period over which the reached factor is measured [s, wall clock]."""
-
-ENOUGH = 0.95
-"""Share of the wanted factor that counts as reached."""
-
-NEWS = 0.2
-"""Weight of the latest tick in the estimated cost of a step."""
+TICK = 0.02  # approximate period of /clock, on the wall clock [s]
+SLACK = 0.1  # maximum lag that a run catches up; any further lag stays [s, wall clock]
+WINDOW = 5.0  # period over which the reached factor is measured [s, wall clock]
+ENOUGH = 0.95  # share of the wanted factor that counts as reached
+NEWS = 0.2  # weight of the latest tick in the estimated cost of a step
 
 
 class Pacer:
@@ -25,23 +16,16 @@ class Pacer:
     A tick is one or several steps of the simulation. If a machine cannot keep up, no step is
     skipped or lengthened: simulated time goes slower, and `reached` says by how much. Ticks then
     have fewer steps, so that /clock comes as often as before.
-
-    Attributes:
-        steps: Steps of the simulation in the next tick.
-        reached: The factor over the last window if it fell short; None otherwise.
     """
 
     def __init__(self, factor: float, step: float, now: float) -> None:
-        """Start at `now`.
+        """Start at `now`, monotonic wall time [s].
 
-        Args:
-            factor: Simulated time per wall time, above 0.
-            step: Length of a step of the simulation [s].
-            now: Monotonic wall time [s].
+        `factor`, above 0, is simulated time per wall time; `step` is one of the simulation [s].
         """
         self._most = max(1, round(factor * TICK / step))
-        self.steps = self._most
-        self.reached: float | None = None
+        self.steps = self._most  # steps of the simulation in the next tick
+        self.reached: float | None = None  # factor over the last window if it fell short
         self._factor = factor
         self._step = step
         self._next = self._begun = self._window_start = now

@@ -41,11 +41,8 @@ if TYPE_CHECKING:
     from simenv.bodies.contact import Contact
     from simenv.world.world import World
 
-STEP = 0.025
-"""The default step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps."""
-
-MAX_STEP = 0.1
-"""In a longer step [s] a fast robot could jump over a thin wall."""
+STEP = 0.025  # the default step [s]: odometry at 20 Hz and scans at 10 Hz fall on whole steps
+MAX_STEP = 0.1  # in a longer step [s] a fast robot could jump over a thin wall
 
 
 @dataclass(frozen=True)
@@ -60,13 +57,7 @@ class _Robot:
 
 
 class Simulation:
-    """Robots in a world.
-
-    Attributes:
-        world: The world.
-        stock: What is left to pick at its stations.
-        obstacles: People, doors, and other things in the way.
-    """
+    """Robots in a world."""
 
     def __init__(
         self,
@@ -85,12 +76,12 @@ class Simulation:
             pick_failures: Probability that a grip fails, 0..1.
         """
         self.world = world
-        self.stock = Stock(world.stations)
+        self.stock = Stock(world.stations)  # what is left to pick at its stations
         self._seed = seed
         self._noise = noise or Noise()
         self._pick_failures = pick_failures
         self._surroundings = Surroundings(world)
-        self.obstacles = self._surroundings.obstacles
+        self.obstacles = self._surroundings.obstacles  # people, doors, and other things in the way
         self._contacts = Contacts(self._surroundings)
         self._bodies = Bodies(self._contacts, self._noise)
         self._robots: dict[str, _Robot] = {}

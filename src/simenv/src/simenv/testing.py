@@ -13,11 +13,8 @@ from simenv.world.world import World
 if TYPE_CHECKING:
     from simenv.world.world_content import Station
 
-SIDE = 10.0
-"""Width and depth of the hall; robots find free ground from 0.5 m to 9.5 m [m]."""
-
-WALL = 0.5
-"""Thickness of its walls [m]."""
+SIDE = 10.0  # width and depth of the hall; robots find free ground from 0.5 m to 9.5 m [m]
+WALL = 0.5  # thickness of its walls [m]
 
 
 def hall(*shapes: Shape, stations: tuple[Station, ...] = ()) -> World:

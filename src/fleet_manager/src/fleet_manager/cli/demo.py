@@ -125,11 +125,7 @@ def _write(folder: Path, chart: str, result: DemoResult) -> None:
 
 
 def _tell(folder: Path, result: DemoResult) -> None:
-    """Print a summary.
-
-    Raises:
-        NotDoneError: A task is not DONE, or something collided.
-    """
+    """Print a summary; raise NotDoneError unless every task is DONE and nothing collided."""
     report = result.report
     tasks, hits = report["tasks"], report["collisions"]
     collided = f"{hits} COLLISION{'S' * (hits > 1)}" if hits else "no collisions"

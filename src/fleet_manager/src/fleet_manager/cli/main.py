@@ -62,15 +62,10 @@ for _command in (
 def run(
     context: CliContext, arguments: Sequence[str] | None = None, command: click.Command = hive
 ) -> int:
-    """Run the command line once.
+    """Run the command line once and return its exit code; an error is one line on stderr.
 
-    Args:
-        context: The ports of the commands.
-        arguments: The words after `hive`; None takes those of this process.
-        command: The command; the benchmarks of `hive_lab` exit by the same rules.
-
-    Returns:
-        The exit code. An error is printed on stderr, in one line.
+    Without `arguments` it takes the words of this process. The benchmarks of `hive_lab` pass a
+    `command` of their own and exit by the same rules.
     """
     try:
         result = command.main(arguments, prog_name="hive", obj=context, standalone_mode=False)

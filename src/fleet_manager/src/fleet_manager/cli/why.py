@@ -95,11 +95,7 @@ def replay(context: CliContext, task: str, model: str, folder: Path | None) -> N
 
 
 def _decisions(journals: Callable[[], Path], task: str, folder: Path | None) -> list[Decision]:
-    """Return the decisions on a task, oldest first.
-
-    Raises:
-        NotDoneError: None is recorded.
-    """
+    """Return the decisions on a task, oldest first; raise NotDoneError where none is recorded."""
     where = folder or journals()
     decisions = read_decisions(where, task)
     if not decisions:

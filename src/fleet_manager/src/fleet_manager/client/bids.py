@@ -83,10 +83,7 @@ def bid_cells(bid: Bid, holder: str) -> tuple[str, ...]:
 def story(record: TaskRecord, bids: Sequence[Bid], auctions: int) -> str:
     """Return what would help a task that no robot can take, and how often it was offered.
 
-    Args:
-        record: The task.
-        bids: Of its newest auction.
-        auctions: The number of its auctions that were seen.
+    `bids` are those of its newest auction, `auctions` the number of its auctions that were seen.
     """
     lines = []
     able = any(bid.is_able for bid in bids)

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 DEFAULT_URI = "http://localhost:11311"
 """Address of the ROS master that catkin's setup.bash sets; counts as not given by the user."""
 
-REPEAT_EVERY = 0.5
-"""Time between two publications of the same request [s]."""
+REPEAT_EVERY = 0.5  # time between two publications of the same request [s]
 
 ANSWER_WITHIN = 6.0
 """Time for the blackboard's answer [s]; longer than a takeover with its 2 s of silence."""
@@ -61,13 +60,7 @@ class ClientLink(Protocol):
 class HiveClient:
     """Posts and cancels tasks, and follows what becomes of them.
 
-    Args:
-        link: The connected link to the hive.
-        on_report: Called with each report and the events that it tells.
-
-    Attributes:
-        state: What the hive has said so far.
-        link: The link to the hive.
+    `on_report` is called with each report and the events that it tells.
     """
 
     def __init__(
@@ -75,19 +68,14 @@ class HiveClient:
         link: ClientLink,
         on_report: Callable[[Report, Sequence[Event]], None] = lambda _report, _events: None,
     ) -> None:
-        self.state = HiveState()
+        self.state = HiveState()  # what the hive has said so far
         self.link = link
         self._on_report = on_report
 
     def pump(self, until: Callable[[], bool], timeout: float | None) -> bool:
-        """Take in reports until a condition holds.
+        """Take in reports until a condition holds; return whether it held within `timeout` [s].
 
-        Args:
-            until: The condition, checked before the first report and after each.
-            timeout: Longest wait [s]; None for no limit.
-
-        Returns:
-            Whether the condition held before the time was up.
+        The condition is checked before the first report and after each. None sets no time limit.
         """
         end = None if timeout is None else self.link.now() + timeout
         while not until():
@@ -101,10 +89,7 @@ class HiveClient:
         return True
 
     def submit(self, task: Task) -> TaskUpdate | TaskRecord:
-        """Post a task, with the present time, until the blackboard has answered.
-
-        Returns:
-            The blackboard's first word on it, REJECTED included.
+        """Post a task, with the present time; return the blackboard's first word, even REJECTED.
 
         Raises:
             NoHiveError: No blackboard answered.
@@ -147,11 +132,7 @@ class HiveClient:
             raise NotDoneError(f"{became} before it could be cancelled")
 
     def fetch_tasks(self) -> None:
-        """Wait for the task list.
-
-        Raises:
-            NoHiveError: No task list came.
-        """
+        """Wait for the task list; raise NoHiveError if none comes."""
         if not self.pump(lambda: self.state.has_list, ANSWER_WITHIN):
             raise self._no_answer("its list is unknown")
 
@@ -166,17 +147,10 @@ class HiveClient:
             raise self._no_answer("no robot was heard either")
 
     def follow(self, ids: Iterable[str], timeout: float | None) -> dict[str, TaskState]:
-        """Wait until tasks have ended.
-
-        Args:
-            ids: Tasks that the blackboard has answered.
-            timeout: Longest wait [s]; None for no limit.
-
-        Returns:
-            The final state of each.
+        """Wait until tasks that the blackboard has answered have ended; return their final states.
 
         Raises:
-            TimeUpError: Some have not ended.
+            TimeUpError: Some have not ended within `timeout` [s]; None sets no limit.
         """
         ids = list(ids)
 
@@ -206,18 +180,10 @@ class HiveClient:
 
 
 class Feeder:
-    """Posts planned tasks one after the other, by the hive's clock, which starts now.
-
-    Args:
-        client: Posts the tasks.
-        tasks: In the order in which they are posted.
-
-    Attributes:
-        states: The hive's first word on each posted task, by id.
-    """
+    """Posts planned tasks, given in order, by the hive's clock, which starts now."""
 
     def __init__(self, client: HiveClient, tasks: Iterable[PlannedTask]) -> None:
-        self.states: dict[str, TaskState] = {}
+        self.states: dict[str, TaskState] = {}  # the hive's first word on each posted task, by id
         self._client = client
         self._waiting = deque(tasks)
         self._start = client.link.hive_time()

@@ -40,18 +40,13 @@ MAX_ANSWERS = 10_000  # last words on tasks that are on no list; the oldest make
 class HiveState:
     """The picture of a hive that grows with every report. Not for several threads.
 
-    Args:
-        detailed: Whether events tell costs and missed steps, and the first list in one line, as
-            suits a log that starts in the middle; otherwise each report is told for itself.
-
-    Attributes:
-        leadership: Who carries the blackboard.
-        bid_book: The bids on every task.
+    If `detailed`, events tell costs and missed steps, and the first list in one line, as suits a
+    log that starts in the middle; otherwise each report is told for itself.
     """
 
     def __init__(self, *, detailed: bool = False) -> None:
-        self.leadership = Leadership()
-        self.bid_book = BidBook()
+        self.leadership = Leadership()  # who carries the blackboard
+        self.bid_book = BidBook()  # the bids on every task
         self._detailed = detailed
         self._tasks: dict[str, TaskRow] = {}
         self._robots: dict[str, RobotRow] = {}
@@ -107,12 +102,9 @@ class HiveState:
         return row.record.task if row else self._posted.get(task_id)
 
     def take_in(self, report: Report, now: float = 0.0, stamp: float = 0.0) -> None:
-        """Update the picture by one report; reports of the simulator change nothing.
+        """Update the picture by a report; one of the simulator changes nothing.
 
-        Args:
-            report: What the hive said.
-            now: The time [s, wall].
-            stamp: When it was said [s, hive's time]; 0 where unknown.
+        `now` is the time [s, wall], `stamp` when it was said [s, hive's time]; 0 where unknown.
         """
         if isinstance(report, TaskList):
             self._take_list(report, stamp)

@@ -32,13 +32,10 @@ class Leadership:
     A lower epoch of the same hive comes from a leader that has been replaced and does not know it
     yet, so it is ignored while the newer leader is heard. A hive that was bootstrapped anew has
     another id and counts its epochs from the start.
-
-    Attributes:
-        heartbeat: The newest accepted heartbeat; None before the first.
     """
 
     def __init__(self) -> None:
-        self.heartbeat: Heartbeat | None = None
+        self.heartbeat: Heartbeat | None = None  # the newest accepted one; None before the first
         self._heard = 0.0
         self._progressed = 0.0
 

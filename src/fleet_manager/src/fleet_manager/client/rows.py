@@ -17,15 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TaskRow:
-    """A task as an operator sees it.
+    """A task as an operator sees it."""
 
-    Attributes:
-        record: The task and its state.
-        stamp: When the record was written [s, hive's time]; 0 where unknown.
-    """
-
-    record: TaskRecord
-    stamp: float = 0.0
+    record: TaskRecord  # the task and its state
+    stamp: float = 0.0  # when the record was written [s, hive's time]; 0 where unknown
 
     @property
     def is_open(self) -> bool:
@@ -52,17 +47,11 @@ class TaskRow:
 
 @dataclass(frozen=True, slots=True)
 class RobotRow:
-    """A robot as an operator sees it.
+    """A robot as an operator sees it."""
 
-    Attributes:
-        status: The robot's last report.
-        heard: When the report came [s, wall].
-        is_silent: Whether the next report is overdue.
-    """
-
-    status: RobotStatus
-    heard: float
-    is_silent: bool = False
+    status: RobotStatus  # the robot's last report
+    heard: float  # when the report came [s, wall]
+    is_silent: bool = False  # whether the next report is overdue
 
     @property
     def state(self) -> RobotState:
@@ -72,14 +61,8 @@ class RobotRow:
 
 @dataclass(slots=True)
 class Changes:
-    """What happened since the last look.
+    """What happened since the last look."""
 
-    Attributes:
-        tasks: Ids of the tasks that came, changed or went.
-        robots: Names of the robots that came, changed or went silent.
-        events: In words, oldest first.
-    """
-
-    tasks: set[str] = field(default_factory=set)
-    robots: set[str] = field(default_factory=set)
-    events: list[Event] = field(default_factory=list)
+    tasks: set[str] = field(default_factory=set)  # ids of those that came, changed or went
+    robots: set[str] = field(default_factory=set)  # those that came, changed or went silent
+    events: list[Event] = field(default_factory=list)  # in words, oldest first

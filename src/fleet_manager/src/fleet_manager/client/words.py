@@ -44,17 +44,11 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One thing that happened.
+    """One thing that happened."""
 
-    Attributes:
-        text: A sentence without a full stop.
-        severity: How much attention it needs.
-        task_id: The task it is about; empty where it is about none.
-    """
-
-    text: str
-    severity: Severity = Severity.NEWS
-    task_id: str = ""
+    text: str  # a sentence without a full stop
+    severity: Severity = Severity.NEWS  # how much attention it needs
+    task_id: str = ""  # the task it is about; empty where it is about none
 
 
 def task_words(state: TaskState, robot: str, step: int, steps: int, reason: str) -> str:
@@ -119,13 +113,10 @@ def task_change(
     after: TaskRecord,
     bids: Sequence[Bid] | None = None,
 ) -> Iterator[Event]:
-    """Tell a change of a task, where there is one.
+    """Tell a change of a task, where there is one; `before` is None for a new task.
 
-    Args:
-        before: What was known of it; None where it is new.
-        after: As it is.
-        bids: Of its newest auction, cheapest first. With them is told who got the task at what
-            cost, and a start that was never heard of. None tells the new state alone.
+    With the `bids` of its newest auction, cheapest first, it also tells who got the task at what
+    cost, and a start that was never heard of. None tells the new state alone.
     """
     if before is not None and _is_same(before, after):
         return

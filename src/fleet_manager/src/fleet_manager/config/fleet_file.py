@@ -86,13 +86,9 @@ class Fleet(FleetContent):
 
 
 def read_fleet(name: str) -> Fleet:
-    """Read and check a fleet file.
+    """Read and check a fleet file, given by its name in `fleets/` without `.yaml` or by its path.
 
-    Args:
-        name: Name of a file in `fleets/` without `.yaml`, or the path of another.
-
-    Returns:
-        The fleet; every name is good for ROS and unique, every model exists.
+    Every name is then good for ROS and unique, and every model exists.
 
     Raises:
         hive_common.errors.FileError: There is no such fleet, or its file has a mistake.

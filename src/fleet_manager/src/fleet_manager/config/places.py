@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 def places_of(world: str) -> Mapping[str, Pose]:
     """Return the stations and chargers of a world by name, each with its pose in the map frame.
 
-    Args:
-        world: Name of a file in simenv's `worlds/` without `.yaml`, or the path of another.
+    The world is given by its name in simenv's `worlds/` without `.yaml`, or by its path.
 
     Raises:
         hive_common.errors.FileError: There is no such world, or its file has a mistake.

@@ -20,8 +20,7 @@ from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
 from hive_common.structuring import Allowed, at_least, between, listed, one_of, positive
 
-MAX_GOALS = 100
-"""As many goals as a hive accepts in one task."""
+MAX_GOALS = 100  # as many goals as a hive accepts in one task
 
 
 def _is_goal(goal: object) -> bool:
@@ -104,13 +103,9 @@ class Scenario(_Head):
 
 
 def read_scenario(name: str) -> Scenario:
-    """Read and check a scenario.
+    """Read and check a scenario, given by its name in `scenarios/` without `.yaml` or by its path.
 
-    Args:
-        name: Name of a file in `scenarios/` without `.yaml`, or the path of another.
-
-    Returns:
-        The scenario; every task has an id of its own and as many goals as its type needs.
+    Every task then has an id of its own and as many goals as its type needs.
 
     Raises:
         hive_common.errors.FileError: There is no such scenario, or its file has a mistake.

@@ -19,8 +19,7 @@ from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
 if TYPE_CHECKING:
     from fleet_manager.client.reports import Report
 
-_PATH_GRAIN = 0.05
-"""Distance between two recorded places [m]: one cell of a map."""
+_PATH_GRAIN = 0.05  # distance between two recorded places [m]: one cell of a map
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,36 +34,22 @@ class Span:
 
 @dataclass
 class TaskTimes:
-    """The times of a task [s]; None where something has not happened.
+    """The times of a task [s]; None where something has not happened."""
 
-    Attributes:
-        posted: When the blackboard accepted it.
-        assigned: When a robot first got it.
-        started: When a robot first began it.
-        ended: When it reached a terminal state.
-    """
-
-    posted: float | None = None
-    assigned: float | None = None
-    started: float | None = None
-    ended: float | None = None
+    posted: float | None = None  # when the blackboard accepted it
+    assigned: float | None = None  # when a robot first got it
+    started: float | None = None  # when a robot first began it
+    ended: float | None = None  # when it reached a terminal state
 
 
 @dataclass
 class RobotTrack:
-    """What one robot did.
+    """What one robot did; the points of its path are at least 0.05 m apart."""
 
-    Attributes:
-        path: (x, y) at least 0.05 m apart [m, map frame].
-        distance: Driven in total [m].
-        charges: (time [s], charge 0..1).
-        energy: Drawn from the battery [J].
-    """
-
-    path: list[tuple[float, float]] = field(default_factory=list)
-    distance: float = 0.0
-    charges: list[tuple[float, float]] = field(default_factory=list)
-    energy: float = 0.0
+    path: list[tuple[float, float]] = field(default_factory=list)  # x and y [m, map frame]
+    distance: float = 0.0  # driven in total [m]
+    charges: list[tuple[float, float]] = field(default_factory=list)  # (time [s], charge 0..1)
+    energy: float = 0.0  # drawn from the battery [J]
     _place: tuple[float, float] | None = None
     _reading: BatteryReading | None = None
 
@@ -85,23 +70,13 @@ class RobotTrack:
 
 
 class History:
-    """The record of one run.
-
-    Args:
-        start: The time that becomes 0 [s, hive's time].
-
-    Attributes:
-        tasks: The times of each task, by id.
-        tracks: What each robot did, by name.
-        spans: Which robot worked on which task, in the order they began.
-        collisions: The number of collisions.
-    """
+    """The record of one run; `start` is the time that becomes 0 [s, hive's time]."""
 
     def __init__(self, start: float) -> None:
-        self.tasks: dict[str, TaskTimes] = {}
-        self.tracks: dict[str, RobotTrack] = {}
-        self.spans: list[Span] = []
-        self.collisions = 0
+        self.tasks: dict[str, TaskTimes] = {}  # the times of each task, by id
+        self.tracks: dict[str, RobotTrack] = {}  # what each robot did, by name
+        self.spans: list[Span] = []  # which robot worked on which task, in the order they began
+        self.collisions = 0  # the number of collisions
         self._start = start
 
     def add(self, time: float, report: Report) -> None:

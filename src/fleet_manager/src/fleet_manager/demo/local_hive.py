@@ -38,18 +38,12 @@ half a minute on a busy one with two cores."""
 
 
 class LocalHive:
-    """A ROS master and what was launched on it.
-
-    Attributes:
-        uri: The master's address.
-        processes: The running processes.
-        folder: The folder of the hive's files.
-    """
+    """A ROS master and what was launched on it."""
 
     def __init__(self, uri: str, processes: ProcessGroup, folder: Path) -> None:
-        self.uri = uri
-        self.processes = processes
-        self.folder = folder
+        self.uri = uri  # the master's address
+        self.processes = processes  # the running processes
+        self.folder = folder  # the folder of the hive's files
 
     def start_master(self) -> None:
         """Start a ROS master at the address, unless one answers there already.
@@ -134,17 +128,11 @@ class LocalHive:
 
 @contextlib.contextmanager
 def local_hive(folder: Path) -> Iterator[LocalHive]:
-    """Prepare a hive on this machine, and end all its processes at the end.
+    """Prepare a hive on this machine with logs in `folder`, and end all its processes at the end.
 
     Its master's address is ROS_MASTER_URI where the user has set one, else a free port. The
     default address counts as not set, because catkin's setup.bash sets it. The environment of this
     process gets the address, so that the link finds the same master.
-
-    Args:
-        folder: For the logs of all processes.
-
-    Yields:
-        The hive, with nothing started yet.
 
     Raises:
         InputError: ROS_MASTER_URI is not an address of this machine.
@@ -185,15 +173,9 @@ def _checked(uri: str) -> str:
 def wait_for_everyone(
     client: HiveClient, robots: Sequence[str], hive: LocalHive, within: float = START_WITHIN
 ) -> None:
-    """Wait until the blackboard is heard, and it has heard every robot.
+    """Wait up to `within` [s] until the blackboard is heard, and it has heard every robot.
 
     A task posted earlier might be split among the robots that are there already.
-
-    Args:
-        client: Listens to the hive.
-        robots: Names of the robots.
-        hive: The launched processes.
-        within: Longest wait [s].
 
     Raises:
         StartError: Some were not heard, or a process ended unexpectedly.

@@ -21,8 +21,7 @@ from hive_common.resources import package_folder
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-MASTER_PORTS = range(11320, 11400)
-"""Above the standard 11311, which is left to other hives."""
+MASTER_PORTS = range(11320, 11400)  # above the standard 11311, which is left to other hives
 
 
 def machine() -> dict[str, str | int | float]:

@@ -32,14 +32,7 @@ _ROBOTS_IN_LEGEND = 12
 
 
 def draw_run(path: Path, report: dict[str, Any], history: History, chart: GridMap) -> None:
-    """Draw a run and write it as PNG.
-
-    Args:
-        path: The file.
-        report: See `report.make_report`.
-        history: What was recorded, closed.
-        chart: The map on which the robots drove.
-    """
+    """Draw a run on the map on which the robots drove, and write it as PNG."""
     figure = Figure(figsize=_INCHES, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, height_ratios=[1.75, 1.0], width_ratios=[2.1, 1.0])

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 _MARK = "ROBO_HIVE_RUN"
-_PATIENCE = 12.0
-"""Time for processes to end after SIGINT [s]; most need under one."""
+_PATIENCE = 12.0  # time for processes to end after SIGINT [s]; most need under one
 
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _LOOK_EVERY = 0.1
@@ -29,12 +28,7 @@ _KILL_TRIES = 50
 
 
 class ProcessGroup:
-    """Processes that end together.
-
-    Args:
-        folder: For the output of the processes, in `NAME.log`; made where missing.
-        environment: Of the processes.
-    """
+    """Processes that end together; each writes to `NAME.log` in `folder`, made where missing."""
 
     def __init__(self, folder: Path, environment: Mapping[str, str]) -> None:
         self.folder = folder

@@ -22,13 +22,7 @@ _DRAW_EVERY = 0.25
 
 
 class Progress:
-    """Draws in place on a terminal; writes a line per event anywhere else.
-
-    Args:
-        sink: Where to write.
-        robots: Names, in the order of their lines.
-        tasks: Ids of all tasks of the run.
-    """
+    """Draws in place on a terminal, robots in the order given; elsewhere a line per event."""
 
     def __init__(self, sink: TextIO, robots: Sequence[str], tasks: Collection[str]) -> None:
         self._sink = sink
@@ -53,10 +47,7 @@ class Progress:
     def show(self, state: HiveState, wall: float, hive: float) -> None:
         """Redraw the picture, or write a status line, if it is due.
 
-        Args:
-            state: What the hive has said.
-            wall: Time since the start [s, wall].
-            hive: Time since the start [s, hive's time].
+        `wall` and `hive` are the times since the start [s, wall] and [s, hive's time].
         """
         if wall - self._last < (_DRAW_EVERY if self._live else _STATUS_EVERY):
             return

@@ -31,19 +31,12 @@ UNITS = {
 
 @dataclass(frozen=True)
 class Clocks:
-    """The times of a run.
+    """The times of a run."""
 
-    Attributes:
-        date: Of its start, ISO 8601.
-        asked_rtf: The requested real-time factor.
-        hive: Its length [s, hive's time].
-        wall: Its length [s, wall].
-    """
-
-    date: str
-    asked_rtf: float
-    hive: float
-    wall: float
+    date: str  # of its start, ISO 8601
+    asked_rtf: float  # the requested real-time factor
+    hive: float  # its length [s, hive's time]
+    wall: float  # its length [s, wall]
 
     @property
     def reached_rtf(self) -> float:
@@ -54,15 +47,7 @@ class Clocks:
 def make_report(
     scenario: Scenario, fleet: Fleet, state: HiveState, history: History, clocks: Clocks
 ) -> dict[str, Any]:
-    """Return the report of a run.
-
-    Args:
-        scenario: What was posted.
-        fleet: The robots.
-        state: The hive at the end.
-        history: What was recorded, closed.
-        clocks: The times of the run.
-    """
+    """Return the report of a run, from the hive at its end and the closed history."""
     tasks = [_task_entry(planned.task, state, history) for planned in scenario.tasks]
     return {
         "scenario": scenario.name,

@@ -31,28 +31,18 @@ if TYPE_CHECKING:
     from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.local_hive import LocalHive
 
-_WALL_SLACK = 4.0
-"""A run ends after this multiple of its due wall time: the clock hardly runs."""
-
-_SLOW = 0.9
-"""A real-time factor under this share of the requested one is worth a remark."""
+_WALL_SLACK = 4.0  # a run ends after this multiple of its due wall time: the clock hardly runs
+_SLOW = 0.9  # a real-time factor under this share of the requested one is worth a remark
 
 
 @dataclass(frozen=True)
 class DemoPlan:
-    """The plan of a run.
+    """The plan of a run."""
 
-    Attributes:
-        scenario: What is posted.
-        fleet: The robots.
-        rtf: The requested real-time factor.
-        windows: Whether RViz and the operator's windows open.
-    """
-
-    scenario: Scenario
-    fleet: Fleet
-    rtf: float
-    windows: bool
+    scenario: Scenario  # what is posted
+    fleet: Fleet  # the robots
+    rtf: float  # the requested real-time factor
+    windows: bool  # whether RViz and the operator's windows open
 
     @property
     def arguments(self) -> dict[str, str]:
@@ -75,37 +65,21 @@ class DemoPlan:
 
 @dataclass(frozen=True)
 class DemoResult:
-    """The result of a run.
+    """The result of a run."""
 
-    Attributes:
-        report: See `report.make_report`.
-        history: What was recorded.
-        remarks: What a person should know: what went wrong, what was slow.
-    """
-
-    report: dict[str, Any]
-    history: History
-    remarks: list[str]
+    report: dict[str, Any]  # see `report.make_report`
+    history: History  # what was recorded
+    remarks: list[str]  # what a person should know: what went wrong, what was slow
 
 
 class DemoRun:
-    """One run on a launched hive.
-
-    Args:
-        plan: The plan.
-        hive: The launched processes.
-        link: The link to the hive, which records the plan's robots.
-        sink: Where the progress is shown.
-
-    Attributes:
-        client: Posts and follows the tasks.
-    """
+    """One run on a launched hive, over a link that records the plan's robots."""
 
     def __init__(self, plan: DemoPlan, hive: LocalHive, link: ClientLink, sink: TextIO) -> None:
         self._plan = plan
         self._hive = hive
         self._link = link
-        self.client = HiveClient(link, self._hear)
+        self.client = HiveClient(link, self._hear)  # posts and follows the tasks
         self._ids = [planned.task.id for planned in plan.scenario.tasks]
         self._progress = Progress(sink, plan.robots, self._ids)
         self._history: History | None = None
@@ -167,13 +141,7 @@ def run_demo(
     connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]],
     sink: TextIO,
 ) -> DemoResult:
-    """Start a hive, run a scenario on it, and return the result.
-
-    Args:
-        plan: The plan.
-        hive: The processes; the caller ends them.
-        connect: Opens the link; see `cli.context.CliContext`.
-        sink: Where the progress is shown.
+    """Start a hive, run a scenario on it, and return the result; the caller ends the processes.
 
     Raises:
         StartError: The hive did not start, or a process ended unexpectedly.

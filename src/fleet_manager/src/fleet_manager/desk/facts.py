@@ -32,17 +32,11 @@ class HiveMessage:
 
 @dataclass(frozen=True, slots=True)
 class Clicked:
-    """A point that a person chose on the map in RViz.
+    """A point that a person chose on the map in RViz."""
 
-    Attributes:
-        pose: The point [in `frame`]; its yaw counts only with `has_heading`.
-        frame: The fixed frame of RViz.
-        has_heading: Whether the person dragged an arrow (2D Nav Goal) or clicked (Publish Point).
-    """
-
-    pose: Pose
-    frame: str
-    has_heading: bool
+    pose: Pose  # the point [in `frame`]; its yaw counts only with `has_heading`
+    frame: str  # the fixed frame of RViz
+    has_heading: bool  # True for a dragged arrow (2D Nav Goal), False for Publish Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +133,7 @@ class ReadDecisions:
     task_id: str
 
 
-Request = PostTask | CancelTask | SetRobotState
-"""What the hive is asked on its topics."""
+Request = PostTask | CancelTask | SetRobotState  # what the hive is asked on its topics
 
 Command = Request | ReadDecisions
 

@@ -64,16 +64,10 @@ class FormText:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """The result of checking a form.
+    """The result of checking a form."""
 
-    Attributes:
-        task: The task, or None where there are mistakes.
-        mistakes: What is wrong, by field: `id`, `priority`, `payload`, `A.x`, `A.y`, `A.heading`,
-            `B.x` and so on.
-    """
-
-    task: Task | None
-    mistakes: Mapping[str, str]
+    task: Task | None  # the task, or None where there are mistakes
+    mistakes: Mapping[str, str]  # what is wrong, by field such as `priority`, `A.heading`
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,15 +97,10 @@ def goals_needed(kind: TaskType) -> tuple[str, ...]:
 
 
 def check(form: FormText, taken: Collection[str] = (), bounds: MapBounds | None = None) -> Checked:
-    """Check a form field by field.
+    """Check a form field by field; return the task, or every mistake at once.
 
-    Args:
-        form: As typed. Goals that the type does not take are left out, whatever they hold.
-        taken: Ids that are in use.
-        bounds: Where the map ends; None where no map is known.
-
-    Returns:
-        The task, or every mistake at once.
+    Goals that the type does not take are left out, whatever they hold. `taken` are the ids in use;
+    `bounds` is where the map ends, None where no map is known.
     """
     mistakes: dict[str, str] = {}
     name = _checked_id(form.id.strip(), taken, mistakes)

@@ -31,10 +31,7 @@ class Inbox:
     def put(self, fact: Fact, supersedes: Hashable = None) -> None:
         """Add a fact at the end.
 
-        Args:
-            fact: What has arrived.
-            supersedes: A name; an older fact of that name that still waits is dropped. None drops
-                nothing.
+        An older fact named `supersedes` that still waits is dropped; None drops nothing.
         """
         with self._lock:
             if supersedes is None:

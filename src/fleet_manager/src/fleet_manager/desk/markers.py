@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
     from fleet_manager.client.rows import RobotRow, TaskRow
 
-Color = tuple[float, float, float, float]
-"""Red, green, blue and opacity, 0 to 1."""
+Color = tuple[float, float, float, float]  # red, green, blue and opacity, 0 to 1
 
 COLORS: tuple[Color, ...] = (
     (0.90, 0.62, 0.00, 1.0),
@@ -69,29 +68,17 @@ class Shape(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """One marker in RViz.
+    """One marker in RViz. A text uses only the last of its `size`, a line only the first."""
 
-    Attributes:
-        space: The namespace, which RViz can hide.
-        number: Its number in the namespace.
-        shape: What it looks like.
-        pose: Of its origin [map frame].
-        height: Of its origin above the floor [m].
-        size: Length, width and height [m]; of a text the last, of a line the first counts.
-        color: Of the whole marker.
-        text: Of a text.
-        points: Of a line [m, map frame].
-    """
-
-    space: str
-    number: int
-    shape: Shape
-    pose: Pose = ORIGIN
-    height: float = 0.0
-    size: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    color: Color = LETTERS
-    text: str = ""
-    points: tuple[tuple[float, float], ...] = ()
+    space: str  # the namespace, which RViz can hide
+    number: int  # its number in the namespace
+    shape: Shape  # what it looks like
+    pose: Pose = ORIGIN  # of its origin [map frame]
+    height: float = 0.0  # of its origin above the floor [m]
+    size: tuple[float, float, float] = (1.0, 1.0, 1.0)  # length, width, height [m]
+    color: Color = LETTERS  # of the whole marker
+    text: str = ""  # of a text
+    points: tuple[tuple[float, float], ...] = ()  # of a line [m, map frame]
 
     @property
     def name(self) -> tuple[str, int]:
@@ -125,13 +112,9 @@ class MarkerBoard:
     ) -> tuple[list[Marker], list[tuple[str, int]]]:
         """Return all markers as they are now, and the names of those that RViz shall delete.
 
-        A deletion is repeated for a while, because a message may be lost.
-
-        Args:
-            tasks: By id; ended tasks show nothing.
-            robots: By name.
-            paths: The planned path of each robot [m, map frame], by name.
-            poses: Poses newer than those in the robots' reports [map frame], by name.
+        A deletion is repeated for a while, because a message may be lost. Ended tasks show
+        nothing. All are by id or name; `paths` are the planned ones [m, map frame], and `poses`
+        [map frame] are newer than those in the robots' reports.
         """
         labels: set[tuple[int, int]] = set()
         open_tasks = [row.record for row in tasks.values() if row.is_open]
@@ -191,9 +174,7 @@ def _label(space: str, number: int, pose: Pose, words: str) -> Marker:
 def _free_place(goal: Pose, taken: set[tuple[int, int]]) -> Pose:
     """Return the first place below a goal where no other name is, and take it.
 
-    Args:
-        goal: What is named.
-        taken: Cells of `LABEL_WIDTH` by `LINE_HEIGHT` that names have taken.
+    `taken` holds the cells of `LABEL_WIDTH` by `LINE_HEIGHT` that names have taken.
     """
     column, row = round(goal.x / LABEL_WIDTH), math.floor(goal.y / LINE_HEIGHT) - 1
     while any((column + side, row) in taken for side in (-1, 0, 1)):

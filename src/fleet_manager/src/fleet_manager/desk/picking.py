@@ -32,15 +32,11 @@ class Picking:
     A person arms a goal; a click fills it and arms the next one that the task's type needs. A drag
     that starts at the last click sets the heading of that goal; any other drag fills the armed
     goal with its heading.
-
-    Attributes:
-        armed: Name of the goal that the next click fills; empty while clicks are ignored.
-        message: What to tell the person now; may be empty.
     """
 
     def __init__(self, frame: str = "map") -> None:
-        self.armed = ""
-        self.message = ""
+        self.armed = ""  # the goal that the next click fills; empty while clicks are ignored
+        self.message = ""  # what to tell the person now; may be empty
         self._frame = frame
         self._last: tuple[str, Pose] | None = None
 
@@ -59,9 +55,7 @@ class Picking:
     def take(self, clicked: Clicked, needed: Sequence[str]) -> Filled | None:
         """Return what a click fills, or None where it is not meant for the form.
 
-        Args:
-            clicked: The point.
-            needed: Names of the goals that the chosen type needs, in order.
+        `needed` are the names of the goals that the chosen type needs, in order.
         """
         turns = clicked.has_heading and self._last and _near(self._last[1], clicked.pose)
         if not (self.armed or turns):

@@ -43,19 +43,12 @@ class Answer(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SentTask:
-    """A task that was sent from here.
-
-    Attributes:
-        task: The task.
-        answer: What became of it.
-        reason: Why it was rejected; empty otherwise.
-        sent: When it was last sent [s, wall]; None before the first time.
-    """
+    """A task that was sent from here."""
 
     task: Task
-    answer: Answer = Answer.KEPT
-    reason: str = ""
-    sent: float | None = None
+    answer: Answer = Answer.KEPT  # what became of it
+    reason: str = ""  # why it was rejected; empty otherwise
+    sent: float | None = None  # when it was last sent [s, wall]; None before the first time
 
     @property
     def is_open(self) -> bool:
@@ -68,11 +61,7 @@ class SentTask:
 
 
 class RequestQueue:
-    """Sends tasks and cancellations until they are answered.
-
-    Args:
-        send: Hands a command to the link.
-    """
+    """Sends tasks and cancellations to the link until they are answered."""
 
     def __init__(self, send: Callable[[Command], None]) -> None:
         self._send = send
@@ -104,9 +93,7 @@ class RequestQueue:
     def hear(self, fact: Fact, find: Callable[[str], TaskRecord | None]) -> bool:
         """Look for answers in a fact, and return whether a sent task changed.
 
-        Args:
-            fact: What has arrived.
-            find: Returns the record of a task by id; None where it is not known.
+        `find` returns the record of a task by id; None where it is not known.
         """
         report = fact.report if isinstance(fact, HiveMessage) else None
         if isinstance(report, TaskUpdate):
@@ -116,11 +103,9 @@ class RequestQueue:
         return False
 
     def tick(self, now: float, someone_listens: bool) -> bool:
-        """Send what is due, and return whether a sent task changed.
+        """Send what is due at `now` [s, wall]; return whether a sent task changed.
 
-        Args:
-            now: The time [s, wall].
-            someone_listens: Whether there is a leader.
+        `someone_listens` says whether there is a leader.
         """
         changed = False
         for name, sent in self._tasks.items():

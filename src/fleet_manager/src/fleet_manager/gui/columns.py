@@ -84,13 +84,7 @@ def robot_columns(places: Callable[[], tuple[Place, ...]]) -> tuple[Column, ...]
         Column("Battery", _battery, _charge, _battery_tone, _charge, "100 % low", letters=14),
         _named("Current task", lambda r: r.status.task_id, letters=11),
         Column("Queue", _queue, lambda r: queued(r.status), letters=11),
-        Column(
-            "Load",
-            lambda r: mass(r.status.payload),
-            lambda r: r.status.payload,
-            to_right=True,
-            letters=7,
-        ),
+        Column("Load", lambda r: mass(_load(r)), _load, to_right=True, letters=7),
         Column("Place", place, place, letters=28),
         Column("Reason", lambda r: r.status.reason, lambda r: r.status.reason, letters=8),
     )
@@ -98,12 +92,7 @@ def robot_columns(places: Callable[[], tuple[Place, ...]]) -> tuple[Column, ...]
 
 def _named(head: str, name: Callable[[Any], str], letters: int) -> Column:
     """Return a column of names, in which T9 is before T10."""
-    return Column(
-        head,
-        lambda row: name(row) or UNKNOWN,
-        lambda row: natural(name(row)),
-        letters=letters,
-    )
+    return Column(head, lambda r: name(r) or UNKNOWN, lambda r: natural(name(r)), letters=letters)
 
 
 def _task_state(row: TaskRow) -> str:

@@ -57,13 +57,6 @@ class Desk(QObject):
 
     Args:
         link: The link to the hive.
-
-    Attributes:
-        hive: What is known of the hive.
-        requests: What has been sent.
-        places: The named places of the world.
-        bounds: The edges of the map; None until a map is known.
-        link_change: The state of the connection to the ROS master.
     """
 
     changed = Signal(object)
@@ -74,11 +67,11 @@ class Desk(QObject):
 
     def __init__(self, link: DeskLink) -> None:
         super().__init__()
-        self.hive = HiveState(detailed=True)
-        self.requests = RequestQueue(link.send)
-        self.places: tuple[Place, ...] = ()
-        self.bounds: MapBounds | None = None
-        self.link_change = LinkChange(LinkState.SEARCHING, "")
+        self.hive = HiveState(detailed=True)  # what is known of the hive
+        self.requests = RequestQueue(link.send)  # what has been sent
+        self.places: tuple[Place, ...] = ()  # the named places of the world
+        self.bounds: MapBounds | None = None  # the edges of the map; None until a map is known
+        self.link_change = LinkChange(LinkState.SEARCHING, "")  # the link to the ROS master
         self._link = link
         self._standing: tuple[object, ...] = ()
         self._drain_timer = QTimer(self, interval=DRAIN_PERIOD, timeout=self._drain)

@@ -41,14 +41,7 @@ _LOOKS = {
 
 
 class FleetWindow(QMainWindow):
-    """Task entry and task view, docked; either may be left out, moved or torn off.
-
-    Args:
-        desk: The hive's state.
-        settings: Keeps layout and choices.
-        entry: Whether there is a task entry.
-        view: Whether there is a task view.
-    """
+    """Task entry and task view, docked; either may be left out, moved or torn off."""
 
     def __init__(
         self, desk: Desk, settings: QSettings, *, entry: bool = True, view: bool = True

@@ -25,15 +25,12 @@ _LETTERS = 7  # fit into a field without scrolling, such as 12.345
 
 
 class GoalEditor(QGroupBox):
-    """The place or coordinates of one goal.
+    """The place or coordinates of one goal, named A, B or C.
 
     Signals:
         edited: The text of any field changed.
         left: The field of this name (`A.x`) lost the focus.
         pick_asked: The person starts or stops picking this goal on the map.
-
-    Args:
-        name: A, B or C.
     """
 
     edited = Signal()

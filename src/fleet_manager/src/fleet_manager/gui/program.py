@@ -27,12 +27,7 @@ _EXAMPLE = """example, with the stations of a world to choose from:
 
 
 def main(name: str, *, entry: bool = True, view: bool = True) -> None:
-    """Run one window until it is closed, then leave the process.
-
-    Args:
-        name: Of the node and the program.
-        entry: Whether the window has the task entry.
-        view: Whether it has the task view.
+    """Run a node with one window until it is closed, then leave the process.
 
     ROS Parameters:
         ~world (string): World whose stations and chargers can be chosen; none by default.

@@ -31,27 +31,16 @@ GAP = "\u2002"  # between right-aligned numbers and the next column
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table.
+    """One column of a table; its functions take a row."""
 
-    Attributes:
-        head: Its title.
-        shown: Returns the text of a row's cell.
-        sort: Returns what the column is sorted by.
-        tone: Returns the tone of a cell's letters; None for the usual one.
-        share: Returns a share from 0 to 1 that is drawn as a bar; None draws no bar.
-        bar_text: The widest text beside a bar.
-        to_right: Whether its texts are right-aligned numbers.
-        letters: Its initial width, in letters.
-    """
-
-    head: str
-    shown: Callable[[Any], str]
-    sort: Callable[[Any], float | str]
-    tone: Callable[[Any], Tone | None] = lambda _row: None
-    share: Callable[[Any], float] | None = None
-    bar_text: str = "100 %"
-    to_right: bool = False
-    letters: int = 10
+    head: str  # its title
+    shown: Callable[[Any], str]  # the text of a row's cell
+    sort: Callable[[Any], float | str]  # what the column is sorted by
+    tone: Callable[[Any], Tone | None] = lambda _row: None  # None for the usual one
+    share: Callable[[Any], float] | None = None  # from 0 to 1, drawn as a bar; None: no bar
+    bar_text: str = "100 %"  # the widest text beside a bar
+    to_right: bool = False  # whether its texts are right-aligned numbers
+    letters: int = 10  # its initial width, in letters
 
 
 class RowsModel(QAbstractTableModel):
@@ -155,12 +144,7 @@ def _runs(numbers: list[int]) -> Iterator[tuple[int, int]]:
 
 
 class BarDelegate(QStyledItemDelegate):
-    """Draws the bar on the left in the cell's colour, the text on the right.
-
-    Args:
-        table: The table of the cells.
-        widest: The widest text beside a bar.
-    """
+    """Draws the bar on the left in the cell's colour, the text, at most `widest`, on the right."""
 
     def __init__(self, table: QObject, widest: str) -> None:
         super().__init__(table)

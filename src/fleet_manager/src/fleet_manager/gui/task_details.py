@@ -20,13 +20,7 @@ if TYPE_CHECKING:
 
 
 class TaskDetails(QDialog):
-    """Goals, state and bids of one task, kept up to date while it is open.
-
-    Args:
-        desk: The hive's state.
-        task_id: The task.
-        parent: The window it belongs to.
-    """
+    """Goals, state and bids of one task, kept up to date while it is open."""
 
     def __init__(self, desk: Desk, task_id: str, parent: object = None) -> None:
         super().__init__(parent)

@@ -34,12 +34,8 @@ if TYPE_CHECKING:
 def connect(record: Sequence[str] = ()) -> Iterator[RosClientLink]:
     """Open a link to the hive whose ROS master is at ROS_MASTER_URI; close it at the end.
 
-    Args:
-        record: Robots whose ground truth and battery are reported too, with the collisions that
-            the simulator counts.
-
-    Raises:
-        NoHiveError: No ROS master answers.
+    The ground truth and the battery of the robots in `record` are reported too, with the
+    collisions that the simulator counts. Raise NoHiveError if no ROS master answers.
     """
     demand_master()
     rospy.init_node("hive", anonymous=True, disable_signals=True, log_level=rospy.ERROR)

@@ -24,14 +24,9 @@ if TYPE_CHECKING:
 
     from hive_common.pose import Velocity
 
-OCCUPIED_FROM = 50
-"""Cells at least this occupied [%] are blocked, and so are unknown ones."""
-
-PLANAR = (0, 1, 5)
-"""Indices of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw."""
-
-SMALL = 1e-9
-"""An eigenvalue this little below 0 is a rounding error."""
+OCCUPIED_FROM = 50  # cells at least this occupied [%] are blocked, and so are unknown ones
+PLANAR = (0, 1, 5)  # indices of x, y and yaw in a covariance of x, y, z, roll, pitch, yaw
+SMALL = 1e-9  # an eigenvalue this little below 0 is a rounding error
 
 
 def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)
@@ -164,11 +159,7 @@ def map_msg(header: Header, grid: GridMap) -> OccupancyGrid:
 
 
 def map_from_msg(message: OccupancyGrid) -> GridMap:
-    """Read an OccupancyGrid.
-
-    Raises:
-        MapError: It does not hold a map.
-    """
+    """Read an OccupancyGrid; raise MapError if it holds no map."""
     info = message.info
     if not (info.resolution > 0 and 0 < info.width * info.height == len(message.data)):
         raise MapError(

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 
 Answer = TypeVar("Answer")
 
-PATIENCE = 10.0
-"""Time that a caller waits for the main thread [s, wall clock]."""
+PATIENCE = 10.0  # time that a caller waits for the main thread [s, wall clock]
 
 
 class Inbox:
@@ -55,11 +54,7 @@ class Inbox:
             self._queue.get()()
 
     def wait(self, timeout: float) -> None:
-        """Wait for an action, then run all that have come in; only the main thread calls this.
-
-        Args:
-            timeout: How long to wait [s, wall clock].
-        """
+        """Wait up to `timeout` [s, wall clock] for an action, then run all; main thread only."""
         try:
             action = self._queue.get(timeout=timeout)
         except queue.Empty:

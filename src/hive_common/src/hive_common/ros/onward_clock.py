@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_RESET = 1.0
-"""A clock that goes back by more than this was reset [s]."""
+_RESET = 1.0  # a clock that goes back by more than this was reset [s]
 
 
 class OnwardClock:

@@ -19,8 +19,7 @@ import rospy
 if TYPE_CHECKING:
     from types import FrameType
 
-_PATIENCE = 5.0
-"""Time that the process waits for the shutdown to tell the master [s]."""
+_PATIENCE = 5.0  # time that the process waits for the shutdown to tell the master [s]
 
 
 def end_on_signals() -> None:

@@ -17,27 +17,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Room:
-    """What a robot may do at this moment.
+    """What a robot may do at this moment."""
 
-    Attributes:
-        ahead: How far along the path it may go before it must stop [m].
-        turn: Whether it may turn on the spot.
-    """
-
-    ahead: float = math.inf
-    turn: bool = True
+    ahead: float = math.inf  # how far along the path it may go before it must stop [m]
+    turn: bool = True  # whether it may turn on the spot
 
 
 class Follower(Protocol):
-    """Turns a path into velocities for one base.
+    """Turns a path into velocities for one base."""
 
-    Attributes:
-        progress: How far along the path the base is [m].
-        arrived: Whether the base stands at the end of the path with the wanted yaw.
-    """
-
-    progress: float
-    arrived: bool
+    progress: float  # how far along the path the base is [m]
+    arrived: bool  # whether the base stands at the end of the path with the wanted yaw
 
     def start(self, path: Path, goal_yaw: float | None) -> None:
         """Take up a new path, whose end has a yaw [rad] or any (None), while the base moves."""

@@ -19,14 +19,9 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
     from robot_navigation.traffic.right_of_way import Meeting
 
-MIN_PROGRESS = 0.1
-"""The remaining path must shrink by this much to count as progress [m]."""
-
-STUCK_DISTANCE = 0.05
-"""A robot that moves less than this stands still [m]."""
-
-STUCK_ANGLE = 0.1
-"""A robot that turns less than this stands still [rad]."""
+MIN_PROGRESS = 0.1  # the remaining path must shrink by this much to count as progress [m]
+STUCK_DISTANCE = 0.05  # a robot that moves less than this stands still [m]
+STUCK_ANGLE = 0.1  # a robot that turns less than this stands still [rad]
 
 
 @dataclass(frozen=True)
@@ -83,16 +78,11 @@ class StuckDetector:
 
 
 class GoalTracker:
-    """One goal and the attempts to reach it.
-
-    Attributes:
-        goal: Frame map.
-        retry_at: The robot does not plan again before this time [s].
-    """
+    """One goal and the attempts to reach it."""
 
     def __init__(self, goal: Pose, now: float, settings: NavigationSettings) -> None:
-        self.goal = goal
-        self.retry_at = now
+        self.goal = goal  # frame map
+        self.retry_at = now  # the robot does not plan again before this time [s]
         self._settings = settings
         self._failures = 0
         self._least_left = math.inf

@@ -57,28 +57,17 @@ if TYPE_CHECKING:
     from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
 
-SLACK = 0.02
-"""Clearance beyond the robot's radius at a passing place [m]."""
-
-HEARD_LATE = 0.2
-"""How far a robot may have driven since it announced where it is [m]."""
-
-MAX_ROUND = 0.5
-"""After a longer round of the control loop the base has stopped by itself [s]."""
+SLACK = 0.02  # clearance beyond the robot's radius at a passing place [m]
+HEARD_LATE = 0.2  # how far a robot may have driven since it announced where it is [m]
+MAX_ROUND = 0.5  # after a longer round of the control loop the base has stopped by itself [s]
 
 
 class Tick(NamedTuple):
-    """What a robot does in one round of the control loop.
+    """What a robot does in one round of the control loop."""
 
-    Attributes:
-        velocity: The command for the base.
-        announcement: What to tell the other robots.
-        outcome: How the goal ended, if it just did.
-    """
-
-    velocity: Velocity
-    announcement: Announcement
-    outcome: GoalOutcome | None
+    velocity: Velocity  # the command for the base
+    announcement: Announcement  # what to tell the other robots
+    outcome: GoalOutcome | None  # how the goal ended, if it just did
 
 
 class Navigator:

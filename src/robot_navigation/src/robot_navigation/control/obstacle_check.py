@@ -29,36 +29,24 @@ if TYPE_CHECKING:
     from robot_description.models import Base, Laser
     from robot_navigation.planning.path import Path
 
-STEP = 0.1
-"""Distance between the places on the path where the robot is checked [m]."""
-
-MARGIN = 0.05
-"""Room around the footprint that must be free of unmapped obstacles [m]."""
+STEP = 0.1  # distance between the places on the path where the robot is checked [m]
+MARGIN = 0.05  # room around the footprint that must be free of unmapped obstacles [m]
 
 MAPPED_MARGIN = -0.03
 """The same for obstacles of the map [m]. It is negative: the planner has left room for them, and
 the laser's noise must not stop the robot in a narrow door."""
 
-GAP = 0.15
-"""Distance at which a robot stops before an obstacle [m]."""
-
-ON_MAP = 0.15
-"""A point within this distance of an obstacle of the map belongs to it [m]."""
-
-CLUSTER = 0.25
-"""Side of the squares in which points are grouped to plan around them [m]."""
-
-REMEMBERED = 20.0
-"""How long an obstacle is remembered [s]."""
+GAP = 0.15  # distance at which a robot stops before an obstacle [m]
+ON_MAP = 0.15  # a point within this distance of an obstacle of the map belongs to it [m]
+CLUSTER = 0.25  # side of the squares in which points are grouped to plan around them [m]
+REMEMBERED = 20.0  # how long an obstacle is remembered [s]
 
 
 def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
     """Return the points that a scan has hit, (n, 2) array, frame map [m].
 
-    Args:
-        laser: The scanner.
-        ranges: (beams,) array [m]; counter-clockwise from minus half the field of view.
-        pose: Where the base was, frame map.
+    `ranges` (beams,) [m] go counter-clockwise from minus half the field of view; the base was at
+    `pose`, frame map.
     """
     hit = np.isfinite(ranges) & (ranges >= laser.range_min) & (ranges < laser.range_max)
     spread = laser.field_of_view / max(1, len(ranges))
@@ -73,15 +61,10 @@ def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
 
 @dataclass(frozen=True)
 class VisibleObstacles:
-    """What the laser sees; (n, 2) arrays of points, frame map [m].
+    """What the laser sees; (n, 2) arrays of points, frame map [m]."""
 
-    Attributes:
-        known: On obstacles of the map and on robots that announce where they are.
-        unknown: Everything else.
-    """
-
-    known: Array
-    unknown: Array
+    known: Array  # on obstacles of the map and on robots that announce where they are
+    unknown: Array  # everything else
 
 
 def sort_points(points: Array, field: ClearanceField, robots: Sequence[Disc]) -> VisibleObstacles:

@@ -21,56 +21,33 @@ if TYPE_CHECKING:
     from robot_navigation.control.follower import Room
 
 
-LOOK_AHEAD = 0.20
-"""Distance to the point that it steers for at standstill [m]."""
-
-LOOK_AHEAD_TIME = 0.15
-"""By how much that distance grows with the speed [s]."""
-
-TURN_ON_SPOT = 0.7
-"""Heading error above which it stops and turns [rad]."""
-
-BRAKING = 0.7
-"""Share of the base's deceleration that it plans with [-]; the rest is reserve."""
-
-DELAY = 0.15
-"""Time until a command takes effect, half a control period included [s]."""
+LOOK_AHEAD = 0.20  # distance to the point that it steers for at standstill [m]
+LOOK_AHEAD_TIME = 0.15  # by how much that distance grows with the speed [s]
+TURN_ON_SPOT = 0.7  # heading error above which it stops and turns [rad]
+BRAKING = 0.7  # share of the base's deceleration that it plans with [-]; the rest is reserve
+DELAY = 0.15  # time until a command takes effect, half a control period included [s]
 
 REACTION = 0.5
 """The longest such time [s]. A base goes on for this long without commands, for example while the
 navigator gets no processor, and must still stop in time."""
 
-POSITION_TOLERANCE = 0.05
-"""Distance from the goal that counts as reached [m]."""
-
-YAW_TOLERANCE = 0.05
-"""Yaw error at the goal that counts as turned [rad]."""
-
-STANDSTILL = 0.05
-"""Below this speed a base counts as standing [m/s], [rad/s]."""
-
-AT_END = 0.01
-"""With less than this left of a path the base is at its end [m]."""
-
-SWING = 0.3
-"""Share of its acceleration that a holonomic base may use to turn while it drives [-]."""
+POSITION_TOLERANCE = 0.05  # distance from the goal that counts as reached [m]
+YAW_TOLERANCE = 0.05  # yaw error at the goal that counts as turned [rad]
+STANDSTILL = 0.05  # below this speed a base counts as standing [m/s], [rad/s]
+AT_END = 0.01  # with less than this left of a path the base is at its end [m]
+SWING = 0.3  # share of its acceleration that a holonomic base may use to turn while it drives [-]
 
 HOLONOMIC_TOLERANCE = 0.3
 """Share of `position_tolerance` for a holonomic base, which can correct sideways [-]."""
 
-STRAIGHT = 0.1
-"""Heading error at which a turn on the spot ends [rad]."""
+STRAIGHT = 0.1  # heading error at which a turn on the spot ends [rad]
 
 
 def speed_to_stop_within(distance: float, deceleration: float, reaction: float) -> float:
-    """Return the speed [m/s] from which a base stops within a distance [m].
+    """Return the speed [m/s] from which a base stops within a distance [m]; 0 for a negative one.
 
-    It solves distance = v * reaction + v^2 / (2 * deceleration).
-
-    Args:
-        distance: [m]; for a negative one the speed is 0.
-        deceleration: [m/s^2], above 0.
-        reaction: Time until the base starts to brake [s].
+    It solves distance = v * reaction + v^2 / (2 * deceleration), with the time until the base
+    starts to brake [s] and a deceleration above 0 [m/s^2].
     """
     if distance <= 0:
         return 0.0

@@ -28,16 +28,14 @@ if TYPE_CHECKING:
 ALONG = (0.2, 0.4, 0.6, 0.8, 0.97)
 """Where a beam that hits nothing is checked, as shares of its range."""
 
-THROUGH = 0.05
-"""A beam that comes nearer than this to an occupied cell passes through it [m]."""
+THROUGH = 0.05  # a beam that comes nearer than this to an occupied cell passes through it [m]
 
 TEMPER = 0.08
 """Weight of a beam, 0..1: neighbouring beams err together, and the product of their likelihoods
 would be overconfident (Thrun, Burgard and Fox, section 6.3.4). Found by experiment, see
 docs/decisions/060."""
 
-BATCH = 4000
-"""Number of poses weighed at once; bounds the memory."""
+BATCH = 4000  # number of poses weighed at once; bounds the memory
 
 
 @dataclass(frozen=True)
@@ -124,9 +122,7 @@ class LikelihoodField:
     def log_likelihood(self, poses: Array, beams: Beams) -> Array:
         """Return the log likelihoods (n,) of a scan, up to a common constant.
 
-        Args:
-            poses: (n, 3) of the base, frame map [m, m, rad].
-            beams: The scan.
+        `poses` (n, 3) are those of the base, frame map [m, m, rad].
         """
         found = np.zeros(len(poses))
         for first in range(0, len(poses), BATCH):

@@ -19,24 +19,18 @@ if TYPE_CHECKING:
     from robot_navigation.localization.likelihood_field import BeamChooser
     from robot_navigation.localization.particle_filter import Estimate, ParticleFilter
 
-EARLY = 0.01
-"""How much earlier than due a scan may come [s]."""
+EARLY = 0.01  # how much earlier than due a scan may come [s]
 
 
 class Localizer:
-    """The localization of one robot.
-
-    Attributes:
-        estimate: Where the robot was at the last scan that was used; None before the first.
-        map_to_odom: Origin of the odometry, frame map; None before the first scan.
-    """
+    """The localization of one robot."""
 
     def __init__(
         self, particles: ParticleFilter, chooser: BeamChooser, settings: AmclSettings
     ) -> None:
         """Use a particle filter that has been started."""
-        self.estimate: Estimate | None = None
-        self.map_to_odom: Pose | None = None
+        self.estimate: Estimate | None = None  # at the last scan used; None before the first
+        self.map_to_odom: Pose | None = None  # origin of odometry, frame map; None until a scan
         self._filter = particles
         self._chooser = chooser
         self._settings = settings
@@ -66,15 +60,9 @@ class Localizer:
         return compose(self.map_to_odom, odometry)
 
     def see(self, time: float, odometry: Pose, ranges: Array) -> bool:
-        """Take in a scan.
+        """Take in a scan (beams,) [m] with its time [s] and the base's odometry then, frame odom.
 
-        Args:
-            time: When it was taken [s].
-            odometry: Odometry of the base at that time, frame odom.
-            ranges: (beams,) [m].
-
-        Returns:
-            Whether the scan was used; then `estimate` and `map_to_odom` are new.
+        Return whether it was used; then `estimate` and `map_to_odom` are new.
         """
         if self._odometry is None:
             self._odometry = odometry

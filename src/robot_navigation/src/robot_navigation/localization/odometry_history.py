@@ -11,8 +11,7 @@ from hive_common.pose import blend
 if TYPE_CHECKING:
     from hive_common.pose import Pose
 
-KEPT = 100
-"""Number of readings kept: 5 s at 20 Hz."""
+KEPT = 100  # number of readings kept: 5 s at 20 Hz
 
 
 class OdometryHistory:

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
     from robot_navigation.localization.amcl_settings import AmclSettings
 
-ON_THE_SPOT = 0.01
-"""A shorter drive has no direction [m]; the same as in ROS's amcl."""
+ON_THE_SPOT = 0.01  # a shorter drive has no direction [m]; the same as in ROS's amcl
 
 
 def spread(poses: Array, move: Pose, settings: AmclSettings, random: np.random.Generator) -> Array:

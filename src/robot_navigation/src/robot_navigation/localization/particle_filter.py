@@ -30,32 +30,20 @@ BIN = np.array([0.5, 0.5, math.radians(10.0)])
 NEAR, NEAR_YAW = 0.8, math.radians(40.0)
 """Particles this near to the heaviest place belong to it [m], [rad]."""
 
-START_ANYWHERE = 3
-"""A robot that is lost starts with this many times `max_particles`."""
+START_ANYWHERE = 3  # a robot that is lost starts with this many times `max_particles`
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Where the robot most likely is.
+    """Where the robot most likely is."""
 
-    Attributes:
-        pose: Frame map.
-        covariance: (3, 3) of x, y, yaw [m^2, m rad, rad^2].
-        share: Share of the weight that is there, 0..1; near 1 once the filter has converged.
-    """
-
-    pose: Pose
-    covariance: Array
-    share: float
+    pose: Pose  # frame map
+    covariance: Array  # (3, 3) of x, y, yaw [m^2, m rad, rad^2]
+    share: float  # share of the weight that is there, 0..1; near 1 once the filter has converged
 
 
 class ParticleFilter:
-    """The cloud of one robot; the same random generator gives the same run.
-
-    Attributes:
-        particles: (n, 3) poses, frame map [m, m, rad].
-        weights: (n,); their sum is 1.
-    """
+    """The cloud of one robot; the same random generator gives the same run."""
 
     def __init__(
         self, field: LikelihoodField, settings: AmclSettings, random: np.random.Generator
@@ -64,8 +52,8 @@ class ParticleFilter:
         self._settings = settings
         self._random = random
         self._slow = self._fast = 0.0
-        self.particles: Array = np.zeros((0, 3))
-        self.weights: Array = np.zeros(0)
+        self.particles: Array = np.zeros((0, 3))  # (n, 3) poses, frame map [m, m, rad]
+        self.weights: Array = np.zeros(0)  # (n,); their sum is 1
 
     def start_at(self, pose: Pose, covariance: Array) -> None:
         """Start around a pose, frame map; `covariance` (3, 3) of x, y, yaw [m^2, rad^2]."""

@@ -22,49 +22,22 @@ if TYPE_CHECKING:
     from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
 
-MARGIN = 0.08
-"""Clearance beyond the robot's radius that a path must keep [m]."""
-
-NEAR = 1.2
-"""Distance from which the robot observes a frontier [m]."""
-
-MIN_FRONTIER = 6
-"""Frontiers of fewer cells are cracks between beams."""
-
-SPEED = 0.5
-"""[m/s]"""
-
-COMFORT = 0.3
-"""The robot takes a longer path to gain up to this much more clearance than it needs [m] ..."""
-
-DETOUR = 3.0
-"""... of at most this many times the length."""
-
-AHEAD = 0.35
-"""The robot steers for the point of its path this far ahead [m]."""
-
-SHARP = 0.6
-"""With a larger heading error the robot turns on the spot first [rad]."""
-
-TURN = 1.5
-"""Yaw rate per heading error [rad/s per rad]."""
-
-ARRIVED = 0.25
-"""Distance from the end of the path that counts as arrived [m]."""
-
-STUCK = 0.03
-"""A robot that moves and turns less than this between two plans is stuck [m], [rad]."""
-
-BACK = -0.15
-"""Speed of a stuck robot until the next plan [m/s]: it backs off."""
+MARGIN = 0.08  # clearance beyond the robot's radius that a path must keep [m]
+NEAR = 1.2  # distance from which the robot observes a frontier [m]
+MIN_FRONTIER = 6  # frontiers of fewer cells are cracks between beams
+SPEED = 0.5  # [m/s]
+COMFORT = 0.3  # the robot takes a longer path to gain up to this much clearance more [m] ...
+DETOUR = 3.0  # ... of at most this many times the length
+AHEAD = 0.35  # the robot steers for the point of its path this far ahead [m]
+SHARP = 0.6  # with a larger heading error the robot turns on the spot first [rad]
+TURN = 1.5  # yaw rate per heading error [rad/s per rad]
+ARRIVED = 0.25  # distance from the end of the path that counts as arrived [m]
+STUCK = 0.03  # a robot that moves and turns less than this between two plans is stuck [m], [rad]
+BACK = -0.15  # speed of a stuck robot until the next plan [m/s]: it backs off
 
 
 class Explorer:
-    """Chooses where a mapping robot drives.
-
-    Attributes:
-        finished: Whether the map shows everything that the robot can reach.
-    """
+    """Chooses where a mapping robot drives."""
 
     def __init__(self, radius: float, max_speed: float) -> None:
         """Explore with a robot of a radius [m] and a top speed [m/s]."""
@@ -74,7 +47,7 @@ class Explorer:
         self._given_up: list[tuple[float, float]] = []
         self._last: Pose | None = None
         self._stuck = False
-        self.finished = False
+        self.finished = False  # whether the map shows everything that the robot can reach
 
     def plan(self, chart: GridMap, here: Pose) -> None:
         """Choose the nearest frontier on the map so far, and the path to it; `here`: frame map."""

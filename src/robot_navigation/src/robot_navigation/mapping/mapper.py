@@ -24,23 +24,16 @@ GROUP = 0.5
 """Scans taken within this distance and angle of each other [m], [rad] keep their relative poses
 when the map is refined."""
 
-MAX_BEAMS = 720
-"""Number of evenly spread beams that are matched; all are drawn."""
+MAX_BEAMS = 720  # number of evenly spread beams that are matched; all are drawn
 
 
 @dataclass(frozen=True)
 class Beams:
-    """The geometry of a laser.
+    """The geometry of a laser."""
 
-    Attributes:
-        angles: (n,) directions of the beams relative to the laser [rad].
-        range_max: How far the laser sees [m].
-        mount: Pose of the laser in the robot's base frame.
-    """
-
-    angles: Array
-    range_max: float
-    mount: Pose
+    angles: Array  # (n,) directions of the beams relative to the laser [rad]
+    range_max: float  # how far the laser sees [m]
+    mount: Pose  # pose of the laser in the robot's base frame
 
     @classmethod
     def of(cls, laser: Laser) -> Beams:
@@ -51,26 +44,15 @@ class Beams:
 
 @dataclass(frozen=True)
 class MappedScan:
-    """A scan on the map.
+    """A scan on the map."""
 
-    Attributes:
-        odometry: The robot's base by odometry, frame odom.
-        pose: The robot's base, frame map.
-        ranges: (n,) what the laser measured [m].
-    """
-
-    odometry: Pose
-    pose: Pose
-    ranges: Array
+    odometry: Pose  # the robot's base by odometry, frame odom
+    pose: Pose  # the robot's base, frame map
+    ranges: Array  # (n,) what the laser measured [m]
 
 
 class Mapper:
-    """Estimates where a robot is on the map that it makes.
-
-    Attributes:
-        grid: The map so far.
-        pose: The robot's base, frame map.
-    """
+    """Estimates where a robot is on the map that it makes."""
 
     def __init__(
         self,
@@ -84,8 +66,8 @@ class Mapper:
 
         A scan is used once the robot has moved `min_distance` [m] or turned `min_turn` [rad].
         """
-        self.grid = grid
-        self.pose = start
+        self.grid = grid  # the map so far
+        self.pose = start  # the robot's base, frame map
         self._log: list[MappedScan] = []
         self._beams = beams
         self._min_move = min_distance, min_turn
@@ -106,11 +88,9 @@ class Mapper:
         return compose(self.pose, inverse(here)) if here is not None else self.pose
 
     def see(self, odometry: Pose, ranges: Array) -> bool:
-        """Take in a scan; return whether it was used.
+        """Take in a scan at a pose by odometry, frame odom; return whether it was used.
 
-        Args:
-            odometry: The robot's base by odometry, frame odom.
-            ranges: (n,) what the laser measured [m], see `OccupancyGrid.add`.
+        `ranges` (n,) are what the laser measured [m], see `OccupancyGrid.add`.
         """
         if self._odometry is not None:
             self.pose = compose(self.pose, between(self._odometry, odometry))

@@ -21,41 +21,25 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Array
 
-MISS = -0.4
-"""Log odds that a passing beam adds to a cell."""
-
-HIT = 0.85
-"""Log odds that an ending beam adds to a cell."""
-
-MAX_ODDS = 6.0
-"""Bound of a cell's log odds, so that the map learns in time that a door has opened."""
-
-SURE = 0.3
-"""A cell with higher log odds is occupied; one below the negative is free."""
-
-STRIDE = 5.0
-"""By how much the grid grows at least towards what lies beyond it [m]."""
+MISS = -0.4  # log odds that a passing beam adds to a cell
+HIT = 0.85  # log odds that an ending beam adds to a cell
+MAX_ODDS = 6.0  # bound of a cell's log odds, so that the map learns in time that a door has opened
+SURE = 0.3  # a cell with higher log odds is occupied; one below the negative is free
+STRIDE = 5.0  # by how much the grid grows at least towards what lies beyond it [m]
 
 
 class OccupancyGrid:
-    """The log odds of all cells.
-
-    Attributes:
-        odds: (rows, columns) log odds of being occupied; 0 is unknown; row 0 is the lowest.
-        resolution: Side of a cell [m].
-        origin: x, y of the lower left corner, frame map [m].
-        full: Whether a scan reached so far that the grid did not grow to it.
-    """
+    """The log odds (rows, columns) that cells are occupied."""
 
     def __init__(
         self, size: tuple[float, float], origin: tuple[float, float], resolution: float
     ) -> None:
         """Start unknown; `size` is width and depth [m], `origin` in frame map [m]."""
         columns, rows = (round(side / resolution) for side in size)
-        self.odds: Array = np.zeros((rows, columns))
-        self.resolution = resolution
-        self.origin = origin
-        self.full = False
+        self.odds: Array = np.zeros((rows, columns))  # 0 is unknown; row 0 is the lowest
+        self.resolution = resolution  # side of a cell [m]
+        self.origin = origin  # x, y of the lower left corner, frame map [m]
+        self.full = False  # whether a scan reached so far that the grid did not grow to it
 
     def add(self, origin: Pose, angles: Array, ranges: Array, range_max: float) -> None:
         """Take in a scan.

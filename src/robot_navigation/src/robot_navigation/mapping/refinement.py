@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from robot_navigation.mapping.surfaces import Surface
 
-APART = 2.0
-"""Sightings made farther from each other than this are not matched [m]."""
+APART = 2.0  # sightings made farther from each other than this are not matched [m]
 
 NEAREST = (0.3, 0.3, 0.2, 0.2, 0.1)
 """Points farther than this from the other sighting's surfaces are ignored [m], in the first rounds
@@ -41,35 +40,23 @@ ALIGNED = 0.7
 """Least cosine between the normals of one surface in two sightings: the other side of a thin wall
 faces the other way."""
 
-MAX_ROUNDS = 20
-"""Number of rounds in which all poses are optimized."""
-
-STILL = 2e-4
-"""A round in which no pose moves farther is the last one [m, rad]."""
+MAX_ROUNDS = 20  # number of rounds in which all poses are optimized
+STILL = 2e-4  # a round in which no pose moves farther is the last one [m, rad]
 
 DRIFT = (0.02, 0.02)
 """Standard deviations of the odometry after 1 m or 1 rad [m], [rad]; they grow in proportion."""
 
-FIXED = 1e-6
-"""Standard deviation of the first pose, which stays where it is [m, rad]."""
-
-MAX_POINTS = 150
-"""Number of evenly spread points of a sighting that are matched."""
+FIXED = 1e-6  # standard deviation of the first pose, which stays where it is [m, rad]
+MAX_POINTS = 150  # number of evenly spread points of a sighting that are matched
 
 
 @dataclass(frozen=True)
 class Sighting:
-    """What a robot saw around one place.
+    """What a robot saw around one place."""
 
-    Attributes:
-        odometry: The robot's pose by odometry, frame odom.
-        pose: The mapper's estimate of it, frame map.
-        surface: What the robot saw, relative to that pose; None if it saw too little.
-    """
-
-    odometry: Pose
-    pose: Pose
-    surface: Surface | None
+    odometry: Pose  # the robot's pose by odometry, frame odom
+    pose: Pose  # the mapper's estimate of it, frame map
+    surface: Surface | None  # what the robot saw, relative to that pose; None if it saw too little
 
 
 def refined(sightings: Sequence[Sighting]) -> list[Pose]:

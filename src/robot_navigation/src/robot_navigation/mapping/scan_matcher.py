@@ -22,26 +22,13 @@ NEAREST = (0.3, 0.3, 0.2, 0.1)
 """A beam that ends farther from all surfaces is ignored [m], in the first rounds and all others:
 at first the odometry may be off because wheels slipped."""
 
-NOISE = 0.02
-"""Standard deviation of an end from its surface [m]."""
-
-OUTLIER = 0.05
-"""The weight of ends farther off than this decreases [m]."""
-
-ALIKE = 0.3
-"""Weight of a beam: neighbouring beams err together."""
-
-ODOMETRY = (0.02, 0.02)
-"""Standard deviations of the odometry between two scans [m], [rad]."""
-
-MAX_ROUNDS = 12
-"""Number of rounds in which the ends are matched."""
-
-STILL = 1e-5
-"""A smaller move ends the rounds [m, rad]."""
-
-MIN_BEAMS = 30
-"""With fewer beams that end near a surface, only the odometry is used."""
+NOISE = 0.02  # standard deviation of an end from its surface [m]
+OUTLIER = 0.05  # the weight of ends farther off than this decreases [m]
+ALIKE = 0.3  # weight of a beam: neighbouring beams err together
+ODOMETRY = (0.02, 0.02)  # standard deviations of the odometry between two scans [m], [rad]
+MAX_ROUNDS = 12  # number of rounds in which the ends are matched
+STILL = 1e-5  # a smaller move ends the rounds [m, rad]
+MIN_BEAMS = 30  # with fewer beams that end near a surface, only the odometry is used
 
 
 class ScanMatcher:

@@ -16,24 +16,16 @@ from scipy import spatial
 if TYPE_CHECKING:
     from hive_common.geometry import Array
 
-NEIGHBOURS = 6
-"""Number of points that determine a surface's direction, including the point itself."""
+NEIGHBOURS = 6  # number of points that determine a surface's direction, including the point itself
 
 
 class Surface(NamedTuple):
-    """The surfaces around a place.
+    """The surfaces around a place."""
 
-    Attributes:
-        tree: Finds the nearest point.
-        points: (k, 2) frame map [m].
-        normals: (k, 2) unit vectors towards the side from which the surface was seen.
-        flatness: (k,) from 0 for scattered points to 1 for points on a line.
-    """
-
-    tree: spatial.cKDTree
-    points: Array
-    normals: Array
-    flatness: Array
+    tree: spatial.cKDTree  # finds the nearest point
+    points: Array  # (k, 2) frame map [m]
+    normals: Array  # (k, 2) unit vectors towards the side from which the surface was seen
+    flatness: Array  # (k,) from 0 for scattered points to 1 for points on a line
 
 
 class Surfaces:

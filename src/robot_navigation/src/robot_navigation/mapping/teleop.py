@@ -17,14 +17,9 @@ FASTER = {"q": (1.1, 1.1), "z": (0.9, 0.9), "w": (1.1, 1.0), "x": (0.9, 1.0), "e
           "c": (1.0, 0.9)}  # fmt: skip
 """For each key: factors on the speed and on the turning speed."""
 
-HELD = 0.6
-"""A held key repeats within this time [s]: most keyboards wait 0.25 to 0.5 s."""
-
-SPEED = 0.5
-"""At the start [m/s]."""
-
-TURN = 1.0
-"""At the start [rad/s]."""
+HELD = 0.6  # a held key repeats within this time [s]: most keyboards wait 0.25 to 0.5 s
+SPEED = 0.5  # at the start [m/s]
+TURN = 1.0  # at the start [rad/s]
 
 HELP = """Hold a key to drive; release it to stop.
 
@@ -38,19 +33,14 @@ q/z  all speeds +/- 10 %     w/x  speed     e/c  turning speed     Ctrl-C  quit
 
 
 class Teleop:
-    """Turns keys into commands.
-
-    Attributes:
-        speed: Driving speed [m/s].
-        turn: Turning speed [rad/s].
-    """
+    """Turns keys into commands."""
 
     def __init__(self, max_speed: float, max_turn: float, *, holonomic: bool) -> None:
         """Stand still; `max_speed` [m/s] and `max_turn` [rad/s] are the robot's limits."""
         self._limits = max_speed, max_turn
         self._holonomic = holonomic
-        self.speed = min(SPEED, max_speed)
-        self.turn = min(TURN, max_turn)
+        self.speed = min(SPEED, max_speed)  # driving speed [m/s]
+        self.turn = min(TURN, max_turn)  # turning speed [rad/s]
         self._direction = (0, 0, 0)
         self._pressed = -math.inf
 

@@ -37,22 +37,12 @@ GOAL_MARGIN = 0.05
 MAX_ESCAPE = 0.6
 """How far a robot that stands too close to an obstacle may drive to a free place [m]."""
 
-SEARCH_STEPS = 20_000
-"""RRTConnect gives up after this many steps, about 2 s."""
-
-SHORTEN_STEPS = 30
-"""Attempts of OMPL's simplifier to cut a corner."""
+SEARCH_STEPS = 20_000  # RRTConnect gives up after this many steps, about 2 s
+SHORTEN_STEPS = 30  # attempts of OMPL's simplifier to cut a corner
 
 
 class OmplPlanner:
-    """A `Planner` for one map and one size of robot.
-
-    Attributes:
-        grid: The map.
-        need: Least clearance that the robot needs to drive and turn [m].
-        goal_need: Least clearance that the robot needs at a goal [m].
-        field: The clearances of the map.
-    """
+    """A `Planner` for one map and one size of robot."""
 
     def __init__(self, grid: GridMap, radius: float, *, seed: int = 1) -> None:
         """Prepare for a robot of a radius [m]; takes up to a second for a million cells.
@@ -60,8 +50,8 @@ class OmplPlanner:
         The same seed, map, start and goal give the same path.
         """
         self.grid = grid
-        self.need = radius + MARGINS[-1]
-        self.goal_need = radius + GOAL_MARGIN
+        self.need = radius + MARGINS[-1]  # least clearance to drive and turn [m]
+        self.goal_need = radius + GOAL_MARGIN  # least clearance at a goal [m]
         self.field = ClearanceField.of(grid)
         self._roadmaps = [Roadmap(self.field, radius + margin) for margin in MARGINS]
         self._seed = seed
@@ -178,11 +168,7 @@ class _Problem:
         self._information.setup()
 
     def solve(self, start: Point, goal: Point, guide: list[Point] | None) -> list[Point]:
-        """Return a short free path; `guide` is a path to improve, None to search for one.
-
-        Raises:
-            PlanError: The search found none.
-        """
+        """Return a short free path, from a `guide` if given; raise PlanError if none is found."""
         path = None if guide is None else self._path(guide)
         if path is None or not path.check():
             path = self._search(start, goal)

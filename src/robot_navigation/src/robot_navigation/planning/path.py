@@ -13,11 +13,8 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Array
 
-Point: TypeAlias = tuple[float, float]
-"""x and y, frame map [m]."""
-
-SAME = 1e-6
-"""Points nearer to each other than this are one [m]."""
+Point: TypeAlias = tuple[float, float]  # x and y, frame map [m]
+SAME = 1e-6  # points nearer to each other than this are one [m]
 
 
 def angle_between(a: float, b: float) -> float:

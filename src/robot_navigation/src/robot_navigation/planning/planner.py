@@ -35,12 +35,9 @@ class Planner(Protocol):
     """
 
     def plan(self, start: Point, goal: Point, discs: Sequence[Disc] = ()) -> list[Point]:
-        """Return the corners of a short path from start to goal, both included.
+        """Return the corners of a short path from start to goal, both included, frame map [m].
 
-        Args:
-            start: Frame map [m].
-            goal: Frame map [m].
-            discs: Obstacles that are not on the map.
+        `discs` are obstacles that are not on the map.
 
         Raises:
             PlanError: There is no path.

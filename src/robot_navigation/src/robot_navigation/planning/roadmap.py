@@ -40,21 +40,15 @@ GRAZE = math.sin(math.radians(30))
 MIN_CORNER = math.radians(20)
 """Corners that turn by less are walls that the grid draws as steps [rad]."""
 
-PAIRS_AT_ONCE = 100_000
-"""Lines checked at once; bounds the memory for a large map."""
+PAIRS_AT_ONCE = 100_000  # lines checked at once; bounds the memory for a large map
 
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Places where a shortest path may bend.
+    """Places where a shortest path may bend."""
 
-    Attributes:
-        at: (n, 2) array, frame map [m].
-        outward: (n, 2) array of unit vectors, away from the corner that the path bends around.
-    """
-
-    at: Array
-    outward: Array
+    at: Array  # (n, 2) array, frame map [m]
+    outward: Array  # (n, 2) array of unit vectors, away from the corner that the path bends around
 
     def __add__(self, other: Landmarks) -> Landmarks:
         """Return these, then the others."""
@@ -71,14 +65,10 @@ class Landmarks:
 
 
 class Roadmap:
-    """The landmarks of one map for one size of robot, and the straight lines between them.
-
-    Attributes:
-        need: Clearance that the robot needs [m].
-    """
+    """The landmarks of one map for one size of robot, and the straight lines between them."""
 
     def __init__(self, field: ClearanceField, need: float) -> None:
-        self.need = need
+        self.need = need  # clearance that the robot needs [m]
         self._landmarks = _corner_landmarks(field, need)
         pairs = np.triu_indices(len(self._landmarks.at), k=1)
         self._pairs = _clear_pairs(field, self._landmarks, need, pairs)

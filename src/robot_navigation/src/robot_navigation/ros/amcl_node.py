@@ -45,8 +45,7 @@ if TYPE_CHECKING:
 
 MAP_FRAME = "map"
 
-_MAX_SHOWN = 500
-"""Maximum number of particles published for RViz."""
+_MAX_SHOWN = 500  # maximum number of particles published for RViz
 
 
 class Amcl:

@@ -30,11 +30,7 @@ def traffic_to_msg(announcement: Announcement, frame: str) -> Traffic:
 
 
 def traffic_from_msg(msg: Traffic) -> Announcement:
-    """Return the announcement in a message.
-
-    Raises:
-        ValueError: Its numbers cannot be used.
-    """
+    """Return the announcement in a message; raise ValueError if its numbers cannot be used."""
     path = tuple((point.x, point.y) for point in msg.way)
     numbers = [msg.radius, msg.claim, *(value for point in path for value in point)]
     if not (path and msg.radius > 0 and msg.claim >= 0 and all(map(math.isfinite, numbers))):

@@ -27,24 +27,16 @@ if TYPE_CHECKING:
     from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
 
-STEER_PERIOD = 0.1
-"""Time between two commands [s]."""
-
-STILL = (0.0, 0.0)
-"""Command of a robot that has nowhere to go [m/s, rad/s]."""
-
-QUICK = 0.2
-"""If planning takes longer, the robot stands meanwhile [s, wall clock]."""
+STEER_PERIOD = 0.1  # time between two commands [s]
+STILL = (0.0, 0.0)  # command of a robot that has nowhere to go [m/s, rad/s]
+QUICK = 0.2  # if planning takes longer, the robot stands meanwhile [s, wall clock]
 
 REST = 3.0
 """The robot follows a plan for this many times the time that planning took, even if there is a new
 map: on a busy machine it would only plan, and stand."""
 
-OLD = 2.0
-"""A transform to the map frame older than this is not used [s]."""
-
-REFINE_TIMEOUT = 2.0
-"""Time to wait for a mapper's refine service [s, wall clock]."""
+OLD = 2.0  # a transform to the map frame older than this is not used [s]
+REFINE_TIMEOUT = 2.0  # time to wait for a mapper's refine service [s, wall clock]
 
 
 class ExplorerNode:

@@ -20,8 +20,7 @@ _POSE_PERIOD = 0.2
 class FakeLocalization:
     """Compares the simulator's ground truth with the odometry; `initialpose` is not needed.
 
-    Args:
-        name: Of the robot, the prefix of its frames.
+    `name` is the robot's, the prefix of its frames.
 
     ROS Subscribers: `ground_truth`, `odom` (nav_msgs/Odometry).
     ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped, 5 Hz), tf from map to

@@ -59,11 +59,7 @@ def _share(word: str) -> int:
 
 
 def _save(given: argparse.Namespace) -> str:
-    """Write the files; return a summary.
-
-    Raises:
-        MapError: There is no map, or it cannot be written.
-    """
+    """Write the files and return a summary; raise MapError if there is no map or it fails."""
     if given.free >= given.occ:
         raise MapError(f"--free {given.free} is not below --occ {given.occ}; try 25 and 65")
     try:

@@ -29,8 +29,7 @@ from robot_navigation.ros.topic_monitor import TopicMonitor
 
 MAP_FRAME = "map"
 
-REFINE_TIMEOUT = 600.0
-"""How long a request to refine the map may take [s, wall clock]."""
+REFINE_TIMEOUT = 600.0  # how long a request to refine the map may take [s, wall clock]
 
 
 class MapperNode:

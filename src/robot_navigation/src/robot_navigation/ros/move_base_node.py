@@ -55,14 +55,9 @@ if TYPE_CHECKING:
 
 _MAP_FRAME = "map"
 
-_IDLE_PERIOD = 0.5
-"""Time between two announcements of a robot that stands without a goal [s]."""
-
-_FEEDBACK_PERIOD = 0.2
-"""Time between two feedback messages of the action [s]."""
-
-_BLIND_FOR = 30.0
-"""A goal is aborted when scan or pose have been missing for this long [s]."""
+_IDLE_PERIOD = 0.5  # time between two announcements of a robot that stands without a goal [s]
+_FEEDBACK_PERIOD = 0.2  # time between two feedback messages of the action [s]
+_BLIND_FOR = 30.0  # a goal is aborted when scan or pose have been missing for this long [s]
 
 
 class MoveBase:
@@ -196,11 +191,7 @@ class MoveBase:
             self._server.set_preempted(MoveBaseResult(), "cancelled; the robot stops")
 
     def _in_map(self, stamped: PoseStamped) -> Pose:
-        """Return a pose in the map frame.
-
-        Raises:
-            ValueError: The pose is invalid, or its frame is unknown.
-        """
+        """Return a pose in the map frame; raise ValueError if it or its frame is unusable."""
         pose = pose_from_msg(stamped.pose)
         frame = stamped.header.frame_id.lstrip("/")
         if frame == _MAP_FRAME:

@@ -32,17 +32,13 @@ class Senses:
 
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `pick/status` (actionlib_msgs/
         GoalStatusArray), `traffic` of the hive (robot_description/Traffic), tf.
-
-    Attributes:
-        heard: The latest announcement of every robot, this one included.
-        arm_at_work: Whether the robot is picking or placing.
     """
 
     def __init__(
         self, inbox: Inbox, hive: str, map_frame: str, base_frame: str, timeout: float
     ) -> None:
-        self.heard: dict[str, Announcement] = {}
-        self.arm_at_work = False
+        self.heard: dict[str, Announcement] = {}  # of every robot, this one included
+        self.arm_at_work = False  # whether the robot is picking or placing
         self._inbox = inbox
         self._frames = map_frame, base_frame
         self._timeout = rospy.Duration.from_sec(timeout)
@@ -61,11 +57,7 @@ class Senses:
             return None
 
     def lookup(self, parent: str, child: str) -> Pose:
-        """Return the pose of the frame `child` in the frame `parent`.
-
-        Raises:
-            tf2_ros.TransformException: There is no recent transform.
-        """
+        """Return the pose of a frame in another; raise TransformException if none is recent."""
         found = self._transforms.lookup_transform(parent, child, rospy.Time(0))
         age = rospy.Time.now() - found.header.stamp
         if not found.header.stamp.is_zero() and age > self._timeout:

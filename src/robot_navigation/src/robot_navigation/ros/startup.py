@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 Settings = TypeVar("Settings")
 
-MAP_TIMEOUT = 5.0
-"""Time between two warnings that there is no map [s]."""
+MAP_TIMEOUT = 5.0  # time between two warnings that there is no map [s]
 
 
 def run_node(name: str, run: Callable[[], None]) -> int:

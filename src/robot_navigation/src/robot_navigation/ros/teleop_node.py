@@ -30,8 +30,7 @@ from robot_navigation.ros.startup import hive_and_robot, read_model, run_node
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-PERIOD = 0.1
-"""Between two commands [s, wall clock]."""
+PERIOD = 0.1  # between two commands [s, wall clock]
 
 _CHUNK = 64
 

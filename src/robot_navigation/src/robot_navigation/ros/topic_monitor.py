@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 
     from hive_common.ros.inbox import Inbox
 
-PATIENCE = 10.0
-"""A topic that has been silent for this long is overdue [s, wall clock]."""
+PATIENCE = 10.0  # a topic that has been silent for this long is overdue [s, wall clock]
 
 
 class TopicMonitor:

@@ -20,11 +20,8 @@ if TYPE_CHECKING:
 HESITATION = 1.0
 """A robot that was leaving another's path moves aside after standing this long on it [s]."""
 
-SEARCH_AGAIN = 1.0
-"""Time between two searches for a passing place [s]."""
-
-ASK = 20.0
-"""How long a robot without a passing place asks to be let out [s]."""
+SEARCH_AGAIN = 1.0  # time between two searches for a passing place [s]
+ASK = 20.0  # how long a robot without a passing place asks to be let out [s]
 
 
 class GivingWay:

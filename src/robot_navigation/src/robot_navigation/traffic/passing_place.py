@@ -26,17 +26,10 @@ if TYPE_CHECKING:
 DISTANCES = np.concatenate([np.arange(0.4, 2.0, 0.2), np.arange(2.0, 12.1, 0.5)])
 """Distances of the candidates from the robot [m]; beyond, waiting costs less than driving."""
 
-DIRECTIONS = 24
-"""Number of directions in which candidates lie."""
-
-SLACK = 0.05
-"""Room beyond the required distances at a passing place [m]: robots stop a bit off."""
-
-DETOUR = 1.5
-"""A place towards the approaching robot must be nearer by this much [m]."""
-
-MAX_PLANS = 4
-"""Number of places out of sight that are planned to; a plan takes some 20 ms."""
+DIRECTIONS = 24  # number of directions in which candidates lie
+SLACK = 0.05  # room beyond the required distances at a passing place [m]: robots stop a bit off
+DETOUR = 1.5  # a place towards the approaching robot must be nearer by this much [m]
+MAX_PLANS = 4  # number of places out of sight that are planned to; a plan takes some 20 ms
 
 
 def other_robots(others: Sequence[Announcement]) -> list[Disc]:

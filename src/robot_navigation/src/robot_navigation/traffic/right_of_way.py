@@ -40,26 +40,16 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
     from robot_navigation.planning.path import Point
 
-STEP = 0.1
-"""Distance between the points of paths that are compared [m]."""
-
-GAP = 0.10
-"""Distance between the circles around two robots' footprints [m]."""
-
-MIN_GAP = 0.03
-"""The same between robots that are closer than `GAP` already [m]."""
-
-HOLD = 0.15
-"""Distance before another robot's path at which a robot waits [m]."""
+STEP = 0.1  # distance between the points of paths that are compared [m]
+GAP = 0.10  # distance between the circles around two robots' footprints [m]
+MIN_GAP = 0.03  # the same between robots that are closer than `GAP` already [m]
+HOLD = 0.15  # distance before another robot's path at which a robot waits [m]
 
 BEHIND = 0.1
 """A robot this near to the start of a path is beside or behind its owner, not before it [m]."""
 
-GLANCE = 0.6
-"""How far ahead a robot checks whether it leaves another robot's path [m]."""
-
-CLAIM = 0.3
-"""How much of its path a robot claims beyond its braking distance [m]."""
+GLANCE = 0.6  # how far ahead a robot checks whether it leaves another robot's path [m]
+CLAIM = 0.3  # how much of its path a robot claims beyond its braking distance [m]
 
 CLAIM_TIME = 0.5
 """How long a claim must last at the robot's speed, until the others hear the next one [s]."""

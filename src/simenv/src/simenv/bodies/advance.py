@@ -23,22 +23,15 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from simenv.world.surroundings import Surroundings
 
-CLOSE = 1 / 64
-"""A step that is cut short ends before the contact, within this share of its length."""
+CLOSE = 1 / 64  # a step that is cut short ends before the contact, within this share of its length
 
 
 class Stop(NamedTuple):
-    """A robot that something stopped.
+    """A robot that something stopped."""
 
-    Attributes:
-        row: The robot.
-        thing: What stopped it: a number of `Near.things`; robots follow after the obstacles.
-        pose: Where it was stopped, frame map.
-    """
-
-    row: int
-    thing: int
-    pose: Pose
+    row: int  # the robot
+    thing: int  # what stopped it: a number of `Near.things`; robots follow after the obstacles
+    pose: Pose  # where it was stopped, frame map
 
 
 class Advance:

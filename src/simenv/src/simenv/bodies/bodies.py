@@ -21,24 +21,19 @@ if TYPE_CHECKING:
     from simenv.bodies.contact import Contacts
     from simenv.noise import Noise
 
-COMMAND_TIMEOUT = 0.5
-"""A base without a command for this long stops [s]."""
+COMMAND_TIMEOUT = 0.5  # a base without a command for this long stops [s]
 
 NOTHING = np.zeros((0, 3))
 
 
 class Bodies:
-    """The bases of all robots; row i of every array belongs to `names[i]`.
-
-    Attributes:
-        names: The robots, in the order of their addition.
-    """
+    """The bases of all robots; row i of every array belongs to `names[i]`."""
 
     def __init__(self, contacts: Contacts, noise: Noise) -> None:
         """Begin without robots; `contacts` stops bases, `noise` is that of their wheels."""
         self._contacts = contacts
         self._wheels = Wheels(noise)
-        self.names: list[str] = []
+        self.names: list[str] = []  # the robots, in the order of their addition
         self._rows: dict[str, int] = {}
         self._models: list[RobotModel] = []
         self._limits = limits_of([])
@@ -145,13 +140,7 @@ class Bodies:
         self._oldest = -math.inf
 
     def step(self, time: float, loads: Sequence[float], dt: float) -> None:
-        """Move all bases.
-
-        Args:
-            time: At the start of the step [s].
-            loads: (n,) what is on board [kg].
-            dt: Length of the step [s].
-        """
+        """Move all bases for `dt` [s] from `time` [s], with loads (n,) on board [kg]."""
         if time - self._oldest >= COMMAND_TIMEOUT:
             self._listen(time)
         if not (self._velocities.any() or self._targets.any()):

@@ -22,14 +22,9 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from simenv.world.surroundings import Surroundings
 
-REACH = 2.0
-"""Nothing farther from the middle of a robot counts [m]."""
-
-ROUNDING = 1e-6
-"""Subtracted from every distance against rounding errors [m]."""
-
-PAUSE = 8
-"""Steps before a robot that is too near to something is measured again."""
+REACH = 2.0  # nothing farther from the middle of a robot counts [m]
+ROUNDING = 1e-6  # subtracted from every distance against rounding errors [m]
+PAUSE = 8  # steps before a robot that is too near to something is measured again
 
 
 class Clearance:

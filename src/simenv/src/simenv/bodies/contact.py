@@ -21,38 +21,24 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
     from simenv.world.surroundings import Surroundings
 
-WALL = ""
-"""Stands for the walls in place of a name."""
-
-GAP = 0.01
-"""The gap that ends a contact [m]."""
+WALL = ""  # stands for the walls in place of a name
+GAP = 0.01  # the gap that ends a contact [m]
 
 
 @dataclass(frozen=True)
 class Contact:
-    """A robot ran into something.
+    """A robot ran into something."""
 
-    Attributes:
-        name: The robot that moved.
-        other: The robot or obstacle it ran into, or `WALL`.
-        pose: Where it was stopped, frame map.
-    """
-
-    name: str
-    other: str
-    pose: Pose
+    name: str  # the robot that moved
+    other: str  # the robot or obstacle it ran into, or `WALL`
+    pose: Pose  # where it was stopped, frame map
 
     def __str__(self) -> str:
         return f"{self.name} ran into {self.other or 'a wall'} at {self.pose}"
 
 
 class Contacts:
-    """Stops robots at what is solid, and notes every contact.
-
-    Attributes:
-        noted: Every contact so far, once each.
-        footprints: Of all robots, in the order of their addition.
-    """
+    """Stops robots at what is solid, and notes every contact."""
 
     def __init__(self, surroundings: Surroundings) -> None:
         """Begin without robots."""
@@ -62,8 +48,8 @@ class Contacts:
         self._touching: set[frozenset[str]] = set()
         self._touched: dict[str, list[str]] | None = {}
         self._advance = Advance(surroundings)
-        self.footprints = Footprints([])
-        self.noted: list[Contact] = []
+        self.footprints = Footprints([])  # of all robots, in the order of their addition
+        self.noted: list[Contact] = []  # every contact so far, once each
 
     def add(self, name: str, footprint: Footprint) -> None:
         """Add a robot."""

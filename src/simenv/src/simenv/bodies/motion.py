@@ -23,25 +23,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of n bases; arrays (n,).
+    """Limits of n bases; arrays (n,)."""
 
-    Attributes:
-        speed: Top speed along x [m/s].
-        diagonal: Top speed along a diagonal [m/s].
-        sideways: 1 for a base that can move along y, else 0.
-        yaw_rate: [rad/s]
-        acceleration: Of the robot without load, also its deceleration [m/s^2].
-        yaw_acceleration: [rad/s^2]
-        mass: Of the robot without load [kg].
-    """
-
-    speed: Array
-    diagonal: Array
-    sideways: Array
-    yaw_rate: Array
-    acceleration: Array
-    yaw_acceleration: Array
-    mass: Array
+    speed: Array  # top speed along x [m/s]
+    diagonal: Array  # top speed along a diagonal [m/s]
+    sideways: Array  # 1 for a base that can move along y, else 0
+    yaw_rate: Array  # [rad/s]
+    acceleration: Array  # of the robot without load, also its deceleration [m/s^2]
+    yaw_acceleration: Array  # [rad/s^2]
+    mass: Array  # of the robot without load [kg]
 
 
 def limits_of(models: Sequence[RobotModel]) -> Limits:

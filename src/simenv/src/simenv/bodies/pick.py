@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from robot_description.models import RobotModel
     from simenv.world.world_content import Station
 
-STILL = 0.02
-"""How far the base may drift [m] and turn [rad] while the arm works."""
+STILL = 0.02  # how far the base may drift [m] and turn [rad] while the arm works
 
 
 class Act(IntEnum):
@@ -56,17 +55,11 @@ class PickOutcome(IntEnum):
 
 @dataclass(frozen=True)
 class Order:
-    """An order to the arm.
+    """An order to the arm."""
 
-    Attributes:
-        act: Pick or place.
-        task_id: The task; a load picked for a task is placed for the same task.
-        payload: Mass of the load [kg], at least 0.
-    """
-
-    act: Act
-    task_id: str
-    payload: float
+    act: Act  # pick or place
+    task_id: str  # the task; a load picked for a task is placed for the same task
+    payload: float  # mass of the load [kg], at least 0
 
     def __post_init__(self) -> None:
         """Refuse a negative or infinite load."""

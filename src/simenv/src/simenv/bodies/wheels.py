@@ -14,16 +14,11 @@ if TYPE_CHECKING:
 BLOCK = 64
 """Steps of a robot for which random numbers are drawn at once; one by one gives the same."""
 
-DRAWS = 3
-"""Errors of a step: in distance, in turning, and by veering off."""
+DRAWS = 3  # errors of a step: in distance, in turning, and by veering off
 
 
 class Wheels:
-    """The wheels of n robots; row i of every array belongs to robot i.
-
-    Args:
-        noise: Their errors.
-    """
+    """The wheels of n robots, with errors by `noise`; row i of every array belongs to robot i."""
 
     def __init__(self, noise: Noise) -> None:
         self._noise = noise

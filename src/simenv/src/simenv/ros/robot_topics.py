@@ -24,17 +24,10 @@ if TYPE_CHECKING:
     from hive_common.ros.inbox import Inbox
     from simenv.simulation import Simulation
 
-ODOMETRY_RATE = 20.0
-"""[Hz, simulated time]"""
-
-TRUTH_RATE = 10.0
-"""[Hz, simulated time]; as often as `fake_localization` needs it."""
-
-FEEDBACK_RATE = 5.0
-"""[Hz, simulated time]"""
-
-_QUEUE_SIZE = 5
-"""Messages queued for a slow subscriber; a frozen one must not stop the simulation."""
+ODOMETRY_RATE = 20.0  # [Hz, simulated time]
+TRUTH_RATE = 10.0  # [Hz, simulated time]; as often as `fake_localization` needs it
+FEEDBACK_RATE = 5.0  # [Hz, simulated time]
+_QUEUE_SIZE = 5  # messages queued for a slow subscriber; a frozen one must not stop the simulation
 
 
 class RobotTopics:

@@ -53,8 +53,7 @@ from simenv.srv import (
 )
 from simenv.world.world_file import load_world
 
-MIN_RTF, MAX_RTF = 0.01, 100.0
-"""The range of real-time factors."""
+MIN_RTF, MAX_RTF = 0.01, 100.0  # the range of real-time factors
 
 _BUSY = "the simulator is too busy to answer; try again"
 

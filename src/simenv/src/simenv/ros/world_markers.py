@@ -35,8 +35,7 @@ COLOURS = {
 
 PERSON_HEIGHT = 1.7
 PLACE_SIZE = 0.3
-PEOPLE_RATE = 10.0
-"""[Hz, simulated time]"""
+PEOPLE_RATE = 10.0  # [Hz, simulated time]
 
 
 class WorldMarkers:

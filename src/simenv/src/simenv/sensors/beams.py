@@ -24,8 +24,7 @@ CORNER = 1e-6
 """Share of the angle between two beams by which a segment counts as wider, so that no beam slips
 through between it and its neighbour."""
 
-EDGE_ON = -1e-12
-"""Limit of the cross product of a beam and a segment that faces it [m]."""
+EDGE_ON = -1e-12  # limit of the cross product of a beam and a segment that faces it [m]
 
 
 class Fan:

@@ -25,12 +25,7 @@ if TYPE_CHECKING:
 
 
 class Scanner:
-    """The laser scanner of one robot.
-
-    Attributes:
-        is_covered: Whether something covers it, so that it measures nothing.
-        fan: Its beams.
-    """
+    """The laser scanner of one robot."""
 
     def __init__(self, laser: Laser, noise: float, random: np.random.Generator) -> None:
         """Mount a scanner; `noise` is the standard deviation of a distance [m]."""
@@ -38,9 +33,9 @@ class Scanner:
         self._mount = Pose(*laser.pose)
         self._noise = noise
         self._random = random
-        self.is_covered = False
+        self.is_covered = False  # whether something covers it, so that it measures nothing
         increment = laser.field_of_view / laser.beams
-        self.fan = Fan(-laser.field_of_view / 2, increment, laser.beams)
+        self.fan = Fan(-laser.field_of_view / 2, increment, laser.beams)  # its beams
 
     @property
     def angles(self) -> Array:
@@ -57,14 +52,9 @@ class Scanner:
         return compose(robot, self._mount)
 
     def measure(self, robot: Pose, segments: Array) -> Array:
-        """Take a scan.
+        """Take a scan (beams,) [m] of `segments` (k, 2, 2), frame map [m]; see `read`.
 
-        Args:
-            robot: Where the robot's base is, frame map.
-            segments: (k, 2, 2) what beams can hit, frame map [m].
-
-        Returns:
-            (beams,) distances [m]; see `read`.
+        `robot` is where the robot's base is, frame map.
         """
         owners = np.zeros(len(segments), dtype=int)
         distances, _ = cast([self.fan], np.array([self.origin(robot)]), segments, owners)

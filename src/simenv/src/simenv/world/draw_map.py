@@ -28,18 +28,14 @@ if TYPE_CHECKING:
 
     from simenv.world.world import World
 
-RESOLUTION = 0.05
-"""The default size of a cell [m]."""
-
-_TOUCH = 1e-6
-"""How far something must reach into a cell to count [m]."""
+RESOLUTION = 0.05  # the default size of a cell [m]
+_TOUCH = 1e-6  # how far something must reach into a cell to count [m]
 
 
 def draw_map(world: World, resolution: float = RESOLUTION) -> GridMap:
     """Draw the map of a world in cells of `resolution` [m], its lower left corner at (0, 0).
 
-    Raises:
-        MapError: The resolution gives no map.
+    Raise MapError if the resolution gives no map.
     """
     if not 0 < resolution <= COARSEST:
         raise MapError(
@@ -102,11 +98,7 @@ def _reachable(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `rosrun simenv draw_map`: draw the map of a world and write it.
-
-    Returns:
-        The exit code: 0, or 1 if it cannot be done; the reason is printed.
-    """
+    """Run `rosrun simenv draw_map`: draw the map of a world and write it; return the exit code."""
     parser = argparse.ArgumentParser(
         prog="draw_map",
         description="Draw the map that a perfect mapper would make of a world.",

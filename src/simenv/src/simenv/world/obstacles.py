@@ -28,30 +28,20 @@ if TYPE_CHECKING:
     from simenv.world.world import World
     from simenv.world.world_content import Person
 
-MANNERS = 0.3
-"""Distance at which a person stops in front of a robot [m]."""
-
-SIDES = 16
-"""Sides of the polygon that stands for a person."""
+MANNERS = 0.3  # distance at which a person stops in front of a robot [m]
+SIDES = 16  # sides of the polygon that stands for a person
 
 CIRCLE = np.stack([f(np.arange(SIDES) * 2 * np.pi / SIDES) for f in (np.cos, np.sin)], axis=1)
 
 
 @dataclass(frozen=True)
 class Obstacle:
-    """Something solid that may move or go.
+    """Something solid that may move or go."""
 
-    Attributes:
-        name: What people call it.
-        edges: (k, 2, 2) outline, frame map [m].
-        middle: Of a circle around it, frame map [m].
-        radius: Of that circle [m].
-    """
-
-    name: str
-    edges: Array
-    middle: tuple[float, float]
-    radius: float
+    name: str  # what people call it
+    edges: Array  # (k, 2, 2) outline, frame map [m]
+    middle: tuple[float, float]  # of a circle around it, frame map [m]
+    radius: float  # of that circle [m]
 
 
 class Walker:
@@ -156,11 +146,7 @@ class Obstacles:
         self._collect()
 
     def door_area(self, name: str) -> BaseGeometry:
-        """Return what a door covers when shut, frame map [m].
-
-        Raises:
-            ObstacleError: There is no such door.
-        """
+        """Return what a door covers when shut, frame map [m]; raise ObstacleError if unknown."""
         areas = {door.name: door.area for door in self._world.doors}
         if name not in areas:
             known = ", ".join(areas) or "none"
@@ -173,11 +159,7 @@ class Obstacles:
         self._collect()
 
     def take(self, name: str) -> None:
-        """Remove something that was put down.
-
-        Raises:
-            ObstacleError: There is no such thing.
-        """
+        """Remove something that was put down; raise ObstacleError if there is no such thing."""
         if name not in self._put:
             known = ", ".join(self._put) or "nothing"
             raise ObstacleError(f"obstacle '{name}': not there; put down so far: {known}")

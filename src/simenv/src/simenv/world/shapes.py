@@ -28,37 +28,25 @@ HEIGHTS = {"walls": 1.5, "benches": 0.8, "racks": 2.0, "doors": 1.4}
 
 @dataclass(frozen=True)
 class Shape:
-    """Something solid.
+    """Something solid."""
 
-    Attributes:
-        name: What people call it.
-        area: What it covers, frame map [m].
-        kind: Its list in the world file.
-        height: How high it is drawn [m]; the simulation is flat.
-    """
-
-    name: str
-    area: BaseGeometry
-    kind: str = "walls"
-    height: float = HEIGHTS["walls"]
+    name: str  # what people call it
+    area: BaseGeometry  # what it covers, frame map [m]
+    kind: str = "walls"  # its list in the world file
+    height: float = HEIGHTS["walls"]  # how high it is drawn [m]; the simulation is flat
 
 
 @dataclass(frozen=True)
 class Door(Shape):
-    """A way through that can be shut.
+    """A way through that can be shut."""
 
-    Attributes:
-        open: Whether it is open at the start.
-    """
-
-    open: bool = True
+    open: bool = True  # whether it is open at the start
 
 
 def area_of(entry: ShapeEntry) -> BaseGeometry:
     """Return what a shape of a world file covers, frame map [m].
 
-    Raises:
-        NotAllowedError: Its edges cross.
+    Raise NotAllowedError if its edges cross.
     """
     if entry.box:
         return shapely.geometry.box(*entry.box)

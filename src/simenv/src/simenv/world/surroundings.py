@@ -14,36 +14,24 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from simenv.world.world import World
 
-WALLS = 0
-"""The number of the walls in `Near.things`."""
+WALLS = 0  # the number of the walls in `Near.things`
 
 
 class Near(NamedTuple):
-    """Segments near some places, repeated for each place they are near.
+    """Segments near some places, repeated for each place they are near."""
 
-    Attributes:
-        segments: (k, 2, 2) frame map [m].
-        places: (k,) index of the place that each is near, in ascending order.
-        things: (k,) what each belongs to: `WALLS`, or 1 + the index of the obstacle.
-    """
-
-    segments: Array
-    places: Indices
-    things: Indices
+    segments: Array  # (k, 2, 2) frame map [m]
+    places: Indices  # (k,) index of the place that each is near, in ascending order
+    things: Indices  # (k,) what each belongs to: `WALLS`, or 1 + the index of the obstacle
 
 
 class Surroundings:
-    """Everything solid in a world besides robots.
-
-    Attributes:
-        walls: What never changes.
-        obstacles: People, doors, and other things in the way.
-    """
+    """Everything solid in a world besides robots."""
 
     def __init__(self, world: World) -> None:
         """Begin as the world's file says."""
-        self.walls = Nearby(world.segments)
-        self.obstacles = Obstacles(world)
+        self.walls = Nearby(world.segments)  # what never changes
+        self.obstacles = Obstacles(world)  # people, doors, and other things in the way
 
     def near(self, places: Array, reaches: Array) -> Near:
         """Return all segments within `reaches` (m,) [m] of m places, and some more.

@@ -37,29 +37,17 @@ class Mistake:
 
 @dataclass(frozen=True)
 class World:
-    """What is really there.
+    """What is really there."""
 
-    Attributes:
-        name: What people call it.
-        size: Width and depth of the building, from (0, 0) on [m].
-        shapes: Everything solid that stays in place.
-        stations: Where something can be picked or placed.
-        chargers: Where robots charge.
-        starts: Where robots can start.
-        parking: Where robots can wait out of the way.
-        doors: What opens and shuts.
-        people: Who walks about.
-    """
-
-    name: str
-    size: tuple[float, float]
-    shapes: tuple[Shape, ...]
-    stations: tuple[Station, ...] = ()
-    chargers: tuple[Place, ...] = ()
-    starts: tuple[Place, ...] = ()
-    parking: tuple[Place, ...] = ()
-    doors: tuple[Door, ...] = ()
-    people: tuple[Person, ...] = ()
+    name: str  # what people call it
+    size: tuple[float, float]  # width and depth of the building, from (0, 0) on [m]
+    shapes: tuple[Shape, ...]  # everything solid that stays in place
+    stations: tuple[Station, ...] = ()  # where something can be picked or placed
+    chargers: tuple[Place, ...] = ()  # where robots charge
+    starts: tuple[Place, ...] = ()  # where robots can start
+    parking: tuple[Place, ...] = ()  # where robots can wait out of the way
+    doors: tuple[Door, ...] = ()  # what opens and shuts
+    people: tuple[Person, ...] = ()  # who walks about
 
     @property
     def places(self) -> tuple[Place, ...]:

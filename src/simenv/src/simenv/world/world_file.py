@@ -48,11 +48,7 @@ def world_mistakes(name_or_path: str) -> list[FileError]:
 
 
 def world_path(name_or_path: str) -> Path:
-    """Return the file of a world.
-
-    Raises:
-        FileError: There is no world of that name.
-    """
+    """Return the file of a world; raise FileError if there is none of that name."""
     return find_file("simenv", "worlds", name_or_path)
 
 
