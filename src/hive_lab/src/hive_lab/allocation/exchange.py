@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from hive_lab.allocation.objectives import Objective
     from hive_lab.allocation.timetable import Book, Bundles, Floats, Numbers
 
-_REFUSED = 1e30
-"""Above any bid; the assignment needs finite numbers."""
+_REFUSED = 1e30  # above any bid; the assignment needs finite numbers
 
 
 def best_places(

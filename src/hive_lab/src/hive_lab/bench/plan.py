@@ -34,14 +34,12 @@ Point = tuple[float, float]
 
 MAPS = ("lab", "warehouse")
 PAIRS = 200
-MODEL = "mir100"
-"""The widest of the default robots, with the least room in doors."""
+MODEL = "mir100"  # the widest of the default robots, with the least room in doors
 
 AIMS = {"median": 0.010, "p95": 0.050, "length": 1.05}
 """Median and 95th percentile of the planning time [s]; median ratio of lengths."""
 
-REACH = 4
-"""Largest move of the reference [cells]; 4 gives 32 directions."""
+REACH = 4  # largest move of the reference [cells]; 4 gives 32 directions
 
 
 def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> BenchResult:

@@ -36,17 +36,10 @@ if TYPE_CHECKING:
 
     from hive_lab.fault_schedules.schedule import Happening
 
-_CANCELLED = 0.1
-"""Share of the tasks that an operator cancels."""
-
-_WITH_SCENARIO = 0.5
-"""Share of the schedules that follow a scenario."""
-
-_FORGETFUL = 0.5
-"""Share of the schedules whose hive soon forgets ended tasks."""
-
-_ANEW = 0.3
-"""Share of the tasks in these that are posted anew under the same id."""
+_CANCELLED = 0.1  # share of the tasks that an operator cancels
+_WITH_SCENARIO = 0.5  # share of the schedules that follow a scenario
+_FORGETFUL = 0.5  # share of the schedules whose hive soon forgets ended tasks
+_ANEW = 0.3  # share of the tasks in these that are posted anew under the same id
 
 
 def draw(seed: int, scenario: str = "") -> FaultSchedule:

@@ -167,11 +167,8 @@ class HostTalker:
         self._host.warnings.append(f"{self._host.network.now:.2f} {self._host.name}: {text}")
 
 
-_INSIDE = 0.0005
-"""Latency of a message from a host to itself [s]."""
-
-_FASTEST = 0.001
-"""Least latency between two hosts [s]."""
+_INSIDE = 0.0005  # latency of a message from a host to itself [s]
+_FASTEST = 0.001  # least latency between two hosts [s]
 
 
 @dataclass(frozen=True, slots=True)

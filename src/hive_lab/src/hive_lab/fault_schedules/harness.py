@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
     from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
-_REPEAT = 1.5
-"""The operator's program posts a task again after this time without an answer [s]."""
+_REPEAT = 1.5  # the operator's program posts a task again after this time without an answer [s]
 
 
 class Harness:

@@ -16,8 +16,7 @@ from hive_lab.fault_schedules.faulty_network import FaultyNetwork, Host, HostTal
 
 _SLOWEST, _FASTEST = 0.99, 1.01
 
-_SETTLE = 5.0
-"""Every member has a vote by then [s]."""
+_SETTLE = 5.0  # every member has a vote by then [s]
 
 
 @dataclass(frozen=True)

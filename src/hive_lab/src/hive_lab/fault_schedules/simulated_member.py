@@ -32,8 +32,7 @@ if TYPE_CHECKING:
 
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 
-_FAILURES = 0.05
-"""Share of the steps that fail."""
+_FAILURES = 0.05  # share of the steps that fail
 
 
 @dataclass

@@ -34,8 +34,7 @@ from hive_lab.live.live_operator import TERMINAL, LiveOperator, make_task
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-SIZES = (4, 10)
-"""Numbers of robots, unless the user chooses one."""
+SIZES = (4, 10)  # numbers of robots, unless the user chooses one
 
 AIMS = {
     "robots_10_assigned_median": 0.010,
@@ -51,20 +50,13 @@ AIMS = {
 _ONE_BY_ONE = 100
 _BURST = 200
 _SUSTAINED = 300
-_OPEN_AT_ONCE = 20
-"""Unassigned tasks while the sustained rate is measured."""
-
+_OPEN_AT_ONCE = 20  # unassigned tasks while the sustained rate is measured
 _WARM = 10
-_START = 1800.0
-"""Time for all nodes of a large hive to find each other [s, wall clock]."""
-
+_START = 1800.0  # time for all nodes of a large hive to find each other [s, wall clock]
 _PATIENCE = 60.0
-_WHOLE_LIST = 300.0
-"""Time for all tasks on a large hive's list to be assigned or cancelled [s]."""
-
+_WHOLE_LIST = 300.0  # time for all tasks on a large hive's list to be assigned or cancelled [s]
 _REPEAT = 5.0
-_SIDE = 60.0
-"""Side of the square with the goals, unless the row of robots is longer [m]."""
+_SIDE = 60.0  # side of the square with the goals, unless the row of robots is longer [m]
 
 
 class Desk:

@@ -18,8 +18,7 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
 
-_LOOK_EVERY = 0.02
-"""Time between two checks for a cancelled goal [s]."""
+_LOOK_EVERY = 0.02  # time between two checks for a cancelled goal [s]
 
 
 class FakeBase:

@@ -23,16 +23,14 @@ from hive_common.ros.links import mend_links
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-PATIENCE = 60.0
-"""Time that a busy machine may take for anything [s, wall clock]."""
+PATIENCE = 60.0  # time that a busy machine may take for anything [s, wall clock]
 
 ANSWERS = 13
 """Consecutive answers of each member, one to each heartbeat, until the hive counts as complete;
 within that time a restarted member has sat out its election time and votes too.
 """
 
-_REPEAT = 0.5
-"""Time after which an unanswered task is posted again [s]."""
+_REPEAT = 0.5  # time after which an unanswered task is posted again [s]
 
 TERMINAL = frozenset(
     {

@@ -39,11 +39,8 @@ if TYPE_CHECKING:
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.domain.task import Task, TaskState
 
-SOON = 0.01
-"""More than any message takes [s]."""
-
-STEP = 10.0
-"""Duration of every step [s]."""
+SOON = 0.01  # more than any message takes [s]
+STEP = 10.0  # duration of every step [s]
 
 
 class _Harness:
