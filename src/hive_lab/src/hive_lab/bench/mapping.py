@@ -35,13 +35,11 @@ STEPS_PER_SCAN = 4  # the robot scans at 10 Hz
 SCANS_PER_PLAN = 20  # a new path is planned every 2 s: the robot may see a frontier in passing
 LONGEST = 1800.0  # time limit of a run [s]
 
-
 WORLD, MODEL, START = "lab", "ld60", (2.6, 2.0, 0.0)
 """The world, the robot's model, and its start [m, m, rad]."""
 
 AIMS = {"wrong": 0.03, "wall_error": 0.10}
 """Largest share of wrong known cells, and largest error of walls [m]."""
-
 
 WHITE, GREY, BLACK, RED = (255, 255, 255), (205, 205, 205), (0, 0, 0), (214, 39, 40)
 

@@ -43,15 +43,9 @@ REACH = 4  # largest move of the reference [cells]; 4 gives 32 directions
 
 
 def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> BenchResult:
-    """Plan between random reachable pairs of places on each map.
+    """Return planning times [s] and ratios of lengths between random reachable places of each map.
 
-    Args:
-        maps: The folder with `lab.yaml` and `warehouse.yaml`; by default the repository's own.
-        pairs: How many on each map.
-        seed: Of the pairs and of the planner.
-
-    Returns:
-        Times [s], and lengths as ratios.
+    `maps` holds `lab.yaml` and `warehouse.yaml`; the default is the repository's own folder.
     """
     figures: dict[str, float] = {}
     aims: dict[str, float] = {}

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from fleet_manager.client.client import ClientLink
     from hive_common.geometry import Array
 
-
 NUMBERS = (1, 4, 20, 100)  # numbers of robots
 MODELS = ("mir100", "ld60", "youbot", "fetch")
 

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 _SEED = 0  # of the small delays; the schedules are tuned for this seed
 
-
 _TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
 
 

@@ -43,12 +43,7 @@ _ANEW = 0.3  # share of the tasks in these that are posted anew under the same i
 
 
 def draw(seed: int, scenario: str = "") -> FaultSchedule:
-    """Draw a schedule.
-
-    Args:
-        seed: The same seed gives the same schedule.
-        scenario: A name of `SCENARIOS`; by default drawn too.
-    """
+    """Draw the schedule of a seed, in a scenario of `SCENARIOS` that by default is drawn too."""
     random = Random(seed)
     follows = scenario or random.random() < _WITH_SCENARIO
     schedule = _by_scenario(seed, random, scenario) if follows else _ordinary(seed, random)

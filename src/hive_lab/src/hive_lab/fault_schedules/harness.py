@@ -26,9 +26,7 @@ _REPEAT = 1.5  # the operator's program posts a task again after this time witho
 class Harness:
     """Base of a simulated hive; a subclass makes the members and hands them to `connect`.
 
-    Args:
-        random: The source of every chance.
-        proofs: Share of the deaths that watchers get proof of.
+    `random` is the source of every chance; see `FaultyNetwork` for `proofs`.
     """
 
     def __init__(self, random: Random, proofs: float = 0.9) -> None:

@@ -87,13 +87,7 @@ class _LoneRobot(SimulatedMember):
 
 
 class LargeHive(Harness):
-    """A hive of many robots.
-
-    Args:
-        robots: How many, at least 2.
-        tasks: How many, at least 1.
-        seed: Of every chance.
-    """
+    """A hive of at least 2 robots with at least 1 task; the seed decides every chance."""
 
     def __init__(self, robots: int, tasks: int, seed: int) -> None:
         super().__init__(Random(seed))

@@ -35,12 +35,7 @@ class LongRun:
 
 
 class IdleHive:
-    """Members that only replicate a log; each clock is up to 1 % wrong.
-
-    Args:
-        members: How many, at least 1.
-        seed: Of delays, losses and clocks.
-    """
+    """Members that only replicate a log; each clock is up to 1 % wrong."""
 
     def __init__(self, members: int, seed: int) -> None:
         random = Random(seed)

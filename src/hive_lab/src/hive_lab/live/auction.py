@@ -62,11 +62,7 @@ _SIDE = 60.0  # side of the square with the goals, unless the row of robots is l
 class Desk:
     """Posts tasks at random places of a square, and records when each is assigned.
 
-    Create it after `rospy.init_node`.
-
-    Args:
-        namespace: Of the topics, ending in a slash.
-        side: Of the square [m].
+    Create it after `rospy.init_node`. The namespace ends in a slash; `side` is the square's [m].
 
     ROS Publishers: `new_task`, `task_cancel`.
     ROS Subscribers: `task_state`.
@@ -105,9 +101,6 @@ class Desk:
         """Wait until all of these are assigned; return when the last one was [s, monotonic].
 
         Unassigned tasks are posted again now and then: without a leader nobody hears them.
-
-        Raises:
-            LiveHiveError: They were not assigned in time [s].
         """
         wanted = set(tasks)
         end = time.monotonic() + patience
@@ -123,11 +116,7 @@ class Desk:
             return max(self._assigned[task] for task in wanted)
 
     def clear(self) -> None:
-        """Cancel every task, again and again until it has ended.
-
-        Raises:
-            LiveHiveError: They were not cancelled in time.
-        """
+        """Cancel every task, again and again until it has ended."""
         end = time.monotonic() + _WHOLE_LIST
         while left := self._tasks.keys() - self._ended:
             if time.monotonic() > end:
@@ -196,17 +185,9 @@ def spread(name: str, times: Sequence[float]) -> dict[str, float]:
 
 
 def measure(robots: int, folder: Path) -> dict[str, float]:
-    """Measure one number of robots, bare rospy nodes first.
+    """Return times [s] and memory [MB] with a number of robots, bare rospy nodes first.
 
-    Args:
-        robots: How many.
-        folder: For journals and logs.
-
-    Returns:
-        Times [s] and memory [MB] by name.
-
-    Raises:
-        LiveHiveError: The hive was too slow.
+    The folder is for journals and logs.
     """
     side = max(_SIDE, SPACING * robots)
     with _bare_nodes(robots):

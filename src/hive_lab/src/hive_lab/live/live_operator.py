@@ -105,11 +105,7 @@ class LiveOperator:
     def demand(
         self, condition: Callable[[], object], what: str, patience: float = PATIENCE
     ) -> None:
-        """Wait until a condition holds.
-
-        Raises:
-            LiveHiveError: It did not hold in time [s]; the text says what was expected.
-        """
+        """Wait until a condition holds [s]; LiveHiveError says `what` was expected in vain."""
         if not self.wait(condition, patience):
             raise LiveHiveError(f"not within {patience:.0f} s: {what}; last: {self.last}")
 
@@ -126,11 +122,7 @@ class LiveOperator:
     def wait_for_another(self, than: str, since: float) -> float:
         """Return the time from a fault to the first heartbeat of another leader [s].
 
-        All members share this machine's monotonic clock.
-
-        Args:
-            than: Name of the former leader.
-            since: Time of the fault on the monotonic clock [s].
+        Both times are on the monotonic clock, which all members share on this machine.
         """
 
         def sent() -> list[float]:

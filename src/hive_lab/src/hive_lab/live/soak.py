@@ -50,11 +50,7 @@ class Size:
 
     @classmethod
     def of(cls, pid: int) -> Size:
-        """Measure a process.
-
-        Raises:
-            psutil.Error: It has ended.
-        """
+        """Measure a process."""
         process = psutil.Process(pid)
         memory = process.memory_info().rss / 1e6
         return cls(memory, float(process.num_threads()), float(process.num_fds()))
