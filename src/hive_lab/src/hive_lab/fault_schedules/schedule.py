@@ -129,8 +129,7 @@ class SetState:
 class Post:
     """An operator posts a task, again and again until it is accepted or rejected.
 
-    Attributes:
-        anew: Whether the task was posted before and counts as new once the hive has forgotten it.
+    Posted `anew`, it counts as new once the hive has forgotten it.
     """
 
     at: float

@@ -136,8 +136,6 @@ class TimedCommand:
         duration: How long a step takes [s].
         arrive: Called with the goal when a step succeeds.
         results: How the next steps end; later ones succeed.
-        started: All steps started so far.
-        running: The current step.
     """
 
     network: Network
