@@ -25,22 +25,15 @@ if TYPE_CHECKING:
     from hive_lab.allocation.objectives import Objective
     from hive_lab.allocation.timetable import Book, Bundles, Floats, Numbers
 
-_REFUSED = 1e30
-"""Above any bid; the assignment needs finite numbers."""
+_REFUSED = 1e30  # above any bid; the assignment needs finite numbers
 
 
 def best_places(
     table: Timetable, bundles: Bundles, objective: Objective
 ) -> tuple[Floats, Numbers]:
-    """Return the bids on bundles, and the places that they are for.
+    """Return the marginal costs of bundles and their places, shaped (..., bundles, lists).
 
-    Args:
-        table: Of the lists, shaped (..., lists).
-        bundles: Shaped (..., bundles).
-        objective: What to minimise.
-
-    Returns:
-        Marginal cost and place, each shaped (..., bundles, lists); infinite where refused.
+    Costs are infinite where refused; `table` is shaped (..., lists), `bundles` (..., bundles).
     """
     options = Insertions(table, bundles)
     scores = np.where(options.refused(), np.inf, objective(options))

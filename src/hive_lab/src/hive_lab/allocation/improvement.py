@@ -67,15 +67,9 @@ def improve(
     go_on: Callable[[], bool],
     search: Search | None = None,
 ) -> Plan:
-    """Return a plan that is at least as good.
+    """Return a plan that is at least as good; a task on no list stays on none.
 
-    Args:
-        instance: Robots and tasks.
-        objective: What to minimise.
-        plan: The initial lists; a task on none stays on none.
-        random: Chooses the offers.
-        go_on: Asked before each round whether to continue.
-        search: Parameters; by default `Search()`.
+    `random` chooses the offers. `go_on` is asked before each round whether to continue.
     """
     if not any(plan):
         return plan

@@ -73,16 +73,12 @@ class Robots:
 
 @dataclass(frozen=True)
 class Instance:
-    """One allocation problem.
+    """One allocation problem; raises AllocationError for a wrong shape or a number not allowed.
 
     Attributes:
         way: (tasks + robots, tasks) path length [m] from the end of each task, then from where
-        each
-            robot becomes free, to the start of each task.
+            each robot becomes free, to the start of each task.
         able: (robots, tasks) whether a robot may do a task. It may not where there is no path.
-
-    Raises:
-        AllocationError: An array has the wrong shape, or a number is not allowed.
     """
 
     robots: Robots
@@ -108,9 +104,7 @@ class Instance:
     ) -> Instance:
         """Return robots that are alike and free now, and tasks that all of them may do.
 
-        Args:
-            way: See the attribute.
-            inner: Path length from the start of each task to its end [m].
+        `inner` is the path length from the start of each task to its end [m].
         """
         tasks = Tasks.plain(inner)
         robots = way.shape[0] - len(tasks)

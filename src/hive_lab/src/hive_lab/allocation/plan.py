@@ -12,8 +12,7 @@ if TYPE_CHECKING:
 
     from hive_lab.allocation.timetable import Bundles, Numbers
 
-Plan = tuple[tuple[int, ...], ...]
-"""The tasks of each robot in their order."""
+Plan = tuple[tuple[int, ...], ...]  # the tasks of each robot in their order
 
 
 def to_order(plan: Sequence[Sequence[int]], nothing: int) -> Numbers:

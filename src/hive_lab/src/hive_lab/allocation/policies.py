@@ -54,8 +54,6 @@ class Reallocation:
     """Auctions each new task, and reallocates all tasks that have not begun in a few rounds.
 
     Args:
-        objective: What to minimise.
-        random: Chooses the offers.
         rounds: Number of rounds at every event.
         aging: Waiting time that doubles a task's weight [s]; infinite if age does not count.
         afresh: Whether to auction all tasks that have not begun anew at every event.

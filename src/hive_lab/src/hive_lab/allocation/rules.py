@@ -83,14 +83,7 @@ def append(
     plan: Sequence[Sequence[int]] | None = None,
     tasks: Sequence[int] | None = None,
 ) -> Plan:
-    """Append each task in turn to the list where it costs least.
-
-    Args:
-        instance: Robots and tasks.
-        cost: Of one task for all robots.
-        plan: The initial lists; by default empty.
-        tasks: In posting order; by default all.
-    """
+    """Append each task, by default all in posting order, to the list where it costs least."""
     ends = Ends(instance, plan or [()] * len(instance.robots))
     for task in range(len(instance.tasks)) if tasks is None else tasks:
         costs = cost(ends, task)

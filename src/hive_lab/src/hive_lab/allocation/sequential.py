@@ -30,14 +30,7 @@ def auction(
     plan: Plan | None = None,
     tasks: Iterable[int] | None = None,
 ) -> Plan:
-    """Allocate tasks; a task that no robot may do is on no list.
-
-    Args:
-        instance: Robots and tasks.
-        objective: What the bids minimise.
-        plan: The initial lists; by default empty.
-        tasks: The tasks to allocate; by default all that are on no list.
-    """
+    """Allocate tasks, by default all that are on no list; one that no robot may do stays there."""
     lists = [list(row) for row in plan or [()] * len(instance.robots)]
     listed = {task for row in lists for task in row}
     open_tasks = np.array(

@@ -56,12 +56,8 @@ class Stream:
     def poisson(cls, instance: Instance, load: float, random: np.random.Generator) -> Stream:
         """Return a Poisson stream.
 
-        Args:
-            instance: All robots and tasks.
-            load: Share of the robots' time that the tasks would take in a random order; above 1
-            the
-                waiting times grow, unless the tasks are put in a better order.
-            random: Draws the times between arrivals.
+        `load` is the share of the robots' time that the tasks would take in a random order.
+        Above 1 the waiting times grow, unless the tasks are put in a better order.
         """
         tasks = len(instance.tasks)
         mean = float(instance.way[:tasks].mean() + instance.tasks.inner.mean())

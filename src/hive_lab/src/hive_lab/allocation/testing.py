@@ -26,13 +26,8 @@ def on_a_road(
 ) -> Instance:
     """Return robots and tasks on the x axis.
 
-    Args:
-        robots: Position of each robot [m].
-        starts: Where each task starts [m].
-        ends: Where each task ends [m]; by default where it starts.
-        priority: Of the tasks; by default 0.
-        speed: Of the robots [m/s]; by default 1.
-        ready: When each robot is free [s]; by default now.
+    Positions are in [m]; tasks by default end where they start and have priority 0. Robots by
+    default drive at 1 m/s and are ready now, at 0 s.
     """
     start, end = np.array(starts, dtype=float), np.array(starts if ends is None else ends)
     here = np.concatenate([end, np.array(robots, dtype=float)])

@@ -133,7 +133,6 @@ class Timetable:
     """Lists, as `Totals` with one number for each.
 
     Args:
-        book: The figures.
         robot: (...) owner of each list.
         order: (..., places) tasks of each list, then `nothing`.
     """
@@ -208,11 +207,9 @@ class Timetable:
 
 
 class Insertions:
-    """Lists with one more bundle, as `Totals` shaped (..., bundles, lists, places + 1).
+    """Lists, shaped (..., lists), with one more bundle of those shaped (..., bundles).
 
-    Args:
-        table: Of the lists, shaped (..., lists).
-        bundles: Shaped (..., bundles).
+    They are `Totals` shaped (..., bundles, lists, places + 1).
     """
 
     def __init__(self, table: Timetable, bundles: Bundles) -> None:

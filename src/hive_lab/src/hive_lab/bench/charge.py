@@ -23,18 +23,10 @@ from hive_lab.fleets.virtual_fleet import VirtualFleet
 if TYPE_CHECKING:
     from blackboard.domain.record import TaskUpdate
 
-FIRST = 20
-"""Tasks measured apart: robots do not know yet how long their drives take."""
-
-TASKS = 100
-"""Tasks measured after those."""
-
-APART = 30.0
-"""Time between tasks [s]."""
-
-PATIENCE = 600.0
-"""Longest wait after the last task [s]."""
-
+FIRST = 20  # tasks measured apart: robots do not know yet how long their drives take
+TASKS = 100  # tasks measured after those
+APART = 30.0  # time between tasks [s]
+PATIENCE = 600.0  # longest wait after the last task [s]
 AIMS = {"median_error": 0.05}
 
 

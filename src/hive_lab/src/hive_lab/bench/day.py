@@ -35,15 +35,9 @@ if TYPE_CHECKING:
 HOURS = 24.0
 PICTURE = Path("day.png")
 
-APART = 120.0
-"""Time between tasks [s]."""
-
-LOOK = 7.0
-"""Time between samples of the robots' states [s]; never in step with the tasks."""
-
-PATIENCE = 3600.0
-"""Longest wait for unfinished tasks at the end of the day [s]."""
-
+APART = 120.0  # time between tasks [s]
+LOOK = 7.0  # time between samples of the robots' states [s]; never in step with the tasks
+PATIENCE = 3600.0  # longest wait for unfinished tasks at the end of the day [s]
 AIMS = {"stranded": 0.0, "not_done": 0.0}
 
 

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 ROBOTS, TASKS, SIDE, SEEDS = 6, 30, 60.0, range(4)
 """Robots, tasks, side of the square [m], and the runs' seeds."""
 
-LASTS = 80.0
-"""Virtual time for reallocation [s]: before lateness and aging count."""
+LASTS = 80.0  # virtual time for reallocation [s]: before lateness and aging count
 
 COST_MODELS = ("energy", "time", "makespan", "latency")
 """The models that minimise a figure of the whole fleet."""

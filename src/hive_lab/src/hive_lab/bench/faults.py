@@ -23,12 +23,8 @@ if TYPE_CHECKING:
 
     from hive_lab.fault_schedules.run import RunResult
 
-_BATCH = 10
-"""Schedules per batch of a process."""
-
-_PROGRESS_EVERY = 5.0
-"""Time between two progress messages [s]."""
-
+_BATCH = 10  # schedules per batch of a process
+_PROGRESS_EVERY = 5.0  # time between two progress messages [s]
 _HOURS, _LOSS = 10.0, 0.2
 _FREEZES, _FREEZE = 100, 5.0
 

@@ -54,9 +54,6 @@ def run(runs: int = 20) -> BenchResult:
     Returns:
         `runs`, `failures` (runs with a failed or missing case), median and longest time of a run
         [s], and for each case `passes`, `failures`, and its median and longest time [s].
-
-    Raises:
-        InputError: The test plan is missing, because this is an installed copy.
     """
     root = package_folder("fleet_manager").parents[1]
     files = sorted((root / "test" / "rostest").glob("plan_*.test"))

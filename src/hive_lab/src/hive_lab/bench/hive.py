@@ -13,12 +13,8 @@ import click
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fault_schedules.large_hive import LargeHive
 
-SIZES = (10, 30, 100, 300, 1000)
-"""Robots."""
-
-TASKS_EACH = 10
-"""Tasks for each robot."""
-
+SIZES = (10, 30, 100, 300, 1000)  # robots
+TASKS_EACH = 10  # tasks for each robot
 _SEED = 1
 
 

@@ -32,18 +32,10 @@ if TYPE_CHECKING:
     from hive_lab.fleets.recording import Look
     from robot_description.models import RobotModel
 
-CONVERGED = 50
-"""Looks after which a filter with a known start counts as converged: 5 s."""
-
-SEARCH = 600
-"""Looks within which a carried robot has to find itself: 60 s."""
-
-FOUND = 0.3
-"""A robot with a mean error below this in the last 5 s has found itself [m]."""
-
-TRIES = 7
-"""Attempts on each drive."""
-
+CONVERGED = 50  # looks after which a filter with a known start counts as converged: 5 s
+SEARCH = 600  # looks within which a carried robot has to find itself: 60 s
+FOUND = 0.3  # a robot with a mean error below this in the last 5 s has found itself [m]
+TRIES = 7  # attempts on each drive
 AIMS = {"position": 0.10, "heading": 3.0, "not_found": 0.1, "cpu": 0.10}
 
 PICK_UP_1, PICK_UP_3 = (2.2, 10.3, 1.57), (8.0, 10.3, 1.57)

@@ -31,15 +31,9 @@ if TYPE_CHECKING:
 
     from hive_common.grid_map import GridMap
 
-STEPS_PER_SCAN = 4
-"""The robot scans at 10 Hz."""
-
-SCANS_PER_PLAN = 20
-"""A new path is planned every 2 s: the robot may see a frontier in passing."""
-
-LONGEST = 1800.0
-"""Time limit of a run [s]."""
-
+STEPS_PER_SCAN = 4  # the robot scans at 10 Hz
+SCANS_PER_PLAN = 20  # a new path is planned every 2 s: the robot may see a frontier in passing
+LONGEST = 1800.0  # time limit of a run [s]
 
 WORLD, MODEL, START = "lab", "ld60", (2.6, 2.0, 0.0)
 """The world, the robot's model, and its start [m, m, rad]."""
@@ -47,14 +41,10 @@ WORLD, MODEL, START = "lab", "ld60", (2.6, 2.0, 0.0)
 AIMS = {"wrong": 0.03, "wall_error": 0.10}
 """Largest share of wrong known cells, and largest error of walls [m]."""
 
-
 WHITE, GREY, BLACK, RED = (255, 255, 255), (205, 205, 205), (0, 0, 0), (214, 39, 40)
 
-SCALE = 2
-"""Side of a cell [px]."""
-
-GAP = 20
-"""Gap between the two maps [px]."""
+SCALE = 2  # side of a cell [px]
+GAP = 20  # gap between the two maps [px]
 
 
 @dataclass(frozen=True)

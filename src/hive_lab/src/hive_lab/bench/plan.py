@@ -23,7 +23,7 @@ from hive_lab.bench.registry import BenchResult
 from robot_description.models import load_model
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -34,26 +34,18 @@ Point = tuple[float, float]
 
 MAPS = ("lab", "warehouse")
 PAIRS = 200
-MODEL = "mir100"
-"""The widest of the default robots, with the least room in doors."""
+MODEL = "mir100"  # the widest of the default robots, with the least room in doors
 
 AIMS = {"median": 0.010, "p95": 0.050, "length": 1.05}
 """Median and 95th percentile of the planning time [s]; median ratio of lengths."""
 
-REACH = 4
-"""Largest move of the reference [cells]; 4 gives 32 directions."""
+REACH = 4  # largest move of the reference [cells]; 4 gives 32 directions
 
 
 def run(maps: Path | None = None, pairs: int = PAIRS, seed: int = 1) -> BenchResult:
-    """Plan between random reachable pairs of places on each map.
+    """Return planning times [s] and ratios of lengths between random reachable places of each map.
 
-    Args:
-        maps: The folder with `lab.yaml` and `warehouse.yaml`; by default the repository's own.
-        pairs: How many on each map.
-        seed: Of the pairs and of the planner.
-
-    Returns:
-        Times [s], and lengths as ratios.
+    `maps` holds `lab.yaml` and `warehouse.yaml`; the default is the repository's own folder.
     """
     figures: dict[str, float] = {}
     aims: dict[str, float] = {}
@@ -104,11 +96,11 @@ def random_pairs(
     made = 0
     while made < pairs:
         start = shortest.random_place(random)
-        lengths = shortest.from_place(start)
+        length_to = shortest.lengths_from(start)
         # Several goals for one start: the reference's search is the slow part.
         for _ in range(10):
             goal = shortest.random_place(random)
-            length = lengths.to(goal)
+            length = length_to(goal)
             if made < pairs and 1.0 <= length < math.inf:
                 made += 1
                 yield start, goal, length
@@ -133,12 +125,25 @@ class ShortestPaths:
         """Return the centre of a random cell where the robot may stand, frame map [m]."""
         return self._place(int(random.choice(self._places)))
 
-    def from_place(self, start: Point) -> _Lengths:
-        """Return the lengths of the shortest paths from a place to all others."""
+    def lengths_from(self, start: Point) -> Callable[[Point], float]:
+        """Return the length of the shortest path from a place as a function of the goal [m].
+
+        It is infinite if there is no path.
+        """
         distances, before = csgraph.dijkstra(
             self._graph, indices=self._cell(start), return_predecessors=True
         )
-        return _Lengths(self, distances, before)
+
+        def length_to(goal: Point) -> float:
+            cell = self._cell(goal)
+            if not math.isfinite(distances[cell]):
+                return math.inf
+            cells = [cell]
+            while before[cells[-1]] >= 0:
+                cells.append(int(before[cells[-1]]))
+            return min(float(distances[cell]), self.taut(cells[::-1]))
+
+        return length_to
 
     def taut(self, cells: list[int]) -> float:
         """Return the length of a path pulled taut [m]."""
@@ -176,27 +181,6 @@ class ShortestPaths:
             grid.origin[0] + (column + 0.5) * grid.resolution,
             grid.origin[1] + (row + 0.5) * grid.resolution,
         )
-
-
-class _Lengths:
-    """The lengths of the shortest paths from one place."""
-
-    def __init__(
-        self, ways: ShortestPaths, distances: NDArray[np.float64], before: NDArray[np.int32]
-    ) -> None:
-        self._ways = ways
-        self._distances = distances
-        self._before = before
-
-    def to(self, goal: Point) -> float:
-        """Return the length to a goal [m]; infinite if there is no path."""
-        cell = self._ways._cell(goal)  # noqa: SLF001  (two classes of one computation)
-        if not math.isfinite(self._distances[cell]):
-            return math.inf
-        cells = [cell]
-        while self._before[cells[-1]] >= 0:
-            cells.append(int(self._before[cells[-1]]))
-        return min(float(self._distances[cell]), self._ways.taut(cells[::-1]))
 
 
 def _grid_graph(free: NDArray[np.bool_], resolution: float) -> sparse.csr_matrix:

@@ -59,11 +59,7 @@ class Bench:
     own_master: bool = False
 
     def run(self, context: CliContext, count: int | None = None) -> BenchResult:
-        """Measure, with a number for `option` if the user chose one.
-
-        Raises:
-            TimeUpError: The hive was too slow.
-        """
+        """Measure, with a number for `option` if the user chose one."""
         arguments: list[Any] = [context.connect] if self.connects else []
         arguments += [] if count is None else [count]
         with contextlib.ExitStack() as stack:

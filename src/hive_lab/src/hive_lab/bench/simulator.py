@@ -35,17 +35,11 @@ if TYPE_CHECKING:
     from fleet_manager.client.client import ClientLink
     from hive_common.geometry import Array
 
-
-NUMBERS = (1, 4, 20, 100)
-"""Numbers of robots."""
-
+NUMBERS = (1, 4, 20, 100)  # numbers of robots
 MODELS = ("mir100", "ld60", "youbot", "fetch")
 
-SCANS = 10.0
-"""Scans of each robot [Hz, simulated]."""
-
-WALL_TIME = 3.0
-"""Duration of each case [s, wall clock]."""
+SCANS = 10.0  # scans of each robot [Hz, simulated]
+WALL_TIME = 3.0  # duration of each case [s, wall clock]
 
 AIMS = {"lasers_4": 0.01, "lasers_100": 0.25}
 """Wall time for a simulated second [s]: 100 and 4 times real time."""
@@ -113,14 +107,9 @@ _RTF = 6.0
 much more takes processor time away from the robots that it simulates.
 """
 
-_MAX_RTF = 100.0
-"""Real-time factor asked of the simulator alone: more than it reaches."""
-
-_AIM = 0.2
-"""Wall time for a simulated second with all nodes of four robots, at most [s]."""
-
-_LIMIT = 300.0
-"""Time limit for the simulator alone [s]."""
+_MAX_RTF = 100.0  # real-time factor asked of the simulator alone: more than it reaches
+_AIM = 0.2  # wall time for a simulated second with all nodes of four robots, at most [s]
+_LIMIT = 300.0  # time limit for the simulator alone [s]
 
 
 def run(connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]]) -> BenchResult:

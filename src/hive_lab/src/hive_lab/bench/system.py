@@ -36,20 +36,13 @@ if TYPE_CHECKING:
     from fleet_manager.demo.local_hive import LocalHive
 
 _WORLD = "lab"
-_SECONDS = 60.0
-"""Measured time [s, wall clock]; well above the length of a tour's legs."""
-
-_UNDER_WAY = 10.0
-"""Time from the first tour to the measurement [s]: by then all robots drive."""
-
+_SECONDS = 60.0  # measured time [s, wall clock]; well above the length of a tour's legs
+_UNDER_WAY = 10.0  # time from the first tour to the measurement [s]: by then all robots drive
 _GOALS = 4
 _SPARE = 2
 _SEED = 1
-_MOVING = 0.05
-"""A robot that covers less than this in a second stands still [m]."""
-
-AIMS = {"cpu": 1.0, "memory": 1.5}
-"""At most one core, and 1.5 GB."""
+_MOVING = 0.05  # a robot that covers less than this in a second stands still [m]
+AIMS = {"cpu": 1.0, "memory": 1.5}  # at most one core, and 1.5 GB
 
 
 class _Tours:

@@ -29,9 +29,7 @@ if TYPE_CHECKING:
 
     from hive_lab.fault_schedules.schedule import Happening
 
-_SEED = 0
-"""Of the small delays; the schedules are tuned for this seed."""
-
+_SEED = 0  # of the small delays; the schedules are tuned for this seed
 
 _TASK = Task("T1", TaskType.GA, (Pose(1.0, 2.0),))
 

@@ -36,26 +36,14 @@ if TYPE_CHECKING:
 
     from hive_lab.fault_schedules.schedule import Happening
 
-_CANCELLED = 0.1
-"""Share of the tasks that an operator cancels."""
-
-_WITH_SCENARIO = 0.5
-"""Share of the schedules that follow a scenario."""
-
-_FORGETFUL = 0.5
-"""Share of the schedules whose hive soon forgets ended tasks."""
-
-_ANEW = 0.3
-"""Share of the tasks in these that are posted anew under the same id."""
+_CANCELLED = 0.1  # share of the tasks that an operator cancels
+_WITH_SCENARIO = 0.5  # share of the schedules that follow a scenario
+_FORGETFUL = 0.5  # share of the schedules whose hive soon forgets ended tasks
+_ANEW = 0.3  # share of the tasks in these that are posted anew under the same id
 
 
 def draw(seed: int, scenario: str = "") -> FaultSchedule:
-    """Draw a schedule.
-
-    Args:
-        seed: The same seed gives the same schedule.
-        scenario: A name of `SCENARIOS`; by default drawn too.
-    """
+    """Draw the schedule of a seed, in a scenario of `SCENARIOS` that by default is drawn too."""
     random = Random(seed)
     follows = scenario or random.random() < _WITH_SCENARIO
     schedule = _by_scenario(seed, random, scenario) if follows else _ordinary(seed, random)

@@ -23,7 +23,6 @@ class Ending:
     Args:
         members: All members, by name.
         hives: What each hive has committed, by id.
-        tasks: Ids of all posted tasks.
         broken: Ends the run; takes the broken property and the observation.
     """
 

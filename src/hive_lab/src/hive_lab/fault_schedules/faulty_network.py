@@ -23,13 +23,8 @@ if TYPE_CHECKING:
 class Host:
     """One process on a machine of its own.
 
-    Args:
-        network: What it is connected to.
-        name: Its name.
-        rate: How fast its clock runs; 1.01 gains 1 %.
-
     Attributes:
-        up: Whether it runs.
+        rate: How fast its clock runs; 1.01 gains 1 %.
         frozen: Whether it is suspended.
         generation: Counts starts and ends; events for an earlier generation are dropped.
     """
@@ -167,11 +162,8 @@ class HostTalker:
         self._host.warnings.append(f"{self._host.network.now:.2f} {self._host.name}: {text}")
 
 
-_INSIDE = 0.0005
-"""Latency of a message from a host to itself [s]."""
-
-_FASTEST = 0.001
-"""Least latency between two hosts [s]."""
+_INSIDE = 0.0005  # latency of a message from a host to itself [s]
+_FASTEST = 0.001  # least latency between two hosts [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,16 +190,10 @@ class SimulatedCrashError(Exception):
 
 
 class FaultyNetwork:
-    """The event queue, and all links.
-
-    Args:
-        random: The source of every chance.
-        proofs: Share of the deaths that watchers get proof of.
+    """The event queue, and all links; watchers get proof of a share `proofs` of the deaths.
 
     Attributes:
         now: The true time [s].
-        events: How many have happened.
-        quality: Of all links.
         cut: Pairs of names (sender, receiver) between which no message passes.
         holding: The cut pairs whose messages are kept until `release`.
         after_event: Called with the host after every event on it.

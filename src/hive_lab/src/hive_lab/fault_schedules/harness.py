@@ -20,16 +20,13 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
     from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
-_REPEAT = 1.5
-"""The operator's program posts a task again after this time without an answer [s]."""
+_REPEAT = 1.5  # the operator's program posts a task again after this time without an answer [s]
 
 
 class Harness:
     """Base of a simulated hive; a subclass makes the members and hands them to `connect`.
 
-    Args:
-        random: The source of every chance.
-        proofs: Share of the deaths that watchers get proof of.
+    `random` is the source of every chance; see `FaultyNetwork` for `proofs`.
     """
 
     def __init__(self, random: Random, proofs: float = 0.9) -> None:

@@ -44,11 +44,7 @@ class History:
     def follow(
         self, member: Member, before: Member | None
     ) -> Iterator[tuple[TaskRecord | None, TaskRecord]]:
-        """Check a member's committed entries against everyone else's.
-
-        Args:
-            member: Its state.
-            before: Its state at the last check.
+        """Check a member's committed entries against everyone else's, since its state `before`.
 
         Yields:
             Each changed record: as it was, None if it is new, and as it is.

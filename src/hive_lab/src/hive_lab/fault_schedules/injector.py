@@ -33,16 +33,7 @@ if TYPE_CHECKING:
 
 
 class FaultInjector:
-    """Injects the faults of one hive.
-
-    Args:
-        network: What connects the members.
-        members: All members, by name.
-        checker: Is told of ended processes and lost disks.
-
-    Attributes:
-        faults: Number of faults by kind.
-    """
+    """Injects the faults of one hive, and counts them by kind in `faults`."""
 
     def __init__(
         self,

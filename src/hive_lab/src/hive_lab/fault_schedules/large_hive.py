@@ -30,17 +30,13 @@ if TYPE_CHECKING:
     from blackboard.domain.talker import Talker
     from hive_lab.fault_schedules.faulty_network import Host
 
-_ROOM = 10.0
-"""Side of the floor area for each robot, so that larger fleets are no denser [m]."""
-
-_POSTING = 30.0
-"""All tasks are posted within this time [s]."""
+_ROOM = 10.0  # side of the floor area for each robot, so that larger fleets are no denser [m]
+_POSTING = 30.0  # all tasks are posted within this time [s]
 
 _CRASH, _BACK = 20.0, 5.0
 """When the blackboard node crashes after the first task, and for how long [s]."""
 
-_LIMIT = 3600.0
-"""Every task has to end by then [s]."""
+_LIMIT = 3600.0  # every task has to end by then [s]
 
 
 @dataclass(frozen=True)
@@ -91,13 +87,7 @@ class _LoneRobot(SimulatedMember):
 
 
 class LargeHive(Harness):
-    """A hive of many robots.
-
-    Args:
-        robots: How many, at least 2.
-        tasks: How many, at least 1.
-        seed: Of every chance.
-    """
+    """A hive of at least 2 robots with at least 1 task; the seed decides every chance."""
 
     def __init__(self, robots: int, tasks: int, seed: int) -> None:
         super().__init__(Random(seed))

@@ -16,8 +16,7 @@ from hive_lab.fault_schedules.faulty_network import FaultyNetwork, Host, HostTal
 
 _SLOWEST, _FASTEST = 0.99, 1.01
 
-_SETTLE = 5.0
-"""Every member has a vote by then [s]."""
+_SETTLE = 5.0  # every member has a vote by then [s]
 
 
 @dataclass(frozen=True)
@@ -36,12 +35,7 @@ class LongRun:
 
 
 class IdleHive:
-    """Members that only replicate a log; each clock is up to 1 % wrong.
-
-    Args:
-        members: How many, at least 1.
-        seed: Of delays, losses and clocks.
-    """
+    """Members that only replicate a log; each clock is up to 1 % wrong."""
 
     def __init__(self, members: int, seed: int) -> None:
         random = Random(seed)

@@ -38,8 +38,6 @@ class ProtocolChecker:
         now: Returns the true time [s].
 
     Attributes:
-        ending: What must hold in the end.
-        takeovers: How often a member became leader.
         done: How often a robot has really finished each task.
     """
 

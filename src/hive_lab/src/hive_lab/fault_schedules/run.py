@@ -31,9 +31,7 @@ if TYPE_CHECKING:
 
     from hive_lab.fault_schedules.schedule import FaultSchedule
 
-CALM = 120.0
-"""How long a hive has to finish everything after the last fault [s]."""
-
+CALM = 120.0  # how long a hive has to finish everything after the last fault [s]
 _SLOWEST, _FASTEST = 0.99, 1.01
 
 

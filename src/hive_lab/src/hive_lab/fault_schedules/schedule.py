@@ -17,23 +17,17 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
     from hive_lab.fault_schedules.faulty_network import Quality
 
-SETTLE = 6.0
-"""Nothing goes wrong before this time, while the hive bootstraps [s]."""
-
-FAULT_PERIOD = 36.0
-"""How long faults occur after that [s]."""
-
+SETTLE = 6.0  # nothing goes wrong before this time, while the hive bootstraps [s]
+FAULT_PERIOD = 36.0  # how long faults occur after that [s]
 BLACKBOARD = "blackboard"
 OPERATOR = "operator"
 
-BY_HAND = "by hand"
-"""Scenario of a schedule that was not drawn."""
+BY_HAND = "by hand"  # scenario of a schedule that was not drawn
 
 BOARD_SETTINGS = BlackboardSettings(retry_period=10.0)
 """The blackboard's settings unless a schedule has its own."""
 
-LEADER = "the leader"
-"""In place of a name: whoever is the leader at that time."""
+LEADER = "the leader"  # in place of a name: whoever is the leader at that time
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,8 +129,7 @@ class SetState:
 class Post:
     """An operator posts a task, again and again until it is accepted or rejected.
 
-    Attributes:
-        anew: Whether the task was posted before and counts as new once the hive has forgotten it.
+    Posted `anew`, it counts as new once the hive has forgotten it.
     """
 
     at: float

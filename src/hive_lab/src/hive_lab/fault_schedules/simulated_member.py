@@ -32,8 +32,7 @@ if TYPE_CHECKING:
 
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 
-_FAILURES = 0.05
-"""Share of the steps that fail."""
+_FAILURES = 0.05  # share of the steps that fail
 
 
 @dataclass
@@ -49,11 +48,7 @@ class Disk(MemoryJournal):
     watched_by: Callable[[HardState | None, HardState], WritePoint] = lambda *_: WritePoint.AFTER
 
     def save(self, hard_state: HardState) -> None:
-        """Write, unless the host crashes before the write, or crash right after it.
-
-        Raises:
-            SimulatedCrashError: The host crashes now.
-        """
+        """Write, unless the host crashes before the write, or crash right after it."""
         point = self.watched_by(self.hard_state, hard_state)
         if self.crashes or point is WritePoint.BEFORE_WRITING:
             self.crashes = False

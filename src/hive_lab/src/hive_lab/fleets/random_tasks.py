@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 
     from hive_common.grid_map import GridMap
 
-
-ROOM = 0.9
-"""Least distance of a goal from anything that is not free [m]."""
+ROOM = 0.9  # least distance of a goal from anything that is not free [m]
 
 PAYLOADS = {TaskType.GA: 0.0, TaskType.GAB: 40.0, TaskType.GPA: 0.4, TaskType.GPAB: 0.4}
 """Largest payload by task type [kg]; any arm of the default fleet can lift the least."""

@@ -28,11 +28,8 @@ if TYPE_CHECKING:
 PER_DRIVE, PER_METRE = 3.5, 1.35
 """Duration of a drive in the lab, [s] and [s/m]: fitted to 60 drives of four models."""
 
-SPREAD = 0.15
-"""Standard deviation of a drive's relative error."""
-
-TICK = 1.0
-"""Time between two draws on the battery while driving [s]."""
+SPREAD = 0.15  # standard deviation of a drive's relative error
+TICK = 1.0  # time between two draws on the battery while driving [s]
 
 
 class ReckonedBodies:

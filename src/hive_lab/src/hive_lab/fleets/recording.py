@@ -18,11 +18,8 @@ if TYPE_CHECKING:
     from robot_description.models import RobotModel
     from simenv.world.world import World
 
-STEPS_PER_LOOK = 4
-"""The robot senses at 10 Hz."""
-
-PATIENCE = 120.0
-"""Time limit for one goal [s]."""
+STEPS_PER_LOOK = 4  # the robot senses at 10 Hz
+PATIENCE = 120.0  # time limit for one goal [s]
 
 
 @dataclass(frozen=True)

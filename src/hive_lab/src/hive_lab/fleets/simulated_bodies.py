@@ -26,9 +26,7 @@ if TYPE_CHECKING:
     from fleet_manager.config.fleet_file import FleetRobot
     from hive_lab.fleets.virtual_fleet import VirtualFleet
 
-TOLD = 4
-"""A robot learns its pose and distance driven every so many steps: at 10 Hz."""
-
+TOLD = 4  # a robot learns its pose and distance driven every so many steps: at 10 Hz
 _ACTS = {StepKind.PICK: Act.PICK, StepKind.PLACE: Act.PLACE}
 
 

@@ -17,14 +17,9 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.right_of_way import Announcement
     from simenv.simulation import Simulation
 
-STEP = 0.025
-"""One step of the simulation [s]."""
-
-STEPS_PER_ROUND = 4
-"""The control loops run at 10 Hz."""
-
-STEPS_TO_HEAR = 6
-"""Robots hear an announcement 0.15 s after it was made."""
+STEP = 0.025  # one step of the simulation [s]
+STEPS_PER_ROUND = 4  # the control loops run at 10 Hz
+STEPS_TO_HEAR = 6  # robots hear an announcement 0.15 s after it was made
 
 
 class Traffic:

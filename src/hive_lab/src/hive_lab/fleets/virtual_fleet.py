@@ -48,14 +48,10 @@ class VirtualFleet:
     """A hive with the robots of a fleet file.
 
     Args:
-        fleet: The robots.
-        world: Name of the map.
-        bodies: What moves them.
+        bodies: What moves the robots.
         chargers: Where a robot stands at each charger, by name, frame map.
 
     Attributes:
-        network: The time, and the members' messages.
-        grid: The floor.
         robots, batteries, characteristics, path_lengths: Of each robot, by its name.
         bids: The latest bid of each robot on each task, by (task, robot).
         updates: All updates of each task.

@@ -34,8 +34,7 @@ from hive_lab.live.live_operator import TERMINAL, LiveOperator, make_task
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-SIZES = (4, 10)
-"""Numbers of robots, unless the user chooses one."""
+SIZES = (4, 10)  # numbers of robots, unless the user chooses one
 
 AIMS = {
     "robots_10_assigned_median": 0.010,
@@ -51,30 +50,19 @@ AIMS = {
 _ONE_BY_ONE = 100
 _BURST = 200
 _SUSTAINED = 300
-_OPEN_AT_ONCE = 20
-"""Unassigned tasks while the sustained rate is measured."""
-
+_OPEN_AT_ONCE = 20  # unassigned tasks while the sustained rate is measured
 _WARM = 10
-_START = 1800.0
-"""Time for all nodes of a large hive to find each other [s, wall clock]."""
-
+_START = 1800.0  # time for all nodes of a large hive to find each other [s, wall clock]
 _PATIENCE = 60.0
-_WHOLE_LIST = 300.0
-"""Time for all tasks on a large hive's list to be assigned or cancelled [s]."""
-
+_WHOLE_LIST = 300.0  # time for all tasks on a large hive's list to be assigned or cancelled [s]
 _REPEAT = 5.0
-_SIDE = 60.0
-"""Side of the square with the goals, unless the row of robots is longer [m]."""
+_SIDE = 60.0  # side of the square with the goals, unless the row of robots is longer [m]
 
 
 class Desk:
     """Posts tasks at random places of a square, and records when each is assigned.
 
-    Create it after `rospy.init_node`.
-
-    Args:
-        namespace: Of the topics, ending in a slash.
-        side: Of the square [m].
+    Create it after `rospy.init_node`. The namespace ends in a slash; `side` is the square's [m].
 
     ROS Publishers: `new_task`, `task_cancel`.
     ROS Subscribers: `task_state`.
@@ -113,9 +101,6 @@ class Desk:
         """Wait until all of these are assigned; return when the last one was [s, monotonic].
 
         Unassigned tasks are posted again now and then: without a leader nobody hears them.
-
-        Raises:
-            LiveHiveError: They were not assigned in time [s].
         """
         wanted = set(tasks)
         end = time.monotonic() + patience
@@ -131,11 +116,7 @@ class Desk:
             return max(self._assigned[task] for task in wanted)
 
     def clear(self) -> None:
-        """Cancel every task, again and again until it has ended.
-
-        Raises:
-            LiveHiveError: They were not cancelled in time.
-        """
+        """Cancel every task, again and again until it has ended."""
         end = time.monotonic() + _WHOLE_LIST
         while left := self._tasks.keys() - self._ended:
             if time.monotonic() > end:
@@ -204,17 +185,9 @@ def spread(name: str, times: Sequence[float]) -> dict[str, float]:
 
 
 def measure(robots: int, folder: Path) -> dict[str, float]:
-    """Measure one number of robots, bare rospy nodes first.
+    """Return times [s] and memory [MB] with a number of robots, bare rospy nodes first.
 
-    Args:
-        robots: How many.
-        folder: For journals and logs.
-
-    Returns:
-        Times [s] and memory [MB] by name.
-
-    Raises:
-        LiveHiveError: The hive was too slow.
+    The folder is for journals and logs.
     """
     side = max(_SIDE, SPACING * robots)
     with _bare_nodes(robots):

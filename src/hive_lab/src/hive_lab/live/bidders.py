@@ -17,8 +17,7 @@ from move_base_msgs.msg import MoveBaseAction
 
 from hive_lab.live.fake_base import pose_message
 
-SPACING = 2.0
-"""Distance between two robots, which stand in a row [m]."""
+SPACING = 2.0  # distance between two robots, which stand in a row [m]
 
 
 class Bidder:

@@ -38,12 +38,9 @@ SIZES = {"straight": (2, 5, 10, 20, 50, 100), "map": (2, 5, 10, 20)}
 """Numbers of robots, with straight paths and on the warehouse map."""
 
 _TASKS_EACH = 2
-_SIDE = 100.0
-"""Side of the floor without a map [m]."""
-
+_SIDE = 100.0  # side of the floor without a map [m]
 _SLICE = 0.05
-_LIMIT = 300.0
-"""Virtual time for all tasks to be assigned [s]."""
+_LIMIT = 300.0  # virtual time for all tasks to be assigned [s]
 
 
 @dataclass(frozen=True)

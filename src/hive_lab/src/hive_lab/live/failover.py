@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from hive_lab.live.live_hive import LiveHive
     from hive_lab.live.live_operator import LiveOperator
 
-RUNS = 20
-"""Number of each fault by default."""
+RUNS = 20  # number of each fault by default
 
 AIMS = {"crash_median": 0.5, "crash_worst": 1.5, "freeze_worst": 3.5}
 """From the fault to the next leader's first heartbeat [s]."""

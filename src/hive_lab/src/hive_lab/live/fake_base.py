@@ -18,19 +18,13 @@ import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseResult
 
-_LOOK_EVERY = 0.02
-"""Time between two checks for a cancelled goal [s]."""
+_LOOK_EVERY = 0.02  # time between two checks for a cancelled goal [s]
 
 
 class FakeBase:
     """A robot's localization, and a `move_base` that arrives anywhere after a while.
 
-    Create it after `rospy.init_node`.
-
-    Args:
-        namespace: Of the robot.
-        seconds: Duration of a drive [s].
-        x: Where it starts [m], with y = 0.
+    Create it after `rospy.init_node`. It starts at `x` [m], with y = 0.
 
     Attributes:
         seconds: Duration of the next drives [s].

@@ -60,8 +60,8 @@ class LiveHive:
         folder: For journals and logs.
         namespace: Of the hive, beginning and ending in a slash.
         robots: Names of its robots.
-        blackboard: Private parameters of the blackboard node, beside the necessary ones.
-        robot: Private parameters of every robot node, beside the necessary ones.
+        blackboard: Further private parameters of the blackboard node.
+        robot: Further private parameters of every robot node.
         standing_by: How many robots are voters, the first ones.
     """
 
@@ -215,11 +215,7 @@ class Master:
         return self._process is not None and self._process.poll() is None
 
     def start(self) -> None:
-        """Start it and wait until it answers.
-
-        Raises:
-            LiveHiveError: It does not answer.
-        """
+        """Start it and wait until it answers."""
         uri = rosgraph.get_master_uri()
         command = ["rosmaster", "--core", "-p", uri.rstrip("/").rpartition(":")[2]]
         with (self._folder / "rosmaster.log").open("ab") as log:

@@ -23,16 +23,14 @@ from hive_common.ros.links import mend_links
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-PATIENCE = 60.0
-"""Time that a busy machine may take for anything [s, wall clock]."""
+PATIENCE = 60.0  # time that a busy machine may take for anything [s, wall clock]
 
 ANSWERS = 13
 """Consecutive answers of each member, one to each heartbeat, until the hive counts as complete;
 within that time a restarted member has sat out its election time and votes too.
 """
 
-_REPEAT = 0.5
-"""Time after which an unanswered task is posted again [s]."""
+_REPEAT = 0.5  # time after which an unanswered task is posted again [s]
 
 TERMINAL = frozenset(
     {
@@ -107,11 +105,7 @@ class LiveOperator:
     def demand(
         self, condition: Callable[[], object], what: str, patience: float = PATIENCE
     ) -> None:
-        """Wait until a condition holds.
-
-        Raises:
-            LiveHiveError: It did not hold in time [s]; the text says what was expected.
-        """
+        """Wait until a condition holds [s]; LiveHiveError says `what` was expected in vain."""
         if not self.wait(condition, patience):
             raise LiveHiveError(f"not within {patience:.0f} s: {what}; last: {self.last}")
 
@@ -128,11 +122,7 @@ class LiveOperator:
     def wait_for_another(self, than: str, since: float) -> float:
         """Return the time from a fault to the first heartbeat of another leader [s].
 
-        All members share this machine's monotonic clock.
-
-        Args:
-            than: Name of the former leader.
-            since: Time of the fault on the monotonic clock [s].
+        Both times are on the monotonic clock, which all members share on this machine.
         """
 
         def sent() -> list[float]:

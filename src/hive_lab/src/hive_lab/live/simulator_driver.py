@@ -25,20 +25,14 @@ from std_srvs.srv import Empty
 from hive_lab.bench.simulator import NUMBERS, spawn_robots
 from hive_lab.bench.usage import usage_of
 
-SECONDS = 5.0
-"""Duration of each case [s, wall clock]."""
-
-SETTLE = 2.0
-"""How long the robots drive before that [s, wall clock]."""
+SECONDS = 5.0  # duration of each case [s, wall clock]
+SETTLE = 2.0  # how long the robots drive before that [s, wall clock]
 
 COMMAND_PERIOD = 0.2
 """Time between two commands [s, simulated]; a robot stops after 0.5 s without any."""
 
-LOOK_PERIOD = 0.002
-"""Time between two looks at the clock [s, wall clock]."""
-
-WAIT = 60.0
-"""Time for the simulator to answer [s, wall clock]."""
+LOOK_PERIOD = 0.002  # time between two looks at the clock [s, wall clock]
+WAIT = 60.0  # time for the simulator to answer [s, wall clock]
 
 
 class DrivenRobots:

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from hive_lab.live.live_hive import LiveHive
     from hive_lab.live.live_operator import LiveOperator
 
-MINUTES = 60
-"""Default duration [min]."""
+MINUTES = 60  # default duration [min]
 
 AIMS = {"tasks_not_done": 0.0, "memory_growth": 5.0, "thread_growth": 2.0, "file_growth": 10.0}
 """Largest growth of a process after its first minute [MB, threads, open files]."""
@@ -38,8 +37,7 @@ _CALM = 50.0
 """For up to 32 s after a fault, rospy keeps threads that try to reach the lost node [s]."""
 _TASK_EVERY = 2.0
 _FREEZE = 5.0
-_WARM = 60.0
-"""Age after which a process should not grow [s]."""
+_WARM = 60.0  # age after which a process should not grow [s]
 
 
 @dataclass(frozen=True)
@@ -52,11 +50,7 @@ class Size:
 
     @classmethod
     def of(cls, pid: int) -> Size:
-        """Measure a process.
-
-        Raises:
-            psutil.Error: It has ended.
-        """
+        """Measure a process."""
         process = psutil.Process(pid)
         memory = process.memory_info().rss / 1e6
         return cls(memory, float(process.num_threads()), float(process.num_fds()))

@@ -39,11 +39,8 @@ if TYPE_CHECKING:
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.domain.task import Task, TaskState
 
-SOON = 0.01
-"""More than any message takes [s]."""
-
-STEP = 10.0
-"""Duration of every step [s]."""
+SOON = 0.01  # more than any message takes [s]
+STEP = 10.0  # duration of every step [s]
 
 
 class _Harness:
@@ -67,13 +64,9 @@ class _Harness:
 
 
 class BlackboardHarness(_Harness):
-    """A blackboard on a floor of 4 m x 4 m with a wall.
+    """A blackboard on a floor of 4 m x 4 m with a wall; `settings` are of `BlackboardSettings`.
 
-    Args:
-        settings: Fields of `BlackboardSettings` that differ from the default.
-
-    Attributes:
-        decisions: What the auctions decided, oldest first.
+    `decisions` holds what the auctions decided, oldest first.
     """
 
     def __init__(self, **settings: Any) -> None:  # noqa: ANN401  (of BlackboardSettings)
@@ -182,12 +175,7 @@ class BlackboardHarness(_Harness):
 
 
 class RobotHarness(_Harness):
-    """robot1 at (0, 0).
-
-    Args:
-        charge: Of its battery, 0 to 1.
-        hive_filter: Of the member beside it, if there is one.
-    """
+    """robot1 at (0, 0), with a battery charged to 0..1, and the filter of a member beside it."""
 
     def __init__(self, charge: float = 1.0, hive_filter: HiveFilter | None = None) -> None:
         super().__init__()

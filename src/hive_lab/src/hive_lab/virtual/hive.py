@@ -136,8 +136,6 @@ class TimedCommand:
         duration: How long a step takes [s].
         arrive: Called with the goal when a step succeeds.
         results: How the next steps end; later ones succeed.
-        started: All steps started so far.
-        running: The current step.
     """
 
     network: Network
@@ -173,11 +171,8 @@ class TimedCommand:
 class Listener:
     """A minimal leader, just enough for robots to keep working.
 
-    It echoes every status at once, and publishes every reported start.
-
-    Args:
-        network: The robots' network.
-        robot_lease: How long a robot may work after each status [s].
+    It echoes every status at once, and publishes every reported start. A robot may work for
+    `robot_lease` after each status [s].
     """
 
     def __init__(self, network: Network, robot_lease: float = 3.5) -> None:
@@ -214,15 +209,8 @@ class Listener:
 class Hive:
     """A blackboard and some robots on one network.
 
-    Args:
-        settings: Of the blackboard.
-        network: By default one that loses nothing.
-        path_lengths: The blackboard's distances; by default straight lines.
-
-    Attributes:
-        talkers: The members' talkers by name.
-        robots: By name.
-        commands: The command of each robot, by name.
+    By default the network loses nothing, and the blackboard's distances are straight lines.
+    `talkers`, `robots` and `commands` (one for each robot) are by name.
     """
 
     def __init__(

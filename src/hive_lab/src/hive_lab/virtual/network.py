@@ -21,8 +21,7 @@ from blackboard.domain.talker import SET_STATE
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
-LATENCY = 0.001
-"""Default message latency [s]."""
+LATENCY = 0.001  # default message latency [s]
 
 
 @dataclass

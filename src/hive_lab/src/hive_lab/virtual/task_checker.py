@@ -37,12 +37,6 @@ class TaskChecker:
     7. An unfinished task leaves a robot only after the robot has handed it back, or is lost and
        has stopped.
     8. An arm works only while its robot stands at the goal.
-
-    Args:
-        hive: The hive to watch from now on.
-
-    Attributes:
-        accepted: The tasks that were accepted.
     """
 
     def __init__(self, hive: Hive) -> None:

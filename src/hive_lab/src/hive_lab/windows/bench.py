@@ -42,12 +42,7 @@ class BenchError(Exception):
 
 
 class Window:
-    """A fleet window in a process of its own.
-
-    Attributes:
-        process: The process.
-        longest: The longest stall during the last `wait_for` [s].
-    """
+    """A fleet window in its own process; `longest` is the stall in the last `wait_for` [s]."""
 
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self.process = process
@@ -89,14 +84,7 @@ class Window:
 
 
 def run() -> BenchResult:
-    """Measure everything; it takes about a minute.
-
-    Returns:
-        `bench`, its name; `figures`, by name with unit; `aims`, the upper limits of some.
-
-    Raises:
-        BenchError: Something did not start.
-    """
+    """Measure everything; it takes about a minute."""
     figures: dict[str, float] = {}
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))

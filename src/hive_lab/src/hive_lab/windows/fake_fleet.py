@@ -28,13 +28,9 @@ _ETA = 40.0  # [s]
 
 
 class FakeFleet:
-    """Tasks and robots that change at random.
+    """Tasks T1, T2, ... and robots robot1, robot2, ... that change at random.
 
-    Args:
-        tasks: The number of tasks, T1, T2, ...
-        robots: The number of robots, robot1, robot2, ...
-        now: When the newest task was posted [s]; also tells this hive from earlier ones.
-        generator: Draws what happens.
+    The newest task was posted at `now` [s], which also tells this hive from earlier ones.
     """
 
     def __init__(self, tasks: int, robots: int, now: float, generator: random.Random) -> None:

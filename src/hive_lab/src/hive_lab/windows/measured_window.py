@@ -37,11 +37,7 @@ class _Lines(QObject):
 
 
 def main(settings_file: str) -> None:
-    """Run until the standard input ends.
-
-    Args:
-        settings_file: Keeps layout and choices.
-    """
+    """Run until the standard input ends; the settings file keeps layout and choices."""
     keep_responsive()
     application = QApplication(["measured_window"])
     desk = Desk(RosDeskLink("measured_window", sys.argv[:1]))

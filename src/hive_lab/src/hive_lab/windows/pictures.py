@@ -42,13 +42,7 @@ RVIZ = 25.0  # [s] until RViz shows everything
 
 
 class Studio:
-    """The windows on a running hive, and a camera.
-
-    Args:
-        application: The program.
-        window: The fleet window.
-        folder: For the pictures.
-    """
+    """The windows on a running hive, and a camera whose pictures go to a folder."""
 
     def __init__(self, application: QApplication, window: FleetWindow, folder: Path) -> None:
         self._application = application

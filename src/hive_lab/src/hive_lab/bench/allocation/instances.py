@@ -25,8 +25,7 @@ from hive_lab.allocation.instance import Instance
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-RADIUS = 0.3
-"""Of every robot [m]."""
+RADIUS = 0.3  # of every robot [m]
 
 KINDS = ("bring", "go")
 """Pick and bring (from a start to an end), and go there (both are one place)."""

@@ -36,8 +36,7 @@ _SECONDS = {"4x20": 0.2, "20x100": 1.0, "100x1000": 2.0}
 _LESS_THAN_APPENDING = 0.75
 """Mean time to done over that of appending to the list with the earliest end."""
 
-_SLACK = 0.05
-"""A round of the search is always finished: share allowed over the time limit."""
+_SLACK = 0.05  # a round of the search is always finished: share allowed over the time limit
 
 
 class Ratios:

@@ -22,11 +22,8 @@ if TYPE_CHECKING:
 
 _SEED = 1
 
-_AGING = 120.0
-"""Waiting time that doubles a task's weight [s]: about two tasks of the warehouse."""
-
-_FAIR = 5.0
-"""Allowed ratio of the longest to the mean time to done, at load 0.9 with aging."""
+_AGING = 120.0  # waiting time that doubles a task's weight [s]: about two tasks of the warehouse
+_FAIR = 5.0  # allowed ratio of the longest to the mean time to done, at load 0.9 with aging
 
 
 @dataclass(frozen=True)
