@@ -159,7 +159,7 @@ def test_every_parameter_file_is_read(launches, observed):
     for name, model in robots.items():
         read[f"/{name}/robot"] = file_of("blackboard", "config", "robot.yaml") | of_fleet(fleet)
         read[f"/{name}/robot"].pop("bid_timeout")
-        read[f"/{name}/move_base"] = file_of("robot_description", "config", "move_base.yaml")
+        read[f"/{name}/move_base"] = file_of("robot_navigation", "config", "move_base.yaml")
         read[f"/{name}/characteristics"] = file_of("robot_description", "models", f"{model}.yaml")
     expected = {f"{node}/{key}": value for node, f in read.items() for key, value in f.items()}
     wrong = {

@@ -276,19 +276,34 @@ def test_the_map_is_there_for_latecomers_and_agrees_with_the_service():
 
 @pytest.mark.usefixtures("robot1")
 @pytest.mark.parametrize(
-    ("node", "arguments", "words"),
+    ("package", "node", "arguments", "words"),
     [
-        ("simulator", ["_world:=moon"], "world 'moon': not known"),
-        ("simulator", ["_rtf:=0"], "parameter ~rtf: 0; allowed: a number from 0.01 to 100"),
-        ("map_server", ["_map:=/nowhere/map.yaml"], "/nowhere/map.yaml: cannot be read"),
-        ("spawn", ["_name:=robot9"], "parameter ~x is missing"),
-        ("spawn", ["_name:=robot1", "_model:=mir100", "_x:=5", "_y:=4"], "the name is taken"),
+        ("simenv", "simulator", ["_world:=moon"], "world 'moon': not known"),
+        (
+            "simenv",
+            "simulator",
+            ["_rtf:=0"],
+            "parameter ~rtf: 0; allowed: a number from 0.01 to 100",
+        ),
+        (
+            "robot_navigation",
+            "map_server",
+            ["_map:=/nowhere/map.yaml"],
+            "/nowhere/map.yaml: cannot be read",
+        ),
+        ("simenv", "spawn", ["_name:=robot9"], "parameter ~x is missing"),
+        (
+            "simenv",
+            "spawn",
+            ["_name:=robot1", "_model:=mir100", "_x:=5", "_y:=4"],
+            "the name is taken",
+        ),
     ],
 )
-def test_a_node_that_cannot_start_says_why_in_one_line_and_fails(node, arguments, words):
+def test_a_node_that_cannot_start_says_why_in_one_line_and_fails(package, node, arguments, words):
     name = f"bad_{abs(hash((node, *arguments)))}"
     done = subprocess.run(
-        ["rosrun", "simenv", node, *arguments, f"__name:={name}"],
+        ["rosrun", package, node, *arguments, f"__name:={name}"],
         capture_output=True,
         text=True,
         timeout=WAIT,
