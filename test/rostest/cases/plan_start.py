@@ -200,7 +200,7 @@ BY_HAND = {
         [],
         of("robot1", {name: ROBOT_TOPICS[name] for name in ("odom", "scan", "ground_truth")}),
     ),
-    "robot_description/navigation": (
+    "robot_navigation/navigation": (
         ROBOT1,
         ["/robot1/move_base", "/robot1/fake_localization"],
         of("robot1", {name: kind for name, kind in ROBOT_TOPICS.items() if name != "set_state"}),

@@ -291,7 +291,7 @@ def test_the_map_is_there_for_latecomers_and_agrees_with_the_service():
             ["_map:=/nowhere/map.yaml"],
             "/nowhere/map.yaml: cannot be read",
         ),
-        ("simenv", "spawn", ["_name:=robot9"], "parameter ~x is missing"),
+        ("simenv", "spawn", ["_name:=robot9"], "parameter ~model is missing"),
         (
             "simenv",
             "spawn",
