@@ -132,9 +132,29 @@ build_workspace() {
     die "catkin_make failed: $(grep -m 1 -A 3 -E '^CMake Error|[Ee]rror:' "$log" | xargs) (whole log: $log)"
 }
 
+# --- compiled loops ----------------------------------------------------------------------------------
+
+# numba compares each source with what it compiled, by time and size; so does this stamp.
+loops_stamp() {
+  { echo "$root"; grep -rl --include='*.py' '^from hive_common.compiled import' "$root"/src/*/src |
+    sort | xargs stat -c '%n %Y %s'; } | sha256sum
+}
+
+loops_are_there() { [[ $(cat "$root/.venv/loops-stamp" 2>/dev/null) == "$(loops_stamp)" ]]; }
+
+make_loops() {
+  "$root/.venv/bin/python" "$root/setup/compile_loops.py" && loops_stamp >"$root/.venv/loops-stamp"
+}
+
+compile_loops() {
+  if loops_are_there; then return; fi
+  step "compiling inner loops" make_loops ||
+    die "compiling failed: $(tail -n 1 "$log") (whole log: $log)"
+}
+
 # ------------------------------------------------------------------------------------------------------
 
-nothing_is_missing() { [[ -z $(missing_packages) ]] && wheels_are_there && build_is_there; }
+nothing_is_missing() { [[ -z $(missing_packages) ]] && wheels_are_there && build_is_there && loops_are_there; }
 
 # Makes this clone ready to run, quickly when it is. A second ./hive waits until the first has done it.
 set_up() {
@@ -149,5 +169,6 @@ set_up() {
     install_packages
     install_wheels
     build_workspace
+    compile_loops
   ) 9>"$root/.hive/lock"
 }

@@ -24,6 +24,7 @@ DEPENDENCY = {
     "cattrs": "python3-cattr",
     "click": "python3-click",
     "matplotlib": "python3-matplotlib",
+    "numba": "python3-numba",
     "numpy": "python3-numpy",
     "psutil": "python3-psutil",
     "rospkg": "python3-rospkg",
