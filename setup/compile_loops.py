@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Fills the cache of compiled inner loops: imports every module that has some."""
 
@@ -13,5 +14,5 @@ if __name__ == "__main__":
     for path in sorted(SOURCES.glob("*/src/**/*.py")):
         if MARK in path.read_text():
             parts = path.relative_to(SOURCES).with_suffix("").parts
-            print(f"compiling {path.relative_to(SOURCES)}", flush=True)
+            sys.stderr.write(f"compiling {path.relative_to(SOURCES)}\n")
             import_module(".".join(parts[2:]))

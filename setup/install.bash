@@ -137,7 +137,7 @@ build_workspace() {
 # numba compares each source with what it compiled, by time and size; so does this stamp.
 loops_stamp() {
   { echo "$root"; grep -rl --include='*.py' '^from hive_common.compiled import' "$root"/src/*/src |
-    sort | xargs stat -c '%n %Y %s'; } | sha256sum
+    sort | xargs -r stat -c '%n %Y %s'; } | sha256sum
 }
 
 loops_are_there() { [[ $(cat "$root/.venv/loops-stamp" 2>/dev/null) == "$(loops_stamp)" ]]; }
