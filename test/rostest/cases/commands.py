@@ -21,6 +21,7 @@ class Talker:
     """Runs at once what the robot's own runs in its thread."""
 
     now = staticmethod(time.monotonic)
+    world = property(lambda self: self)
 
     def call(self, action):
         action()
@@ -69,6 +70,7 @@ class HeldUp:
     def __init__(self):
         self.time = 0.0
         self.looks = []
+        self.world = self
 
     def now(self):
         return self.time

@@ -85,7 +85,7 @@ class Blackboard:
         self._orders = Orders(talker, node, settings.order_timeout)
         self._watch = Watch(talker, node, self._orders, self._presence, settings)
         self._note = note
-        central = Central(node.get, path_lengths_for or (lambda _radius: path_lengths), talker.now)
+        central = Central(node.get, path_lengths_for or (lambda _radius: path_lengths), talker.world.now)
         self._auctioneer = Auctioneer(
             talker,
             node,
@@ -163,7 +163,7 @@ class Blackboard:
             then()
         # While the other members write the change to disk.
         try:
-            self._note(decisions(result, others, self._talker.now()))
+            self._note(decisions(result, others, self._talker.world.now()))
         except JournalError as error:
             self._talker.warn(f"the reasons for these assignments are lost: {error}")
 

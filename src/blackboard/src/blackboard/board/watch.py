@@ -145,7 +145,7 @@ class Watch:
         for status in self._presence.fall_silent(now):
             self._talker.publish(ROBOT_STATUS, status, to=())
         held = self._orders.held()
-        self._recall(held, now)
+        self._recall(held, self._talker.world.now())
         looked = ((record, self._after_look(record, now)) for record in held)
         return [after for record, after in looked if after != record]
 

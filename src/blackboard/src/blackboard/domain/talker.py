@@ -61,11 +61,29 @@ class Subscription(Protocol):
         """Stop listening."""
 
 
-class Talker(Protocol):
-    """Messages, timers and the time for one member of the hive."""
+class Clock(Protocol):
+    """A time and its timers."""
 
     def now(self) -> float:
-        """Return the time that all timers use [s]; its zero means nothing."""
+        """Return the time that the timers use [s]; its zero means nothing."""
+
+    def every(self, period: float, action: Callable[[], None]) -> Timer:
+        """Call repeatedly, the first time after one period [s]."""
+
+    def after(self, delay: float, action: Callable[[], None]) -> Timer:
+        """Call once after a delay [s]; 0 means as soon as the present call has returned."""
+
+
+class Talker(Clock, Protocol):
+    """Messages between the members of the hive, and the clock that leases and elections use.
+
+    That clock is the machine's own: it goes on while a simulation is paused, and no faster in a
+    fast one (docs/decisions/022).
+    """
+
+    @property
+    def world(self) -> Clock:
+        """The clock of what robots do; simulated time in a simulation."""
 
     def publish(
         self, topic: Topic[_Message], message: _Message, to: Collection[str] | None = None
@@ -87,12 +105,6 @@ class Talker(Protocol):
 
         `when` is asked before a message is read; while it returns False, messages are dropped.
         """
-
-    def every(self, period: float, action: Callable[[], None]) -> Timer:
-        """Call repeatedly, the first time after one period [s]."""
-
-    def after(self, delay: float, action: Callable[[], None]) -> Timer:
-        """Call once after a delay [s]; 0 means as soon as the present call has returned."""
 
     def ping(self, member: str) -> bool:
         """Return whether a member's process answers; False does not prove that it is dead."""

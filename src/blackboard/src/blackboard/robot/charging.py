@@ -213,7 +213,7 @@ class Charging:
         lengths = {
             name: self._path_lengths.length(here, self._plan.chargers[name])
             for name in self._claims.free(now, silence)
-            if self._avoided.get(name, now) <= now
+            if self._avoided.get(name, -math.inf) <= self._talker.world.now()
         }
         reachable = [name for name in lengths if math.isfinite(lengths[name])]
         return min(reachable, key=lambda name: lengths[name], default=None)
@@ -225,7 +225,7 @@ class Charging:
             self._leave_service(f"charges at {charger}")
         else:
             self._phase = Phase.AWAY
-            self._avoided[charger] = self._talker.now() + _AVOID
+            self._avoided[charger] = self._talker.world.now() + _AVOID
             self._claims.release()
         self._changed()
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from blackboard.domain.settings import ControllerSettings
-    from blackboard.domain.talker import Talker, Timer
+    from blackboard.domain.talker import Clock, Timer
     from blackboard.domain.task import Task, TaskStep
     from hive_common.pose import Pose
 
@@ -152,10 +152,10 @@ class Controller:
     """Executes one task at a time, with a command for each kind of step."""
 
     def __init__(
-        self, commands: Mapping[StepKind, Command], talker: Talker, settings: ControllerSettings
+        self, commands: Mapping[StepKind, Command], clock: Clock, settings: ControllerSettings
     ) -> None:
         self._commands = commands
-        self._talker = talker
+        self._clock = clock
         self._settings = settings
         self._run: _Run | None = None
         self._command: Command | None = None
@@ -226,7 +226,7 @@ class Controller:
             self._start_command(run, after)
         elif after is State.RETRYING:
             delay = self._settings.retry_delay
-            self._pause = self._talker.after(delay, lambda: self._handle(Event.TIMED_OUT))
+            self._pause = self._clock.after(delay, lambda: self._handle(Event.TIMED_OUT))
         elif after is State.HALTED:
             run.attempts = 0
         elif after is State.IDLE:
@@ -238,7 +238,7 @@ class Controller:
         """End what a state has under way."""
         if state is State.DRIVING and event is Event.SUCCEEDED and self._departure is not None:
             start, since = self._departure
-            self._on_drive(start, run.steps[run.step].goal, self._talker.now() - since)
+            self._on_drive(start, run.steps[run.step].goal, self._clock.now() - since)
         elif event in {Event.HALT, Event.STOP}:
             if state in _WORKING and self._command is not None:
                 self._command.cancel()
@@ -269,7 +269,7 @@ class Controller:
             self._handle(Event.GAVE_UP, CommandResult(CommandState.REJECTED, text))
             return
         if self._here is not None:
-            self._departure = self._here(), self._talker.now()
+            self._departure = self._here(), self._clock.now()
         self._started += 1
         number = self._started
         self._command.start(step, lambda result: self._command_ended(number, result))

@@ -87,7 +87,7 @@ class Robot:
         self._settings = settings
         self._unanswered: Broadcast | None = None
         self._last_order = ""
-        aging = Aging(talker.now, settings.aging)
+        aging = Aging(talker.world.now, settings.aging)
         pace = Pace(characteristics.max_speed)
         controller.observe(
             lambda: self._pose,
@@ -122,7 +122,9 @@ class Robot:
         self._lease.start()
         self.charging.start(self._pose, self._lease, self._go_on)
         self._talker.subscribe(SET_STATE, self.set_state)
-        self._talker.every(self._settings.status_period, self._pass_time)
+        period = self._settings.status_period
+        self._talker.world.every(period, lambda: self._pass_time(period))
+        self._talker.every(period, self._repeat)
         self._publish_status()
 
     @property
@@ -259,9 +261,11 @@ class Robot:
                 self._schedule.note_known(record)
         self._go_on()
 
-    def _pass_time(self) -> None:
-        self.charging.pass_time(self._settings.status_period)
+    def _pass_time(self, period: float) -> None:
+        self.charging.pass_time(period)
         self._go_on()
+
+    def _repeat(self) -> None:
         self._reports.repeat()
         self._filter.show()
         current = self._current

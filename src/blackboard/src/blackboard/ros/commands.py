@@ -91,7 +91,7 @@ class ActionCommand:
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
         """Send a step as a goal as soon as the server is there; see `Command.start`."""
         self._run += 1
-        self._wait_for_server(self._run, step, done, self._talker.now() + self._timeout)
+        self._wait_for_server(self._run, step, done, self._talker.world.now() + self._timeout)
 
     def cancel(self) -> None:
         """Cancel the goal if there is one; see `Command.cancel`."""
@@ -106,10 +106,10 @@ class ActionCommand:
             return
         if self._is_alive():
             self._send(run, step, done)
-        elif self._talker.now() > deadline:
+        elif self._talker.world.now() > deadline:
             self._give_up(run, done)
         else:
-            self._talker.after(
+            self._talker.world.after(
                 self._timeout / _CHECKS_PER_TIMEOUT,
                 lambda: self._wait_for_server(run, step, done, deadline),
             )
@@ -122,7 +122,7 @@ class ActionCommand:
                 self._talker.call(lambda: self._end(run, done, CommandResult(state, words)))
 
         self._goal = self._client.send_goal(self._make_goal(step), changed)
-        now = self._talker.now()
+        now = self._talker.world.now()
         self._watch(run, self._goal, done, now, now)
 
     def _watch(
@@ -140,14 +140,14 @@ class ActionCommand:
         """
         if run != self._run:
             return
-        now, period = self._talker.now(), self._timeout / _CHECKS_PER_TIMEOUT
+        now, period = self._talker.world.now(), self._timeout / _CHECKS_PER_TIMEOUT
         waiting = goal.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK
         is_silent = not self._is_alive() or (waiting and now - sent > self._timeout)
         if is_silent and now - checked < 2 * period:
             goal.cancel()
             self._give_up(run, done)
             return
-        self._talker.after(period, lambda: self._watch(run, goal, done, sent, now))
+        self._talker.world.after(period, lambda: self._watch(run, goal, done, sent, now))
 
     def _give_up(self, run: int, done: Callable[[CommandResult], None]) -> None:
         text = f"the action server {self._name} has not answered for {self._timeout:g} s"
@@ -160,10 +160,10 @@ class ActionCommand:
             done(result)
 
     def _hear(self, _: GoalStatusArray) -> None:
-        self._heard = self._talker.now()
+        self._heard = self._talker.world.now()
 
     def _is_alive(self) -> bool:
-        return self._talker.now() - self._heard < self._timeout
+        return self._talker.world.now() - self._heard < self._timeout
 
 
 class MoveBaseCommand(ActionCommand):

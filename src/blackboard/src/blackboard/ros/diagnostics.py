@@ -41,7 +41,7 @@ class Diagnostics:
     def start(self) -> None:
         """Begin to publish and to watch the master."""
         watch_master(lambda state: self._talker.call(lambda: self._hear_master(state)))
-        self._talker.steady.every(_PERIOD, self._publish)
+        self._talker.every(_PERIOD, self._publish)
         rospy.on_shutdown(self._log_refusals)
 
     def _hear_master(self, state: MasterState) -> None:

@@ -121,7 +121,7 @@ def join(
     """
     namespace = f"{hive}blackboard"
     node = RaftNode(
-        talker.steady,
+        talker,
         rospy.get_name(),
         params.read(RaftSettings, namespace),
         journal,
@@ -136,7 +136,7 @@ def join(
         Blackboard(
             talker, node, lengths_of(0.0), settings, note=log.note, path_lengths_for=lengths_of
         ).start()
-    no_quorum = NoQuorum(talker.steady, lambda: node.member, str(_file(".sqlite3")))
-    talker.steady.every(_CHECK_PERIOD, no_quorum.look)
+    no_quorum = NoQuorum(talker, lambda: node.member, str(_file(".sqlite3")))
+    talker.every(_CHECK_PERIOD, no_quorum.look)
     Diagnostics(talker, node, no_quorum).start()
     return node

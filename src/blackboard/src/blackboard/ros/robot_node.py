@@ -72,7 +72,7 @@ def _run() -> None:
     if any(kind.picks for kind in body.capabilities):
         pick = PickCommand(talker, patience.server_timeout)
         commands |= {StepKind.PICK: pick, StepKind.PLACE: pick}
-    controller = Controller(commands, talker, patience)
+    controller = Controller(commands, talker.world, patience)
     node = membership.join(talker, hive, path_lengths, journal, stands_by=stands_by)
     robot = Robot(
         talker,

@@ -69,7 +69,7 @@ class Senses:
         rospy.Subscriber(
             "drop_charge", Float64, lambda msg: self._talker.call(lambda: self._drop(msg.data))
         )
-        self._talker.every(self._period, self._publish_battery)
+        self._talker.world.every(self._period, self._publish_battery)
 
     def _drive(self, msg: Odometry) -> None:
         here = (msg.pose.pose.position.x, msg.pose.pose.position.y)

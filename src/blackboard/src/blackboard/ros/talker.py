@@ -63,7 +63,7 @@ class RosTalker:
 
     Attributes:
         refusals: What was refused so far.
-        steady: The same talker on the machine's own clock.
+        world: Simulated time if `/use_sim_time` is set, else this talker's own clock.
 
     ROS Publishers and Subscribers: as the core asks, with the types in `codec.tables.WIRES`.
     """
@@ -75,15 +75,14 @@ class RosTalker:
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
         self._spins = False
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
-        clock = OnwardClock(rospy.get_time if self._simulated else time.monotonic)
-        self._timers = Timers(clock.now)
-        self.now, self.every, self.after = clock.now, self._timers.every, self._timers.after
+        self._timers = own = Timers(time.monotonic)
+        self.now, self.every, self.after = own.now, own.every, own.after
+        self.world = Timers(OnwardClock(rospy.get_time).now) if self._simulated else own
         self._liveness: LivenessWatch | None = None
         self._speakers = Speakers()
         self._handlers: dict[str, list[_Listener]] = defaultdict(list)
         self.refusals = Refusals(rospy.logwarn)
         self.refuse = self.refusals.refuse
-        self.steady = SteadyTalker(self)
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
         self._audience = Audience(self._speakers.node_of)
         self._is_voter = BB_ENTRIES in self._publishers
@@ -128,7 +127,7 @@ class RosTalker:
         )
         if topic == BACKUP and self._is_voter:
             self._liveness = LivenessWatch(subscriber)
-            self.steady.every(PERIOD, self._liveness.check)
+            self.every(PERIOD, self._liveness.check)
         elif topic == (BB_ACK if self._is_voter else BB_ENTRIES):
             self._audience.listens = subscriber
 
@@ -183,7 +182,7 @@ class RosTalker:
         self._spins = True
         while not rospy.is_shutdown():
             self._timers.call_due()
-            self.steady.timers.call_due()
+            self.world.call_due()
             try:
                 self._queue.get(timeout=self._patience())()
             except queue.Empty:
@@ -200,24 +199,8 @@ class RosTalker:
 
     def _patience(self) -> float:
         """Return how long to wait for the queue until the next timer is due [s, wall time]."""
-        waits = [1.0, self.steady.timers.next_due()]
-        waits.append(_CLOCK_POLL if self._simulated else self._timers.next_due())
+        waits = [1.0, self._timers.next_due(), _CLOCK_POLL if self._simulated else None]
         return min(wait for wait in waits if wait is not None)
-
-
-class SteadyTalker:
-    """The same talker on the machine's own clock.
-
-    A network does not get faster with simulated time, so elections and leases between members use
-    this clock.
-    """
-
-    def __init__(self, talker: RosTalker) -> None:
-        self.timers = Timers(time.monotonic)
-        self.now, self.every, self.after = self.timers.now, self.timers.every, self.timers.after
-        self.publish, self.subscribe = talker.publish, talker.subscribe
-        self.ping, self.watch = talker.ping, talker.watch
-        self.warn, self.refuse = talker.warn, talker.refuse
 
 
 class _Subscription:

@@ -113,6 +113,11 @@ class HostTalker:
         """Return the time of this host's own clock [s]."""
         return self._host.network.now * self._host.rate
 
+    @property
+    def world(self) -> HostTalker:
+        """This talker: a simulated robot moves by its host's clock."""
+        return self
+
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
         """Send a message to every listener, or only to the members in `to`."""
         self._host.network.send(self._host, topic, message, to)

@@ -152,6 +152,11 @@ class NetworkTalker:
         """Return the virtual time [s]."""
         return self._network.now
 
+    @property
+    def world(self) -> NetworkTalker:
+        """This talker: all clocks of a virtual hive show the same time."""
+        return self
+
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
         """Send a message to every listener, or only to the members in `to`."""
         if self.connected and self.running:
