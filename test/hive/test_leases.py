@@ -364,3 +364,35 @@ def test_a_restarted_robot_leaves_what_it_has_begun_for_the_load_that_is_on_boar
     begun = [step.task_id for step in hive.commands["robot1"].started]
     assert begun == ["T2", "T1", "T1", "T2", "T2"]
     assert hive.record("T2").state is DONE
+
+
+def test_a_dead_robots_task_moves_on_while_the_simulation_is_paused():
+    hive = pair(Network(world_rate=0.0))
+    hive.post(ROUND)
+    hive.network.run(2.0)
+    hive.kill("robot1")
+    hive.network.run(8.0)
+
+    assert hive.record("T1").robot == "robot2"
+
+
+def test_a_robot_keeps_its_lease_while_the_simulation_is_paused():
+    hive = pair(Network(world_rate=0.0))
+    hive.post(ROUND)
+    hive.network.run(30.0)
+
+    assert hive.record("T1").robot == "robot1"
+    assert not hive.robots["robot1"].status.reason
+
+
+def test_a_fast_simulation_shortens_no_lease():
+    hive = pair(Network(world_rate=3.0))
+    hive.post(replace(ROUND, goals=(Pose(5.0, 0.0), Pose(60.0, 0.0))))
+    hive.network.run(2.0)
+    unplug(hive, "robot1")
+    hive.network.run(2.0)
+    working = hive.commands["robot1"].running is not None
+    hive.network.run(1.6)
+
+    assert working
+    assert hive.commands["robot1"].running is None

@@ -85,7 +85,9 @@ class Blackboard:
         self._orders = Orders(talker, node, settings.order_timeout)
         self._watch = Watch(talker, node, self._orders, self._presence, settings)
         self._note = note
-        central = Central(node.get, path_lengths_for or (lambda _radius: path_lengths), talker.world.now)
+        central = Central(
+            node.get, path_lengths_for or (lambda _radius: path_lengths), talker.world.now
+        )
         self._auctioneer = Auctioneer(
             talker,
             node,

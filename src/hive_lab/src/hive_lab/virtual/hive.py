@@ -119,7 +119,7 @@ def make_robot(
         characteristics,
         battery or Battery(characteristics.battery),
         path_lengths or EuclideanLengths(),
-        Controller(commands, talker, controller or ControllerSettings()),
+        Controller(commands, talker.world, controller or ControllerSettings()),
         pose,
         settings or RobotSettings(),
         journal or MemoryJournal(),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import math
 from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,8 @@ from blackboard.domain.talker import SET_STATE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
+
+    from blackboard.domain.talker import Clock
 
 LATENCY = 0.001  # default message latency [s]
 
@@ -52,6 +55,7 @@ class Network:
     Args:
         delay: Returns the latency of the next message to its next listener [s].
         lose: Returns whether a message of a topic gets lost.
+        world_rate: Simulated time per time of the network; 0 while the simulation is paused.
 
     Attributes:
         now: The time [s].
@@ -63,8 +67,10 @@ class Network:
         self,
         delay: Callable[[], float] = lambda: LATENCY,
         lose: Callable[[str, Any], bool] = lambda _topic, _message: False,
+        world_rate: float = 1.0,
     ) -> None:
         self.now = 0.0
+        self.world_rate = world_rate
         self.sent: list[tuple[str, Any]] = []
         self.heard: list[tuple[str, Any]] = []
         self._delay = delay
@@ -131,6 +137,30 @@ class Network:
                 look()
 
 
+class WorldClock:
+    """A simulated clock that runs at another speed than the network's."""
+
+    def __init__(self, talker: NetworkTalker, network: Network) -> None:
+        self._talker = talker
+        self._network = network
+
+    def now(self) -> float:
+        """Return the simulated time [s]."""
+        return self._network.now * self._network.world_rate
+
+    def every(self, period: float, action: Callable[[], None]) -> Call:
+        """Call periodically, for the first time after one period [s]."""
+        return self._talker.every(self._on_network(period), action)
+
+    def after(self, delay: float, action: Callable[[], None]) -> Call:
+        """Call once, after a delay [s]."""
+        return self._talker.after(self._on_network(delay), action)
+
+    def _on_network(self, duration: float) -> float:
+        rate = self._network.world_rate
+        return duration / rate if rate else math.inf
+
+
 class NetworkTalker:
     """One member's talker on a `Network`; see `blackboard.domain.talker.Talker`.
 
@@ -153,9 +183,9 @@ class NetworkTalker:
         return self._network.now
 
     @property
-    def world(self) -> NetworkTalker:
-        """This talker: all clocks of a virtual hive show the same time."""
-        return self
+    def world(self) -> Clock:
+        """The clock of what robots do."""
+        return self if self._network.world_rate == 1.0 else WorldClock(self, self._network)
 
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
         """Send a message to every listener, or only to the members in `to`."""
