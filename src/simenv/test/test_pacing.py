@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import pytest
 
-from simenv.pacing import Every, Pacer
+from simenv.pacing import Every, Lockstep, Pacer
 
 STEP = 0.025
 
@@ -12,7 +12,7 @@ def run(pacer, seconds, work):
     while now < seconds - 1e-9:
         steps += pacer.steps
         now += work * pacer.steps
-        now += pacer.tick_done(now)
+        now += pacer.tick_done(now, pacer.steps)
         ticks += 1
     return ticks, steps
 
@@ -52,16 +52,16 @@ def test_a_machine_that_is_too_slow_tells_the_time_as_often_as_one_that_is_not()
 
 def test_after_a_long_halt_time_does_not_race_to_catch_up():
     pacer = Pacer(1.0, STEP, 0.0)
-    pacer.tick_done(10.0)
+    pacer.tick_done(10.0, pacer.steps)
 
-    caught_up = sum(pacer.tick_done(10.0) == 0.0 for _ in range(100))
+    caught_up = sum(pacer.tick_done(10.0, pacer.steps) == 0.0 for _ in range(100))
 
     assert caught_up <= 4
 
 
 def test_a_short_hiccup_is_made_good():
     pacer = Pacer(1.0, STEP, 0.0)
-    pacer.tick_done(0.06)
+    pacer.tick_done(0.06, pacer.steps)
 
     assert pacer.tick_done(0.06) == 0.0
     assert pacer.tick_done(0.06) == pytest.approx(3 * STEP - 0.06)
@@ -106,3 +106,94 @@ def test_nothing_is_due_more_often_than_once_a_step():
     every = Every(1000.0, STEP)
 
     assert all(every.due(step * 25_000_000) for step in range(1, 10))
+
+
+class Wall:
+    """A wall clock that advances while the simulation listens; commands come at given times."""
+
+    def __init__(self, *arrivals):
+        self.now = 0.0
+        self.arrivals = list(arrivals)
+
+    def __call__(self):
+        return self.now
+
+    def listen(self, patience):
+        when, hear = self.arrivals[0] if self.arrivals else (float("inf"), None)
+        if when > self.now + patience:
+            self.now += patience
+            return
+        self.arrivals.pop(0)
+        self.now = when
+        hear()
+
+
+PERIOD = 1 / 12
+DUE = 84_000_000  # after a command at time 0 [ns]
+
+
+def driven(timeout=1.0, period=PERIOD, *, moves=True):
+    lockstep = Lockstep(timeout)
+    lockstep.note("robot1", 0, period, moves=moves)
+    return lockstep
+
+
+def test_simulated_time_waits_for_a_command_that_is_due():
+    lockstep = driven()
+    wall = Wall((0.7, lambda: lockstep.note("robot1", DUE, PERIOD, moves=True)))
+
+    late = lockstep.wait(DUE, wall.listen, wall)
+
+    assert (late, wall.now) == ((), 0.7)
+
+
+def test_it_waits_for_every_robot_whose_command_is_due():
+    lockstep = driven()
+    lockstep.note("robot2", 0, PERIOD, moves=True)
+    wall = Wall(
+        (0.2, lambda: lockstep.note("robot2", DUE, PERIOD, moves=True)),
+        (0.3, lambda: lockstep.note("robot1", DUE, PERIOD, moves=False)),
+    )
+
+    late = lockstep.wait(DUE, wall.listen, wall)
+
+    assert (late, wall.now) == ((), 0.3)
+
+
+@pytest.mark.parametrize(
+    ("period", "moves"), [(PERIOD, False), (0.0, True)], ids=["at rest", "other clock"]
+)
+def test_it_does_not_wait_for_a_robot_at_rest_or_one_driven_by_another_clock(period, moves):
+    lockstep, wall = driven(period=period, moves=moves), Wall()
+
+    assert lockstep.wait(DUE, wall.listen, wall) == ()
+    assert wall.now == 0.0
+
+
+def test_a_control_loop_that_has_died_is_waited_for_once():
+    lockstep, wall = driven(), Wall()
+
+    late = [lockstep.wait(DUE, wall.listen, wall) for _ in range(3)]
+
+    assert late == [("robot1",), (), ()]
+    assert wall.now == pytest.approx(1.0)
+
+
+def test_without_patience_it_waits_for_nobody():
+    lockstep, wall = driven(timeout=0.0), Wall()
+
+    lockstep.wait(DUE, wall.listen, wall)
+
+    assert wall.now == 0.0
+
+
+@pytest.mark.parametrize(("now", "steps"), [(0, 4), (50_000_000, 2), (75_000_000, 1), (DUE, 1)])
+def test_a_tick_ends_once_a_command_is_due(now, steps):
+    assert driven().steps_until_due(now, STEP, 40) == steps
+
+
+def test_a_tick_is_not_cut_short_for_a_robot_that_was_removed():
+    lockstep = driven()
+    lockstep.forget("robot1")
+
+    assert lockstep.steps_until_due(0, STEP, 40) == 40

@@ -3,6 +3,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
 TICK = 0.02  # approximate period of /clock, on the wall clock [s]
 SLACK = 0.1  # maximum lag that a run catches up; any further lag stays [s, wall clock]
 WINDOW = 5.0  # period over which the reached factor is measured [s, wall clock]
@@ -24,7 +31,7 @@ class Pacer:
         `factor`, above 0, is simulated time per wall time; `step` is one of the simulation [s].
         """
         self._most = max(1, round(factor * TICK / step))
-        self.steps = self._most  # steps of the simulation in the next tick
+        self.steps = self._most  # maximum number of steps in the next tick
         self.reached: float | None = None  # factor over the last window if it fell short
         self._factor = factor
         self._step = step
@@ -32,9 +39,9 @@ class Pacer:
         self._gone = 0.0
         self._cost = 0.0
 
-    def tick_done(self, now: float) -> float:
-        """Return how long to sleep before the next tick [s]; `now` is wall time [s]."""
-        gone = self.steps * self._step
+    def tick_done(self, now: float, steps: int) -> float:
+        """Return how long to sleep after a tick of some steps [s]; `now` is wall time [s]."""
+        gone = steps * self._step
         self._gone += gone
         self._next = max(self._next + gone / self._factor, now - SLACK)
         window = now - self._window_start
@@ -43,11 +50,83 @@ class Pacer:
             self.reached = reached if reached < ENOUGH * self._factor else None
             self._window_start, self._gone = now, 0.0
         pause = max(self._next - now, 0.0)
-        self._cost += NEWS * ((now - self._begun) / self.steps - self._cost)
+        self._cost += NEWS * ((now - self._begun) / steps - self._cost)
         self._begun = now + pause
         in_time = self._cost * self._most <= TICK
         self.steps = self._most if in_time else max(1, int(TICK / self._cost))
         return pause
+
+
+@dataclass
+class _Driver:
+    """The control loop that drives a robot."""
+
+    period: int  # between two commands [ns, simulated time]
+    heard: int  # when its last command came [ns, simulated time]
+    awaited: bool  # whether simulated time waits for its next one
+
+
+class Lockstep:
+    """Keeps simulated time from running ahead of the control loops that drive robots.
+
+    A control loop that follows /clock sends a command every period while its robot moves. Once a
+    command is due, simulated time waits for it, so a busy machine makes a run slower and not
+    different. A loop that lets the simulation wait for `timeout` is not waited for again until its
+    next command.
+    """
+
+    def __init__(self, timeout: float) -> None:
+        """Wait up to `timeout` [s, wall clock] for a command; 0 waits for none."""
+        self._timeout = timeout
+        self._drivers: dict[str, _Driver] = {}
+
+    def note(self, name: str, nanoseconds: int, period: float, *, moves: bool) -> None:
+        """Note a command.
+
+        Args:
+            name: The robot.
+            nanoseconds: Simulated time [ns].
+            period: Of the control loop [s]; 0 if it follows another clock.
+            moves: Whether the robot moves with it; nobody repeats a command to stand still.
+        """
+        self._drivers[name] = _Driver(round(period * 1e9), nanoseconds, moves and period > 0.0)
+
+    def forget(self, name: str) -> None:
+        """Forget a robot that was removed."""
+        self._drivers.pop(name, None)
+
+    def wait(
+        self, nanoseconds: int, listen: Callable[[float], None], wall: Callable[[], float]
+    ) -> tuple[str, ...]:
+        """Wait until no command is due, or the timeout is over.
+
+        Args:
+            nanoseconds: Simulated time [ns].
+            listen: Takes in commands for up to that long [s, wall clock].
+            wall: Gives the wall clock [s].
+
+        Returns:
+            The robots whose commands did not come.
+        """
+        end = wall() + self._timeout
+        while (late := self._due(nanoseconds)) and (left := end - wall()) > 0.0:
+            listen(left)
+        for name in late:
+            self._drivers[name].awaited = False
+        return late
+
+    def steps_until_due(self, nanoseconds: int, step: float, most: int) -> int:
+        """Return how many steps [s] to take, 1..`most`, before the next command is due."""
+        ends = [d.heard + d.period for d in self._drivers.values() if d.awaited]
+        left = math.ceil((min(ends) - nanoseconds) / (step * 1e9)) if ends else most
+        return max(1, min(left, most))
+
+    def _due(self, nanoseconds: int) -> tuple[str, ...]:
+        return tuple(
+            name
+            for name, driver in self._drivers.items()
+            if driver.awaited and nanoseconds - driver.heard >= driver.period
+        )
 
 
 class Every:

@@ -93,7 +93,9 @@ class MoveBase:
         self._last_velocity = STOP
         self._shown_path: Path | None = None
         self._announced_at = self._fed_back_at = self._blind_since = rospy.Time(0)
-        self._cmd_vel = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        # A simulator waits for commands that come once a period of simulated time.
+        period = {"control_period": f"{1.0 / settings.control_rate:.6f}"}
+        self._cmd_vel = rospy.Publisher("cmd_vel", Twist, queue_size=1, headers=period)
         self._plan = rospy.Publisher("move_base/plan", PathMsg, queue_size=1, latch=True)
         self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
         self._goals = rospy.Publisher("move_base/goal", MoveBaseActionGoal, queue_size=1)

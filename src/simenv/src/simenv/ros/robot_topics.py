@@ -22,10 +22,12 @@ if TYPE_CHECKING:
     from geometry_msgs.msg import TransformStamped
 
     from hive_common.ros.inbox import Inbox
+    from simenv.pacing import Lockstep
     from simenv.simulation import Simulation
 
 ODOMETRY_RATE = 20.0  # [Hz, simulated time]
 TRUTH_RATE = 10.0  # [Hz, simulated time]; as often as `fake_localization` needs it
+MAX_CONTROL_PERIOD = 0.5  # a base stops without a command for this long [s, simulated time]
 FEEDBACK_RATE = 5.0  # [Hz, simulated time]
 _QUEUE_SIZE = 5  # messages queued for a slow subscriber; a frozen one must not stop the simulation
 
@@ -39,16 +41,21 @@ class RobotTopics:
         <robot>/bumper (std_msgs/Bool): latched; true while it touches something.
         <robot>/ground_truth (nav_msgs/Odometry): 10 Hz; <robot>/base_footprint in map.
     ROS Subscribers:
-        <robot>/cmd_vel (geometry_msgs/Twist): linear x, y [m/s] and angular z [rad/s] count.
+        <robot>/cmd_vel (geometry_msgs/Twist): linear x, y [m/s] and angular z [rad/s] count. If
+            the publisher's connection header has a `control_period` [s], simulated time waits for
+            each command that is due.
     ROS Actions:
         <robot>/pick: see `PickServer`; only for robots with an arm.
     """
 
-    def __init__(self, name: str, simulation: Simulation, inbox: Inbox, phase: int) -> None:
+    def __init__(
+        self, name: str, simulation: Simulation, inbox: Inbox, lockstep: Lockstep, phase: int
+    ) -> None:
         """Open the topics of the robot `name`; `phase` shifts its scans by so many steps."""
         self._name = name
         self._simulation = simulation
         self._inbox = inbox
+        self._lockstep = lockstep
         self._laser = simulation.model(name).laser
         self._odometry_due = Every(ODOMETRY_RATE, STEP)
         self._truth_due = Every(TRUTH_RATE, STEP)
@@ -77,12 +84,15 @@ class RobotTopics:
     def _command(self, twist: Twist) -> None:
         if self._name not in self._simulation.names:
             return
+        command = twist.linear.x, twist.linear.y, twist.angular.z
         try:
-            self._simulation.set_command(
-                self._name, twist.linear.x, twist.linear.y, twist.angular.z
-            )
+            self._simulation.set_command(self._name, *command)
         except CommandError as error:
             rospy.logwarn_throttle(5.0, str(error))
+            return
+        period = _control_period(twist._connection_header)  # noqa: SLF001  (rospy has no other way)
+        now = self._simulation.nanoseconds
+        self._lockstep.note(self._name, now, period, moves=any(command))
 
     def collect(self, nanoseconds: int) -> list[tuple[rospy.Publisher, object]]:
         """Return the messages that are due after the step that ended at this time [ns]."""
@@ -137,6 +147,15 @@ class RobotTopics:
             self._simulation.scanner(self._name).angles,
             self._simulation.scan(self._name),
         )
+
+
+def _control_period(header: dict[str, str]) -> float:
+    """Return the period of the control loop behind a connection [s, simulated time], or 0."""
+    try:
+        period = float(header.get("control_period", 0.0))
+    except ValueError:
+        return 0.0
+    return period if STEP <= period <= MAX_CONTROL_PERIOD else 0.0
 
 
 def _publisher(topic: str, kind: type) -> rospy.Publisher:

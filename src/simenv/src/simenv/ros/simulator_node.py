@@ -32,7 +32,7 @@ from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
 from simenv.msg import Fault as FaultMsg
 from simenv.noise import Noise
-from simenv.pacing import Pacer
+from simenv.pacing import Lockstep, Pacer
 from simenv.ros.conversions import stamp_of
 from simenv.ros.robot_topics import RobotTopics
 from simenv.ros.world_markers import WorldMarkers
@@ -76,16 +76,21 @@ class SimulatorNode:
         simenv/rtf (std_msgs/Float64): a new real-time factor, 0.01..100.
         simenv/fault (simenv/Fault): injects a fault, or ends it.
     ROS Parameters:
-        ~world (lab), ~rtf (1), ~seed (0), ~noise (1), ~pick_failures (0): see simulator.launch.
+        ~world (lab), ~rtf (1), ~seed (0), ~noise (1), ~pick_failures (0), ~command_wait (1): see
+            simulator.launch.
 
     Every robot adds its own topics: see `RobotTopics`.
     """
 
-    def __init__(self, simulation: Simulation, rtf: float) -> None:
-        """Run a simulation `rtf` times as fast as wall time."""
+    def __init__(self, simulation: Simulation, rtf: float, command_wait: float) -> None:
+        """Run a simulation `rtf` times as fast as wall time.
+
+        It waits up to `command_wait` [s, wall clock] for a command that is due.
+        """
         self._simulation = simulation
         self._rtf = rtf
         self._inbox = Inbox()
+        self._lockstep = Lockstep(command_wait)
         self._robots: dict[str, RobotTopics] = {}
         self._collisions = -1
         self._warned = False
@@ -116,13 +121,17 @@ class SimulatorNode:
         while not rospy.is_shutdown():
             try:
                 self._inbox.empty()
+                steps = self._pacer.steps
                 if not self._paused:
-                    self._tick(self._pacer.steps)
+                    self._await_commands()
+                    now = self._simulation.nanoseconds
+                    steps = self._lockstep.steps_until_due(now, STEP, steps)
+                    self._tick(steps)
             except rospy.ROSException:
                 if rospy.is_shutdown():
                     return  # the topics closed during the tick
                 raise
-            pause = self._pacer.tick_done(time.monotonic())
+            pause = self._pacer.tick_done(time.monotonic(), steps)
             if self._pacer.reached is not None and not self._warned:
                 self._warned = True
                 rospy.logwarn(
@@ -130,6 +139,12 @@ class SimulatorNode:
                     f"{self._rtf:g}; nothing is skipped, simulated time goes slower"
                 )
             time.sleep(pause)
+
+    def _await_commands(self) -> None:
+        now = self._simulation.nanoseconds
+        late = self._lockstep.wait(now, self._inbox.wait, time.monotonic)
+        if late:
+            rospy.logwarn_throttle(10.0, f"no command came in time for {', '.join(late)}")
 
     def _tick(self, steps: int) -> None:
         """Take some steps, publish the time, then what happened: no stamp is ever ahead."""
@@ -230,7 +245,11 @@ class SimulatorNode:
         except HiveError as error:
             return SpawnResponse(False, str(error))
         self._robots[request.name] = RobotTopics(
-            request.name, self._simulation, self._inbox, phase=len(self._robots)
+            request.name,
+            self._simulation,
+            self._inbox,
+            self._lockstep,
+            phase=len(self._robots),
         )
         return SpawnResponse(True, f"{request.name} ({request.model}) stands at {pose}")
 
@@ -241,6 +260,7 @@ class SimulatorNode:
             return RemoveResponse(False, str(error))
         self._robots.pop(request.name).close()
         self._simulation.remove_robot(request.name)
+        self._lockstep.forget(request.name)
         return RemoveResponse(True, f"{request.name} is removed")
 
 
@@ -251,10 +271,11 @@ def main() -> int:
     try:
         simulation = _simulation()
         rtf = number("rtf", least=MIN_RTF, most=MAX_RTF, default=1.0)
+        command_wait = number("command_wait", least=0.0, most=60.0, default=1.0)
     except HiveError as error:
         rospy.logfatal(str(error))
         return 1
-    node = SimulatorNode(simulation, rtf)
+    node = SimulatorNode(simulation, rtf, command_wait)
     node.start()
     rospy.loginfo(
         f"simulating the world '{simulation.world.name}' at a real-time factor of {rtf:g}"
