@@ -63,8 +63,8 @@ def test_a_short_hiccup_is_made_good():
     pacer = Pacer(1.0, STEP, 0.0)
     pacer.tick_done(0.06, pacer.steps)
 
-    assert pacer.tick_done(0.06) == 0.0
-    assert pacer.tick_done(0.06) == pytest.approx(3 * STEP - 0.06)
+    assert pacer.tick_done(0.06, pacer.steps) == 0.0
+    assert pacer.tick_done(0.06, pacer.steps) == pytest.approx(3 * STEP - 0.06)
 
 
 def test_something_at_10_hz_is_due_every_fourth_step_of_25_ms():
