@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import subprocess
 import time
+from pathlib import Path
 
 import pytest
 from python_qt_binding.QtCore import QEvent, QEventLoop, QSettings, Qt
@@ -23,12 +24,20 @@ from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
 
+HERE = Path(__file__).parent
 SCREEN = "1366x768x24"
 START = 180.0
 """Time that the hive may take to come up on a busy machine [s]."""
 
 PATIENCE = 60.0
 """Time that something may take to happen [s]; a robot on its way has more."""
+
+
+def pytest_collection_modifyitems(items):
+    """Keep these tests in one process: they share a screen and a hive."""
+    for item in items:
+        if item.path.parent == HERE:
+            item.add_marker(pytest.mark.xdist_group("gui"))
 
 
 @pytest.fixture(scope="session")
