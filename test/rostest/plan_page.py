@@ -6,7 +6,7 @@
     ./hive shell -c "python3 test/rostest/plan_page.py RESULTS BREAKS.json"
 
 Which case it is, what the report asks and what is expected stand with each case in
-`cases/plan_*.py`; what was observed is in the results.
+`cases/plan/plan_*.py`; what was observed is in the results.
 """
 
 import json

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-CASES = Path(__file__).resolve().parents[1] / "rostest" / "cases"
+CASES = Path(__file__).resolve().parents[1] / "rostest" / "cases" / "interfaces"
 
 sys.path.insert(0, str(CASES))
 interface_files = importlib.import_module("interface_files")

@@ -23,7 +23,7 @@ sys.path.pop(0)
 
 def planned_cases():
     """Return the name of every test that carries the mark of the test plan."""
-    for path in ROSTEST.glob("cases/plan_*.py"):
+    for path in ROSTEST.glob("cases/plan/plan_*.py"):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             marks = [ast.unparse(mark) for mark in getattr(node, "decorator_list", [])]
             if any(mark.startswith("pytest.mark.plan(") for mark in marks):

@@ -14,7 +14,7 @@ from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
 
-NODES = Path(__file__).resolve().parents[1] / "nodes"
+NODES = Path(__file__).resolve().parents[2] / "nodes"
 LONGER = 6.0
 """Longer than a lease, an election and the silence of a lost robot [s]."""
 MANY = tuple(f"robot{number}" for number in range(1, 13))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from interface_nodes import check_system, wait_for_parameter
 
-HERE = Path(__file__).resolve().parents[1]
+HERE = Path(__file__).resolve().parents[2]
 
 
 def test_robots_that_join_and_a_second_fleet_are_those_that_are_recorded(launches):

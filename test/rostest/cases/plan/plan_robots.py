@@ -17,8 +17,8 @@ from hive_operator import HOME, ROBOTS, STATES, Operator, apart, task
 from launching import Launches, is_heard, kill, wait_until_empty
 from simenv.srv import Remove
 
-PORTER = Path(__file__).resolve().parents[1] / "models" / "porter.yaml"
-SECOND_FLEET = Path(__file__).resolve().parents[1] / "launch" / "second_fleet.launch"
+PORTER = Path(__file__).resolve().parents[2] / "models" / "porter.yaml"
+SECOND_FLEET = Path(__file__).resolve().parents[2] / "launch" / "second_fleet.launch"
 
 
 @pytest.fixture(scope="module")

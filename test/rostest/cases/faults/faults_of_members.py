@@ -18,7 +18,7 @@ from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive
 from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
 
-NODES = Path(__file__).resolve().parents[1] / "nodes"
+NODES = Path(__file__).resolve().parents[2] / "nodes"
 
 TAKEOVER = 3.5
 """Time for another member to take over, whatever happened to the leader [s]."""

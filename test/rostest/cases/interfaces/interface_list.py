@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-FILE = Path(__file__).resolve().parents[1] / "interfaces.yaml"
+FILE = Path(__file__).resolve().parents[2] / "interfaces.yaml"
 RECORDS = bool(os.environ.get("HIVE_RECORD_INTERFACES"))
 """Whether the list is renewed, instead of compared."""
 NO_ALIASES = type("NoAliases", (yaml.SafeDumper,), {"ignore_aliases": lambda *_: True})

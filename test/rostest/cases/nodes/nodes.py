@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 LAUNCH_FILES = sorted(ROOT.glob("src/*/launch/*.launch"))
 NODES = sorted(path for path in ROOT.glob("src/*/nodes/*") if path.is_file())
 

@@ -8,7 +8,7 @@ import pytest
 import rosgraph
 from launching import Launches
 
-INTERRUPTED = Path(__file__).resolve().parents[1] / "nodes" / "interrupted_blackboard"
+INTERRUPTED = Path(__file__).resolve().parents[2] / "nodes" / "interrupted_blackboard"
 PATIENCE = 30.0
 
 

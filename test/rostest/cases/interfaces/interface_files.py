@@ -11,7 +11,7 @@ from pathlib import Path
 
 import yaml
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 INTERNAL = {"navigation.launch", "amcl.launch"}
 """Launch files that other launch files call; their package may change."""
 CHOICES = {
