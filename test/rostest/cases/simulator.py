@@ -7,6 +7,7 @@ import queue
 import statistics
 import subprocess
 import threading
+import time
 
 import actionlib
 import pytest
@@ -25,6 +26,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 WAIT = 20.0  # on the wall clock [s]
+COMMAND_WAIT = 1.0  # the default of `command_wait` [s, wall clock]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -122,6 +124,29 @@ def test_a_scan_is_complete_and_in_the_lasers_frame(robot1):
     assert (scan.range_min, scan.range_max) == pytest.approx((0.1, 3.0))
     assert scan.angle_max == pytest.approx(scan.angle_min + 719 * scan.angle_increment)
     assert min(scan.ranges) == pytest.approx(1.8, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("headers", "waits"),
+    [({"control_period": "0.1"}, True), (None, False)],
+    ids=["on simulated time", "on another clock"],
+)
+def test_simulated_time_waits_for_a_control_loop_that_has_fallen_silent(robot1, headers, waits):
+    told = queue.Queue()
+    rospy.Subscriber("/clock", Clock, lambda msg: told.put((time.monotonic(), msg.clock.to_sec())))
+    driver = rospy.Publisher(f"{robot1}/cmd_vel", Twist, queue_size=1, headers=headers)
+    while not driver.get_num_connections():
+        told.get(timeout=WAIT)
+    turn = Twist()
+    turn.angular.z = 0.01
+    driver.publish(turn)
+    clock = [told.get(timeout=WAIT)]
+    while clock[-1][1] < clock[0][1] + 3.0:
+        clock.append(told.get(timeout=WAIT))
+    driver.unregister()
+    longest = max(late[0] - early[0] for early, late in itertools.pairwise(clock))
+
+    assert (longest >= COMMAND_WAIT) is waits
 
 
 def test_a_scan_comes_every_tenth_of_a_second(robot1):
