@@ -65,11 +65,10 @@ def test_help_names_every_word_of_the_command_line():
 def test_help_names_every_test_level():
     script = (ROOT / "hive").read_text()
     levels = re.search(r"levels=\((\w+ [\w ]+)\)", script)[1].split()
-
     named = re.search(r"run the tests: ([a-z, ]+), or all", hive("help").stdout)[1].split(", ")
 
-    assert sorted(named) == sorted(levels)
-    assert levels == ["unit", "hive", "rostest", "gui"]
+    assert named == ["unit", "hive", "rostest", "gui"]
+    assert set(levels) == set(named)
 
 
 def test_setup_with_arguments_is_refused_in_one_line():
