@@ -12,9 +12,6 @@ from typing import TYPE_CHECKING
 
 import rosgraph
 import rospy
-from nav_msgs.msg import Odometry
-from sensor_msgs.msg import BatteryState
-from std_msgs.msg import UInt32
 
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
@@ -24,6 +21,10 @@ from fleet_manager.ros.hive_topics import QUEUE_SIZE, HiveTopics
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Sequence
+
+    from nav_msgs.msg import Odometry
+    from sensor_msgs.msg import BatteryState
+    from std_msgs.msg import UInt32
 
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
@@ -74,6 +75,12 @@ class RosClientLink:
 
     def record(self, robots: Sequence[str]) -> None:
         """Report, from now on, what the simulator and these robots tell a recorder."""
+        if not robots:
+            return
+        from nav_msgs.msg import Odometry  # noqa: PLC0415  (few commands record)
+        from sensor_msgs.msg import BatteryState  # noqa: PLC0415  (see above)
+        from std_msgs.msg import UInt32  # noqa: PLC0415  (see above)
+
         for robot in robots:
             for name, message, hear in (
                 ("ground_truth", Odometry, self._hear_place),
@@ -81,8 +88,7 @@ class RosClientLink:
             ):
                 topic = f"{robot}/{name}"
                 rospy.Subscriber(topic, message, partial(hear, robot), queue_size=QUEUE_SIZE)
-        if robots:
-            rospy.Subscriber("simenv/collisions", UInt32, self._hear_collisions)
+        rospy.Subscriber("simenv/collisions", UInt32, self._hear_collisions)
 
     def now(self) -> float:
         """Return a monotonic time [s]."""
