@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import queue
 import time
@@ -39,13 +40,23 @@ def connect(record: Sequence[str] = ()) -> Iterator[RosClientLink]:
     collisions that the simulator counts. Raise NoHiveError if no ROS master answers.
     """
     demand_master()
+    logging.disable(logging.INFO)
     rospy.init_node("hive", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
     link = RosClientLink()
     link.record(record)
     try:
         yield link
     finally:
-        rospy.signal_shutdown("the command has ended")
+        _leave()
+
+
+def _leave() -> None:
+    """Tell the master and close all connections.
+
+    `rospy.signal_shutdown` does the same and then waits half a second for its threads.
+    """
+    for hook in rospy.core._preshutdown_hooks:  # noqa: SLF001  (rospy has no other way)
+        hook("the command has ended")
 
 
 def demand_master() -> None:
