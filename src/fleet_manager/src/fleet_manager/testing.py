@@ -42,6 +42,13 @@ class FakeLink:
         self._reports.append((self._time + after, report))
         self._reports = deque(sorted(self._reports, key=lambda item: item[0]))
 
+    def listen(self, *names: str) -> None:
+        """Do nothing: everything that is said arrives."""
+
+    def has_heard_robots(self) -> bool:
+        """Return False: this link does not know which robots there are."""
+        return False
+
     def reconnect(self) -> None:
         """Drop what has not been received, as a program does when it ends."""
         self._reports.clear()

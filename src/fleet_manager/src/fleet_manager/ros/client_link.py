@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING
 import rosgraph
 import rospy
 
+from blackboard.domain.talker import ROBOT_STATUS
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
 from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
 from fleet_manager.errors import NoHiveError
-from fleet_manager.ros.hive_topics import QUEUE_SIZE, HiveTopics
+from fleet_manager.ros.hive_topics import QUEUE_SIZE, STATE, HiveTopics
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Sequence
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
     from fleet_manager.desk.facts import Fact
+
+_NO_ROBOT = "blackboard"  # the node that may tell other robots' status, and has none itself
 
 
 @contextlib.contextmanager
@@ -73,16 +76,30 @@ class RosClientLink:
     """Hands over what the hive says, one report at a time, and posts tasks.
 
     ROS Subscribers and Publishers:
-        Those of `HiveTopics`, and of the robots that are recorded ROBOT/ground_truth
-        (nav_msgs/Odometry), ROBOT/battery_state (sensor_msgs/BatteryState), and
-        simenv/collisions (std_msgs/UInt32).
+        Those of `HiveTopics` that are asked for, and of the robots that are recorded
+        ROBOT/ground_truth (nav_msgs/Odometry), ROBOT/battery_state (sensor_msgs/BatteryState),
+        and simenv/collisions (std_msgs/UInt32).
     """
 
     def __init__(self) -> None:
         self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
         self._topics = HiveTopics(self._put)
-        self._topics.advertise()
-        self._topics.listen_to_state()
+        self._robots: set[str] | None = None  # the nodes of all robots, once they are known
+
+    def listen(self, *names: str) -> None:
+        """Follow some of the hive's topics from now on; all of its state if none is named."""
+        self._topics.listen(names or STATE)
+
+    def has_heard_robots(self) -> bool:
+        """Return whether the node of every robot has told its status.
+
+        Only a node that latches it, as `robot_node` does, is sure to have told all it has to.
+        """
+        if self._robots is None:
+            publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+            nodes = publishers.get(rospy.resolve_name(ROBOT_STATUS), ())
+            self._robots = {*nodes} - {rospy.resolve_name(_NO_ROBOT)}
+        return self._robots <= self._topics.robot_nodes
 
     def record(self, robots: Sequence[str]) -> None:
         """Report, from now on, what the simulator and these robots tell a recorder."""

@@ -6,6 +6,7 @@ Every program of the operator's listens and speaks through `HiveTopics`.
 
 from __future__ import annotations
 
+import time
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -13,17 +14,21 @@ import rosgraph.names
 import rospy
 
 from blackboard.domain import talker as topics
-from blackboard.domain.characteristics import RobotStatus
+from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.ros.codec.tables import WIRES
 from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable
+    from collections.abc import Callable, Hashable, Iterable, Mapping
 
     from fleet_manager.desk.facts import Fact, Request
 
 QUEUE_SIZE = 1000
-_STATE = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
+_CHANGES = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
+STATE = (*_CHANGES, topics.SYNC)
+"""The topics that tell the hive's state."""
+
+_SOON = 1.0  # [s] in which everyone who listens has connected to a new publisher
 _AUCTIONS = (topics.NEW_TASK, topics.TASK_COST)
 
 
@@ -42,6 +47,9 @@ class HiveTopics:
         met: Called from ROS's threads with the name of every robot that reports for the first
             time. It must not wait for the master, so `advertise_to` is for another thread.
 
+    Attributes:
+        robot_nodes: Nodes that have told the status that they latch.
+
     ROS Subscribers:
         bb_sync, task_state, robot_status, bb_backup: the hive's state.
         new_task, task_cost: what is posted and bid.
@@ -54,20 +62,23 @@ class HiveTopics:
     def __init__(self, put: FactSink, met: Callable[[str], None] = lambda _robot: None) -> None:
         self._put, self._met = put, met
         self._publishers: dict[str, rospy.Publisher] = {}
+        self._late: dict[str, _LateSubscribers] = {}
         self._robots: set[str] = set()
+        self._followed: set[str] = set()
+        self.robot_nodes: set[str] = set()
         self._raw_list: rospy.AnyMsg | None = None
-
-    def listen_to_state(self) -> None:
-        """Follow the hive's state, every task list included."""
-        self._listen((*_STATE, topics.SYNC))
 
     def listen_to_all(self) -> None:
         """Follow everything that the hive says; task lists wait for `read_list`."""
-        self._listen((*_STATE, *_AUCTIONS))
+        self.listen((*_CHANGES, *_AUCTIONS))
         rospy.Subscriber(topics.SYNC, rospy.AnyMsg, self._hear_list, queue_size=1)
 
-    def _listen(self, names: Iterable[str]) -> None:
+    def listen(self, names: Iterable[str]) -> None:
+        """Follow topics of the hive; those that are followed already stay as they are."""
         for topic in names:
+            if topic in self._followed:
+                continue
+            self._followed.add(topic)
             message = WIRES[topic].message
             rospy.Subscriber(topic, message, partial(self._hear, topic), queue_size=QUEUE_SIZE)
 
@@ -84,7 +95,7 @@ class HiveTopics:
             self._hear(topics.SYNC, msg.deserialize(raw._buff))  # noqa: SLF001  (AnyMsg's only field)
 
     def advertise(self) -> None:
-        """Prepare to post and cancel tasks."""
+        """Prepare to post and cancel tasks; `speak` does so too, when it has to."""
         for topic in (topics.NEW_TASK, topics.TASK_CANCEL):
             self._advertise(topic, topic)
 
@@ -96,7 +107,7 @@ class HiveTopics:
             rospy.logwarn(f"robot {robot[:64]!r} cannot be commanded: ROS allows no such name")
 
     def speak(self, request: Request) -> None:
-        """Publish a request, once."""
+        """Publish a request, once; also to those who connect within a second."""
         if isinstance(request, PostTask):
             self._publish(topics.NEW_TASK, topics.NEW_TASK, request.task)
         elif isinstance(request, CancelTask):
@@ -106,12 +117,17 @@ class HiveTopics:
             self._publish(name, topics.SET_STATE, request.state.name.lower())
 
     def _advertise(self, name: str, topic: str) -> None:
+        late = self._late[name] = _LateSubscribers()
         message = WIRES[topic].message
-        self._publishers[name] = rospy.Publisher(name, message, queue_size=QUEUE_SIZE)
+        self._publishers[name] = rospy.Publisher(name, message, late, queue_size=QUEUE_SIZE)
 
     def _publish(self, name: str, topic: str, value: object) -> None:
+        if name == topic and name not in self._publishers:
+            self._advertise(name, topic)
         if name in self._publishers:
-            self._publishers[name].publish(WIRES[topic].to_msg(value))
+            msg = WIRES[topic].to_msg(value)
+            self._late[name].keep(msg)  # first, so that nobody who connects now misses it
+            self._publishers[name].publish(msg)
 
     def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
         try:
@@ -121,9 +137,15 @@ class HiveTopics:
             return
         message = HiveMessage(report, msg.header.stamp.to_sec())
         self._put(message, _superseded(topic, report))
-        if isinstance(report, RobotStatus) and report.robot_id not in self._robots:
-            self._robots.add(report.robot_id)
-            self._met(report.robot_id)
+        if isinstance(report, RobotStatus):
+            self._note_robot(report, msg._connection_header)  # noqa: SLF001  (rospy has no other way)
+
+    def _note_robot(self, status: RobotStatus, header: Mapping[str, str]) -> None:
+        if status.robot_id not in self._robots:
+            self._robots.add(status.robot_id)
+            self._met(status.robot_id)
+        if header.get("latching") == "1" and status.state is not RobotState.OFFLINE:
+            self.robot_nodes.add(header["callerid"])
 
     def _hear_list(self, raw: rospy.AnyMsg) -> None:
         self._raw_list = raw
@@ -134,3 +156,25 @@ def _superseded(topic: str, report: object) -> Hashable:
     if isinstance(report, RobotStatus):
         return topic, report.robot_id
     return topic if topic in {topics.SYNC, topics.BACKUP} else None
+
+
+class _LateSubscribers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typed
+    """Gives a message to those who connect soon after it was published.
+
+    A publisher knows nobody when it is made, and what it publishes then is lost.
+    """
+
+    def __init__(self) -> None:
+        self._kept: tuple[float, object] = (-_SOON, None)
+
+    def keep(self, msg: object) -> None:
+        """Keep a message that is about to be published."""
+        self._kept = (time.monotonic(), msg)
+
+    def peer_subscribe(
+        self, _name: str, _publish: Callable[[object], None], tell: Callable[[object], None]
+    ) -> None:
+        """Give the message to a new subscriber; rospy calls this."""
+        since, msg = self._kept
+        if time.monotonic() - since < _SOON:
+            tell(msg)
