@@ -51,7 +51,7 @@ def _import_genpy() -> None:
 
 def journals() -> Path:
     """Return the default folder of the journals of the hive at ROS_MASTER_URI."""
-    folder: Path = import_module("blackboard.ros.membership").default_folder()
+    folder: Path = import_module("blackboard.ros.journals").default_folder()
     return folder
 
 
