@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from blackboard.domain.task import MAX_PRIORITY, Task, TaskState, TaskType
-from fleet_manager.cli.context import FileName, pass_context
+from fleet_manager.cli.context import OPEN_TASK_ID, FileName, pass_context
 from fleet_manager.client.client import Feeder, HiveClient
 from fleet_manager.errors import NotDoneError
 from hive_common.pose import Pose
@@ -137,7 +137,7 @@ def add(
 
 
 @click.command()
-@click.argument("task_id", metavar="ID")
+@click.argument("task_id", metavar="ID", type=OPEN_TASK_ID)
 @pass_context
 def cancel(context: CliContext, task_id: str) -> None:
     """Cancel the task ID.

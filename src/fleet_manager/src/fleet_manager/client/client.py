@@ -146,12 +146,12 @@ class HiveClient:
             became = f"task {task_id} became {state().name}"
             raise NotDoneError(f"{became} before it could be cancelled")
 
-    def fetch_tasks(self) -> None:
-        """Wait for the task list; raise NoHiveError if none comes."""
+    def fetch_tasks(self, within: float = ANSWER_WITHIN) -> None:
+        """Wait for the task list; raise NoHiveError if none comes within a time [s]."""
         self.link.listen(topics.SYNC)
         if self._pump(lambda: self.state.has_list, _AT_ONCE):
             return
-        if not self.pump(lambda: self.state.has_list, ANSWER_WITHIN - _AT_ONCE):
+        if not self.pump(lambda: self.state.has_list, within - _AT_ONCE):
             raise self._no_answer("its list is unknown")
 
     def fetch_robots(self) -> None:

@@ -67,7 +67,10 @@ def main(command: click.Command = hive) -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
-    code = run(CliContext(connect, journals), command=command)
+    try:
+        code = run(CliContext(connect, journals), command=command)
+    except SystemExit as end:  # a signal, or tab completion
+        code = end.code if isinstance(end.code, int) else 0
     with contextlib.suppress(OSError, ValueError):  # nobody reads on, or the file is closed
         sys.stdout.flush()
         sys.stderr.flush()
