@@ -5,8 +5,9 @@
 
 # Bash's own words are answered here, all others by the command line itself, without looking at the set-up.
 _hive_complete() {
-  local root word=${COMP_WORDS[COMP_CWORD]} words=("${COMP_WORDS[@]}") kind value
+  local root program=${COMP_WORDS[1]} word=${COMP_WORDS[COMP_CWORD]} words=("${COMP_WORDS[@]}") index=$COMP_CWORD kind value
   root=$(readlink -f "$(dirname "${BASH_SOURCE[0]}")/..")
+  COMPREPLY=()
   if ((COMP_CWORD == 1)); then
     mapfile -t COMPREPLY < <(compgen -W "$(sed -n 's/^# words: //p' "$root/hive")" -- "$word")
     return
@@ -15,7 +16,7 @@ _hive_complete() {
     setup | help) return ;;
     shell) mapfile -t COMPREPLY < <(compgen -W -c -- "$word"); return ;;
     test) mapfile -t COMPREPLY < <(compgen -W "unit hive rostest gui" -- "$word"; compgen -f -- "$word"); return ;;
-    bench) words=(hive "${words[@]:2}") ;;   # a program of its own
+    bench) words=(hive "${words[@]:2}") index=$((index - 1)) ;;   # a program of its own
   esac
   while IFS=, read -r kind value; do
     case $kind in
@@ -23,6 +24,6 @@ _hive_complete() {
       dir) mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(compgen -d -- "$word") ;;
       *) COMPREPLY+=("$value") ;;
     esac
-  done < <(COMP_WORDS="${words[*]}" COMP_CWORD=$((COMP_CWORD - ${#COMP_WORDS[@]} + ${#words[@]})) _HIVE_COMPLETE=bash_complete "$root/hive" "${COMP_WORDS[1]}" 2>/dev/null)
+  done < <(COMP_WORDS="${words[*]}" COMP_CWORD=$index _HIVE_COMPLETE=bash_complete "$root/hive" "$program" 2>/dev/null)
 }
 complete -o nosort -F _hive_complete hive ./hive

@@ -151,6 +151,7 @@ make_build() {
 # Writes down what sourcing devel/setup.bash yields, which takes catkin a tenth of a second each time.
 write_environment() {
   local names='^(CMAKE_PREFIX_PATH|LD_LIBRARY_PATH|PKG_CONFIG_PATH|PYTHONPATH|ROS[A-Z_]*)='
+  # shellcheck disable=SC2016  # the inner shell expands
   env -i PATH="$root/.venv/bin:/usr/bin:/bin" bash -c '
     source "$1/devel/setup.bash" || exit
     while read -r line; do printf "export %s=%q\n" "${line%%=*}" "${line#*=}"; done < <(env | grep -E "$2" | sort)
