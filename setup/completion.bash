@@ -10,6 +10,9 @@ _hive_complete() {
   COMPREPLY=()
   if ((COMP_CWORD == 1)); then
     mapfile -t COMPREPLY < <(compgen -W "$(sed -n 's/^# words: //p' "$root/hive")" -- "$word")
+    if [[ ${words[0]} == hive ]]; then   # the command line, which lacks the words of the front door
+      mapfile -t COMPREPLY < <(printf '%s\n' "${COMPREPLY[@]}" | grep -vxE 'setup|test|shell|help|')
+    fi
     return
   fi
   case ${COMP_WORDS[1]} in

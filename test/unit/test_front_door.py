@@ -99,6 +99,7 @@ def completed(*words):
     [
         (["./hive", "ta"], ["tasks"]),
         (["hive", "re"], ["replay"]),
+        (["hive", "te"], []),
         (["./hive", "test", "g"], ["gui"]),
         (["./hive", "setup", ""], []),
     ],
