@@ -62,7 +62,7 @@ class HiveTopics:
     def __init__(self, put: FactSink, met: Callable[[str], None] = lambda _robot: None) -> None:
         self._put, self._met = put, met
         self._publishers: dict[str, rospy.Publisher] = {}
-        self._late: dict[str, _LateSubscribers] = {}
+        self._late: dict[str, LateSubscribers] = {}
         self._robots: set[str] = set()
         self._followed: set[str] = set()
         self.robot_nodes: set[str] = set()
@@ -117,7 +117,7 @@ class HiveTopics:
             self._publish(name, topics.SET_STATE, request.state.name.lower())
 
     def _advertise(self, name: str, topic: str) -> None:
-        late = self._late[name] = _LateSubscribers()
+        late = self._late[name] = LateSubscribers()
         message = WIRES[topic].message
         self._publishers[name] = rospy.Publisher(name, message, late, queue_size=QUEUE_SIZE)
 
@@ -158,7 +158,7 @@ def _superseded(topic: str, report: object) -> Hashable:
     return topic if topic in {topics.SYNC, topics.BACKUP} else None
 
 
-class _LateSubscribers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typed
+class LateSubscribers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typed
     """Gives a message to those who connect soon after it was published.
 
     A publisher knows nobody when it is made, and what it publishes then is lost.
