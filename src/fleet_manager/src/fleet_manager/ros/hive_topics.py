@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Protocol
 
 import rosgraph.names
@@ -125,9 +126,7 @@ class HiveTopics:
         if name == topic and name not in self._publishers:
             self._advertise(name, topic)
         if name in self._publishers:
-            msg = WIRES[topic].to_msg(value)
-            self._late[name].keep(msg)  # first, so that nobody who connects now misses it
-            self._publishers[name].publish(msg)
+            self._late[name].publish(self._publishers[name].publish, WIRES[topic].to_msg(value))
 
     def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
         try:
@@ -165,16 +164,20 @@ class LateSubscribers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy i
     """
 
     def __init__(self) -> None:
+        self._lock = Lock()  # rospy has one buffer for what it sends, and does not lock it here
         self._kept: tuple[float, object] = (-_SOON, None)
 
-    def keep(self, msg: object) -> None:
-        """Keep a message that is about to be published."""
-        self._kept = (time.monotonic(), msg)
+    def publish(self, publish: Callable[[object], None], msg: object) -> None:
+        """Publish a message and keep it; nobody who connects meanwhile misses it."""
+        with self._lock:
+            self._kept = (time.monotonic(), msg)
+            publish(msg)
 
     def peer_subscribe(
         self, _name: str, _publish: Callable[[object], None], tell: Callable[[object], None]
     ) -> None:
         """Give the message to a new subscriber; rospy calls this."""
-        since, msg = self._kept
-        if time.monotonic() - since < _SOON:
-            tell(msg)
+        with self._lock:
+            since, msg = self._kept
+            if time.monotonic() - since < _SOON:
+                tell(msg)

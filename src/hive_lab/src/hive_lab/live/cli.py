@@ -41,7 +41,7 @@ _CHECK = "root=$1; source setup/install.bash; is_ready"
 def run(runs: int = RUNS) -> BenchResult:
     """Return the median processor and wall time [s] of the set-up check and of each command."""
     root = package_folder("hive_lab").parents[1]
-    figures = {}
+    figures: dict[str, float] = {}
     with bench_hive("bench_cli") as (hive, operator):
         operator.wait_until_whole()
         _spend(root, ["./hive", "add", "GA", "--goal", "1,2", "--id", _TASK])
