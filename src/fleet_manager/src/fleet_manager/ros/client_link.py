@@ -99,7 +99,7 @@ class RosClientLink:
             publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
             nodes = publishers.get(rospy.resolve_name(ROBOT_STATUS), ())
             self._robots = {*nodes} - {rospy.resolve_name(_NO_ROBOT)}
-        return self._robots <= self._topics.robot_nodes
+        return bool(self._robots) and self._robots <= self._topics.robot_nodes
 
     def record(self, robots: Sequence[str]) -> None:
         """Report, from now on, what the simulator and these robots tell a recorder."""
