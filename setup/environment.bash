@@ -8,8 +8,8 @@ source "$(dirname "${BASH_SOURCE[0]}")/clean-environment.bash"
 
 # A master that the caller did not name stays unnamed, so that a program may still choose its own.
 _hive_master=${ROS_MASTER_URI:-}
-# shellcheck source=/dev/null  # made by catkin
-source "$VIRTUAL_ENV/../devel/setup.bash"
+# shellcheck source=/dev/null  # made by ./hive setup from catkin's devel/setup.bash
+source "${VIRTUAL_ENV%/.venv}/devel/environment.bash"
 if [[ -n $_hive_master ]]; then export ROS_MASTER_URI=$_hive_master; else unset ROS_MASTER_URI; fi
 
 # On one machine everything talks over loopback. With a master elsewhere, the caller knows the address.

@@ -6,4 +6,6 @@
 [[ -f ~/.bashrc ]] && source ~/.bashrc
 # shellcheck source-path=SCRIPTDIR source=environment.bash
 source "$(dirname "${BASH_SOURCE[0]}")/environment.bash"
+# shellcheck source-path=SCRIPTDIR source=completion.bash
+source "$(dirname "${BASH_SOURCE[0]}")/completion.bash"
 PS1="(hive) $PS1"

@@ -55,7 +55,7 @@ def test_help_names_every_word_that_hive_handles_itself(word):
 
 
 def test_help_names_every_word_of_the_command_line():
-    commands = pytest.importorskip("fleet_manager.cli.main").hive.commands
+    commands = pytest.importorskip("fleet_manager.cli.main").hive.list_commands(None)
     shown = hive("help").stdout
     missing = [word for word in commands if not re.search(rf"\b{word}\b", shown)]
 
@@ -69,6 +69,118 @@ def test_help_names_every_test_level():
 
     assert named == ["unit", "hive", "rostest", "gui"]
     assert set(levels) == set(named)
+
+
+def test_bash_completes_every_word_that_there_is():
+    commands = pytest.importorskip("fleet_manager.cli.main").hive.list_commands(None)
+    words = re.search(r"^# words: (.*)$", (ROOT / "hive").read_text(), re.MULTILINE)[1].split()
+
+    assert len(words) == len(set(words))
+    assert set(words) == {*commands, *words_of_the_script()}
+
+
+def completed(*words):
+    """Return what bash completes the last word to."""
+    script = """
+        source setup/completion.bash
+        COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
+        _hive_complete
+        printf '%s\n' "${COMPREPLY[@]}"
+    """
+    found = subprocess.run(
+        ["bash", "-c", script, "-", *words], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return found.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("words", "candidates"),
+    [
+        (["./hive", "ta"], ["tasks"]),
+        (["hive", "re"], ["replay"]),
+        (["hive", "te"], []),
+        (["./hive", "test", "g"], ["gui"]),
+        (["./hive", "setup", ""], []),
+    ],
+)
+def test_bash_completes_the_words_of_the_front_door(words, candidates):
+    assert completed(*words) == candidates
+
+
+@pytest.mark.skipif(not (ROOT / "devel/environment.bash").is_file(), reason="needs ./hive setup")
+@pytest.mark.parametrize(
+    ("words", "candidates"),
+    [
+        (["./hive", "tasks", "--a"], ["--all"]),
+        (["./hive", "add", "GP"], ["GPA", "GPAB"]),
+        (["./hive", "run", "sm"], ["smoke"]),
+        (["./hive", "demo", "--fleet", "w"], ["warehouse"]),
+        (["./hive", "fault", "fr"], ["freeze"]),
+        (["./hive", "bench", "al"], ["allocation"]),
+    ],
+)
+def test_bash_completes_what_the_command_line_knows(words, candidates):
+    assert completed(*words) == candidates
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """A clone that is set up, and nothing in it has changed since."""
+    root = tmp_path / "clone"
+    for name in (
+        "setup/apt-packages.txt", "setup/pip-packages.txt", ".venv/bin/python", ".venv/stamp",
+        ".venv/loops-stamp", "devel/stamp", "devel/setup.bash", "devel/environment.bash",
+        "src/a/CMakeLists.txt", "src/a/package.xml", "src/a/msg/A.msg", "src/a/src/a/loops.py",
+        "src/a/README.md", ".hive/ready",
+    ):  # fmt: skip
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).touch(mode=0o777)
+    ready = root / ".hive/ready"
+    ready.write_text(f"{root}\n")
+    now = max(file.stat().st_ctime_ns for file in root.rglob("*"))
+    os.utime(ready, ns=(now, now))
+    probe = tmp_path / "probe"
+    probe.touch()
+    while probe.stat().st_ctime_ns <= now:  # the file system's clock ticks every few milliseconds
+        probe.touch()
+    return root
+
+
+def is_ready(clone):
+    """Return whether `./hive` takes a clone for ready at once."""
+    words = 'root=$1; source "$2/setup/install.bash"; is_ready'
+    return not subprocess.run(["bash", "-c", words, "-", clone, ROOT], check=False).returncode
+
+
+@pytest.mark.parametrize("change", ["true", "touch src/a/README.md"])
+def test_a_clone_in_which_nothing_changed_that_matters_is_ready(clone, change):
+    subprocess.run(["bash", "-c", change], cwd=clone, check=True)
+
+    assert is_ready(clone)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "touch setup/apt-packages.txt",
+        "touch setup/pip-packages.txt",
+        "touch src/a/CMakeLists.txt",
+        "touch src/a/package.xml",
+        "touch -d 2000-01-01 src/a/msg/A.msg",
+        "rm src/a/msg/A.msg",
+        "touch src/a/src/a/loops.py",
+        "rm -r .venv",
+        "rm .venv/loops-stamp",
+        "rm -r devel",
+        "rm .hive/ready",
+        "echo /elsewhere >.hive/ready",
+        "touch -d 2000-01-01 .hive/ready",  # Debian's list of packages is newer
+    ],
+)
+def test_set_up_is_looked_at_again_after_a_change(clone, change):
+    subprocess.run(["bash", "-c", change], cwd=clone, check=True)
+
+    assert not is_ready(clone)
 
 
 def test_setup_with_arguments_is_refused_in_one_line():

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("rospy", reason="needs ROS")
 
-from blackboard.ros.membership import default_folder
+from blackboard.ros.journals import default_folder
 
 
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1", socket.gethostname()])

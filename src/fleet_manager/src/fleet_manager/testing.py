@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.task_list import TaskList
+from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import TaskState
 
@@ -27,6 +28,7 @@ class FakeLink:
         cancelled: Every id published on `task_cancel`.
         on_post: Called with each published task; the test's hive answers from it.
         on_cancel: Called with each cancelled id.
+        robots: Those that are known to be there; None while nobody knows.
     """
 
     def __init__(self) -> None:
@@ -34,6 +36,8 @@ class FakeLink:
         self.cancelled: list[str] = []
         self.on_post: Callable[[Task], None] = lambda _task: None
         self.on_cancel: Callable[[str], None] = lambda _task_id: None
+        self.robots: set[str] | None = None
+        self._heard: set[str] = set()
         self._time = 0.0
         self._reports: deque[tuple[float, Report]] = deque()
 
@@ -41,6 +45,13 @@ class FakeLink:
         """Have the hive report something, `after` seconds from now."""
         self._reports.append((self._time + after, report))
         self._reports = deque(sorted(self._reports, key=lambda item: item[0]))
+
+    def listen(self, *names: str) -> None:
+        """Do nothing: everything that is said arrives."""
+
+    def has_heard_robots(self) -> bool:
+        """Return whether every report of `robots` has been received."""
+        return self.robots is not None and self.robots <= self._heard
 
     def reconnect(self) -> None:
         """Drop what has not been received, as a program does when it ends."""
@@ -70,6 +81,8 @@ class FakeLink:
         if self._reports and self._reports[0][0] <= end:
             due, report = self._reports.popleft()
             self._time = max(self._time, due)
+            if isinstance(report, RobotStatus):
+                self._heard.add(report.robot_id)
             return report
         self._time = end
         return None

@@ -2,9 +2,10 @@
 import pytest
 
 from blackboard.consensus.messages import Heartbeat
+from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.client.client import ANSWER_WITHIN, Feeder, HiveClient
+from fleet_manager.client.client import ANSWER_WITHIN, STATUS_PERIOD, Feeder, HiveClient
 from fleet_manager.config.scenario import PlannedTask
 from fleet_manager.errors import NoHiveError, NotDoneError, TimeUpError
 from fleet_manager.testing import FakeHive, FakeLink
@@ -150,3 +151,29 @@ def test_a_feeder_posts_each_task_when_its_time_has_come(link):
         client.pump(lambda: False, feeder.next_in(most=3.0))
 
     assert posted == [(0, "T0"), (10, "T1"), (20, "T2")]
+
+
+def say_status(link, robot, after=0.0):
+    link.say(RobotStatus(robot, RobotState.IDLE, Pose(1.0, 2.0), 1.0), after)
+
+
+def test_robots_are_known_as_soon_as_all_that_are_there_have_reported(link):
+    link.robots = {"robot1", "robot2"}
+    say_status(link, "robot1")
+    say_status(link, "robot2", after=0.2)
+    client = HiveClient(link)
+
+    client.fetch_robots()
+
+    assert set(client.state.robots) == {"robot1", "robot2"}
+    assert link.now() == pytest.approx(0.2)
+
+
+def test_a_robot_that_is_silent_is_waited_for_no_longer_than_a_status_takes(link):
+    link.robots = {"robot1", "robot2"}
+    say_status(link, "robot1")
+    client = HiveClient(link)
+
+    client.fetch_robots()
+
+    assert link.now() == pytest.approx(STATUS_PERIOD)

@@ -7,25 +7,28 @@ it. Rules between fields go into `__attrs_post_init__`, which raises `NotAllowed
 
 A module that defines such classes must not import `annotations` from `__future__`: cattrs drops
 `Annotated` from annotations that are strings.
+
+cattrs is imported when something is first read: it costs time and memory, and most programs that
+import descriptions read none.
 """
 
 from __future__ import annotations
 
 import re
 import sys
+from functools import cache
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, get_args, get_origin
 
 import attrs
-import cattrs
-from cattrs.errors import BaseValidationError, ForbiddenExtraKeysError
-from cattrs.gen import make_dict_structure_fn, override
 
 from hive_common.errors import HiveError
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
+
+    from cattrs import Converter
 
 T = TypeVar("T")
 
@@ -97,8 +100,10 @@ def structure(content: object, kind: type[T]) -> T:
 
 def structure_all(content: object, kind: type[T]) -> tuple[T | None, list[NotAllowedError]]:
     """Turn plain data into an instance of an attrs class, or return every mistake in it."""
+    from cattrs.errors import BaseValidationError  # noqa: PLC0415  (on demand)
+
     try:
-        return _CONVERTER.structure(content, kind), []
+        return _converter().structure(content, kind), []
     except (BaseValidationError, NotAllowedError) as error:
         return None, list(_mistakes(error, ()))
 
@@ -124,6 +129,11 @@ def _allowed(kind: Any) -> str:  # noqa: ANN401  (a type, or what stands for one
 
 def _mistakes(error: Exception, place: tuple[str | int, ...]) -> Iterator[NotAllowedError]:
     """Yield the mistakes in what cattrs raised, each with its whole place."""
+    from cattrs.errors import (  # noqa: PLC0415  (on demand)
+        BaseValidationError,
+        ForbiddenExtraKeysError,
+    )
+
     if isinstance(error, NotAllowedError):
         yield NotAllowedError((*place, *error.place), error.problem)
     elif isinstance(error, ForbiddenExtraKeysError):
@@ -182,13 +192,13 @@ def _tuple(value: object, kind: Any) -> tuple[Any, ...]:  # noqa: ANN401  (a typ
     count = None if rest == [...] else len(rest) + 1
     if not isinstance(value, list | tuple) or count not in {None, len(value)}:
         raise _refused(value, f"a list of {count}" if count else "a list")
-    return tuple(_CONVERTER.structure(value, list[item]))  # type: ignore[valid-type]  # runtime
+    return tuple(_converter().structure(value, list[item]))  # type: ignore[valid-type]  # runtime
 
 
 def _annotated(value: object, kind: Any) -> Any:  # noqa: ANN401  (a type; what it allows)
     base, rule = get_args(kind)
     try:
-        found = _CONVERTER.structure(value, base)
+        found = _converter().structure(value, base)
     except NotAllowedError:
         raise _refused(value, rule.text) from None
     if not rule.check(found):
@@ -202,7 +212,7 @@ def _is_optional(kind: object) -> bool:
 
 def _optional(value: object, kind: Any) -> Any:  # noqa: ANN401  (a type; what it allows)
     """Read an optional key: it may be left out, but not hold null."""
-    return _CONVERTER.structure(value, get_args(kind)[0])
+    return _converter().structure(value, get_args(kind)[0])
 
 
 def _class(kind: Any) -> Callable[[object, object], Any]:  # noqa: ANN401  (an attrs class)
@@ -210,9 +220,11 @@ def _class(kind: Any) -> Callable[[object, object], Any]:  # noqa: ANN401  (an a
 
     Unknown keys are mistakes, unless the class has a true attribute `OTHER_KEYS`.
     """
+    from cattrs.gen import make_dict_structure_fn, override  # noqa: PLC0415  (on demand)
+
     names = {each.name: override(rename=each.name.rstrip("_")) for each in attrs.fields(kind)}
     strict = not getattr(kind, "OTHER_KEYS", False)
-    build = make_dict_structure_fn(kind, _CONVERTER, _cattrs_forbid_extra_keys=strict, **names)
+    build = make_dict_structure_fn(kind, _converter(), _cattrs_forbid_extra_keys=strict, **names)
 
     def hook(value: object, _: object) -> object:
         if not isinstance(value, dict):
@@ -222,16 +234,21 @@ def _class(kind: Any) -> Callable[[object, object], Any]:  # noqa: ANN401  (an a
     return hook
 
 
-_CONVERTER = cattrs.Converter(detailed_validation=True)
-_CONVERTER.register_structure_hook(float, _number)
-_CONVERTER.register_structure_hook(int, _whole)
-_CONVERTER.register_structure_hook(str, _exactly(str, "a text"))
-_CONVERTER.register_structure_hook(bool, _exactly(bool, "true or false"))
-_CONVERTER.register_structure_hook_func(lambda kind: get_origin(kind) is tuple, _tuple)
-_CONVERTER.register_structure_hook_func(_is_optional, _optional)
-_CONVERTER.register_structure_hook_func(lambda kind: get_origin(kind) is Annotated, _annotated)
-_CONVERTER.register_structure_hook_factory(attrs.has, _class)
-_CONVERTER.register_structure_hook_func(
-    lambda kind: kind is Pose,
-    lambda value, _: Pose(*_CONVERTER.structure(value, tuple[float, float, float])),
-)
+@cache
+def _converter() -> Converter:
+    from cattrs import Converter  # noqa: PLC0415  (on demand)
+
+    made = Converter(detailed_validation=True)
+    made.register_structure_hook(float, _number)
+    made.register_structure_hook(int, _whole)
+    made.register_structure_hook(str, _exactly(str, "a text"))
+    made.register_structure_hook(bool, _exactly(bool, "true or false"))
+    made.register_structure_hook_func(lambda kind: get_origin(kind) is tuple, _tuple)
+    made.register_structure_hook_func(_is_optional, _optional)
+    made.register_structure_hook_func(lambda kind: get_origin(kind) is Annotated, _annotated)
+    made.register_structure_hook_factory(attrs.has, _class)
+    made.register_structure_hook_func(
+        lambda kind: kind is Pose,
+        lambda value, _: Pose(*made.structure(value, tuple[float, float, float])),
+    )
+    return made

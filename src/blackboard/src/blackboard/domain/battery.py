@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
-
-import numpy as np
 
 from blackboard.errors import CharacteristicsError
 
@@ -17,6 +16,7 @@ SECONDS_PER_HOUR = 3600.0
 # points are the robot's own.
 _CHARGE_POINTS = (0.0, 0.05, 0.10, 0.20, 0.50, 0.80, 0.95, 1.0)
 _VOLTAGE_SHARES = (0.0, 0.30, 0.42, 0.52, 0.65, 0.80, 0.93, 1.0)
+_LAST = len(_CHARGE_POINTS) - 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +75,13 @@ class Battery:
 
     def get_volts(self, level: float | None = None) -> float:
         """Return the voltage [V] at a level from 0 to 1; by default at the present one."""
-        share = np.interp(
-            self._charge if level is None else level, _CHARGE_POINTS, _VOLTAGE_SHARES
-        )
+        level = min(max(self._charge if level is None else level, 0.0), 1.0)
+        i = min(bisect_right(_CHARGE_POINTS, level) - 1, _LAST)
+        start, low = _CHARGE_POINTS[i], _VOLTAGE_SHARES[i]
+        slope = (_VOLTAGE_SHARES[i + 1] - low) / (_CHARGE_POINTS[i + 1] - start)
+        share = slope * (level - start) + low
         model = self._model
-        return float(model.voltage_empty + share * (model.voltage_full - model.voltage_empty))
+        return model.voltage_empty + share * (model.voltage_full - model.voltage_empty)
 
     def get_amps(self, power: float) -> float:
         """Return the current [A] that a power [W] draws now."""

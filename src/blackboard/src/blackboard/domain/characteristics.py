@@ -8,7 +8,6 @@ from enum import IntEnum
 from typing import Annotated, Any
 
 import attrs
-import numpy as np
 
 from blackboard.domain.battery import BatteryModel
 from blackboard.domain.task import StepKind, Task, TaskType
@@ -164,11 +163,12 @@ def characteristics_from(content: Mapping[str, Any]) -> RobotCharacteristics:
 
 def _inscribed_radius(footprint: tuple[tuple[float, float], ...]) -> float:
     """Return the distance from the base to the nearest edge of its convex footprint [m]."""
-    corners = np.asarray(footprint)
-    edges = np.roll(corners, -1, axis=0) - corners
-    normals = np.column_stack([edges[:, 1], -edges[:, 0]])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return float(np.min(np.sum(normals * corners, axis=1)))
+    distances = []
+    for (x, y), (next_x, next_y) in zip(footprint, footprint[1:] + footprint[:1], strict=True):
+        across, along = next_y - y, x - next_x
+        length = math.sqrt(across * across + along * along)
+        distances.append(across / length * x + along / length * y)
+    return min(distances)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,7 @@ from __future__ import annotations
 import random
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import urlsplit
 
-import rosgraph
-import rosgraph.network
-import rospkg
 import rospy
 
 from blackboard.auction.decision_log import ENDING, SqliteBook
@@ -22,6 +18,7 @@ from blackboard.domain import talker as topics
 from blackboard.domain.settings import BlackboardSettings, RaftSettings
 from blackboard.errors import SettingsError
 from blackboard.ros.diagnostics import Diagnostics
+from blackboard.ros.journals import default_folder
 from hive_common.ros import params
 
 if TYPE_CHECKING:
@@ -80,17 +77,6 @@ def journal_folder() -> Path:
     if not isinstance(folder, str):
         raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
     return Path(folder) if folder else default_folder()
-
-
-def default_folder() -> Path:
-    """Return the folder of the journals if no parameter names one; each ROS master has its own.
-
-    A machine has several names for itself, and whoever asks may use another one than the nodes.
-    """
-    address = urlsplit(rosgraph.get_master_uri())
-    is_here = rosgraph.network.is_local_address(address.hostname)
-    host = "localhost" if is_here else address.hostname
-    return Path(rospkg.get_ros_home()) / "robo-hive" / f"{host}-{address.port}"
 
 
 def join(

@@ -64,7 +64,7 @@ def _run() -> None:
 
     journal = membership.open_journal()
     member_topics = membership.VOTER_TOPICS if stands_by else membership.LEARNER_TOPICS
-    talker = RosTalker(hive, (*_ROBOT_TOPICS, *member_topics))
+    talker = RosTalker(hive, (*_ROBOT_TOPICS, *member_topics), latches=[topics.ROBOT_STATUS])
     path_lengths = RosPathLengths(talker, hive, params.read(PathSettings))
     commands: dict[StepKind, Command] = {
         StepKind.MOVE: MoveBaseCommand(talker, patience.server_timeout)

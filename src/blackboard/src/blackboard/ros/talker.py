@@ -60,6 +60,7 @@ class RosTalker:
     Args:
         hive: Namespace of the hive, ending in a slash.
         advertises: The topics that may be published on.
+        latches: Those on which new subscribers get the last message, besides `bb_sync`.
 
     Attributes:
         refusals: What was refused so far.
@@ -68,8 +69,11 @@ class RosTalker:
     ROS Publishers and Subscribers: as the core asks, with the types in `codec.tables.WIRES`.
     """
 
-    def __init__(self, hive: str, advertises: Iterable[str]) -> None:
+    def __init__(
+        self, hive: str, advertises: Iterable[str], latches: Collection[str] = ()
+    ) -> None:
         self._hive = hive
+        self._latches = latches
         # Not a SimpleQueue: in Python 3.11 its get() never times out once a signal handler has
         # taken longer than the timeout.
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
@@ -190,8 +194,9 @@ class RosTalker:
 
     def _advertise(self, topic: str) -> rospy.Publisher:
         wire = WIRES[topic]
+        latch = wire.latched or topic in self._latches
         return rospy.Publisher(
-            self._name(topic), wire.message, latch=wire.latched, queue_size=_QUEUE_SIZE
+            self._name(topic), wire.message, latch=latch, queue_size=_QUEUE_SIZE
         )
 
     def _name(self, topic: str) -> str:

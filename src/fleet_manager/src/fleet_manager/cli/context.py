@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the commands share: the context that they run in, and file names as arguments."""
+"""What the commands share: the context that they run in, and arguments with tab completion."""
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from blackboard.domain.talker import ROBOT_STATUS
+from fleet_manager.client.client import HiveClient
+from hive_common.errors import HiveError
 from hive_common.resources import names_in
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from contextlib import AbstractContextManager
 
     from click.shell_completion import CompletionItem
@@ -53,3 +57,44 @@ class FileName(click.ParamType):
         """Return the names that begin with the typed text."""
         names = names_in(self._package, self._folder)
         return click.Choice(names).shell_complete(ctx, param, incomplete)
+
+
+class _OfHive(click.ParamType):
+    """A name that the running hive knows; nothing is completed where no hive answers."""
+
+    def __init__(self, name: str, ask: Callable[[HiveClient], Iterable[str]]) -> None:
+        self.name = name
+        self._ask = ask
+
+    def shell_complete(
+        self,
+        ctx: click.Context,
+        param: click.Parameter,
+        incomplete: str,
+    ) -> list[CompletionItem]:
+        """Return the names that begin with the typed text."""
+        context, names = ctx.find_object(CliContext), list[str]()
+        if context is not None:
+            with contextlib.suppress(HiveError), context.connect(()) as link:
+                names += self._ask(HiveClient(link))
+        return click.Choice(names).shell_complete(ctx, param, incomplete)
+
+
+def _tasks(client: HiveClient) -> Iterable[str]:
+    client.fetch_tasks(within=1.0)
+    return client.state.records
+
+
+def _open_tasks(client: HiveClient) -> Iterable[str]:
+    return [name for name in _tasks(client) if client.state.tasks[name].is_open]
+
+
+def _robots(client: HiveClient) -> Iterable[str]:
+    client.link.listen(ROBOT_STATUS)
+    client.pump(client.link.has_heard_robots, 1.0)
+    return sorted(client.state.robots)
+
+
+TASK_ID = _OfHive("text", _tasks)
+OPEN_TASK_ID = _OfHive("text", _open_tasks)
+ROBOT_NAME = _OfHive("text", _robots)

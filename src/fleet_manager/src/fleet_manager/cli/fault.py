@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fleet_manager.cli.context import ROBOT_NAME
 from simenv.faults import Fault
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def fault() -> None:
 
 
 @fault.command()
-@click.argument("robot")
+@click.argument("robot", type=ROBOT_NAME)
 @_OFF
 def freeze(robot: str, off: bool) -> None:
     """Stop ROBOT's base; it ignores commands."""
@@ -37,7 +38,7 @@ def freeze(robot: str, off: bool) -> None:
 
 
 @fault.command()
-@click.argument("robot")
+@click.argument("robot", type=ROBOT_NAME)
 @click.argument("share", type=click.FloatRange(0, 1), default=0.5)
 def slip(robot: str, share: float) -> None:
     """Let ROBOT's wheels slip for SHARE (0..1) of the way; 0 ends it."""
@@ -45,7 +46,7 @@ def slip(robot: str, share: float) -> None:
 
 
 @fault.command()
-@click.argument("robot")
+@click.argument("robot", type=ROBOT_NAME)
 @_OFF
 def blind(robot: str, off: bool) -> None:
     """Cover ROBOT's laser."""
@@ -53,7 +54,7 @@ def blind(robot: str, off: bool) -> None:
 
 
 @fault.command()
-@click.argument("robot")
+@click.argument("robot", type=ROBOT_NAME)
 @click.argument("grips", type=click.IntRange(0), default=1)
 def pick(robot: str, grips: int) -> None:
     """Let the next GRIPS of ROBOT's arm fail."""
@@ -72,7 +73,7 @@ def block(name: str, area: str | None, off: bool) -> None:
 
 
 @fault.command()
-@click.argument("robot")
+@click.argument("robot", type=ROBOT_NAME)
 @click.argument("level", type=click.FloatRange(0, 1))
 def battery(robot: str, level: float) -> None:
     """Let ROBOT's battery drop to LEVEL (0..1); a lower charge stays."""
@@ -80,7 +81,7 @@ def battery(robot: str, level: float) -> None:
 
 
 @fault.command()
-@click.argument("robot")
+@click.argument("robot", type=ROBOT_NAME)
 @_OFF
 def vanish(robot: str, off: bool) -> None:
     """Stop all of ROBOT's processes on this machine, or let them go on.

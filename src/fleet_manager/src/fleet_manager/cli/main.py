@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The `hive` command: all its commands, and its exit codes, on which scripts rely."""
+"""The `hive` command: all its commands, and its exit codes, on which scripts rely.
+
+A command's module is imported when the command is used: some need much that others do not.
+"""
 
 from __future__ import annotations
 
 import sys
+from importlib import import_module
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.cli import bench, demo, fault, tasks, watch, why, world
 from fleet_manager.errors import FleetManagerError
 from hive_common.errors import HiveError
 
@@ -26,6 +30,25 @@ Exit codes:
   4    not done within the timeout
   5    the hive did not start
   130  ended by Ctrl-C (143: by SIGTERM)"""
+
+_MODULES = MappingProxyType(
+    {
+        "add": "tasks",
+        "cancel": "tasks",
+        "run": "tasks",
+        "tasks": "watch",
+        "robots": "watch",
+        "watch": "watch",
+        "events": "watch",
+        "why": "why",
+        "replay": "why",
+        "demo": "demo",
+        "bench": "bench",
+        "world": "world",
+        "fault": "fault",
+    }
+)
+"""Which module of this package holds each command."""
 
 _BAD_INPUT = 2
 _CTRL_C = 130
@@ -47,16 +70,25 @@ Tab completion in bash: eval "$(_HIVE_COMPLETE=bash_source hive)"
 """
 
 
-@click.group(help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
+class _Commands(click.Group):
+    """Commands that are imported on demand."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002  (click's interface)
+        """Return the names of all commands, sorted."""
+        return sorted(_MODULES)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002  (click's interface)
+        """Return a command; None if there is none of that name."""
+        if cmd_name not in _MODULES:
+            return None
+        module = import_module(f"fleet_manager.cli.{_MODULES[cmd_name]}")
+        command: click.Command = getattr(module, cmd_name)
+        return command
+
+
+@click.group(cls=_Commands, help=_HELP, context_settings={"help_option_names": ["-h", "--help"]})
 def hive() -> None:
     """Group the commands; the help text is `_HELP`."""
-
-
-for _command in (
-    tasks.add, tasks.cancel, tasks.run, watch.tasks, watch.robots, watch.watch,
-    watch.events, why.why, why.replay, demo.demo, bench.bench, world.world, fault.fault,
-):  # fmt: skip
-    hive.add_command(_command)
 
 
 def run(

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from blackboard.domain.task import MAX_PRIORITY, Task, TaskState, TaskType
-from fleet_manager.cli.context import FileName, pass_context
+from fleet_manager.cli.context import OPEN_TASK_ID, FileName, pass_context
 from fleet_manager.client.client import Feeder, HiveClient
-from fleet_manager.config.scenario import read_scenario, with_free_ids
 from fleet_manager.errors import NotDoneError
 from hive_common.pose import Pose
 
@@ -138,7 +137,7 @@ def add(
 
 
 @click.command()
-@click.argument("task_id", metavar="ID")
+@click.argument("task_id", metavar="ID", type=OPEN_TASK_ID)
 @pass_context
 def cancel(context: CliContext, task_id: str) -> None:
     """Cancel the task ID.
@@ -170,6 +169,12 @@ def run(context: CliContext, scenario: str, wait: bool, timeout: float | None) -
 
     Exits with 0 when every task is on the list (with --wait: when every task is DONE).
     """  # noqa: D301  (to click, \b means: keep the lines)
+    # on demand, because the other commands here read no file
+    from fleet_manager.config.scenario import (  # noqa: PLC0415  (see above)
+        read_scenario,
+        with_free_ids,
+    )
+
     read = read_scenario(scenario)
     tell = _TellAbout()
     with context.connect(()) as link:

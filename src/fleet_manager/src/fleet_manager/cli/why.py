@@ -17,7 +17,7 @@ import click
 from blackboard.auction.decision import replayed
 from blackboard.auction.decision_log import read_decisions
 from blackboard.costing.cost import COST_MODELS
-from fleet_manager.cli.context import pass_context
+from fleet_manager.cli.context import TASK_ID, pass_context
 from fleet_manager.client import tables
 from fleet_manager.errors import NotDoneError
 
@@ -36,7 +36,7 @@ _journal = click.option(
 
 
 @click.command()
-@click.argument("task")
+@click.argument("task", type=TASK_ID)
 @_journal
 @click.option("--all", "everything", is_flag=True, help="Show earlier decisions as well.")
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list instead of tables.")
@@ -64,7 +64,7 @@ def why(
 
 
 @click.command()
-@click.argument("task")
+@click.argument("task", type=TASK_ID)
 @click.option(
     "--model",
     type=click.Choice(sorted(COST_MODELS)),

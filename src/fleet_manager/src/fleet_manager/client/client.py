@@ -12,6 +12,7 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
+from blackboard.domain import talker as topics
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import TaskState
 from fleet_manager.client.hive_state import HiveState
@@ -37,6 +38,8 @@ ANSWER_WITHIN = 6.0
 STATUS_PERIOD = 1.5
 """Every robot in service reports within this time [s]; robot_status comes at 1 Hz."""
 
+_AT_ONCE = 1.0  # time in which what is latched arrives unless something is wrong [s]
+
 
 class ClientLink(Protocol):
     """The port between a client and the hive's topics, for use by one thread."""
@@ -46,6 +49,12 @@ class ClientLink(Protocol):
 
     def hive_time(self) -> float:
         """Return the hive's time [s], which may be simulated."""
+
+    def listen(self, *names: str) -> None:
+        """Follow some of the hive's topics from now on; all of its state if none is named."""
+
+    def has_heard_robots(self) -> bool:
+        """Return whether every robot that is there has told its status."""
 
     def post(self, task: Task) -> None:
         """Publish a task on `new_task`, once."""
@@ -77,6 +86,11 @@ class HiveClient:
 
         The condition is checked before the first report and after each. None sets no time limit.
         """
+        self.link.listen()
+        return self._pump(until, timeout)
+
+    def _pump(self, until: Callable[[], bool], timeout: float | None) -> bool:
+        """Do the same on the topics that the link listens to already."""
         end = None if timeout is None else self.link.now() + timeout
         while not until():
             left = REPEAT_EVERY if end is None else end - self.link.now()
@@ -95,6 +109,7 @@ class HiveClient:
             NoHiveError: No blackboard answered.
             NotDoneError: The id is on the task list already, for another task.
         """
+        self.link.listen(topics.TASK_STATE, topics.SYNC)
         task = replace(task, posted=self.link.hive_time())
         self._repeat(
             lambda: self.link.post(task), lambda: self.state.state_of(task.id) is not None
@@ -131,18 +146,22 @@ class HiveClient:
             became = f"task {task_id} became {state().name}"
             raise NotDoneError(f"{became} before it could be cancelled")
 
-    def fetch_tasks(self) -> None:
-        """Wait for the task list; raise NoHiveError if none comes."""
-        if not self.pump(lambda: self.state.has_list, ANSWER_WITHIN):
+    def fetch_tasks(self, within: float = ANSWER_WITHIN) -> None:
+        """Wait for the task list; raise NoHiveError if none comes within a time [s]."""
+        self.link.listen(topics.SYNC)
+        if self._pump(lambda: self.state.has_list, _AT_ONCE):
+            return
+        if not self.pump(lambda: self.state.has_list, within - _AT_ONCE):
             raise self._no_answer("its list is unknown")
 
     def fetch_robots(self) -> None:
-        """Wait until every robot in service has reported.
+        """Wait until every robot in service has reported, for `STATUS_PERIOD` at most.
 
         Raises:
             NoHiveError: Neither a robot nor a blackboard was heard.
         """
-        self.pump(lambda: False, STATUS_PERIOD)
+        self.link.listen(topics.ROBOT_STATUS)
+        self._pump(self.link.has_heard_robots, STATUS_PERIOD)
         if not self.pump(lambda: bool(self.state.robots or self.state.heartbeat), ANSWER_WITHIN):
             raise self._no_answer("no robot was heard either")
 
@@ -165,6 +184,9 @@ class HiveClient:
     def _repeat(self, ask: Callable[[], None], answered: Callable[[], bool]) -> None:
         """Ask repeatedly until there is an answer or the time for answers is up."""
         end = self.link.now() + ANSWER_WITHIN
+        ask()
+        if self._pump(answered, REPEAT_EVERY):
+            return
         while self.link.now() < end:
             ask()
             if self.pump(answered, REPEAT_EVERY):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import queue
 import time
@@ -12,22 +13,26 @@ from typing import TYPE_CHECKING
 
 import rosgraph
 import rospy
-from nav_msgs.msg import Odometry
-from sensor_msgs.msg import BatteryState
-from std_msgs.msg import UInt32
 
+from blackboard.domain.talker import ROBOT_STATUS
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
 from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
 from fleet_manager.errors import NoHiveError
-from fleet_manager.ros.hive_topics import QUEUE_SIZE, HiveTopics
+from fleet_manager.ros.hive_topics import QUEUE_SIZE, STATE, HiveTopics
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Sequence
 
+    from nav_msgs.msg import Odometry
+    from sensor_msgs.msg import BatteryState
+    from std_msgs.msg import UInt32
+
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
     from fleet_manager.desk.facts import Fact
+
+_NO_ROBOT = "blackboard"  # the node that may tell other robots' status, and has none itself
 
 
 @contextlib.contextmanager
@@ -38,13 +43,23 @@ def connect(record: Sequence[str] = ()) -> Iterator[RosClientLink]:
     collisions that the simulator counts. Raise NoHiveError if no ROS master answers.
     """
     demand_master()
+    logging.disable(logging.INFO)
     rospy.init_node("hive", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
     link = RosClientLink()
     link.record(record)
     try:
         yield link
     finally:
-        rospy.signal_shutdown("the command has ended")
+        _leave()
+
+
+def _leave() -> None:
+    """Tell the master and close all connections.
+
+    `rospy.signal_shutdown` does the same and then waits half a second for its threads.
+    """
+    for hook in rospy.core._preshutdown_hooks:  # noqa: SLF001  (rospy has no other way)
+        hook("the command has ended")
 
 
 def demand_master() -> None:
@@ -61,19 +76,39 @@ class RosClientLink:
     """Hands over what the hive says, one report at a time, and posts tasks.
 
     ROS Subscribers and Publishers:
-        Those of `HiveTopics`, and of the robots that are recorded ROBOT/ground_truth
-        (nav_msgs/Odometry), ROBOT/battery_state (sensor_msgs/BatteryState), and
-        simenv/collisions (std_msgs/UInt32).
+        Those of `HiveTopics` that are asked for, and of the robots that are recorded
+        ROBOT/ground_truth (nav_msgs/Odometry), ROBOT/battery_state (sensor_msgs/BatteryState),
+        and simenv/collisions (std_msgs/UInt32).
     """
 
     def __init__(self) -> None:
         self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
         self._topics = HiveTopics(self._put)
-        self._topics.advertise()
-        self._topics.listen_to_state()
+        self._robots: set[str] | None = None  # the nodes of all robots, once they are known
+
+    def listen(self, *names: str) -> None:
+        """Follow some of the hive's topics from now on; all of its state if none is named."""
+        self._topics.listen(names or STATE)
+
+    def has_heard_robots(self) -> bool:
+        """Return whether the node of every robot has told its status.
+
+        Only a node that latches it, as `robot_node` does, is sure to have told all it has to.
+        """
+        if self._robots is None:
+            publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+            nodes = publishers.get(rospy.resolve_name(ROBOT_STATUS), ())
+            self._robots = {*nodes} - {rospy.resolve_name(_NO_ROBOT)}
+        return bool(self._robots) and self._robots <= self._topics.robot_nodes
 
     def record(self, robots: Sequence[str]) -> None:
         """Report, from now on, what the simulator and these robots tell a recorder."""
+        if not robots:
+            return
+        from nav_msgs.msg import Odometry  # noqa: PLC0415  (few commands record)
+        from sensor_msgs.msg import BatteryState  # noqa: PLC0415  (see above)
+        from std_msgs.msg import UInt32  # noqa: PLC0415  (see above)
+
         for robot in robots:
             for name, message, hear in (
                 ("ground_truth", Odometry, self._hear_place),
@@ -81,8 +116,7 @@ class RosClientLink:
             ):
                 topic = f"{robot}/{name}"
                 rospy.Subscriber(topic, message, partial(hear, robot), queue_size=QUEUE_SIZE)
-        if robots:
-            rospy.Subscriber("simenv/collisions", UInt32, self._hear_collisions)
+        rospy.Subscriber("simenv/collisions", UInt32, self._hear_collisions)
 
     def now(self) -> float:
         """Return a monotonic time [s]."""

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import signal
 import sys
 from importlib import import_module
@@ -28,14 +30,28 @@ def connect(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
     rospy is imported only now: it takes half a second, which tab completion and `--help` would
     feel, and it reads the environment that the demo sets first.
     """
+    _import_genpy()
     module = import_module("fleet_manager.ros.client_link")
     link: AbstractContextManager[ClientLink] = module.connect(record)
     return link
 
 
+def _import_genpy() -> None:
+    """Import genpy without numpy, of whose numbers it then does not know; no message here has any.
+
+    Importing numpy takes longer than everything else that the command line needs of ROS.
+    """
+    if sys.modules.keys().isdisjoint({"genpy", "numpy"}):
+        sys.modules["numpy"] = None  # type: ignore[assignment]  # as documented: it cannot be imported
+        try:
+            import_module("genpy")
+        finally:
+            del sys.modules["numpy"]
+
+
 def journals() -> Path:
     """Return the default folder of the journals of the hive at ROS_MASTER_URI."""
-    folder: Path = import_module("blackboard.ros.membership").default_folder()
+    folder: Path = import_module("blackboard.ros.journals").default_folder()
     return folder
 
 
@@ -44,11 +60,21 @@ def main(command: click.Command = hive) -> None:
 
     Ctrl-C works even where a script has started this in the background, with SIGINT ignored:
     the processes of a demo would inherit that, and could only be killed.
+
+    It does not wait for rospy's threads, which takes half a second: `ros.client_link.connect` has
+    told the master and closed all connections.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
-    sys.exit(run(CliContext(connect, journals), command=command))
+    try:
+        code = run(CliContext(connect, journals), command=command)
+    except SystemExit as end:  # a signal, or tab completion
+        code = end.code if isinstance(end.code, int) else 0
+    with contextlib.suppress(OSError, ValueError):  # nobody reads on, or the file is closed
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
 
 
 def _end(number: int, _frame: FrameType | None) -> None:

@@ -30,6 +30,7 @@ from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.places import Place
 from fleet_manager.errors import InputError
 from fleet_manager.ros.hive_topics import HiveTopics
+from fleet_manager.ros.map_topics import MapTopics
 from hive_common.errors import FileError
 from hive_common.ros.links import mend_links
 
@@ -51,7 +52,7 @@ class RosDeskLink:
         argv: The node's arguments, for remapping.
 
     ROS Subscribers and Publishers:
-        Those of `HiveTopics`.
+        Those of `HiveTopics` and `MapTopics`.
 
     ROS Parameters:
         ~world (string): World whose stations and chargers can be chosen; none by default.
@@ -108,7 +109,7 @@ class RosDeskLink:
         rospy.init_node(self._name, self._argv, anonymous=True, disable_signals=True)
         self._topics.advertise()
         self._topics.listen_to_all()
-        self._topics.listen_to_person()
+        MapTopics(self._inbox.put).listen_to_person()
         mend_links()
         self._report_master(LinkState.UP)
         self._inbox.put(PlacesKnown(_places(rospy.get_param("~world", ""))))

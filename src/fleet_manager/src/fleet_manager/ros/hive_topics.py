@@ -6,36 +6,30 @@ Every program of the operator's listens and speaks through `HiveTopics`.
 
 from __future__ import annotations
 
+import time
 from functools import partial
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Protocol
 
 import rosgraph.names
 import rospy
-from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
-from nav_msgs.msg import OccupancyGrid, Path
-from rospy.numpy_msg import numpy_msg
 
 from blackboard.domain import talker as topics
-from blackboard.domain.characteristics import RobotStatus
-from blackboard.ros.codec.tables import WIRES, yaw_of
-from fleet_manager.desk.facts import (
-    CancelTask,
-    Clicked,
-    HiveMessage,
-    MapBounds,
-    PlannedPath,
-    PostTask,
-    RobotPose,
-)
-from hive_common.pose import Pose
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.ros.codec.tables import WIRES
+from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable
+    from collections.abc import Callable, Hashable, Iterable, Mapping
 
     from fleet_manager.desk.facts import Fact, Request
 
 QUEUE_SIZE = 1000
-_STATE = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
+_CHANGES = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
+STATE = (*_CHANGES, topics.SYNC)
+"""The topics that tell the hive's state."""
+
+_SOON = 1.0  # [s] in which everyone who listens has connected to a new publisher
 _AUCTIONS = (topics.NEW_TASK, topics.TASK_COST)
 
 
@@ -54,6 +48,9 @@ class HiveTopics:
         met: Called from ROS's threads with the name of every robot that reports for the first
             time. It must not wait for the master, so `advertise_to` is for another thread.
 
+    Attributes:
+        robot_nodes: Nodes that have told the status that they latch.
+
     ROS Subscribers:
         bb_sync, task_state, robot_status, bb_backup: the hive's state.
         new_task, task_cost: what is posted and bid.
@@ -66,20 +63,23 @@ class HiveTopics:
     def __init__(self, put: FactSink, met: Callable[[str], None] = lambda _robot: None) -> None:
         self._put, self._met = put, met
         self._publishers: dict[str, rospy.Publisher] = {}
+        self._late: dict[str, LateSubscribers] = {}
         self._robots: set[str] = set()
+        self._followed: set[str] = set()
+        self.robot_nodes: set[str] = set()
         self._raw_list: rospy.AnyMsg | None = None
-
-    def listen_to_state(self) -> None:
-        """Follow the hive's state, every task list included."""
-        self._listen((*_STATE, topics.SYNC))
 
     def listen_to_all(self) -> None:
         """Follow everything that the hive says; task lists wait for `read_list`."""
-        self._listen((*_STATE, *_AUCTIONS))
+        self.listen((*_CHANGES, *_AUCTIONS))
         rospy.Subscriber(topics.SYNC, rospy.AnyMsg, self._hear_list, queue_size=1)
 
-    def _listen(self, names: Iterable[str]) -> None:
+    def listen(self, names: Iterable[str]) -> None:
+        """Follow topics of the hive; those that are followed already stay as they are."""
         for topic in names:
+            if topic in self._followed:
+                continue
+            self._followed.add(topic)
             message = WIRES[topic].message
             rospy.Subscriber(topic, message, partial(self._hear, topic), queue_size=QUEUE_SIZE)
 
@@ -95,32 +95,8 @@ class HiveTopics:
             msg = WIRES[topics.SYNC].message()
             self._hear(topics.SYNC, msg.deserialize(raw._buff))  # noqa: SLF001  (AnyMsg's only field)
 
-    def listen_to_person(self) -> None:
-        """Follow where a person points in RViz, and where the map ends.
-
-        ROS Subscribers:
-            clicked_point (geometry_msgs/PointStamped), move_base_simple/goal
-            (geometry_msgs/PoseStamped), map (nav_msgs/OccupancyGrid).
-        """
-        rospy.Subscriber("clicked_point", PointStamped, self._hear_point)
-        rospy.Subscriber("move_base_simple/goal", PoseStamped, self._hear_goal)
-        rospy.Subscriber("map", numpy_msg(OccupancyGrid), self._hear_map)
-
-    def listen_to_drive(self, robot: str) -> None:
-        """Follow a robot's pose and its planned path.
-
-        ROS Subscribers:
-            ROBOT/amcl_pose (geometry_msgs/PoseWithCovarianceStamped), ROBOT/move_base/plan
-            (nav_msgs/Path).
-        """
-        if rosgraph.names.is_legal_base_name(robot):
-            hear = partial(self._hear_path, robot)
-            rospy.Subscriber(f"{robot}/move_base/plan", Path, hear, queue_size=1)
-            locate = partial(self._hear_pose, robot)
-            rospy.Subscriber(f"{robot}/amcl_pose", PoseWithCovarianceStamped, locate, queue_size=1)
-
     def advertise(self) -> None:
-        """Prepare to post and cancel tasks."""
+        """Prepare to post and cancel tasks; `speak` does so too, when it has to."""
         for topic in (topics.NEW_TASK, topics.TASK_CANCEL):
             self._advertise(topic, topic)
 
@@ -132,7 +108,7 @@ class HiveTopics:
             rospy.logwarn(f"robot {robot[:64]!r} cannot be commanded: ROS allows no such name")
 
     def speak(self, request: Request) -> None:
-        """Publish a request, once."""
+        """Publish a request, once; also to those who connect within a second."""
         if isinstance(request, PostTask):
             self._publish(topics.NEW_TASK, topics.NEW_TASK, request.task)
         elif isinstance(request, CancelTask):
@@ -142,12 +118,15 @@ class HiveTopics:
             self._publish(name, topics.SET_STATE, request.state.name.lower())
 
     def _advertise(self, name: str, topic: str) -> None:
+        late = self._late[name] = LateSubscribers()
         message = WIRES[topic].message
-        self._publishers[name] = rospy.Publisher(name, message, queue_size=QUEUE_SIZE)
+        self._publishers[name] = rospy.Publisher(name, message, late, queue_size=QUEUE_SIZE)
 
     def _publish(self, name: str, topic: str, value: object) -> None:
+        if name == topic and name not in self._publishers:
+            self._advertise(name, topic)
         if name in self._publishers:
-            self._publishers[name].publish(WIRES[topic].to_msg(value))
+            self._late[name].publish(self._publishers[name].publish, WIRES[topic].to_msg(value))
 
     def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
         try:
@@ -157,35 +136,18 @@ class HiveTopics:
             return
         message = HiveMessage(report, msg.header.stamp.to_sec())
         self._put(message, _superseded(topic, report))
-        if isinstance(report, RobotStatus) and report.robot_id not in self._robots:
-            self._robots.add(report.robot_id)
-            self._met(report.robot_id)
+        if isinstance(report, RobotStatus):
+            self._note_robot(report, msg._connection_header)  # noqa: SLF001  (rospy has no other way)
+
+    def _note_robot(self, status: RobotStatus, header: Mapping[str, str]) -> None:
+        if status.robot_id not in self._robots:
+            self._robots.add(status.robot_id)
+            self._met(status.robot_id)
+        if header.get("latching") == "1" and status.state is not RobotState.OFFLINE:
+            self.robot_nodes.add(header["callerid"])
 
     def _hear_list(self, raw: rospy.AnyMsg) -> None:
         self._raw_list = raw
-
-    def _hear_point(self, msg: PointStamped) -> None:
-        pose = Pose(msg.point.x, msg.point.y)
-        self._put(Clicked(pose, msg.header.frame_id, has_heading=False))
-
-    def _hear_goal(self, msg: PoseStamped) -> None:
-        position = msg.pose.position
-        pose = Pose(position.x, position.y, yaw_of(msg.pose.orientation))
-        self._put(Clicked(pose, msg.header.frame_id, has_heading=True))
-
-    def _hear_map(self, msg: OccupancyGrid) -> None:
-        corner, size = msg.info.origin.position, msg.info.resolution
-        far = (corner.x + size * msg.info.width, corner.y + size * msg.info.height)
-        self._put(MapBounds(corner.x, corner.y, *far), "map")
-
-    def _hear_pose(self, robot: str, msg: PoseWithCovarianceStamped) -> None:
-        position, turn = msg.pose.pose.position, msg.pose.pose.orientation
-        pose = Pose(position.x, position.y, yaw_of(turn))
-        self._put(RobotPose(robot, pose), ("pose", robot))
-
-    def _hear_path(self, robot: str, msg: Path) -> None:
-        points = tuple((pose.pose.position.x, pose.pose.position.y) for pose in msg.poses)
-        self._put(PlannedPath(robot, points), ("path", robot))
 
 
 def _superseded(topic: str, report: object) -> Hashable:
@@ -193,3 +155,29 @@ def _superseded(topic: str, report: object) -> Hashable:
     if isinstance(report, RobotStatus):
         return topic, report.robot_id
     return topic if topic in {topics.SYNC, topics.BACKUP} else None
+
+
+class LateSubscribers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typed
+    """Gives a message to those who connect soon after it was published.
+
+    A publisher knows nobody when it is made, and what it publishes then is lost.
+    """
+
+    def __init__(self) -> None:
+        self._lock = Lock()  # rospy has one buffer for what it sends, and does not lock it here
+        self._kept: tuple[float, object] = (-_SOON, None)
+
+    def publish(self, publish: Callable[[object], None], msg: object) -> None:
+        """Publish a message and keep it; nobody who connects meanwhile misses it."""
+        with self._lock:
+            self._kept = (time.monotonic(), msg)
+            publish(msg)
+
+    def peer_subscribe(
+        self, _name: str, _publish: Callable[[object], None], tell: Callable[[object], None]
+    ) -> None:
+        """Give the message to a new subscriber; rospy calls this."""
+        with self._lock:
+            since, msg = self._kept
+            if time.monotonic() - since < _SOON:
+                tell(msg)

@@ -19,6 +19,7 @@ from fleet_manager.desk.facts import HiveMessage, PlannedPath, RobotPose
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.markers import MarkerBoard, Shape
 from fleet_manager.ros.hive_topics import HiveTopics
+from fleet_manager.ros.map_topics import MapTopics
 
 if TYPE_CHECKING:
     from fleet_manager.desk.markers import Marker
@@ -50,6 +51,7 @@ class TaskMarkers:
         self._inbox = Inbox()
         self._met: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._topics = HiveTopics(self._inbox.put, self._met.put)
+        self._map = MapTopics(self._inbox.put)
         self._hive = HiveState(detailed=True)
         self._board = MarkerBoard()
         self._paths: dict[str, tuple[tuple[float, float], ...]] = {}
@@ -75,7 +77,7 @@ class TaskMarkers:
         self._hive.tick(now)
         self._hive.take_changes()
         while not self._met.empty():
-            self._topics.listen_to_drive(self._met.get())
+            self._map.listen_to_drive(self._met.get())
         shown = self._board.update(self._hive.tasks, self._hive.robots, self._paths, self._poses)
         if shown != self._last:
             self._last = shown

@@ -32,7 +32,10 @@ if TYPE_CHECKING:
     help="Write the figures to a file as well.",
 )
 @click.option(
-    "--runs", type=click.IntRange(min=1), metavar="N", help="How often, for failover and flake."
+    "--runs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How often, for cli, failover and flake.",
 )
 @click.option(
     "--schedules",

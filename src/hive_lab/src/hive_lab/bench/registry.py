@@ -88,6 +88,12 @@ BENCHES: Mapping[str, Bench] = {
         "relative error of the predicted charge of 100 tasks in the simulator, without its sign",
         "bench.charge",
     ),
+    "cli": Bench(
+        "processor and wall time [s] of tasks, robots, add and why, and of the set-up check",
+        "live.cli",
+        option="runs",
+        own_master=True,
+    ),
     "day": Bench(
         "24 simulated hours with a task every two minutes: tasks not done, robots stranded [1]",
         "bench.day",

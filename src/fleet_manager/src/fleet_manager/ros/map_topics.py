@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The topics of what windows and RViz show on the map: clicks, the map, poses and paths.
+
+The command line needs none of their messages, so they are kept out of `hive_topics`.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import rosgraph.names
+import rospy
+from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid, Path
+from rospy.numpy_msg import numpy_msg
+
+from blackboard.ros.codec.tables import yaw_of
+from fleet_manager.desk.facts import Clicked, MapBounds, PlannedPath, RobotPose
+from hive_common.pose import Pose
+
+if TYPE_CHECKING:
+    from fleet_manager.ros.hive_topics import FactSink
+
+
+class MapTopics:
+    """Listens to what is drawn on the map; `put` takes in facts."""
+
+    def __init__(self, put: FactSink) -> None:
+        self._put = put
+
+    def listen_to_person(self) -> None:
+        """Follow where a person points in RViz, and where the map ends.
+
+        ROS Subscribers:
+            clicked_point (geometry_msgs/PointStamped), move_base_simple/goal
+            (geometry_msgs/PoseStamped), map (nav_msgs/OccupancyGrid).
+        """
+        rospy.Subscriber("clicked_point", PointStamped, self._hear_point)
+        rospy.Subscriber("move_base_simple/goal", PoseStamped, self._hear_goal)
+        rospy.Subscriber("map", numpy_msg(OccupancyGrid), self._hear_map)
+
+    def listen_to_drive(self, robot: str) -> None:
+        """Follow a robot's pose and its planned path.
+
+        ROS Subscribers:
+            ROBOT/amcl_pose (geometry_msgs/PoseWithCovarianceStamped), ROBOT/move_base/plan
+            (nav_msgs/Path).
+        """
+        if rosgraph.names.is_legal_base_name(robot):
+            hear = partial(self._hear_path, robot)
+            rospy.Subscriber(f"{robot}/move_base/plan", Path, hear, queue_size=1)
+            locate = partial(self._hear_pose, robot)
+            rospy.Subscriber(f"{robot}/amcl_pose", PoseWithCovarianceStamped, locate, queue_size=1)
+
+    def _hear_point(self, msg: PointStamped) -> None:
+        pose = Pose(msg.point.x, msg.point.y)
+        self._put(Clicked(pose, msg.header.frame_id, has_heading=False))
+
+    def _hear_goal(self, msg: PoseStamped) -> None:
+        position = msg.pose.position
+        pose = Pose(position.x, position.y, yaw_of(msg.pose.orientation))
+        self._put(Clicked(pose, msg.header.frame_id, has_heading=True))
+
+    def _hear_map(self, msg: OccupancyGrid) -> None:
+        corner, size = msg.info.origin.position, msg.info.resolution
+        far = (corner.x + size * msg.info.width, corner.y + size * msg.info.height)
+        self._put(MapBounds(corner.x, corner.y, *far), "map")
+
+    def _hear_pose(self, robot: str, msg: PoseWithCovarianceStamped) -> None:
+        position, turn = msg.pose.pose.position, msg.pose.pose.orientation
+        pose = Pose(position.x, position.y, yaw_of(turn))
+        self._put(RobotPose(robot, pose), ("pose", robot))
+
+    def _hear_path(self, robot: str, msg: Path) -> None:
+        points = tuple((pose.pose.position.x, pose.pose.position.y) for pose in msg.poses)
+        self._put(PlannedPath(robot, points), ("path", robot))
