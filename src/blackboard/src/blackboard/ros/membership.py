@@ -76,7 +76,8 @@ def journal_folder(member: str = "") -> Path:
 
     ROS Parameters: `journal` of the member, else `/journal`. Default: `default_folder`.
     """
-    folder = rospy.get_param(f"{member or rospy.get_name()}/journal", "") or rospy.get_param("/journal", "")
+    own = f"{member or rospy.get_name()}/journal"
+    folder = rospy.get_param(own, "") or rospy.get_param("/journal", "")
     if not isinstance(folder, str):
         raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
     return Path(folder) if folder else default_folder()

@@ -68,15 +68,15 @@ def _run() -> None:
     names = {robot.name: RobotNames(hive, robot.name) for robot in robots}
     _in_thread(lambda: _spawn(hive, robots))
     broadcaster = tf2_ros.StaticTransformBroadcaster()
-    broadcaster.sendTransform([each for robot in names.values() for each in _links(robot)])
+    broadcaster.sendTransform([link for each in names.values() for link in _links(each)])
     surroundings = Surroundings(hive)
     for robot in robots:
         if robot.localization == "fake_localization":
             FakeLocalization(names[robot.name])
         elif robot.localization == "amcl":
             _in_thread(Amcl(names[robot.name], surroundings.chart()).run)
-    for robot in names.values():
-        MoveBase(robot, surroundings).start()
+    for each in names.values():
+        MoveBase(each, surroundings).start()
     _in_thread(surroundings.run)
     _join_hive(hive, list(names.values()))
 

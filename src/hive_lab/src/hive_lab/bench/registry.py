@@ -149,8 +149,9 @@ BENCHES: Mapping[str, Bench] = {
         own_master=True,
     ),
     "system": Bench(
-        "CPU [s per s] and memory [GB] of four robots that all drive, without RViz, in real time",
+        "CPU [s per s] and memory [GB] of 4 robots, or --robots, that all drive, without RViz",
         "bench.system",
+        option="robots",
         connects=True,
     ),
 }
