@@ -80,6 +80,7 @@ def test_a_path_that_is_no_file_is_said(tmp_path):
         ("cost_model: time", "decision: mine", ["/mine.yaml:1: decision", "mine", "centralized"]),
         ("cost_model: time", "bid_timeout: -1", ["/mine.yaml:1: bid_timeout", "-1", "0.1..60"]),
         ("cost_model: time", "stand_by: 1", ["/mine.yaml:1: stand_by", "1", "at least 2"]),
+        ("cost_model: time", "processes: two", ["/mine.yaml:1: processes", "two", "shared"]),
         ("cost_model: time", "colour: red", ["/mine.yaml:1:", "colour"]),
     ],
 )
@@ -133,7 +134,7 @@ def test_the_first_robots_stand_by_to_carry_the_blackboard(tmp_path):
     carol = "  - {name: carol, model: mir100, pose: [9, 2, 0]}\n"
     path.write_text(f"stand_by: 2\n{GOOD.rstrip()}\n{carol}", encoding="utf-8")
 
-    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))  # noqa: S314  (made here)
+    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=False))  # noqa: S314  (made here)
 
     told = [arg.get("value") for arg in root.iterfind(".//arg[@name='stands_by']")]
     assert told == ["true", "true", "false"]
@@ -178,6 +179,81 @@ def test_what_is_special_in_xml_stays_what_it_is(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(GOOD.replace("mir100", f"'{model}'"), encoding="utf-8")
 
-    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=True))  # noqa: S314  (made here)
+    root = ET.fromstring(launch_text(read_fleet(str(path)), sim=False))  # noqa: S314  (made here)
 
     assert root.findall("include")[1].find("arg[@name='model']").get("value") == str(model)
+
+
+def hosts_of(root):
+    """Return the robots of each host that a launch file starts."""
+    hosts = root.findall("node[@type='robot_host']")
+    assert len({host.get("name") for host in hosts}) == len(hosts)
+    return [yaml.safe_load(host.find("rosparam").text) for host in hosts]
+
+
+@pytest.fixture
+def crowd(tmp_path):
+    """A fleet file with twelve robots, of which two stand by."""
+    robots = [
+        f"  - {{name: r{number}, model: mir100, pose: [{2 * number}, 2, 0]}}"
+        for number in range(12)
+    ]
+    path = tmp_path / "crowd.yaml"
+    path.write_text("\n".join(["stand_by: 2", "robots:", *robots]), encoding="utf-8")
+    return path
+
+
+def test_simulated_robots_share_processes_ten_in_each(crowd):
+    pytest.importorskip("xacro")
+
+    root = ET.fromstring(launch_text(read_fleet(str(crowd)), sim=True))  # noqa: S314  (made here)
+
+    hosts = hosts_of(root)
+    assert [len(robots) for robots in hosts] == [10, 2]
+    assert hosts[1][1] == {
+        "name": "r11",
+        "model": "mir100",
+        "pose": [22.0, 2.0, 0.0],
+        "localization": "fake_localization",
+    }
+    assert len(root.findall("include")) == 1
+
+
+def test_a_robot_that_shares_a_process_has_the_parameters_of_one_that_does_not(crowd):
+    pytest.importorskip("xacro")
+
+    root = ET.fromstring(launch_text(read_fleet(str(crowd)), sim=True))  # noqa: S314  (made here)
+
+    files = {each.get("ns"): each.get("file") for each in root.findall("rosparam[@ns]")}
+    assert files["r1/move_base"].endswith("robot_navigation)/config/move_base.yaml")
+    assert files["r1/robot"].endswith("blackboard)/config/robot.yaml")
+    assert files["r1/characteristics"].endswith("models/mir100.yaml")
+    told = yaml.safe_load(root.find("rosparam[@param='r2/robot']").text)
+    assert told == {"cost_model": "report", "distance": "path", "stands_by": False}
+    assert "r2/base_footprint" in root.find("param[@name='r2/robot_description']").get("value")
+
+
+def test_robots_that_find_themselves_by_laser_are_told_where_they_start(crowd):
+    pytest.importorskip("xacro")
+    crowd.write_text("localization: amcl\n" + crowd.read_text(encoding="utf-8"), encoding="utf-8")
+
+    root = ET.fromstring(launch_text(read_fleet(str(crowd)), sim=True))  # noqa: S314  (made here)
+
+    assert hosts_of(root)[0][0]["localization"] == "amcl"
+    assert yaml.safe_load(root.find("rosparam[@param='r3/amcl']").text) == {
+        "initial_pose_x": 6.0,
+        "initial_pose_y": 2.0,
+        "initial_pose_a": 0.0,
+    }
+
+
+@pytest.mark.parametrize(
+    ("sim", "line"), [(False, "processes: shared"), (True, "processes: each")]
+)
+def test_real_robots_and_those_of_a_fleet_that_says_so_share_no_process(crowd, sim, line):
+    crowd.write_text(f"{line}\n" + crowd.read_text(encoding="utf-8"), encoding="utf-8")
+
+    root = ET.fromstring(launch_text(read_fleet(str(crowd)), sim=sim))  # noqa: S314  (made here)
+
+    assert hosts_of(root) == []
+    assert len(root.findall("include")) == 13

@@ -92,6 +92,23 @@ def test_the_demo_begins_when_the_blackboard_has_heard_every_robot(link):
     assert link.now() == pytest.approx(8.0)
 
 
+def test_a_line_says_whom_the_demo_waits_for_whenever_that_changes(link):
+    robots = [f"robot{number}" for number in range(1, 10)]
+    link.say(Heartbeat(1, "/blackboard"), after=3)
+    link.say(Heartbeat(1, "/blackboard", heard=dict.fromkeys(robots, 0.0)), after=7)
+    for name in robots:
+        link.say(status(name), after=5.0)
+    lines = []
+
+    wait_for_everyone(HiveClient(link), robots, FakeLocalHive(), tell=lines.append)
+
+    assert lines[0] == (
+        "waiting for the blackboard, robot1, robot2, robot3, robot4, robot5 and 4 more\n"
+    )
+    assert lines[1].startswith("waiting for robot1, ")
+    assert len(lines) == len(set(lines)) == 2
+
+
 def test_who_was_not_heard_is_named_with_what_died(link):
     link.say(status("robot1"))
 

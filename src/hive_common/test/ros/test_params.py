@@ -34,9 +34,9 @@ def server(monkeypatch):
 
     def get_param(name, default):
         full_name = name.replace("~", "/base/")
-        if full_name == "/base":
-            return {each.removeprefix("/base/"): value for each, value in known.items()}
-        return known.get(full_name, default)
+        below = f"{full_name}/"
+        tree = {k.removeprefix(below): v for k, v in known.items() if k.startswith(below)}
+        return tree or known.get(full_name, default)
 
     monkeypatch.setattr(rospy, "get_param", get_param)
     monkeypatch.setattr(rospy, "get_name", lambda: "/base")

@@ -5,7 +5,7 @@ from interface_nodes import check_system, rosrun
 
 
 def test_the_simulated_fleet_is_the_one_that_is_recorded(launches):
-    launches.start("fleet_manager", "fleet_manager.launch", rviz="false")
+    launches.start("fleet_manager", "fleet_manager.launch", rviz="false", processes="each")
     launches.run(*rosrun("task_entry"))
     launches.run(*rosrun("task_view"))
     launches.run("hive", "watch")

@@ -56,7 +56,7 @@ WORLD_TOPICS = {
 }
 MAP = {"/map": "nav_msgs/OccupancyGrid"}
 ROBOT_NODES = ("robot", "move_base", "fake_localization", "robot_state_publisher")
-LAB = {"rviz": "false", "gui": "false"}
+LAB = {"rviz": "false", "gui": "false", "processes": "each"}
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -28,9 +28,10 @@ def main() -> None:
 def _run() -> None:
     params.refuse_unknown((BlackboardSettings, RaftSettings, PathSettings), ["journal"])
     hive = rospy.get_namespace()
-    journal = membership.open_journal()
+    journal = membership.open_journal(rospy.get_name())
     talker = RosTalker(hive, membership.VOTER_TOPICS)
+    member = talker.member(rospy.get_name())
     path_lengths = RosPathLengths(talker, hive, params.read(PathSettings))
-    node = membership.join(talker, hive, path_lengths, journal, bootstraps=True)
+    node = membership.join(member, hive, path_lengths, journal, bootstraps=True)
     node.start()
     talker.spin()

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.domain.task import TaskStep
-    from blackboard.ros.talker import RosTalker
+    from blackboard.ros.talker import MemberTalker
 
 _STATES = {
     GoalStatus.SUCCEEDED: CommandState.SUCCEEDED,
@@ -58,7 +58,7 @@ class ActionCommand:
     that may be everything up to the result.
 
     Args:
-        name: Name of the action in the robot's namespace.
+        name: Name of the action in the namespace of the talker's robot.
         action: Type of the action.
         make_goal: Makes a goal from a step.
         talker: Its thread gets the results.
@@ -73,20 +73,20 @@ class ActionCommand:
         name: str,
         action: type,
         make_goal: Callable[[TaskStep], Any],
-        talker: RosTalker,
+        talker: MemberTalker,
         server_timeout: float,
     ) -> None:
         self._name = name
         self._make_goal = make_goal
         self._talker = talker
         self._timeout = server_timeout
-        self._client = actionlib.ActionClient(name, action)
+        self._client = actionlib.ActionClient(talker.own + name, action)
         manager = self._client.manager
         manager._generate_id = _never_back(manager._generate_id)  # noqa: SLF001  (actionlib's only place for it)
         self._goal: actionlib.ClientGoalHandle | None = None
         self._heard = -math.inf
         self._run = 0
-        rospy.Subscriber(f"{name}/status", GoalStatusArray, self._hear, queue_size=1)
+        rospy.Subscriber(f"{talker.own}{name}/status", GoalStatusArray, self._hear, queue_size=1)
 
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
         """Send a step as a goal as soon as the server is there; see `Command.start`."""
@@ -169,14 +169,14 @@ class ActionCommand:
 class MoveBaseCommand(ActionCommand):
     """Drives: client of `move_base` (move_base_msgs/MoveBaseAction)."""
 
-    def __init__(self, talker: RosTalker, server_timeout: float) -> None:
+    def __init__(self, talker: MemberTalker, server_timeout: float) -> None:
         super().__init__("move_base", MoveBaseAction, _move_goal, talker, server_timeout)
 
 
 class PickCommand(ActionCommand):
     """Picks and places: client of `pick` (blackboard/PickAction)."""
 
-    def __init__(self, talker: RosTalker, server_timeout: float) -> None:
+    def __init__(self, talker: MemberTalker, server_timeout: float) -> None:
         super().__init__("pick", bb_msgs.PickAction, _pick_goal, talker, server_timeout)
 
 

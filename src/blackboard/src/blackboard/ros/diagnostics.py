@@ -18,7 +18,7 @@ from blackboard.ros.master_watch import MasterState, watch_master
 if TYPE_CHECKING:
     from blackboard.consensus.no_quorum import NoQuorum
     from blackboard.consensus.node import RaftNode
-    from blackboard.ros.talker import RosTalker
+    from blackboard.ros.talker import MemberTalker
 
 _PERIOD = 1.0
 """Time between two messages, as is usual on /diagnostics [s]."""
@@ -31,7 +31,7 @@ class Diagnostics:
         is gone; ERROR while the hive has no quorum or the member cannot write to its disk.
     """
 
-    def __init__(self, talker: RosTalker, node: RaftNode, no_quorum: NoQuorum) -> None:
+    def __init__(self, talker: MemberTalker, node: RaftNode, no_quorum: NoQuorum) -> None:
         self._talker = talker
         self._node = node
         self._no_quorum = no_quorum
@@ -73,7 +73,7 @@ class Diagnostics:
         }
         return DiagnosticStatus(
             level=level,
-            name=f"{rospy.get_name().strip('/')}: hive",
+            name=f"{self._talker.name.strip('/')}: hive",
             message=text,
             hardware_id="none",
             values=[KeyValue(key, str(value)) for key, value in values.items()],

@@ -23,7 +23,7 @@ from hive_common.ros import params
 
 if TYPE_CHECKING:
     from blackboard.ros.path_lengths import RosPathLengths
-    from blackboard.ros.talker import RosTalker
+    from blackboard.ros.talker import MemberTalker
 
 LEARNER_TOPICS = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BB_ACK)
 """What a robot that cannot lead may publish."""
@@ -44,43 +44,44 @@ _CHECK_PERIOD = 1.0
 """Time between two checks that the hive has a quorum [s]."""
 
 
-def open_journal() -> SqliteJournal:
-    """Open this node's journal in `journal_folder`.
+def open_journal(member: str) -> SqliteJournal:
+    """Open the journal of a member, given by its name, in `journal_folder`.
 
     Raises:
         SettingsError: The parameter is not a text.
         JournalError: The file cannot be used.
     """
-    journal = SqliteJournal(_file(".sqlite3"))
+    journal = SqliteJournal(_file(member, ".sqlite3"))
     if journal.set_aside is not None:
         rospy.logwarn(
-            f"{rospy.get_name()} could not read its journal and has moved it to "
+            f"{member} could not read its journal and has moved it to "
             f"{journal.set_aside}; it joins the hive as a new member"
         )
     return journal
 
 
-def _file(ending: str) -> Path:
-    name = rospy.get_name().strip("/").replace("/", "-")
-    return journal_folder() / f"{name}{ending}"
+def _file(member: str, ending: str) -> Path:
+    name = member.strip("/").replace("/", "-")
+    return journal_folder(member) / f"{name}{ending}"
 
 
-def journal_folder() -> Path:
-    """Return the folder of the journals.
+def journal_folder(member: str = "") -> Path:
+    """Return the folder of a member's journal; by default that of this node.
 
     Raises:
         SettingsError: The parameter is not a text.
 
-    ROS Parameters: `~journal`, else `/journal`. Default: `default_folder`.
+    ROS Parameters: `journal` of the member, else `/journal`. Default: `default_folder`.
     """
-    folder = rospy.get_param("~journal", "") or rospy.get_param("/journal", "")
+    own = f"{member or rospy.get_name()}/journal"
+    folder = rospy.get_param(own, "") or rospy.get_param("/journal", "")
     if not isinstance(folder, str):
         raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
     return Path(folder) if folder else default_folder()
 
 
 def join(
-    talker: RosTalker,
+    talker: MemberTalker,
     hive: str,
     path_lengths: RosPathLengths,
     journal: SqliteJournal,
@@ -93,12 +94,12 @@ def join(
     All members read the hive's settings where the node `blackboard` does, so they agree.
 
     Args:
-        talker: Messages and time.
+        talker: The member's name, messages and time.
         hive: Namespace of the hive, ending in a slash.
         path_lengths: Where a robot can stand and how far it drives.
         journal: The member's disk.
         bootstraps: Whether it bootstraps a hive where there is none.
-        stands_by: Whether it can lead; its talker then publishes `VOTER_TOPICS`, else
+        stands_by: Whether it can lead; its process then publishes `VOTER_TOPICS`, else
             `LEARNER_TOPICS`.
 
     Raises:
@@ -108,7 +109,7 @@ def join(
     namespace = f"{hive}blackboard"
     node = RaftNode(
         talker,
-        rospy.get_name(),
+        talker.name,
         params.read(RaftSettings, namespace),
         journal,
         random.SystemRandom(),
@@ -118,11 +119,11 @@ def join(
     if stands_by:
         settings = params.read(BlackboardSettings, namespace)
         lengths_of = path_lengths.of
-        log = SqliteBook(_file(ENDING))
+        log = SqliteBook(_file(talker.name, ENDING))
         Blackboard(
             talker, node, lengths_of(0.0), settings, note=log.note, path_lengths_for=lengths_of
         ).start()
-    no_quorum = NoQuorum(talker, lambda: node.member, str(_file(".sqlite3")))
+    no_quorum = NoQuorum(talker, lambda: node.member, str(_file(talker.name, ".sqlite3")))
     talker.every(_CHECK_PERIOD, no_quorum.look)
     Diagnostics(talker, node, no_quorum).start()
     return node

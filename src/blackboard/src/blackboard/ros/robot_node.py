@@ -29,9 +29,16 @@ from blackboard.ros.startup import run_node
 from blackboard.ros.talker import RosTalker
 from hive_common.pose import Pose
 from hive_common.ros import params
+from hive_common.ros.names import own_names
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from blackboard.robot.executor import Command
+    from hive_common.ros.names import RobotNames
+
+_NODE = "robot"
+"""The node's name in the robot's namespace."""
 
 _ROBOT_TOPICS = (topics.TASK_COST, topics.CHARGER_CLAIM)
 
@@ -54,18 +61,51 @@ def main() -> None:
 
 
 def _run() -> None:
-    hive, robot_id = _hive_and_robot()
-    kinds = (RobotSettings, ControllerSettings, PathSettings)
-    params.refuse_unknown(kinds, ["charge", "journal", "stands_by"])
-    settings, patience = params.read(RobotSettings), params.read(ControllerSettings)
-    stands_by = params.flag("stands_by", default=True)
-    body = characteristics_from(rospy.get_param("characteristics", {}))
-    battery = Battery(body.battery, rospy.get_param("~charge", 1.0))
+    names = own_names()
+    stands_by = read_stands_by(names)
+    talker = RosTalker(names.hive, topics_of(stands_by=stands_by), [names.robot])
+    start_robot(talker, names, lambda settings: RosPathLengths(talker, names.hive, settings))
+    talker.spin()
 
-    journal = membership.open_journal()
+
+def read_stands_by(names: RobotNames) -> bool:
+    """Return whether a robot stands by to carry the blackboard."""
+    return params.flag("stands_by", default=True, node=names.of(_NODE))
+
+
+def topics_of(*, stands_by: bool) -> tuple[str, ...]:
+    """Return what robots publish on the hive's topics."""
     member_topics = membership.VOTER_TOPICS if stands_by else membership.LEARNER_TOPICS
-    talker = RosTalker(hive, (*_ROBOT_TOPICS, *member_topics), latches=[topics.ROBOT_STATUS])
-    path_lengths = RosPathLengths(talker, hive, params.read(PathSettings))
+    return (*_ROBOT_TOPICS, *member_topics)
+
+
+def start_robot(
+    process: RosTalker,
+    names: RobotNames,
+    lengths_by: Callable[[PathSettings], RosPathLengths],
+) -> None:
+    """Start one robot's part of the hive; it waits for the map and the robot's pose.
+
+    Args:
+        process: The talker of this process; the caller lets it spin.
+        names: The robot's names.
+        lengths_by: Makes path lengths on the hive's map, as the settings say.
+
+    Raises:
+        ParameterError: A parameter is missing, unknown or has a value that is not allowed.
+        JournalError: The robot's journal cannot be used.
+        rospy.ROSInterruptException: The node was shut down first.
+    """
+    name = names.of(_NODE)
+    kinds = (RobotSettings, ControllerSettings, PathSettings)
+    params.refuse_unknown(kinds, ["charge", "journal", "stands_by"], node=name)
+    settings, patience = params.read(RobotSettings, name), params.read(ControllerSettings, name)
+    body = characteristics_from(rospy.get_param(names.of("characteristics"), {}))
+    battery = Battery(body.battery, rospy.get_param(f"{name}/charge", 1.0))
+
+    journal = membership.open_journal(name)
+    talker = process.member(name, names.robot, names.of(""))
+    path_lengths = lengths_by(params.read(PathSettings, name))
     commands: dict[StepKind, Command] = {
         StepKind.MOVE: MoveBaseCommand(talker, patience.server_timeout)
     }
@@ -73,36 +113,25 @@ def _run() -> None:
         pick = PickCommand(talker, patience.server_timeout)
         commands |= {StepKind.PICK: pick, StepKind.PLACE: pick}
     controller = Controller(commands, talker.world, patience)
-    node = membership.join(talker, hive, path_lengths, journal, stands_by=stands_by)
+    node = membership.join(
+        talker, names.hive, path_lengths, journal, stands_by=read_stands_by(names)
+    )
     robot = Robot(
         talker,
-        robot_id,
+        names.robot,
         body,
         battery,
         path_lengths.of(body.radius),
         controller,
-        wait_for_pose(),
+        wait_for_pose(talker.own),
         settings,
         journal,
         node,
-        _charging_plan(hive),
+        _charging_plan(names.hive),
     )
     Senses(talker, robot, battery, settings.status_period).start()
     robot.start()
     node.start()
-    talker.spin()
-
-
-def _hive_and_robot() -> tuple[str, str]:
-    """Return the hive's namespace, which ends in a slash, and the robot's name."""
-    namespace = rospy.get_namespace()
-    robot_id = namespace.strip("/").rpartition("/")[2]
-    if not robot_id:
-        raise SettingsError(
-            "this node has to run in its robot's namespace, for example robot1; "
-            "start it with roslaunch blackboard robot.launch name:=robot1"
-        )
-    return namespace[: -len(robot_id) - 1], robot_id
 
 
 def _charging_plan(hive: str) -> ChargingPlan:

@@ -20,16 +20,16 @@ from hive_common.pose import Pose
 if TYPE_CHECKING:
     from blackboard.domain.battery import Battery
     from blackboard.robot.robot import Robot
-    from blackboard.ros.talker import RosTalker
+    from blackboard.ros.talker import MemberTalker
 
 _MAX_STEP = 1.0
 """Two odometry messages further apart than this are a reset, not a drive [m]."""
 
 
-def wait_for_pose() -> Pose:
-    """Wait until localization says where the robot is; see `wait_for`."""
+def wait_for_pose(own: str) -> Pose:
+    """Wait until localization says where the robot of a namespace is; see `wait_for`."""
     remedy = "start the robot's localization"
-    return _pose(wait_for("amcl_pose", PoseWithCovarianceStamped, "pose", remedy))
+    return _pose(wait_for(f"{own}amcl_pose", PoseWithCovarianceStamped, "pose", remedy))
 
 
 def _pose(msg: PoseWithCovarianceStamped) -> Pose:
@@ -49,26 +49,28 @@ class Senses:
     ROS Publishers: `battery_state` (sensor_msgs/BatteryState).
     """
 
-    def __init__(self, talker: RosTalker, robot: Robot, battery: Battery, period: float) -> None:
+    def __init__(
+        self, talker: MemberTalker, robot: Robot, battery: Battery, period: float
+    ) -> None:
         self._talker = talker
         self._robot = robot
         self._battery = battery
         self._period = period
         self._odometry: tuple[float, float] | None = None
-        self._publisher = rospy.Publisher("battery_state", BatteryState, queue_size=1)
+        self._publisher = rospy.Publisher(f"{talker.own}battery_state", BatteryState, queue_size=1)
 
     def start(self) -> None:
         """Begin to listen and to publish."""
+        own, call = self._talker.own, self._talker.call
         rospy.Subscriber(
-            "amcl_pose",
+            f"{own}amcl_pose",
             PoseWithCovarianceStamped,
-            lambda msg: self._talker.call(lambda: self._robot.set_pose(_pose(msg))),
+            lambda msg: call(lambda: self._robot.set_pose(_pose(msg))),
             queue_size=1,
         )
-        rospy.Subscriber("odom", Odometry, lambda msg: self._talker.call(lambda: self._drive(msg)))
-        rospy.Subscriber(
-            "drop_charge", Float64, lambda msg: self._talker.call(lambda: self._drop(msg.data))
-        )
+        rospy.Subscriber(f"{own}odom", Odometry, lambda msg: call(lambda: self._drive(msg)))
+        drop = f"{own}drop_charge"
+        rospy.Subscriber(drop, Float64, lambda msg: call(lambda: self._drop(msg.data)))
         self._talker.world.every(self._period, self._publish_battery)
 
     def _drive(self, msg: Odometry) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Talker on ROS: all callbacks of a node go through one queue and one thread."""
+"""The Talker on ROS: all callbacks of a process go through one queue and one thread."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import threading
 import time
 import xmlrpc.client
 from collections import defaultdict
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import genpy
@@ -17,9 +19,11 @@ import rospy
 
 from blackboard.board.intake import why_refused
 from blackboard.board.refusals import Refusals
+from blackboard.consensus.member import name_of
+from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat
 from blackboard.costing.bid_basis import Bids
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SET_STATE
+from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, ROBOT_STATUS, SET_STATE
 from blackboard.ros.codec.tables import WIRES
 from blackboard.ros.liveness import PERIOD, LivenessWatch
 from blackboard.ros.rospy_patches.reading import unread
@@ -30,9 +34,7 @@ from hive_common.ros.onward_clock import OnwardClock
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
 
-    from blackboard.domain.talker import Subscription
-
-    _Listener = tuple[Callable[[Any], None], Callable[[], bool] | None]
+    from blackboard.domain.talker import Subscription, Topic
 
 _QUEUE_SIZE = 1000
 """Messages that wait for a slow subscriber; then the oldest are dropped."""
@@ -51,16 +53,27 @@ SPEAKER_TIMEOUT = 5.0
 `reassign`."""
 
 
-class RosTalker:
-    """Publishes and subscribes on the hive's topics; see `blackboard.domain.talker.Talker`.
+@dataclass(frozen=True)
+class _Listener:
+    """A handler of one member, and when it wants messages."""
 
-    Make it after `rospy.init_node`, connect the core to it, then call `spin`. It advertises at
-    once because ROS drops what is published before a subscriber has connected.
+    member: str
+    handler: Callable[[Any], None]
+    when: Callable[[], bool] | None
+
+
+class RosTalker:
+    """Publishes and subscribes on the hive's topics, for the members of this process.
+
+    Make it after `rospy.init_node`, connect the core to a `MemberTalker` of each member, then call
+    `spin`. It advertises at once because ROS drops what is published before a subscriber has
+    connected. Members of one process hand each other values; nothing is encoded for them.
 
     Args:
         hive: Namespace of the hive, ending in a slash.
         advertises: The topics that may be published on.
-        latches: Those on which new subscribers get the last message, besides `bb_sync`.
+        robots: The robots of this process. New subscribers of `robot_status` get the last status
+            of each; the header of their connection names them in `robots`.
 
     Attributes:
         refusals: What was refused so far.
@@ -69,11 +82,9 @@ class RosTalker:
     ROS Publishers and Subscribers: as the core asks, with the types in `codec.tables.WIRES`.
     """
 
-    def __init__(
-        self, hive: str, advertises: Iterable[str], latches: Collection[str] = ()
-    ) -> None:
+    def __init__(self, hive: str, advertises: Iterable[str], robots: Collection[str] = ()) -> None:
         self._hive = hive
-        self._latches = latches
+        self._recap = _Recap(robots)
         # Not a SimpleQueue: in Python 3.11 its get() never times out once a signal handler has
         # taken longer than the timeout.
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
@@ -82,64 +93,104 @@ class RosTalker:
         self._timers = own = Timers(time.monotonic)
         self.now, self.every, self.after = own.now, own.every, own.after
         self.world = Timers(OnwardClock(rospy.get_time).now) if self._simulated else own
-        self._liveness: LivenessWatch | None = None
+        self._backups: rospy.Subscriber | None = None
+        self._watches: dict[str, LivenessWatch] = {}
+        self._members: dict[str, str] = {}
         self._speakers = Speakers()
         self._handlers: dict[str, list[_Listener]] = defaultdict(list)
         self.refusals = Refusals(rospy.logwarn)
         self.refuse = self.refusals.refuse
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
-        self._audience = Audience(self._speakers.node_of)
+        self._audience = Audience(self._node_of)
         self._is_voter = BB_ENTRIES in self._publishers
         self._audience.speaks = self._publishers.get(BB_ENTRIES if self._is_voter else BB_ACK)
         # Wakes `spin`, so that it sees the shutdown.
         rospy.on_shutdown(lambda: self.call(lambda: None))
 
-    def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
+    def member(self, node: str, robot: str = "", own: str = "") -> MemberTalker:
+        """Return the talker of a member of this process.
+
+        Args:
+            node: The member's name, that of its node if it runs alone.
+            robot: The robot that it speaks for; empty if none.
+            own: Namespace of the robot, ending in a slash.
+        """
+        self._members[node] = robot
+        return MemberTalker(self, node, own)
+
+    def publish(
+        self, member: str, topic: str, message: object, to: Collection[str] | None = None
+    ) -> None:
         """Publish to all subscribers, or without the members that `to` leaves out."""
-        publisher, msg = self._publishers[topic], WIRES[topic].to_msg(message)
-        if to is None:
-            publisher.publish(msg)
-        else:
-            self._audience.tell(publisher, msg, to)
+        publisher = self._publishers[topic]
+        if isinstance(message, RobotStatus):
+            self._recap.note(message)
+        if publisher.get_num_connections() or WIRES[topic].latched:
+            msg = WIRES[topic].to_msg(message)
+            # A vote may be for a member whose process is not known yet.
+            if to is None or topic == BB_VOTE:
+                publisher.publish(msg)
+            else:
+                self._audience.tell(publisher, msg, to)
+        name = self._hive + topic
+        if name in self._handlers:
+            self.call(lambda: self._hand_over(member, topic, name, message, to))
+
+    def _hand_over(
+        self, member: str, topic: str, name: str, message: object, to: Collection[str] | None
+    ) -> None:
+        """Give what a member has published to the members of this process."""
+        for each in tuple(self._handlers[name]):
+            if topic in _FOR_OTHERS and each.member == member:
+                continue
+            if to is not None and not {each.member, self._members.get(each.member)} & set(to):
+                continue
+            if each.when is None or each.when():
+                each.handler(message)
 
     def subscribe(
-        self, topic: str, handler: Callable[[Any], None], when: Callable[[], bool] | None = None
+        self,
+        member: MemberTalker,
+        topic: Topic[Any],
+        handler: Callable[[Any], None],
+        when: Callable[[], bool] | None = None,
     ) -> Subscription:
         """Pass on the messages of a topic; those that cannot be decoded are refused.
 
         A message is decoded once for all handlers, and not at all if none wants it.
         """
-        is_new = topic not in self._handlers
-        handlers = self._handlers[topic]
-        listener = (handler, when)
-        handlers.append(listener)
+        name = member.own + topic if topic == SET_STATE else self._hive + topic
+        is_new = name not in self._handlers
+        listeners = self._handlers[name]
+        listener = _Listener(member.name, handler, when)
+        listeners.append(listener)
         if is_new and self._spins:
             # This asks the ROS master, which may be slow or gone.
-            threading.Thread(target=self._listen, args=(topic,), daemon=True).start()
+            threading.Thread(target=self._listen, args=(topic, name), daemon=True).start()
         elif is_new:
-            self._listen(topic)
-        return _Subscription(lambda: handlers.remove(listener))
+            self._listen(topic, name)
+        return _Subscription(lambda: listeners.remove(listener))
 
-    def _listen(self, topic: str) -> None:
+    def _listen(self, topic: str, name: str) -> None:
         # Without tcp_nodelay, Linux holds small messages back until earlier ones are acknowledged.
         subscriber = rospy.Subscriber(
-            self._name(topic),
+            name,
             unread(WIRES[topic].message),
-            lambda msg: self.call(lambda: self._receive(topic, msg)),
+            lambda msg: self.call(lambda: self._receive(topic, name, msg)),
             queue_size=_QUEUE_SIZE,
             tcp_nodelay=True,
         )
         if topic == BACKUP and self._is_voter:
-            self._liveness = LivenessWatch(subscriber)
-            self.every(PERIOD, self._liveness.check)
+            self._backups = subscriber
+            self.every(PERIOD, self._check_watches)
         elif topic == (BB_ACK if self._is_voter else BB_ENTRIES):
             self._audience.listens = subscriber
 
-    def _receive(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
+    def _receive(self, topic: str, name: str, msg: Any) -> None:  # noqa: ANN401  (see `unread`)
         sender = msg._connection_header.get("callerid", "")  # noqa: SLF001  (rospy has no other way)
-        if topic in _FOR_OTHERS and sender == rospy.get_name():
-            return
-        wanted = [handler for handler, when in self._handlers[topic] if when is None or when()]
+        if sender == rospy.get_name():
+            return  # handed over already
+        wanted = [each for each in self._handlers[name] if each.when is None or each.when()]
         if not wanted:
             return
         try:
@@ -151,8 +202,14 @@ class RosTalker:
         if reason:
             self.refuse(topic, reason)
             return
-        for handler in wanted:
-            handler(value)
+        for each in wanted:
+            each.handler(value)
+
+    def _node_of(self, name: str) -> str:
+        """Return the node that speaks for a member or a robot; empty if unknown."""
+        if name in self._members or name in self._members.values():
+            return str(rospy.get_name())
+        return self._speakers.node_of(name)
 
     def call(self, action: Callable[[], None]) -> None:
         """Run an action in the talker's own thread; any thread may call this."""
@@ -163,7 +220,7 @@ class RosTalker:
         socket_timeout = socket.getdefaulttimeout()
         socket.setdefaulttimeout(_PING_TIMEOUT)
         try:
-            uri = rosgraph.Master(rospy.get_name()).lookupNode(member)
+            uri = rosgraph.Master(rospy.get_name()).lookupNode(self._node_of(member))
             with xmlrpc.client.ServerProxy(uri) as node:
                 node.getPid(rospy.get_name())
         except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
@@ -172,10 +229,15 @@ class RosTalker:
             socket.setdefaulttimeout(socket_timeout)
         return True
 
-    def watch(self, member: str, died: Callable[[], None]) -> None:
-        """Call once when the node of that name is proved dead; see `liveness`."""
-        if self._liveness is not None:
-            self._liveness.watch(member, died)
+    def watch(self, watcher: str, member: str, died: Callable[[], None]) -> None:
+        """Call once when the process of a member is proved dead; see `liveness`."""
+        if self._backups is not None:
+            watch = self._watches.setdefault(watcher, LivenessWatch(self._backups))
+            watch.watch(self._node_of(member), died)
+
+    def _check_watches(self) -> None:
+        for watch in tuple(self._watches.values()):
+            watch.check()
 
     def warn(self, text: str) -> None:
         """Log a warning; the same text at most every ten seconds."""
@@ -194,18 +256,71 @@ class RosTalker:
 
     def _advertise(self, topic: str) -> rospy.Publisher:
         wire = WIRES[topic]
-        latch = wire.latched or topic in self._latches
-        return rospy.Publisher(
-            self._name(topic), wire.message, latch=latch, queue_size=_QUEUE_SIZE
+        recap = self._recap if topic == ROBOT_STATUS else None
+        publisher = rospy.Publisher(
+            self._hive + topic,
+            wire.message,
+            recap,
+            latch=wire.latched,
+            headers=recap and recap.headers,
+            queue_size=_QUEUE_SIZE,
         )
-
-    def _name(self, topic: str) -> str:
-        return topic if topic == SET_STATE else self._hive + topic
+        if recap is not None:
+            recap.lock = publisher.impl.publock
+        return publisher
 
     def _patience(self) -> float:
         """Return how long to wait for the queue until the next timer is due [s, wall time]."""
         waits = [1.0, self._timers.next_due(), _CLOCK_POLL if self._simulated else None]
         return min(wait for wait in waits if wait is not None)
+
+
+class _Recap(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typed
+    """Gives a new subscriber the last status of each robot of this process.
+
+    A latched topic gives the last message only.
+    """
+
+    def __init__(self, robots: Collection[str]) -> None:
+        self.headers = {"robots": " ".join(robots)}
+        self.lock: threading.Lock | None = None  # rospy's own, which it does not take here
+        self._robots = robots
+        self._last: dict[str, RobotStatus] = {}
+
+    def note(self, status: RobotStatus) -> None:
+        """Note what is published."""
+        if status.robot_id in self._robots:
+            self._last[status.robot_id] = status
+
+    def peer_subscribe(
+        self, _name: str, _publish: Callable[[object], None], tell: Callable[[object], None]
+    ) -> None:
+        """Tell a new subscriber; rospy calls this."""
+        if self.lock is None:
+            return
+        with self.lock:
+            for status in tuple(self._last.values()):
+                tell(WIRES[ROBOT_STATUS].to_msg(status))
+
+
+class MemberTalker:
+    """One member's talker; see `blackboard.domain.talker.Talker`.
+
+    Attributes:
+        name: The member's name.
+        own: Namespace of its robot, ending in a slash.
+        world: As that of `RosTalker`.
+    """
+
+    def __init__(self, talker: RosTalker, name: str, own: str) -> None:
+        self.name, self.own = name, own
+        self.publish = partial(talker.publish, name)
+        self.subscribe = partial(talker.subscribe, self)
+        self.watch = partial(talker.watch, name)
+        self.now, self.every, self.after = talker.now, talker.every, talker.after
+        self.world, self.call = talker.world, talker.call
+        self.ping, self.warn, self.refuse = talker.ping, talker.warn, talker.refuse
+        self.refusals = talker.refusals
 
 
 class _Subscription:
@@ -222,17 +337,22 @@ class Speakers:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._heard: dict[str, tuple[str, float]] = {}
+        self._hosts: dict[str, str] = {}  # of members that share a process with others
 
-    def node_of(self, robot_id: str) -> str:
-        """Return the name of the node that speaks for a robot; empty if unknown."""
+    def node_of(self, name: str) -> str:
+        """Return the name of the node that speaks for a robot or a member; empty if unknown."""
         with self._lock:
-            return self._heard.get(robot_id, ("", 0.0))[0]
+            return self._hosts.get(name, "") or self._heard.get(name, ("", 0.0))[0]
 
     def why_refused(self, message: object, node: str, now: float) -> str:
         """Return why a message from a node is refused now [s]; empty if it is not.
 
         Only a robot's status and bids are checked.
         """
+        if isinstance(message, Heartbeat | AppendEntries):
+            self._hosts[name_of(message.leader)] = node
+        elif isinstance(message, AppendReply | Ballot):
+            self._hosts[name_of(message.member)] = node
         if not isinstance(message, RobotStatus | Bids):
             return ""
         if isinstance(message, RobotStatus) and message.state is RobotState.OFFLINE:

@@ -27,6 +27,9 @@ TAKEN_NAMES = frozenset({
 })  # fmt: skip
 """Names that nodes, topics or frames of the hive already have; no robot may have them."""
 
+PROCESSES = ("each", "shared")
+"""Whether each node of a robot has a process, or a few processes host simulated robots."""
+
 _MapPose = Annotated[Pose, Allowed("[x, y, yaw] in the map frame [m, m, rad]")]
 
 
@@ -73,6 +76,8 @@ class FleetContent:
     """When robots charge."""
     chargers: tuple[Charger, ...] | None = None
     """None: those of the simulator's world."""
+    processes: Annotated[str, one_of(*PROCESSES)] | None = None
+    """None: `shared` in simulation; real robots have `each` in any case."""
     stand_by: Annotated[int, at_least(2, "a number of robots")] = STANDING_BY
     """How many robots, the first ones, stand by to carry the blackboard."""
     robots: Annotated[tuple[FleetRobot, ...], listed("at least one robot", 1)]

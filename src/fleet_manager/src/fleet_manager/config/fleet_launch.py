@@ -10,18 +10,24 @@ from xml.sax.saxutils import escape, quoteattr
 import attrs
 
 from blackboard.costing.cost import measure_for
+from robot_description.models import model_path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fleet_manager.config.fleet_file import Fleet
+    from fleet_manager.config.fleet_file import Fleet, FleetRobot
+
+
+MOST_HOSTED = 10
+"""Robots in one process: in Python, one process uses at most one core (docs/decisions/092)."""
 
 
 def launch_text(fleet: Fleet, *, sim: bool) -> str:
     """Return the launch file that starts a fleet's blackboard and robots.
 
     It sets the parameters that robots need which join later, includes `blackboard.launch`, then
-    `robot.launch` for each robot, in the fleet's order. With `sim`, robots are simulated.
+    `robot.launch` for each robot, in the fleet's order. With `sim`, robots are simulated; unless
+    the fleet says otherwise, `robot_host` nodes then take the place of `robot.launch`.
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
@@ -34,32 +40,106 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
         "bid_timeout": f"{fleet.bid_timeout:g}",
     }
     lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
-    for number, robot in enumerate(fleet.robots):
-        x, y, yaw = robot.pose
-        values = {
-            "name": robot.name,
-            "model": robot.model,
-            "x": f"{x:g}",
-            "y": f"{y:g}",
-            "yaw": f"{yaw:g}",
-            "sim": str(sim).lower(),
-            "cost_model": fleet.cost_model,
-            "distance": fleet.distance,
-            "stands_by": str(number < fleet.stand_by).lower(),
-        }
-        if fleet.localization is not None:
-            values["localization"] = fleet.localization
-        lines += _include("$(find fleet_manager)/launch/robot.launch", values)
+    if sim and fleet.processes != "each":
+        lines += _shared(fleet)
+    else:
+        for number, robot in enumerate(fleet.robots):
+            lines += _each(fleet, robot, sim=sim, stands_by=number < fleet.stand_by)
     lines.append("</launch>\n")
     return "\n".join(lines)
+
+
+def _each(fleet: Fleet, robot: FleetRobot, *, sim: bool, stands_by: bool) -> list[str]:
+    """Return the lines of a robot whose nodes have a process each."""
+    x, y, yaw = robot.pose
+    values = {
+        "name": robot.name,
+        "model": robot.model,
+        "x": f"{x:g}",
+        "y": f"{y:g}",
+        "yaw": f"{yaw:g}",
+        "sim": str(sim).lower(),
+        "cost_model": fleet.cost_model,
+        "distance": fleet.distance,
+        "stands_by": str(stands_by).lower(),
+    }
+    if fleet.localization is not None:
+        values["localization"] = fleet.localization
+    return _include("$(find fleet_manager)/launch/robot.launch", values)
+
+
+def _shared(fleet: Fleet) -> list[str]:
+    """Return the lines of simulated robots that share processes.
+
+    The parameters are those that the launch files of each robot set.
+    """
+    lines = []
+    localization = fleet.localization or "fake_localization"
+    for number, robot in enumerate(fleet.robots):
+        x, y, yaw = robot.pose
+        settings: dict[str, dict[str, object]] = {
+            "robot": {
+                "cost_model": fleet.cost_model,
+                "distance": fleet.distance,
+                "stands_by": number < fleet.stand_by,
+            }
+        }
+        files = {
+            "characteristics": str(model_path(robot.model)),
+            "robot": "$(find blackboard)/config/robot.yaml",
+            "move_base": "$(find robot_navigation)/config/move_base.yaml",
+        }
+        if localization == "amcl":
+            files["amcl"] = "$(find robot_navigation)/config/amcl.yaml"
+            start = {"initial_pose_x": x, "initial_pose_y": y, "initial_pose_a": yaw}
+            settings["amcl"] = dict(start)
+        lines += [
+            f'  <rosparam command="load" file={quoteattr(file)} ns="{robot.name}/{node}"/>'
+            for node, file in files.items()
+        ]
+        lines += [_yaml(f"{robot.name}/{node}", values) for node, values in settings.items()]
+        lines.append(_text(f"{robot.name}/robot_description", _urdf(robot)))
+    for first in range(0, len(fleet.robots), MOST_HOSTED):
+        hosted = [
+            {
+                "name": each.name,
+                "model": each.model,
+                "pose": each.pose,
+                "localization": localization,
+            }
+            for each in fleet.robots[first : first + MOST_HOSTED]
+        ]
+        name = f"robot_host_{first // MOST_HOSTED + 1}"
+        lines.append(
+            f'  <node pkg="fleet_manager" type="robot_host" name="{name}" output="screen">'
+        )
+        lines += ["  " + _yaml("robots", hosted), "  </node>"]
+    return lines
+
+
+def _urdf(robot: FleetRobot) -> str:
+    # xacro takes long to import, and only this needs it.
+    from robot_description.urdf import robot_urdf  # noqa: PLC0415
+
+    return robot_urdf(robot.model, f"{robot.name}/")
+
+
+def _yaml(name: str, value: object) -> str:
+    """Return the line that sets a parameter, or those below it, to a value."""
+    return f"  <rosparam param={quoteattr(name)}>{escape(json.dumps(value))}</rosparam>"
+
+
+def _text(name: str, value: str) -> str:
+    """Return the line that sets a parameter to a text."""
+    return f'  <param name={quoteattr(name)} type="str" value={quoteattr(value)}/>'
 
 
 def _charging(fleet: Fleet) -> list[str]:
     """Return the lines that tell every robot of the hive when and where to charge."""
     levels = attrs.asdict(fleet.battery).items()
     lines = [f'  <param name="/charging/{name}" value="{level:g}"/>' for name, level in levels]
-    places = json.dumps([{"name": c.name, "pose": c.pose} for c in fleet.chargers or ()])
-    return [*lines, f'  <rosparam param="/charging/chargers">{escape(places)}</rosparam>']
+    places = [{"name": c.name, "pose": c.pose} for c in fleet.chargers or ()]
+    return [*lines, _yaml("/charging/chargers", places)]
 
 
 def _include(file: str, values: Mapping[str, str]) -> list[str]:

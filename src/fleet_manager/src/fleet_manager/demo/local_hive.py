@@ -22,7 +22,7 @@ from fleet_manager.demo.processes import ProcessGroup
 from fleet_manager.errors import InputError, StartError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from fleet_manager.client.client import HiveClient
@@ -32,6 +32,7 @@ _MASTER_WITHIN = 60.0
 _LOOK_EVERY = 0.1
 _CALLER = "/hive_demo"
 _LOG_TAIL = 6
+_NAMED = 6  # so many are named before the rest is counted
 START_WITHIN = 120.0
 """Time for the blackboard and every robot to start [s]; it takes about ten on a quiet machine,
 half a minute on a busy one with two cores."""
@@ -171,17 +172,26 @@ def _checked(uri: str) -> str:
 
 
 def wait_for_everyone(
-    client: HiveClient, robots: Sequence[str], hive: LocalHive, within: float = START_WITHIN
+    client: HiveClient,
+    robots: Sequence[str],
+    hive: LocalHive,
+    within: float = START_WITHIN,
+    tell: Callable[[str], object] = len,
 ) -> None:
     """Wait up to `within` [s] until the blackboard is heard, and it has heard every robot.
 
-    A task posted earlier might be split among the robots that are there already.
+    A task posted earlier might be split among the robots that are there already. `tell` gets a
+    line whenever it changes what is waited for.
 
     Raises:
         StartError: Some were not heard, or a process ended unexpectedly.
     """
     end = client.link.now() + within
-    while missing(client.state, robots):
+    told: list[str] = []
+    while awaited := missing(client.state, robots):
+        if awaited != told:
+            told = awaited
+            tell(f"waiting for {_listed(awaited)}\n")
         client.pump(lambda: not missing(client.state, robots), 0.5)
         hive.check()
         if client.link.now() > end:
@@ -191,6 +201,12 @@ def wait_for_everyone(
                 f"not heard within {within:g} s: {', '.join(missing(client.state, robots))}{why}; "
                 f"the logs are in {hive.processes.folder}"
             )
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return the first few names, and how many more there are."""
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def missing(state: HiveState, robots: Sequence[str]) -> list[str]:

@@ -147,11 +147,12 @@ def run_demo(
         StartError: The hive did not start, or a process ended unexpectedly.
     """
     begin = time.monotonic()
+    sink.write("waiting for the ROS master\n")
     hive.start_master()
     hive.launch(plan.arguments)
     with connect(plan.robots) as link:
         run = DemoRun(plan, hive, link, sink)
-        wait_for_everyone(run.client, plan.robots, hive)
+        wait_for_everyone(run.client, plan.robots, hive, tell=sink.write)
         sink.write(f"everyone is there after {time.monotonic() - begin:.0f} s\n")
         return run.run()
 

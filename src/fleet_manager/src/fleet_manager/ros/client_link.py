@@ -84,22 +84,27 @@ class RosClientLink:
     def __init__(self) -> None:
         self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
         self._topics = HiveTopics(self._put)
-        self._robots: set[str] | None = None  # the nodes of all robots, once they are known
+        self._robots: set[str] | None = (
+            None  # the nodes that speak for robots, once they are known
+        )
 
     def listen(self, *names: str) -> None:
         """Follow some of the hive's topics from now on; all of its state if none is named."""
         self._topics.listen(names or STATE)
 
     def has_heard_robots(self) -> bool:
-        """Return whether the node of every robot has told its status.
+        """Return whether all robots have told their status.
 
-        Only a node that latches it, as `robot_node` does, is sure to have told all it has to.
+        Only of a node that says for which robots it speaks, as ours do, this is known.
         """
         if self._robots is None:
             publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
             nodes = publishers.get(rospy.resolve_name(ROBOT_STATUS), ())
             self._robots = {*nodes} - {rospy.resolve_name(_NO_ROBOT)}
-        return bool(self._robots) and self._robots <= self._topics.robot_nodes
+        robots_of = self._topics.robots_of
+        return bool(self._robots) and all(
+            node in robots_of and robots_of[node] <= self._topics.heard for node in self._robots
+        )
 
     def record(self, robots: Sequence[str]) -> None:
         """Report, from now on, what the simulator and these robots tell a recorder."""

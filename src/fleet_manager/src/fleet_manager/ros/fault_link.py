@@ -95,6 +95,11 @@ def _pids(master: rosgraph.Master, robot: str) -> list[int]:
     publishers, subscribers, _ = master.getSystemState()
     nodes = {node for _, names in (*publishers, *subscribers) for node in names}
     mine = sorted(node for node in nodes if node.startswith(f"/{robot}/"))
+    if not mine and any(name == f"/{robot}/cmd_vel" for name, _ in publishers):
+        raise InputError(
+            f"robot '{robot}' shares its process with others, which would vanish too; start the "
+            "fleet with processes:=each"
+        )
     if not mine:
         raise InputError(f"robot '{robot}': no node of it is known; see `hive robots`")
     return [_pid(master, node) for node in mine]

@@ -49,7 +49,8 @@ class HiveTopics:
             time. It must not wait for the master, so `advertise_to` is for another thread.
 
     Attributes:
-        robot_nodes: Nodes that have told the status that they latch.
+        heard: Robots whose status has been heard.
+        robots_of: The robots of each node that has told which it speaks for.
 
     ROS Subscribers:
         bb_sync, task_state, robot_status, bb_backup: the hive's state.
@@ -66,7 +67,8 @@ class HiveTopics:
         self._late: dict[str, LateSubscribers] = {}
         self._robots: set[str] = set()
         self._followed: set[str] = set()
-        self.robot_nodes: set[str] = set()
+        self.heard: set[str] = set()
+        self.robots_of: dict[str, frozenset[str]] = {}
         self._raw_list: rospy.AnyMsg | None = None
 
     def listen_to_all(self) -> None:
@@ -143,8 +145,10 @@ class HiveTopics:
         if status.robot_id not in self._robots:
             self._robots.add(status.robot_id)
             self._met(status.robot_id)
-        if header.get("latching") == "1" and status.state is not RobotState.OFFLINE:
-            self.robot_nodes.add(header["callerid"])
+        if status.state is not RobotState.OFFLINE:
+            self.heard.add(status.robot_id)
+        if robots := header.get("robots"):
+            self.robots_of[header["callerid"]] = frozenset(robots.split())
 
     def _hear_list(self, raw: rospy.AnyMsg) -> None:
         self._raw_list = raw

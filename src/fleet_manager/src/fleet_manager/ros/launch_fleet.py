@@ -9,7 +9,7 @@ import sys
 import click
 from attrs import evolve
 
-from fleet_manager.config.fleet_file import Charger, read_fleet
+from fleet_manager.config.fleet_file import PROCESSES, Charger, read_fleet
 from fleet_manager.config.fleet_launch import launch_text
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
@@ -23,14 +23,23 @@ _BAD_INPUT = 2
 @click.option("--sim", type=bool, default=True, show_default=True, help="Robots are simulated.")
 @click.option("--check", is_flag=True, help="Only check the files and print the launch file.")
 @click.option("--world", help="Where the chargers are: name in worlds/ or a path.")
+@click.option(
+    "--processes",
+    type=click.Choice(["", *PROCESSES]),
+    default="",
+    help="In place of the fleet's: each node a process, or simulated robots share a few.",
+)
 @click.option("--map", "chart", help="A map to check as well: name in maps/ or a path.")
-def launch_fleet(fleet: str, sim: bool, check: bool, world: str | None, chart: str | None) -> None:
+def launch_fleet(
+    fleet: str, sim: bool, check: bool, world: str | None, processes: str, chart: str | None
+) -> None:
     """Start the blackboard and every robot of FLEET, a name in fleets/ or a path.
 
     A mistake in a file is printed in one line, and the exit code is 2, before anything starts.
     """
     try:
         wanted = read_fleet(fleet)
+        wanted = evolve(wanted, processes=processes or wanted.processes)
         if world is not None and sim:
             there = tuple(Charger(name=p.name, pose=p.pose) for p in load_world(world).chargers)
             wanted = evolve(wanted, chargers=wanted.chargers or there)

@@ -32,8 +32,10 @@ def read(kind: type[Settings], namespace: str = "") -> Settings:
         ParameterError: A value has the wrong type or is not allowed; the text names it.
     """
     prefix = f"{namespace or rospy.get_name()}/"
+    # One call: the master answers one at a time, and all nodes ask while a system starts.
+    given = rospy.get_param(prefix.rstrip("/"), {})
     values = {
-        name: _typed(prefix + name, rospy.get_param(prefix + name, default), type(default))
+        name: _typed(prefix + name, given.get(name, default), type(default))
         for name, default in _defaults(kind).items()
     }
     try:
@@ -42,21 +44,23 @@ def read(kind: type[Settings], namespace: str = "") -> Settings:
         raise ParameterError(f"{prefix}{error}") from None
 
 
-def refuse_unknown(kinds: Iterable[type], others: Iterable[str] = ()) -> None:
+def refuse_unknown(kinds: Iterable[type], others: Iterable[str] = (), node: str = "") -> None:
     """Refuse private parameters that nothing reads; most likely they are typos.
 
     Args:
         kinds: The classes of settings that this node reads.
         others: Names of the other private parameters that it reads.
+        node: The node's full name; by default this process's.
 
     Raises:
         ParameterError: There is one; the text names it and those that exist.
     """
     known = sorted({name for kind in kinds for name in _defaults(kind)} | set(others))
-    for name in rospy.get_param(rospy.get_name(), {}):
+    node = node or rospy.get_name()
+    for name in rospy.get_param(node, {}):
         if name not in known:
             allowed = ", ".join(known)
-            raise ParameterError(f"{rospy.get_name()}/{name} is unknown; allowed: {allowed}")
+            raise ParameterError(f"{node}/{name} is unknown; allowed: {allowed}")
 
 
 def text(name: str, default: str | None = None) -> str:
@@ -67,9 +71,10 @@ def text(name: str, default: str | None = None) -> str:
     return value
 
 
-def flag(name: str, *, default: bool) -> bool:
-    """Return a private parameter that is true or false."""
-    return bool(_typed(rospy.resolve_name(f"~{name}"), rospy.get_param(f"~{name}", default), bool))
+def flag(name: str, *, default: bool, node: str = "") -> bool:
+    """Return a private parameter, of this node or another, that is true or false."""
+    full = f"{node or rospy.get_name()}/{name}"
+    return bool(_typed(full, rospy.get_param(full, default), bool))
 
 
 def number(name: str, *, least: float, most: float, default: float | None = None) -> float:

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     "--robots",
     type=click.IntRange(min=2),
     metavar="N",
-    help="How large a fleet, for auction and hive.",
+    help="How large a fleet, for auction, hive and system.",
 )
 @pass_context
 def bench(context: CliContext, name: str | None, file: Path | None, **counts: int | None) -> None:
@@ -57,7 +57,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **counts: in
     \b
     Examples:
       hive bench
-      hive bench system --json system.json
+      hive bench system --robots 20 --json system.json
       hive bench failover --runs 20
       hive bench soak --minutes 30
       hive bench faults --schedules 10000

@@ -154,9 +154,15 @@ BENCHES: Mapping[str, Bench] = {
         option="minutes",
         own_master=True,
     ),
+    "start": Bench(
+        "from roslaunch to the first accepted task of 4 robots, and until 50 robots are up [s]",
+        "bench.start",
+        connects=True,
+    ),
     "system": Bench(
-        "CPU [s per s] and memory [GB] of four robots that all drive, without RViz, in real time",
+        "CPU [s per s] and memory [GB] of 4 robots, or --robots, that all drive, without RViz",
         "bench.system",
+        option="robots",
         connects=True,
     ),
 }

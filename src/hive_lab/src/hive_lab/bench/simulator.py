@@ -126,10 +126,10 @@ def run(connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]]) 
     figures, aims = measure_in_process(), AIMS | {"ros_4": _AIM}
     click.echo("the simulator alone, for a minute", err=True)
     figures |= _simulator_alone()
-    hive = system.run(connect, rtf=_RTF).figures
+    hive = system.measure(connect, rtf=_RTF)
     figures["speed_ros_4"] = hive["real_time_factor"]
     figures["ros_4"] = 1.0 / hive["real_time_factor"]
-    for name in ("driving_share", "collisions", "unanswered"):
+    for name in ("driving_share", "contacts", "unanswered"):
         figures[f"ros_4 {name}"] = hive[name]
     figures |= {f"ros_4 {name}": value for name, value in hive.items() if name.startswith("cpu")}
     return BenchResult(figures, aims)

@@ -23,25 +23,18 @@ from hive_common.ros.conversions import (
     transform_to_msg,
 )
 from hive_common.ros.inbox import Inbox
+from hive_common.ros.names import RobotNames, own_names
 from robot_navigation.localization.amcl_settings import WITHOUT_EFFECT, AmclSettings
 from robot_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
 from robot_navigation.localization.localizer import Localizer
 from robot_navigation.localization.odometry_history import OdometryHistory
 from robot_navigation.localization.particle_filter import ParticleFilter
-from robot_navigation.ros.startup import (
-    hive_and_robot,
-    read_model,
-    read_settings,
-    run_node,
-    wait_for_map,
-)
+from robot_navigation.ros.startup import read_model, read_settings, run_node, wait_for_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from nav_msgs.msg import OccupancyGrid
-
-    from robot_description.models import RobotModel
 
 MAP_FRAME = "map"
 
@@ -60,11 +53,19 @@ class Amcl:
     ROS Parameters: see config/amcl.yaml.
     """
 
-    def __init__(
-        self, name: str, model: RobotModel, settings: AmclSettings, chart: OccupancyGrid
-    ) -> None:
-        """Start at the initial pose of the settings, on a map whose origin is not rotated."""
-        self._odom_frame = f"{name}/odom"
+    def __init__(self, names: RobotNames, chart: OccupancyGrid) -> None:
+        """Start at the initial pose of the parameters, on a map whose origin is not rotated.
+
+        Raises:
+            ParameterError: A parameter is missing, unknown or has a value that is not allowed.
+        """
+        model = read_model(names)
+        base = "omni" if model.base.holonomic else "diff"
+        settings = read_settings(
+            AmclSettings, names.of("amcl"), WITHOUT_EFFECT, odom_model_type=base
+        )
+        self._names = names
+        self._odom_frame = f"{names.robot}/odom"
         self._tolerance = rospy.Duration.from_sec(settings.transform_tolerance)
         corner = chart.info.origin.position
         cells, origin = cells_from_msg(chart), (corner.x, corner.y)
@@ -81,16 +82,16 @@ class Amcl:
         """Localize until the node is shut down."""
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._poses = rospy.Publisher(
-            "amcl_pose", PoseWithCovarianceStamped, queue_size=1, latch=True
+            self._names.of("amcl_pose"), PoseWithCovarianceStamped, queue_size=1, latch=True
         )
-        self._cloud = rospy.Publisher("particlecloud", PoseArray, queue_size=1)
+        self._cloud = rospy.Publisher(self._names.of("particlecloud"), PoseArray, queue_size=1)
         topics: dict[str, tuple[type, Callable[..., None]]] = {
             "odom": (Odometry, self._drive),
             "scan": (numpy_msg(LaserScan), self._see),
             "initialpose": (PoseWithCovarianceStamped, self._restart_at),
         }
         for topic, (kind, handle) in topics.items():
-            rospy.Subscriber(topic, kind, self._later(handle), queue_size=5)
+            rospy.Subscriber(self._names.of(topic), kind, self._later(handle), queue_size=5)
         self._serve("global_localization", self._localizer.restart_anywhere)
         self._serve("request_nomotion_update", self._localizer.update_once)
         while not rospy.is_shutdown():
@@ -107,7 +108,7 @@ class Amcl:
             self._inbox.put(action)
             return EmptyResponse()
 
-        rospy.Service(name, Empty, called)
+        rospy.Service(self._names.of(name), Empty, called)
 
     def _restart_at(self, msg: PoseWithCovarianceStamped) -> None:
         frame = msg.header.frame_id.lstrip("/")
@@ -170,8 +171,5 @@ def main() -> int:
 
 
 def _run() -> None:
-    hive, name = hive_and_robot()
-    model = read_model()
-    base = "omni" if model.base.holonomic else "diff"
-    settings = read_settings(AmclSettings, WITHOUT_EFFECT, odom_model_type=base)
-    Amcl(name, model, settings, wait_for_map(f"{hive}map")).run()
+    names = own_names()
+    Amcl(names, wait_for_map(f"{names.hive}map")).run()

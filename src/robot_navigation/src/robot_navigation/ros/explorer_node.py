@@ -19,8 +19,9 @@ from hive_common.errors import HiveError
 from hive_common.pose import compose
 from hive_common.ros.conversions import map_from_msg, pose_from_msg, pose_from_transform
 from hive_common.ros.inbox import Inbox
+from hive_common.ros.names import own_names
 from robot_navigation.mapping.explorer import Explorer
-from robot_navigation.ros.startup import hive_and_robot, read_model, run_node
+from robot_navigation.ros.startup import read_model, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
 
 if TYPE_CHECKING:
@@ -157,6 +158,6 @@ def main() -> int:
 
 
 def _run() -> None:
-    hive, name = hive_and_robot()
-    base = read_model().base
-    ExplorerNode(hive, name, Explorer(base.circumscribed_radius, base.max_speed)).run()
+    names = own_names()
+    base = read_model(names).base
+    ExplorerNode(*names, Explorer(base.circumscribed_radius, base.max_speed)).run()

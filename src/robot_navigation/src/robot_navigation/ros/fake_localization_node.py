@@ -11,7 +11,8 @@ from nav_msgs.msg import Odometry
 
 from hive_common.pose import compose, inverse
 from hive_common.ros.conversions import pose_from_msg, transform_to_msg
-from robot_navigation.ros.startup import hive_and_robot, run_node
+from hive_common.ros.names import RobotNames, own_names
+from robot_navigation.ros.startup import run_node
 
 _TRANSFORM_PERIOD = 0.1
 _POSE_PERIOD = 0.2
@@ -20,21 +21,20 @@ _POSE_PERIOD = 0.2
 class FakeLocalization:
     """Compares the simulator's ground truth with the odometry; `initialpose` is not needed.
 
-    `name` is the robot's, the prefix of its frames.
-
     ROS Subscribers: `ground_truth`, `odom` (nav_msgs/Odometry).
     ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped, 5 Hz), tf from map to
         the robot's odom (10 Hz).
     """
 
-    def __init__(self, name: str) -> None:
-        self._odom_frame = f"{name}/odom"
+    def __init__(self, names: RobotNames) -> None:
+        self._odom_frame = f"{names.robot}/odom"
         self._transform_due = self._pose_due = 0.0
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._poses = rospy.Publisher(
-            "amcl_pose", PoseWithCovarianceStamped, queue_size=1, latch=True
+            names.of("amcl_pose"), PoseWithCovarianceStamped, queue_size=1, latch=True
         )
-        both = [message_filters.Subscriber(topic, Odometry) for topic in ("ground_truth", "odom")]
+        topics = [names.of(topic) for topic in ("ground_truth", "odom")]
+        both = [message_filters.Subscriber(topic, Odometry) for topic in topics]
         self._pairs = message_filters.TimeSynchronizer(both, queue_size=10)
         self._pairs.registerCallback(self._compare)
 
@@ -60,6 +60,5 @@ def main() -> int:
 
 
 def _run() -> None:
-    _, name = hive_and_robot()
-    FakeLocalization(name)
+    FakeLocalization(own_names())
     rospy.spin()

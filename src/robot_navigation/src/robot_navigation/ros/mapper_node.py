@@ -20,11 +20,12 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from hive_common.pose import Pose
 from hive_common.ros.conversions import map_msg, pose_from_msg, transform_to_msg
 from hive_common.ros.inbox import Inbox
+from hive_common.ros.names import own_names
 from robot_navigation.localization.odometry_history import OdometryHistory
 from robot_navigation.mapping.mapper import Beams, Mapper
 from robot_navigation.mapping.mapper_settings import WITHOUT_EFFECT, MapperSettings
 from robot_navigation.mapping.occupancy import OccupancyGrid
-from robot_navigation.ros.startup import hive_and_robot, read_model, read_settings, run_node
+from robot_navigation.ros.startup import read_model, read_settings, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
 
 MAP_FRAME = "map"
@@ -167,6 +168,6 @@ def main() -> int:
 
 
 def _run() -> None:
-    hive, name = hive_and_robot()
-    settings = read_settings(MapperSettings, WITHOUT_EFFECT)
-    MapperNode(hive, name, Pose(*read_model().laser.pose), settings).run()
+    names = own_names()
+    settings = read_settings(MapperSettings, without_effect=WITHOUT_EFFECT)
+    MapperNode(*names, Pose(*read_model(names).laser.pose), settings).run()

@@ -18,37 +18,27 @@ from move_base_msgs.msg import (
 )
 from nav_msgs.msg import Path as PathMsg
 from nav_msgs.srv import GetPlan, GetPlanResponse
-from robot_description.msg import Traffic
 
 from hive_common.pose import STOP, compose
 from hive_common.ros.conversions import (
-    grid_from_msg,
     path_to_msg,
     pose_from_msg,
     pose_to_msg,
     twist_from,
 )
-from hive_common.ros.inbox import Inbox
+from hive_common.ros.names import RobotNames, own_names
 from robot_navigation.control.goal_tracker import NavigationSettings
 from robot_navigation.control.navigator import Navigator
 from robot_navigation.control.pursuit_follower import PursuitFollower
-from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.planner import PlanError
-from robot_navigation.ros.conversions import traffic_to_msg
 from robot_navigation.ros.senses import Senses
-from robot_navigation.ros.startup import (
-    hive_and_robot,
-    read_model,
-    read_settings,
-    run_node,
-    wait_for_map,
-)
+from robot_navigation.ros.startup import read_model, read_settings, run_node
+from robot_navigation.ros.surroundings import Surroundings
 
 if TYPE_CHECKING:
     from nav_msgs.srv import GetPlanRequest
 
     from hive_common.pose import Pose, Velocity
-    from robot_description.models import RobotModel
     from robot_navigation.control.goal_tracker import GoalOutcome
     from robot_navigation.planning.path import Path
     from robot_navigation.traffic.right_of_way import Announcement
@@ -64,61 +54,55 @@ class MoveBase:
     """One robot's `move_base`.
 
     Callbacks only fill an inbox, which the control loop empties before each round, so the
-    Navigator needs no lock. `hive` is the hive's namespace and ends in a slash.
+    Navigator needs no lock. The constructor waits for the hive's map.
 
-    ROS Subscribers: `move_base_simple/goal` (geometry_msgs/PoseStamped), and those of `Senses`.
+    ROS Subscribers: `move_base_simple/goal` (geometry_msgs/PoseStamped), and those of `Senses` and
+        `Surroundings`.
     ROS Publishers: `cmd_vel` (geometry_msgs/Twist), `move_base/plan` (nav_msgs/Path, empty at
-        the end), `traffic` of the hive (robot_description/Traffic).
+        the end), and that of `Surroundings`.
     ROS Actions: `move_base` (move_base_msgs/MoveBaseAction); the result's text says why a goal was
         not reached.
     ROS Services: `move_base/make_plan` (nav_msgs/GetPlan).
     ROS Parameters: see config/move_base.yaml; `characteristics` of the robot.
+
+    Raises:
+        ParameterError: A parameter is missing, unknown or has a value that is not allowed.
+        rospy.ROSInterruptException: The node was shut down.
     """
 
-    def __init__(
-        self,
-        name: str,
-        hive: str,
-        model: RobotModel,
-        settings: NavigationSettings,
-        planner: OmplPlanner,
-    ) -> None:
+    def __init__(self, names: RobotNames, surroundings: Surroundings) -> None:
+        self._names = names
+        self._surroundings = surroundings
+        self._inbox = surroundings.inbox
+        settings = read_settings(NavigationSettings, names.of("move_base"))
+        model = read_model(names)
         self._settings = settings
-        self._planner = planner
-        self._inbox = Inbox()
-        base_frame = f"{name}/base_footprint"
-        self._senses = Senses(self._inbox, hive, _MAP_FRAME, base_frame, settings.senses_timeout)
+        self._planner = planner = surroundings.planner(model.base.circumscribed_radius)
+        self._senses = Senses(names, surroundings, _MAP_FRAME, settings.senses_timeout)
         follower = PursuitFollower(model.base)
-        self._navigator = Navigator(name, model, planner, follower, planner.field, settings)
+        self._navigator = Navigator(names.robot, model, planner, follower, planner.field, settings)
         self._last_velocity = STOP
         self._shown_path: Path | None = None
         self._announced_at = self._fed_back_at = self._blind_since = rospy.Time(0)
         # A simulator waits for commands that come once a period of simulated time.
         period = {"control_period": f"{1.0 / settings.control_rate:.6f}"}
-        self._cmd_vel = rospy.Publisher("cmd_vel", Twist, queue_size=1, headers=period)
-        self._plan = rospy.Publisher("move_base/plan", PathMsg, queue_size=1, latch=True)
-        self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
-        self._goals = rospy.Publisher("move_base/goal", MoveBaseActionGoal, queue_size=1)
-        self._server = actionlib.SimpleActionServer("move_base", MoveBaseAction, auto_start=False)
+        self._cmd_vel = rospy.Publisher(names.of("cmd_vel"), Twist, queue_size=1, headers=period)
+        self._plan = rospy.Publisher(names.of("move_base/plan"), PathMsg, queue_size=1, latch=True)
+        self._goals = rospy.Publisher(names.of("move_base/goal"), MoveBaseActionGoal, queue_size=1)
+        self._server = actionlib.SimpleActionServer(
+            names.of("move_base"), MoveBaseAction, auto_start=False
+        )
         self._server.register_goal_callback(lambda: self._inbox.put(self._take_goal))
         self._server.register_preempt_callback(lambda: self._inbox.put(self._preempt))
 
-    def run(self) -> None:
-        """Run the control loop until the node is shut down."""
+    def start(self) -> None:
+        """Serve, and join the control loop."""
         self._server.start()
-        rospy.Subscriber("move_base_simple/goal", PoseStamped, self._pass_on, queue_size=1)
-        rospy.Service("move_base/make_plan", GetPlan, self._make_plan)
+        simple_goal = self._names.of("move_base_simple/goal")
+        rospy.Subscriber(simple_goal, PoseStamped, self._pass_on, queue_size=1)
+        rospy.Service(self._names.of("move_base/make_plan"), GetPlan, self._make_plan)
         rospy.on_shutdown(lambda: self._cmd_vel.publish(Twist()))
-        rate = rospy.Rate(self._settings.control_rate)
-        while not rospy.is_shutdown():
-            self._inbox.empty()
-            self._round()
-            try:
-                rate.sleep()
-            except rospy.ROSTimeMovedBackwardsException:
-                continue
-            except rospy.ROSInterruptException:
-                return
+        self._surroundings.every(1 / self._settings.control_rate, self._round)
 
     def _round(self) -> None:
         now = rospy.Time.now()
@@ -128,7 +112,7 @@ class MoveBase:
             return
         self._blind_since = now
         self._navigator.stationary = self._senses.arm_at_work
-        heard = tuple(self._senses.heard.values())
+        heard = tuple(self._surroundings.heard.values())
         tick = self._navigator.tick(now.to_sec(), pose, ranges, heard)
         self._drive(tick.velocity)
         self._announce(now, tick.announcement)
@@ -154,7 +138,7 @@ class MoveBase:
         idle = self._navigator.path is None and self._navigator.goal is None
         if not idle or (now - self._announced_at).to_sec() >= _IDLE_PERIOD:
             self._announced_at = now
-            self._traffic.publish(traffic_to_msg(announcement, _MAP_FRAME))
+            self._surroundings.announce(announcement, _MAP_FRAME)
 
     def _show_path(self, now: rospy.Time) -> None:
         path = self._navigator.path
@@ -235,8 +219,7 @@ def main() -> int:
 
 
 def _run() -> None:
-    hive, name = hive_and_robot()
-    settings, model = read_settings(NavigationSettings), read_model()
-    grid = grid_from_msg(wait_for_map(f"{hive}map"))
-    planner = OmplPlanner(grid, model.base.circumscribed_radius)
-    MoveBase(name, hive, model, settings, planner).run()
+    names = own_names()
+    surroundings = Surroundings(names.hive)
+    MoveBase(names, surroundings).start()
+    surroundings.run()

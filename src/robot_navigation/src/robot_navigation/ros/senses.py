@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a robot's `move_base` senses and hears: pose, scan, the other robots, its own arm."""
+"""What a robot's `move_base` senses: pose, scan, its own arm."""
 
 from __future__ import annotations
 
@@ -9,45 +9,41 @@ import numpy as np
 import rospy
 import tf2_ros
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
-from robot_description.msg import Traffic
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 
 from hive_common.ros.conversions import pose_from_transform
-from robot_navigation.ros.conversions import traffic_from_msg
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.pose import Pose
-    from hive_common.ros.inbox import Inbox
-    from robot_navigation.traffic.right_of_way import Announcement
+    from hive_common.ros.names import RobotNames
+    from robot_navigation.ros.surroundings import Surroundings
 
 _AT_WORK = {GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING}
 
 
 class Senses:
-    """The latest of each, as the main thread has received it through the inbox.
+    """The latest of each, as the control loop has received it through the inbox.
 
-    Scans and transforms older than `timeout` [s] do not count. `hive` ends in a slash.
+    Scans and transforms older than `timeout` [s] do not count.
 
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `pick/status` (actionlib_msgs/
-        GoalStatusArray), `traffic` of the hive (robot_description/Traffic), tf.
+        GoalStatusArray), of the robot.
     """
 
     def __init__(
-        self, inbox: Inbox, hive: str, map_frame: str, base_frame: str, timeout: float
+        self, names: RobotNames, surroundings: Surroundings, map_frame: str, timeout: float
     ) -> None:
-        self.heard: dict[str, Announcement] = {}  # of every robot, this one included
         self.arm_at_work = False  # whether the robot is picking or placing
-        self._inbox = inbox
-        self._frames = map_frame, base_frame
+        self._inbox = surroundings.inbox
+        self._transforms = surroundings.transforms
+        self._frames = map_frame, f"{names.robot}/base_footprint"
         self._timeout = rospy.Duration.from_sec(timeout)
         self._scan: LaserScan | None = None
-        self._transforms = tf2_ros.Buffer(cache_time=rospy.Duration(5))
-        self._listener = tf2_ros.TransformListener(self._transforms)
-        rospy.Subscriber("scan", numpy_msg(LaserScan), self._see, queue_size=1)
-        rospy.Subscriber("pick/status", GoalStatusArray, self._feel, queue_size=1)
-        rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
+        self._scan_topic = names.of("scan")
+        rospy.Subscriber(self._scan_topic, numpy_msg(LaserScan), self._see, queue_size=1)
+        rospy.Subscriber(names.of("pick/status"), GoalStatusArray, self._feel, queue_size=1)
 
     def pose(self) -> Pose | None:
         """Return where the base is, frame map, or None without a recent transform."""
@@ -76,7 +72,7 @@ class Senses:
     def missing(self) -> str:
         """Return what is missing and what to do; empty if nothing is."""
         if self.ranges() is None:
-            return f"no recent scan on {rospy.resolve_name('scan')}: start the laser"
+            return f"no recent scan on {self._scan_topic}: start the laser"
         if self.pose() is None:
             parent, child = self._frames
             return f"no recent transform from {child} to {parent}: start the localization"
@@ -88,11 +84,3 @@ class Senses:
     def _feel(self, msg: GoalStatusArray) -> None:
         at_work = any(status.status in _AT_WORK for status in msg.status_list)
         self._inbox.put(lambda: setattr(self, "arm_at_work", at_work))
-
-    def _hear(self, msg: Traffic) -> None:
-        try:
-            announcement = traffic_from_msg(msg)
-        except ValueError as error:
-            rospy.logwarn_throttle_identical(10, str(error))
-            return
-        self._inbox.put(lambda: self.heard.update({announcement.name: announcement}))

@@ -18,6 +18,7 @@ from robot_description.models import RobotModel
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
+    from hive_common.ros.names import RobotNames
 
 Settings = TypeVar("Settings")
 
@@ -38,33 +39,17 @@ def run_node(name: str, run: Callable[[], None]) -> int:
     return 0
 
 
-def hive_and_robot() -> tuple[str, str]:
-    """Return the hive's namespace, which ends in a slash, and the robot's name below it.
-
-    Raises:
-        ParameterError: The node is not in a robot's namespace.
-    """
-    namespace = rospy.get_namespace()
-    name = namespace.strip("/").rpartition("/")[2]
-    if not name:
-        raise ParameterError(
-            "this node must run in its robot's namespace, for example robot1; "
-            "start it with roslaunch robot_navigation navigation.launch name:=robot1"
-        )
-    return namespace[: -len(name) - 1], name
-
-
-def read_model() -> RobotModel:
-    """Read the robot's model from its parameter `characteristics`.
+def read_model(names: RobotNames) -> RobotModel:
+    """Read a robot's model from its parameter `characteristics`.
 
     Raises:
         ParameterError: The parameter is missing, or holds something that is not allowed.
     """
     try:
-        return structure(rospy.get_param("characteristics", {}), RobotModel)
+        return structure(rospy.get_param(names.of("characteristics"), {}), RobotModel)
     except NotAllowedError as error:
         raise ParameterError(
-            f"{rospy.resolve_name('characteristics')}: {error}; "
+            f"{names.of('characteristics')}: {error}; "
             "load a robot model with roslaunch robot_description description.launch"
         ) from None
 
@@ -85,12 +70,16 @@ def wait_for_map(topic: str) -> OccupancyGrid:
 
 
 def read_settings(
-    kind: type[Settings], without_effect: Collection[str] = (), **defaults: object
+    kind: type[Settings],
+    node: str = "",
+    without_effect: Collection[str] = (),
+    **defaults: object,
 ) -> Settings:
-    """Read the private parameters of this node.
+    """Read the private parameters of a node.
 
     Args:
         kind: The dataclass of settings that has a field for each parameter.
+        node: The node's full name; by default this process's.
         without_effect: Other parameters that may be there; a warning names them.
         defaults: Values that replace defaults of `kind`.
 
@@ -98,7 +87,7 @@ def read_settings(
         ParameterError: A parameter is unknown or has a value that is not allowed.
     """
     types: dict[str, type] = {field.name: type(field.default) for field in fields(kind)}  # type: ignore[arg-type]  # a dataclass
-    for name, value in rospy.get_param(rospy.get_name(), {}).items():
+    for name, value in rospy.get_param(node or rospy.get_name(), {}).items():
         if name in without_effect:
             rospy.logwarn(f"parameter ~{name} of ROS's own node has no effect here")
             continue

@@ -24,8 +24,9 @@ from geometry_msgs.msg import Twist
 from hive_common.errors import HiveError
 from hive_common.pose import Velocity
 from hive_common.ros.conversions import twist_from
+from hive_common.ros.names import own_names
 from robot_navigation.mapping.teleop import HELP, Teleop
-from robot_navigation.ros.startup import hive_and_robot, read_model, run_node
+from robot_navigation.ros.startup import read_model, run_node
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,13 +42,13 @@ def main() -> int:
 
 
 def _run() -> None:
-    _, name = hive_and_robot()
-    base = read_model().base
+    names = own_names()
+    base = read_model(names).base
     if not sys.stdin.isatty():
         raise HiveError("teleop reads the keyboard; start it in a terminal, without a pipe")
     commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
     teleop = Teleop(base.max_speed, base.max_yaw_rate, holonomic=base.holonomic)
-    sys.stdout.write(f"{name}: {HELP}")
+    sys.stdout.write(f"{names.robot}: {HELP}")
     _show_speeds(teleop)
     with _single_keys():
         _drive(teleop, commands)

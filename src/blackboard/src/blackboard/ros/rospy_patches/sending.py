@@ -120,7 +120,8 @@ class Audience:
     to `bb_ack`. A subscriber that is not known as a member yet gets everything.
 
     Args:
-        node_of: Returns the name of the node that speaks for a robot; empty if unknown.
+        node_of: Returns the name of the node that speaks for a robot or a member; empty if
+            unknown.
 
     Attributes:
         speaks: The publisher to members; None if there is none.
@@ -137,9 +138,9 @@ class Audience:
     def tell(self, publisher: rospy.Publisher, message: object, to: Collection[str]) -> None:
         """Publish to some members, and to everyone who is not a member.
 
-        `to` holds names of nodes, which begin with a slash, or of robots.
+        `to` holds names of members, which begin with a slash, or of robots.
         """
-        nodes = {name if name.startswith("/") else self._node_of(name) for name in to if name}
+        nodes = {self._node(name) for name in to if name}
         impl = publisher.impl
         if "" in nodes or impl is None:
             publisher.publish(message)
@@ -151,6 +152,10 @@ class Audience:
             impl.publish(message, connection_override=_Several(chosen))
         finally:
             impl.release()
+
+    def _node(self, name: str) -> str:
+        """Return the node of a member or a robot; a member that shares no process is a node."""
+        return self._node_of(name) or (name if name.startswith("/") else "")
 
     def _known_members(self) -> frozenset[str]:
         """Return the names of the members; computed again only if rospy's connections changed."""

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Hosts several simulated robots in one process, with the names of nodes of their own.
+
+Topics, actions, services, parameters and frames are those of the nodes that `robot.launch` starts
+(docs/decisions/092); only the names of the nodes differ.
+"""
+
+from __future__ import annotations
+
+import functools
+import threading
+import traceback
+from typing import TYPE_CHECKING, Annotated
+
+import attrs
+import rospy
+import tf2_ros
+from geometry_msgs.msg import Pose2D, Quaternion, TransformStamped, Vector3
+from simenv.srv import Spawn
+
+from blackboard.ros.path_lengths import RosPathLengths
+from blackboard.ros.robot_node import read_stands_by, start_robot, topics_of
+from blackboard.ros.startup import run_node
+from blackboard.ros.talker import RosTalker
+from hive_common.errors import HiveError, ParameterError
+from hive_common.pose import Pose  # noqa: TC001  (structure reads it)
+from hive_common.ros.loopback import hear_own_topics
+from hive_common.ros.names import RobotNames
+from hive_common.structuring import NotAllowedError, one_of, structure
+from robot_description.joints import fixed_joints
+from robot_navigation.ros.amcl_node import Amcl
+from robot_navigation.ros.fake_localization_node import FakeLocalization
+from robot_navigation.ros.move_base_node import MoveBase
+from robot_navigation.ros.surroundings import Surroundings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from blackboard.domain.settings import PathSettings
+
+_SPAWN_WITHIN = 120.0
+"""Time to wait for the simulator [s, wall clock]."""
+
+
+@attrs.frozen(kw_only=True)
+class HostedRobot:
+    """One robot of the parameter `~robots`."""
+
+    name: str
+    model: str
+    pose: Pose  # where it starts, frame map
+    localization: Annotated[str, one_of("fake_localization", "amcl", "none")]
+
+
+def main() -> None:
+    """Run the robots until the node is shut down.
+
+    ROS Parameters: `~robots`, a list with name, model, pose and localization of each; those of
+        `robot_node`, `move_base` and `amcl` under the names that these nodes would have.
+    """
+    run_node("robot_host", _run)
+
+
+def _run() -> None:
+    hear_own_topics()
+    hive = rospy.get_namespace()
+    robots = _hosted()
+    names = {robot.name: RobotNames(hive, robot.name) for robot in robots}
+    _in_thread(lambda: _spawn(hive, robots))
+    broadcaster = tf2_ros.StaticTransformBroadcaster()
+    broadcaster.sendTransform([link for each in names.values() for link in _links(each)])
+    surroundings = Surroundings(hive)
+    for robot in robots:
+        if robot.localization == "fake_localization":
+            FakeLocalization(names[robot.name])
+        elif robot.localization == "amcl":
+            _in_thread(Amcl(names[robot.name], surroundings.chart()).run)
+    for each in names.values():
+        MoveBase(each, surroundings).start()
+    _in_thread(surroundings.run)
+    _join_hive(hive, list(names.values()))
+
+
+def _hosted() -> tuple[HostedRobot, ...]:
+    given = rospy.get_param("~robots", [])
+    try:
+        return structure(given, tuple[HostedRobot, ...])
+    except NotAllowedError as error:
+        raise ParameterError(f"{rospy.resolve_name('~robots')}: {error}") from None
+
+
+def _join_hive(hive: str, robots: Sequence[RobotNames]) -> None:
+    """Start the members of the robots, and run them until the node is shut down."""
+    talker = RosTalker(
+        hive,
+        topics_of(stands_by=any(map(read_stands_by, robots))),
+        [names.robot for names in robots],
+    )
+
+    @functools.cache
+    def lengths(settings: PathSettings) -> RosPathLengths:
+        return RosPathLengths(talker, hive, settings)
+
+    for robot in robots:
+        start_robot(talker, robot, lengths)
+    talker.spin()
+
+
+def _links(robot: RobotNames) -> list[TransformStamped]:
+    """Return the transforms between the links of a robot, none of which moves."""
+    transforms = []
+    for joint in fixed_joints(rospy.get_param(robot.of("robot_description"))):
+        transform = TransformStamped(child_frame_id=joint.child)
+        transform.header.frame_id, transform.header.stamp = joint.parent, rospy.Time.now()
+        transform.transform.translation = Vector3(*joint.position)
+        transform.transform.rotation = Quaternion(*joint.rotation)
+        transforms.append(transform)
+    return transforms
+
+
+def _spawn(hive: str, robots: Sequence[HostedRobot]) -> None:
+    """Put robots into the simulator, and end the process if it refuses one."""
+    service = f"{hive}simenv/spawn"
+    rospy.wait_for_service(service, _SPAWN_WITHIN)
+    for robot in robots:
+        answer = rospy.ServiceProxy(service, Spawn)(robot.name, robot.model, Pose2D(*robot.pose))
+        if not answer.success:
+            raise HiveError(answer.message)
+        rospy.loginfo(answer.message)
+
+
+def _in_thread(run: Callable[[], None]) -> None:
+    """Run something beside the main thread; an error in it ends the process."""
+
+    def run_to_the_end() -> None:
+        try:
+            run()
+        except rospy.ROSInterruptException:
+            return
+        except Exception as error:  # noqa: BLE001  (whatever it is, half a host is no use)
+            text = str(error) if isinstance(error, HiveError) else traceback.format_exc()
+            rospy.logfatal(text)
+            rospy.signal_shutdown(text)
+
+    threading.Thread(target=run_to_the_end, daemon=True).start()

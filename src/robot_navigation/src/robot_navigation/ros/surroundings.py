@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the robots of one process share: map and planners, transforms, traffic, the control loop.
+
+A process of one robot shares with nobody; one that hosts many (docs/decisions/092) reads /tf,
+`traffic` and the map once for all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import rospy
+import tf2_ros
+from robot_description.msg import Traffic
+
+from hive_common.ros.conversions import grid_from_msg
+from hive_common.ros.inbox import Inbox
+from robot_navigation.planning.ompl_planner import OmplPlanner
+from robot_navigation.ros.conversions import traffic_from_msg, traffic_to_msg
+from robot_navigation.ros.startup import wait_for_map
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from nav_msgs.msg import OccupancyGrid
+
+    from robot_navigation.traffic.right_of_way import Announcement
+
+
+class Surroundings:
+    """The world around the robots of this process.
+
+    Everything belongs to the thread that calls `run`; what comes in goes through `inbox`.
+
+    Attributes:
+        inbox: Actions for the control loop.
+        transforms: The transforms of the last five seconds.
+        heard: The latest announcement of every robot, those of this process included.
+
+    ROS Subscribers: `map` (nav_msgs/OccupancyGrid), `traffic` (robot_description/Traffic), of the
+        hive; tf.
+    ROS Publishers: `traffic`.
+    """
+
+    def __init__(self, hive: str) -> None:
+        """Listen; `hive` is the hive's namespace and ends in a slash."""
+        self.inbox = Inbox()
+        self.transforms = tf2_ros.Buffer(cache_time=rospy.Duration(5))
+        self.heard: dict[str, Announcement] = {}
+        self._hive = hive
+        self._chart: OccupancyGrid | None = None
+        self._planners: dict[float, OmplPlanner] = {}
+        self._rounds: list[_Rounds] = []
+        self._listener = tf2_ros.TransformListener(self.transforms)
+        self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
+        rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
+
+    def chart(self) -> OccupancyGrid:
+        """Return the map; wait for it the first time.
+
+        Raises:
+            rospy.ROSInterruptException: The node was shut down.
+        """
+        if self._chart is None:
+            self._chart = wait_for_map(f"{self._hive}map")
+        return self._chart
+
+    def planner(self, radius: float) -> OmplPlanner:
+        """Return the planner for robots of a radius [m]; wait for the map the first time.
+
+        Raises:
+            rospy.ROSInterruptException: The node was shut down.
+        """
+        if radius not in self._planners:
+            self._planners[radius] = OmplPlanner(grid_from_msg(self.chart()), radius)
+        return self._planners[radius]
+
+    def announce(self, announcement: Announcement, frame: str) -> None:
+        """Tell the robots of this process and all others what one of them is about to do."""
+        self.heard[announcement.name] = announcement
+        self._traffic.publish(traffic_to_msg(announcement, frame))
+
+    def _hear(self, msg: Traffic) -> None:
+        if msg._connection_header["callerid"] == rospy.get_name():  # noqa: SLF001  (rospy has no other way)
+            return
+        try:
+            announcement = traffic_from_msg(msg)
+        except ValueError as error:
+            rospy.logwarn_throttle_identical(10, str(error))
+            return
+        self.inbox.put(lambda: self.heard.update({announcement.name: announcement}))
+
+    def every(self, period: float, action: Callable[[], None]) -> None:
+        """Have the control loop do something repeatedly, first at once [s, ROS time]."""
+        self._rounds.append(_Rounds(period, action))
+
+    def run(self) -> None:
+        """Run the control loop until the node is shut down."""
+        while not rospy.is_shutdown():
+            self.inbox.empty()
+            for rounds in self._rounds:
+                rounds.call_if_due(rospy.get_time())
+            wait = min(rounds.due for rounds in self._rounds) - rospy.get_time()
+            try:
+                rospy.sleep(max(wait, 0.0))
+            except rospy.ROSTimeMovedBackwardsException:
+                continue
+            except rospy.ROSInterruptException:
+                return
+
+
+@dataclass
+class _Rounds:
+    period: float  # [s]
+    action: Callable[[], None]
+    due: float = 0.0  # when the next is due [s]
+
+    def call_if_due(self, now: float) -> None:
+        """Do a round if it is due; rounds that were missed are left out."""
+        if self.due - self.period <= now < self.due:
+            return
+        late = not self.due <= now < self.due + self.period
+        self.due = self.period + (now if late else self.due)
+        self.action()
