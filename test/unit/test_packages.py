@@ -96,7 +96,7 @@ def test_setup_installs_everything_that_is_imported_anywhere():
         line.partition("==")[0] for file in lists for line in file.read_text().splitlines()
     }
     ours = {package.name for package in PACKAGES}
-    ours |= {path.stem for path in ROOT.glob("test/rostest/*/*.py")}  # in folders on the path
+    ours |= {path.stem for path in ROOT.glob("test/rostest/**/*.py")}  # in folders on the path
     files = [*ROOT.glob("src/**/*.py"), *ROOT.glob("test/**/*.py"), *NODES]
     wanted = {
         root: DEPENDENCY.get(root, f"python3-{root.replace('_', '-')}")
