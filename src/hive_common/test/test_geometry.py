@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Polygon
 
-from hive_common.geometry import Footprint, Nearby
+from hive_common.geometry import Footprint
 from hive_common.pose import Pose, compose
 
 
@@ -39,22 +39,6 @@ def test_a_segment_inside_a_footprint_touches_it():
     footprint = Footprint([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 
     assert footprint.touches(Pose(0, 0, 0), np.array([[[0.1, 0.1], [0.2, 0.2]]]))
-
-
-def test_segments_within_reach_of_a_place_are_found_and_far_ones_are_not():
-    random = np.random.default_rng(5)
-    start = random.uniform(0, 50, (400, 1, 2))
-    segments = np.concatenate([start, start + random.uniform(-1, 1, (400, 1, 2))], axis=1)
-    near = Nearby(segments)
-    x, y = 20.3, 31.8
-
-    found = near.at(x, y, 3.0)
-
-    kept = {segment.tobytes() for segment in found}
-    for segment in segments:
-        if LineString(segment).distance(LineString([(x, y), (x, y)])) <= 3.0:
-            assert segment.tobytes() in kept
-    assert 0 < len(found) < 40
 
 
 def test_a_mounted_laser_turns_with_its_robot():

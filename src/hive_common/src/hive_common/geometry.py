@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Planar geometry: where is a corner, do two bodies touch, what is near.
+"""Planar geometry: where is a corner, do two bodies touch.
 
 Every solid is a set of segments, walls and footprints of robots alike, so the answers are exact.
 
@@ -22,16 +22,6 @@ Array: TypeAlias = NDArray[np.float64]  # numbers; each use states the shape
 Indices: TypeAlias = NDArray[np.intp]  # row numbers of another array
 
 NO_SEGMENTS: Array = np.empty((0, 2, 2))
-
-
-def cos_and_sin(angles: Array) -> tuple[Array, Array]:
-    """Return the cosines and sines of angles [rad], bit for bit the same in batches of any size.
-
-    With AVX-512, numpy 1.24 computes the columns of an array in ways that depend on its size and
-    differ in the last bit.
-    """
-    compact = np.ascontiguousarray(angles)
-    return np.cos(compact), np.sin(compact)
 
 
 def outline(corners: Array) -> Array:
@@ -57,17 +47,6 @@ def pass_through(ends: Array) -> NDArray[np.bool_]:
     beside = (level & (start >= 0)).any(axis=1)
     through: NDArray[np.bool_] = (np.maximum(enter, 0.0) < np.minimum(leave, 1.0)) & ~beside
     return through
-
-
-def distances(points: Array, segments: Array) -> Array:
-    """Return the distances (k,) of points (k, 2) from segments (k, 2, 2), pair by pair [m]."""
-    start = segments[:, 0]
-    along, off = segments[:, 1] - start, points - start
-    length = np.einsum("ij,ij->i", along, along)
-    share = np.einsum("ij,ij->i", along, off) / np.where(length > 0, length, 1.0)
-    x, y = (off - along * np.clip(share, 0.0, 1.0)[:, None]).T
-    found: Array = np.hypot(x, y)
-    return found
 
 
 class Footprint:
@@ -107,34 +86,3 @@ class Footprint:
     def touches(self, pose: Pose, segments: Array, margin: float = 0.0) -> bool:
         """Return whether any segment passes through the polygon; see `touched`."""
         return bool(self.touched(pose, segments, margin).any())
-
-
-REACH_STEP = 0.25  # reaches are rounded up to multiples of this, so that few tables are kept [m]
-
-
-class Nearby:
-    """Finds the segments near a place without checking all of them.
-
-    The plane is divided into squares of 1 m. The segments near a square are searched once, when
-    first asked for.
-    """
-
-    def __init__(self, segments: Array) -> None:
-        """Take segments (k, 2, 2) that do not move, frame map [m]."""
-        self._low = segments.min(axis=1)
-        self._high = segments.max(axis=1)
-        self._segments = segments
-        self._found: dict[tuple[int, int, int], Array] = {}
-
-    def at(self, x: float, y: float, reach: float) -> Array:
-        """Return the segments (k, 2, 2) within `reach` [m] of (x, y), and a few more."""
-        square = (math.floor(x), math.floor(y))
-        steps = math.ceil(reach / REACH_STEP)
-        key = (*square, steps)
-        if key not in self._found:
-            reach = steps * REACH_STEP
-            near = (self._low <= np.add(square, 1 + reach)) & (
-                self._high >= np.subtract(square, reach)
-            )
-            self._found[key] = self._segments[near.all(axis=1)]
-        return self._found[key]

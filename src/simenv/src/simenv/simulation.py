@@ -28,7 +28,7 @@ from simenv.bodies.contact import Contacts
 from simenv.bodies.pick import Arm, Stock
 from simenv.errors import ObstacleError, SpawnError, UnknownRobotError
 from simenv.noise import Noise, dice_of
-from simenv.sensors.laser import Scanner, take_scans
+from simenv.sensors.laser import Scanner, Scanners
 from simenv.world.surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -85,6 +85,7 @@ class Simulation:
         self._contacts = Contacts(self._surroundings)
         self._bodies = Bodies(self._contacts, self._noise)
         self._robots: dict[str, _Robot] = {}
+        self._mount()
         self._nanoseconds = 0
 
     @property
@@ -153,6 +154,7 @@ class Simulation:
             scanner=Scanner(model.laser, self._noise.laser, dice.laser),
             start=pose,
         )
+        self._mount()
 
     def _standing(self) -> dict[str, tuple[Footprint, Pose]]:
         """Return all robots' footprints and where they are."""
@@ -231,6 +233,7 @@ class Simulation:
         self._contacts.remove(name)
         self._bodies.remove(name)
         del self._robots[name]
+        self._mount()
 
     def set_command(self, name: str, vx: float = 0.0, vy: float = 0.0, wz: float = 0.0) -> None:
         """Command a robot's base to move; it stops by itself after `COMMAND_TIMEOUT`.
@@ -289,13 +292,13 @@ class Simulation:
 
     def scans(self, names: Sequence[str]) -> list[Array]:
         """Take a scan with each of some robots' lasers at once; see `scan`."""
-        return take_scans(
-            [self._robot(name).scanner for name in names],
-            [self._bodies.row(name) for name in names],
-            self._bodies.true,
-            self._contacts.footprints,
-            self._surroundings,
-        )
+        rows = [self._bodies.row(name) for name in names if self._robot(name)]
+        return self._scanners.take(rows, self._bodies.true, self._surroundings)
+
+    def _mount(self) -> None:
+        """Take note of all robots' scanners."""
+        scanners = [robot.scanner for robot in self._robots.values()]
+        self._scanners = Scanners(scanners, self._contacts.footprints)
 
     def _robot(self, name: str) -> _Robot:
         if name not in self._robots:

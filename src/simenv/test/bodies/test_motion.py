@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from robot_description.models import load_model
-from simenv.bodies.motion import accelerated, changes_of, limits_of, moved, within_limits
+from simenv.bodies.motion import MASS, accelerated, driven, limits_of, moved, within_limits
 
 MIR = load_model("mir100")  # differential
 YOUBOT = load_model("youbot")  # holonomic
@@ -53,7 +53,7 @@ def test_speed_changes_no_faster_than_the_acceleration_allows():
     still = np.zeros((2, 3))
     targets = np.array([[1.0, 0.0, 1.0], [0.3, 0.4, -1.0]])
 
-    after = accelerated(still, targets, changes_of(LIMITS, np.zeros(2), 0.1))
+    after = accelerated(still, targets, LIMITS, np.zeros(2), 0.1)
 
     assert after[0] == pytest.approx(
         [MIR.base.acceleration * 0.1, 0.0, MIR.base.yaw_acceleration * 0.1]
@@ -65,20 +65,19 @@ def test_speed_changes_no_faster_than_the_acceleration_allows():
 def test_speed_settles_exactly_on_what_is_commanded():
     velocities = np.zeros((2, 3))
     targets = np.array([[0.5, 0.0, -0.3], [0.1, -0.2, 0.3]])
-    changes = changes_of(LIMITS, np.zeros(2), 0.025)
     for _ in range(200):
-        velocities = accelerated(velocities, targets, changes)
+        velocities = accelerated(velocities, targets, LIMITS, np.zeros(2), 0.025)
 
     assert velocities == pytest.approx(targets)
 
 
 def test_a_robot_that_carries_its_own_mass_accelerates_half_as_fast():
     targets = np.ones((2, 3))
-    load = LIMITS.mass
+    loads = LIMITS[:, MASS].copy()
 
-    loaded = accelerated(np.zeros((2, 3)), targets, changes_of(LIMITS, load, 0.1))
+    loaded = accelerated(np.zeros((2, 3)), targets, LIMITS, loads, 0.1)
 
-    empty = accelerated(np.zeros((2, 3)), targets, changes_of(LIMITS, np.zeros(2), 0.1))
+    empty = accelerated(np.zeros((2, 3)), targets, LIMITS, np.zeros(2), 0.1)
     assert loaded == pytest.approx(empty / 2)
 
 
@@ -95,3 +94,28 @@ def test_a_sideways_shift_is_to_the_left_of_the_heading():
     pose = moved(np.array([[1.0, 1.0, math.pi / 2]]), np.array([[0.0, 0.5, 0.0]]))
 
     assert pose[0] == pytest.approx([0.5, 1.0, math.pi / 2])
+
+
+def test_wheels_without_grip_turn_and_the_base_stays_to_the_last_bit():
+    poses, commands = np.array([[1.1, 2.2, 3.1], [3.3, 4.4, -3.1]]), np.full((2, 3), 0.2)
+    obeys, grip = np.array([True, True]), np.array([0.0, 1.0])
+
+    _, shifts, after = driven(
+        poses, np.zeros((2, 3)), commands, obeys, LIMITS, np.zeros(2), grip, 0.1
+    )
+
+    assert (shifts[:, 0] > 0).all()
+    assert after[0].tobytes() == poses[0].tobytes()
+    assert after[1, 0] != poses[1, 0]
+
+
+def test_a_base_that_does_not_obey_brakes():
+    rolling, commands = np.full((2, 3), 0.3), np.full((2, 3), 0.3)
+    obeys, load = np.array([False, True]), np.zeros(2)
+
+    velocities, _, _ = driven(
+        np.zeros((2, 3)), rolling, commands, obeys, LIMITS, load, np.ones(2), 0.01
+    )
+
+    assert 0 < velocities[0, 0] < 0.3
+    assert velocities[1] == pytest.approx(rolling[1])

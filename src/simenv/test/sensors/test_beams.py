@@ -6,17 +6,34 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Polygon
 
-from hive_common.geometry import outline
+from hive_common.geometry import Footprint, outline
 from hive_common.pose import Pose
-from simenv.sensors.beams import Fan, cast
+from simenv.sensors.beams import Fan, Fans, cast
 
 SQUARE = np.array([[2.0, -1.0], [4.0, -1.0], [4.0, 1.0], [2.0, 1.0]])
 ROUND = Fan(-math.pi, math.tau / 720, 720)
 
 
+NOBODY = (np.zeros((0, 3)), np.zeros((0, 4, 2)), np.zeros(0), np.full(4, 9.0))
+
+
+def seen(fans, origins, segments, firsts, robots=NOBODY):
+    """Return what each of some scanners sees of the segments from its first one on."""
+    table = Fans(fans)
+    starts = np.cumsum([0, *(fan.number for fan in fans)])
+    reach = cast(
+        np.array(origins, dtype=float),
+        np.arange(len(fans)),
+        starts,
+        (table.spreads, table.numbers, table.places, table.directions),
+        (np.ascontiguousarray(segments), np.array(firsts)),
+        robots,
+    )
+    return [reach[a:b] for a, b in itertools.pairwise(starts)]
+
+
 def ranges(origin, fan, segments):
-    owners = np.zeros(len(segments), dtype=int)
-    return cast([fan], np.array([origin]), segments, owners)[0]
+    return seen([fan], [origin], segments, [0, len(segments)])[0]
 
 
 def test_a_beam_reaches_to_the_near_side_of_what_it_hits():
@@ -89,18 +106,39 @@ def test_many_scanners_at_once_see_what_each_would_see_alone():
     squares = [outline(SQUARE * 0.3 + random.uniform(-6, 6, 2)) for _ in range(40)]
     segments = np.concatenate(squares)
     everywhere = np.tile(segments, (3, 1, 1))  # the third scanner has nothing near it
-    owners = np.repeat([0, 1, 3], len(segments))
+    firsts = np.array([0, 1, 2, 2, 3]) * len(segments)
 
-    reach, starts = cast(fans, origins, everywhere, owners)
+    reach = seen(fans, origins, everywhere, firsts)
 
-    seen = [reach[a:b] for a, b in itertools.pairwise(starts)]
     for scanner in (0, 1, 3):
         expected = by_the_formula(fans[scanner], origins[scanner], segments)
         alone = ranges(origins[scanner], fans[scanner], segments)
-        assert np.array_equal(np.isinf(seen[scanner]), np.isinf(expected))
-        assert seen[scanner] == pytest.approx(expected)
-        assert seen[scanner].tobytes() == alone.tobytes()
-    assert np.isinf(seen[2]).all()
+        assert np.array_equal(np.isinf(reach[scanner]), np.isinf(expected))
+        assert reach[scanner] == pytest.approx(expected)
+        assert reach[scanner].tobytes() == alone.tobytes()
+    assert np.isinf(reach[2]).all()
+
+
+def test_other_robots_are_seen_as_their_outlines_are_and_only_within_reach():
+    random = np.random.default_rng(4)
+    poses = random.uniform((-5, -5, -4), (5, 5, 4), (30, 3))
+    fans, origins = [ROUND, Fan(-2.0, 4.0 / 541, 541)], poses[:2]
+    near = np.hypot(*(poses[:, None, :2] - origins[:, :2]).T) <= 3.5 + 0.5
+    near[[0, 1], [0, 1]] = False
+    points = np.tile(SQUARE * [0.2, 0.3] - [0.6, 0.0], (30, 1, 1))
+    outlines = [outline(Footprint(points[0]).at(Pose(*pose))) for pose in poses]
+
+    taken = seen(
+        fans, origins, np.empty((0, 2, 2)), [0, 0, 0],
+        (poses, points, np.full(30, 0.5), np.full(30, 3.5)),
+    )  # fmt: skip
+
+    for scanner in (0, 1):
+        edges = np.concatenate([outlines[other] for other in near[scanner].nonzero()[0]])
+        expected = by_the_formula(fans[scanner], origins[scanner], edges)
+        assert np.isfinite(expected).sum() > 40
+        assert np.array_equal(np.isinf(taken[scanner]), np.isinf(expected))
+        assert taken[scanner] == pytest.approx(expected)
 
 
 def test_a_segment_behind_a_scanner_that_looks_ahead_is_not_seen_at_its_edges():

@@ -1,196 +1,233 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How far robots can go in a step until something stops them.
 
-In most steps most robots run into nothing. `clearance` knows most of these without a check, and
-one check of the rest finds the others. The remaining robots move one after the other, each as far
-as it can among those that moved before it; robots too far apart to matter move together.
+In most steps most robots run into nothing, wherever the others go in the step. These move at once.
+The remaining robots move one after the other, each as far as it can among those that moved before.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+import math
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from hive_common.pose import Pose
-from simenv.bodies.clearance import Clearance
-from simenv.bodies.footprints import Footprints
-from simenv.world.surroundings import Near
+from hive_common.compiled import compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array, Indices
-    from simenv.world.surroundings import Surroundings
+
+    Shapes: TypeAlias = tuple[Array, Array, Array]  # points, lines and radii of `Footprints`
+    Around: TypeAlias = tuple[Array, Indices, Indices]  # the fields of `Near`, for each robot
 
 CLOSE = 1 / 64  # a step that is cut short ends before the contact, within this share of its length
 
 
-class Stop(NamedTuple):
-    """A robot that something stopped."""
+@compiled()
+def _crosses(lines: Array, margin: float, ax: float, ay: float, bx: float, by: float) -> bool:
+    """Return whether a segment a-b crosses a convex polygon (Cyrus and Beck's clipping, 1978).
 
-    row: int  # the robot
-    thing: int  # what stopped it: a number of `Near.things`; robots follow after the obstacles
-    pose: Pose  # where it was stopped, frame map
-
-
-class Advance:
-    """Moves n robots; row i of every array belongs to robot i."""
-
-    def __init__(self, surroundings: Surroundings) -> None:
-        """Begin without robots."""
-        self._surroundings = surroundings
-        self._clearance = Clearance(surroundings)
-        self._all = Footprints([])
-
-    def begin(self, footprints: Footprints) -> None:
-        """Begin with these robots."""
-        self._all = footprints
-        self._clearance.begin(footprints.radii)
-
-    def step(
-        self, poses: Array, ahead: Array, ways: Array, turns: Array
-    ) -> tuple[Array, Array, list[Stop]]:
-        """Move all robots as far as they can go; see `Contacts.advance`.
-
-        Returns:
-            Poses (n, 3) after the step, frame map; shares (n,) of the step done; and the stops, in
-            the order of the robots.
-        """
-        shares = np.ones(len(poses))
-        swings = ways + self._all.radii * turns
-        rows = self._clearance.doubtful(poses, ways, swings)
-        if len(rows):
-            rows = rows[self._perhaps_met(rows, poses, ahead, swings)]
-        stops: list[Stop] = []
-        reached = ahead
-        if len(rows):
-            reached = ahead.copy()
-            reached[rows] = poses[rows]
-            for batch in self._batches(rows, poses, swings):
-                stops += self._push(batch, ahead[batch], ways[batch], reached, shares)
-        return reached, shares, sorted(stops, key=lambda stop: stop[:2])
-
-    def within(self, rows: Indices, poses: Array, margin: float) -> list[set[int]]:
-        """Return what would touch the robots `rows` (k,) if they were larger by `margin` [m].
-
-        The things are numbered as in `Stop.thing`; `poses` (n, 3) is where all robots stand.
-        """
-        near = self._near(rows, poses[rows], self._all.radii[rows] + margin, poses)
-        met = self._touched(rows, poses[rows], near, margin)
-        return [set(near.things[met & (near.places == i)].tolist()) for i in range(len(rows))]
-
-    def _perhaps_met(
-        self, rows: Indices, poses: Array, ahead: Array, swings: Array
-    ) -> NDArray[np.bool_]:
-        """Return (k,) which of some robots may touch something; the others surely do not.
-
-        The others may move meanwhile, each at most by the length of its step. By so much the first
-        robot counts as larger.
-        """
-        radii, corners = self._all.radii, self._all.corners
-        places = ahead[rows]
-        who, others = self._pairs(rows, places, poses, radii[rows], radii + swings)
-        segments, owners, _ = self._surroundings.near(places, radii[rows])
-        margins = np.zeros(len(owners))
-        if len(who):
-            edges = self._all.outlines(others, poses[others]).reshape(-1, 2, 2)
-            segments = np.concatenate([segments, edges])
-            owners = np.concatenate([owners, who.repeat(corners)])
-            margins = np.concatenate([margins, swings[others].repeat(corners)])
-        met = self._all.touched(rows[owners], places[owners], segments, margins)
-        return np.bincount(owners[met], minlength=len(rows)) > 0
-
-    def _pairs(
-        self, rows: Indices, places: Array, poses: Array, reaches: Array, sizes: Array
-    ) -> tuple[Indices, Indices]:
-        """Return pairs of one of k places, `reaches` [m] large, and another robot near it."""
-        x, y = (places[:, None, :2] - poses[:, :2]).transpose(2, 0, 1)
-        near = np.hypot(x, y) <= reaches[:, None] + sizes
-        near[np.arange(len(rows)), rows] = False
-        who, others = near.nonzero()
-        return who, others
-
-    def _near(self, rows: Indices, places: Array, reaches: Array, poses: Array) -> Near:
-        """Return what is within `reaches` (k,) [m] of k places, and some more.
-
-        Args:
-            rows: (k,) the robots that are or will be there, which do not count.
-            places: (k, 3) frame map.
-            reaches: (k,) [m]
-            poses: (n, 3) where all robots stand, frame map.
-        """
-        found = self._surroundings.near(places, reaches)
-        who, others = self._pairs(rows, places, poses, reaches, self._all.radii)
-        if not len(who):
-            return found
-        corners = self._all.corners
-        first = 1 + len(self._surroundings.obstacles.now)
-        return Near(
-            np.concatenate(
-                [found.segments, self._all.outlines(others, poses[others]).reshape(-1, 2, 2)]
-            ),
-            np.concatenate([found.places, who.repeat(corners)]),
-            np.concatenate([found.things, (others + first).repeat(corners)]),
-        )
-
-    def _touched(
-        self, rows: Indices, places: Array, near: Near, margin: float = 0.0
-    ) -> NDArray[np.bool_]:
-        """Return which segments near k robots touch them at `places` (k, 3)."""
-        owners = near.places
-        margins = np.full(len(owners), margin)
-        return self._all.touched(rows[owners], places[owners], near.segments, margins)
-
-    def _batches(self, rows: Indices, poses: Array, swings: Array) -> list[Indices]:
-        """Group robots (k,) so that each moves after the near ones before it in the list."""
-        if len(rows) == 1:
-            return [rows]
-        reach = self._all.radii[rows] + swings[rows]
-        x, y = (poses[rows, None, :2] - poses[rows, :2]).transpose(2, 0, 1)
-        before = np.tril(np.hypot(x, y) <= reach[:, None] + reach, -1)
-        turns = np.zeros(len(rows), dtype=int)
-        for i in before.any(axis=1).nonzero()[0]:
-            turns[i] = 1 + turns[before[i]].max()
-        return [rows[turns == turn] for turn in range(turns.max() + 1)]
-
-    def _push(
-        self, rows: Indices, ahead: Array, ways: Array, reached: Array, shares: Array
-    ) -> list[Stop]:
-        """Move robots that are not near each other as far as they can go.
-
-        Args:
-            rows: (k,) the robots.
-            ahead: (k, 3) poses after the full step.
-            ways: (k,) how far that is [m].
-            reached: (n, 3) poses of all robots; updated.
-            shares: (n,) shares of the step done; updated.
-        """
-        start = reached[rows]
-        near = self._near(rows, ahead, self._all.radii[rows] + ways, reached)
-        met = self._touched(rows, ahead, near)
-        stopped = np.bincount(near.places[met], minlength=len(rows)) > 0
-        free, blocked = np.where(stopped, 0.0, 1.0), np.ones(len(rows))
-        probe = np.full(len(rows), CLOSE)  # a robot that pushes on gets no farther
-        while (unsure := blocked - free > CLOSE).any():
-            met_there = self._touched(rows, _between(start, ahead, probe), near)
-            blocks = unsure & (np.bincount(near.places[met_there], minlength=len(rows)) > 0)
-            met = np.where(blocks[near.places], met_there, met)
-            blocked = np.where(blocks, probe, blocked)
-            free = np.where(unsure & ~blocks, probe, free)
-            probe = (free + blocked) / 2
-        reached[rows] = np.where(stopped[:, None], _between(start, ahead, free), ahead)
-        shares[rows] = free
-        return [
-            Stop(int(rows[i]), thing, Pose(*reached[rows[i]].tolist()))
-            for i in stopped.nonzero()[0]
-            for thing in np.unique(near.things[met & (near.places == i)]).tolist()
-        ]
+    A segment along an edge does not. `lines` (corners, 3) are those of `Footprints`, moved
+    outwards by `margin` [m]; the segment is in the frame of the footprint [m].
+    """
+    enter, leave = 0.0, 1.0
+    for k in range(len(lines)):
+        start = lines[k, 0] * ax + lines[k, 1] * ay - lines[k, 2] - margin
+        end = lines[k, 0] * bx + lines[k, 1] * by - lines[k, 2] - margin
+        if start >= 0 and end >= 0:
+            return False
+        if start > end:
+            enter = max(enter, start / (start - end))
+        elif end > start:
+            leave = min(leave, start / (start - end))
+    return enter < leave
 
 
-def _between(start: Array, end: Array, shares: Array) -> Array:
-    """Return the poses (k, 3) at `shares` (k,) of the way; yaws take the shorter turn."""
-    way = end - start
-    way[:, 2] = np.remainder(way[:, 2] + np.pi, 2 * np.pi) - np.pi
-    found: Array = start + shares[:, None] * way
+@compiled()
+def _touches(
+    row: int,
+    pose: Array,
+    poses: Array,
+    margins: Array,
+    shapes: Shapes,
+    around: Around,
+    touched: NDArray[np.bool_],
+) -> bool:
+    """Return whether a robot touches something at a pose, and mark in `touched` what.
+
+    Args:
+        row: The robot.
+        pose: (3,) frame map.
+        poses: (n, 3) where the other robots are.
+        margins: (n,) by how much the robot counts as larger against each other robot; that of its
+            own row holds against everything else [m].
+        shapes: Of all robots.
+        around: What is near each robot.
+        touched: One for each thing; the robots are the last n. Updated.
+    """
+    points, lines, radii = shapes
+    segments, things, starts = around
+    touched[:] = False
+    found = False
+    x, y, cos, sin = pose[0], pose[1], math.cos(pose[2]), math.sin(pose[2])
+    for k in range(starts[row], starts[row + 1]):
+        ax, ay = segments[k, 0, 0] - x, segments[k, 0, 1] - y
+        bx, by = segments[k, 1, 0] - x, segments[k, 1, 1] - y
+        ax, ay = cos * ax + sin * ay, cos * ay - sin * ax
+        bx, by = cos * bx + sin * by, cos * by - sin * bx
+        if _crosses(lines[row], margins[row], ax, ay, bx, by):
+            found = touched[things[k]] = True
+    for other in range(len(poses)):
+        dx, dy = poses[other, 0] - x, poses[other, 1] - y
+        reach = radii[row] + radii[other] + margins[other]
+        if other == row or dx * dx + dy * dy > reach * reach:
+            continue
+        ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
+        turned = poses[other, 2] - pose[2]
+        cos_turned, sin_turned = math.cos(turned), math.sin(turned)
+        bx = by = 0.0
+        for corner in range(-1, points.shape[1]):
+            px, py = points[other, corner, 0], points[other, corner, 1]
+            ax, ay = bx, by
+            bx = ahead + cos_turned * px - sin_turned * py
+            by = left + sin_turned * px + cos_turned * py
+            if corner >= 0 and _crosses(lines[row], margins[other], ax, ay, bx, by):
+                found = touched[len(touched) - len(poses) + other] = True
+                break
     return found
+
+
+@compiled()
+def _between(start: Array, end: Array, share: float) -> Array:
+    """Return the pose at a share of the way; the yaw takes the shorter turn."""
+    way = end - start
+    way[2] -= 2 * math.pi * math.floor(way[2] / (2 * math.pi) + 0.5)
+    return start + share * way
+
+
+@compiled()
+def _held(
+    poses: Array,
+    ahead: Array,
+    swings: Array,
+    shapes: Shapes,
+    around: Around,
+    touched: NDArray[np.bool_],
+) -> Indices:
+    """Return (k,) which robots may touch something in a step; the others surely do not.
+
+    Every other robot may be anywhere in its step, so against it the first counts as larger by its
+    swing. See `advance` for the arguments.
+    """
+    margins = swings.copy()
+    is_held = np.zeros(len(poses), dtype=np.bool_)
+    for i in range(len(poses)):
+        if swings[i] > 0:
+            margins[i] = 0.0
+            is_held[i] = _touches(i, ahead[i], poses, margins, shapes, around, touched)
+            margins[i] = swings[i]
+    return is_held.nonzero()[0]
+
+
+@compiled()
+def _free(
+    row: int,
+    ahead: Array,
+    poses: Array,
+    margins: Array,
+    shapes: Shapes,
+    around: Around,
+    touched: NDArray[np.bool_],
+) -> float:
+    """Return what share of the way to `ahead` a robot can go, with all robots at `poses`.
+
+    See `_touches` for the others; `touched` says what it touches ahead, and then what stops it.
+    """
+    free, blocked, probe = 0.0, 1.0, CLOSE  # a robot that pushes on gets no farther
+    found = np.empty_like(touched)
+    while blocked - free > CLOSE:
+        pose = _between(poses[row], ahead, probe)
+        if _touches(row, pose, poses, margins, shapes, around, found):
+            blocked = probe
+            touched[:] = found
+        else:
+            free = probe
+        probe = (free + blocked) / 2
+    return free
+
+
+@compiled()
+def _with_fresh(pairs: Indices, stops: Indices) -> Indices:
+    """Return `pairs` (p, 2) and behind them those of `stops` (k, 2) that are new, once each."""
+    every = np.concatenate((pairs, stops))
+    count = len(pairs)
+    for stop in stops:
+        is_fresh = True
+        for a, b in every[:count]:
+            if (stop[0] == a and stop[1] == b) or (stop[0] == b and stop[1] == a):
+                is_fresh = False  # two robots have one contact, whoever moved
+        if is_fresh:
+            every[count] = stop
+            count += 1
+    return every[:count]
+
+
+@compiled(
+    "Tuple((float64[:, ::1], float64[::1], int64[:, ::1], boolean[::1]))(float64[:, ::1],"
+    " float64[:, ::1], float64[::1],"
+    " Tuple((float64[:, :, ::1], float64[:, :, ::1], float64[::1])),"
+    " Tuple((float64[:, :, ::1], int64[::1], int64[::1])), int64, int64[:, ::1], float64)"
+)
+def advance(
+    poses: Array,
+    ahead: Array,
+    swings: Array,
+    shapes: Shapes,
+    around: Around,
+    number: int,
+    pairs: Indices,
+    gap: float,
+) -> tuple[Array, Array, Indices, NDArray[np.bool_]]:
+    """Move n robots as far as they can go.
+
+    Args:
+        poses: (n, 3) where they stand, frame map.
+        ahead: (n, 3) where they want to be.
+        swings: (n,) how far anything on them goes until there, at most [m].
+        shapes: Of all robots.
+        around: What is near each robot anywhere in the step.
+        number: Of things besides robots; robot i is the thing `number` + i.
+        pairs: (p, 2) robots, as things, and what they touched before; -1 is gone.
+        gap: A contact that has this much room ends [m].
+
+    Returns:
+        Poses (n, 3) after the step; shares (n,) of the step done, 1 where nothing stopped the
+        robot; new pairs (k, 2), in ascending order; and which of all p + k pairs touch now.
+    """
+    margins = np.zeros(len(poses))
+    touched = np.zeros(number + len(poses), dtype=np.bool_)
+    held = _held(poses, ahead, swings, shapes, around, touched)
+    reached, shares = ahead.copy(), np.ones(len(poses))
+    for i in held:
+        reached[i] = poses[i]
+    stops = np.empty((len(held) * len(touched), 2), dtype=np.int64)
+    count = 0
+    for i in held:
+        if not _touches(i, ahead[i], reached, margins, shapes, around, touched):
+            reached[i] = ahead[i]
+            continue
+        shares[i] = _free(i, ahead[i], reached, margins, shapes, around, touched)
+        reached[i] = _between(poses[i], ahead[i], shares[i])
+        for thing in touched.nonzero()[0]:
+            stops[count, 0], stops[count, 1] = number + i, thing
+            count += 1
+    margins[:] = gap
+    every = _with_fresh(pairs, stops[:count])
+    touching = np.zeros(len(every), dtype=np.bool_)
+    for k in range(len(every)):
+        robot, thing = every[k, 0] - number, every[k, 1]
+        _touches(robot, reached[robot], reached, margins, shapes, around, touched)
+        touching[k] = thing >= 0 and touched[thing]
+    return reached, shares, every[len(pairs) :], touching

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_common.pose import Pose
-from simenv.bodies.motion import accelerated, changes_of, limits_of, moved, within_limits
+from simenv.bodies.motion import driven, limits_of, moved
 from simenv.bodies.wheels import Wheels
 from simenv.errors import CommandError
 
@@ -42,10 +42,6 @@ class Bodies:
         self._grip = np.zeros(0)
         self._frozen = np.zeros(0, dtype=bool)
         self._poses: dict[str, Pose] | None = {}
-        self._targets = NOTHING
-        self._oldest = -math.inf
-        self._loaded: tuple[Sequence[float], float] | None = None
-        self._changes = np.zeros((2, 0))
 
     @property
     def true(self) -> Array:
@@ -96,15 +92,14 @@ class Bodies:
     def _count(self) -> None:
         self._rows = {name: row for row, name in enumerate(self.names)}
         self._limits = limits_of(self._models)
-        self._poses = self._loaded = None
-        self._oldest = -math.inf
+        self._poses = None
 
     def put_back(self, name: str, pose: Pose) -> None:
         """Put a base at rest at a pose, with its odometry at zero as after switching on."""
         row = self._rows[name]
         self._true[row] = pose
         self._velocities[row] = self._odometry[row] = self._commands[row] = 0.0
-        self._commanded_at[row] = self._oldest = -math.inf
+        self._commanded_at[row] = -math.inf
         self._poses = None
 
     def slip(self, name: str, share: float) -> None:
@@ -117,7 +112,6 @@ class Bodies:
         """Make a base stop at once and ignore commands, or release it."""
         row = self._rows[name]
         self._frozen[row] = is_frozen
-        self._oldest = -math.inf
         if is_frozen:
             self._velocities[row] = 0.0
 
@@ -137,38 +131,29 @@ class Bodies:
         row = self._rows[name]
         self._commands[row] = speed
         self._commanded_at[row] = time
-        self._oldest = -math.inf
 
     def step(self, time: float, loads: Sequence[float], dt: float) -> None:
         """Move all bases for `dt` [s] from `time` [s], with loads (n,) on board [kg]."""
-        if time - self._oldest >= COMMAND_TIMEOUT:
-            self._listen(time)
-        if not (self._velocities.any() or self._targets.any()):
+        obeys = (time - self._commanded_at < COMMAND_TIMEOUT) & ~self._frozen
+        if not (obeys.any() or self._velocities.any()):
             return
-        if self._loaded != (loads, dt):
-            self._loaded = (loads, dt)
-            self._changes = changes_of(self._limits, np.array(loads), dt)
-        self._velocities = accelerated(self._velocities, self._targets, self._changes)
-        driven = self._velocities * dt
-        ways, turns = np.hypot(driven[:, 0], driven[:, 1]), np.abs(driven[:, 2])
-        ahead = moved(self._true, driven * self._grip[:, None])
-        standing = ways + turns == 0
-        if standing.any():
-            ahead[standing] = self._true[standing]
-        self._true, shares = self._contacts.advance(self._true, ahead, ways, turns)
+        self._velocities, shifts, ahead = driven(
+            self._true,
+            self._velocities,
+            self._commands,
+            obeys,
+            self._limits,
+            np.array(loads),
+            self._grip,
+            dt,
+        )
+        self._true, shares = self._contacts.advance(self._true, ahead, shifts)
         self._poses = None
         stopped = shares < 1.0
         if stopped.any():
             self._velocities[stopped] = 0.0
-            driven, ways, turns = driven * shares[:, None], ways * shares, turns * shares
-        self._odometry = moved(self._odometry, self._wheels.felt(driven, ways, turns))
-
-    def _listen(self, time: float) -> None:
-        """Work out the commands that hold now, and when the next of them expires."""
-        heard = (time - self._commanded_at < COMMAND_TIMEOUT) & ~self._frozen
-        self._targets = within_limits(self._commands * heard[:, None], self._limits)
-        # No command expires before the oldest one.
-        self._oldest = self._commanded_at[heard].min(initial=math.inf)
+            shifts *= shares[:, None]
+        self._odometry = moved(self._odometry, self._wheels.felt(shifts))
 
     def velocity(self, name: str) -> tuple[float, float, float]:
         """Return the velocity of a base in its own frame (vx, vy, wz) [m/s, m/s, rad/s]."""

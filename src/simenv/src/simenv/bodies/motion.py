@@ -7,97 +7,147 @@ All robots at once: row i of every array belongs to robot i. A velocity is (vx, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_common.geometry import cos_and_sin
+from hive_common.compiled import compiled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from hive_common.geometry import Array
     from robot_description.models import RobotModel
 
+SPEED, DIAGONAL, SIDEWAYS, YAW_RATE, ACCELERATION, YAW_ACCELERATION, MASS = range(7)
+"""Columns of the limits of bases:
 
-@dataclass(frozen=True)
-class Limits:
-    """Limits of n bases; arrays (n,)."""
-
-    speed: Array  # top speed along x [m/s]
-    diagonal: Array  # top speed along a diagonal [m/s]
-    sideways: Array  # 1 for a base that can move along y, else 0
-    yaw_rate: Array  # [rad/s]
-    acceleration: Array  # of the robot without load, also its deceleration [m/s^2]
-    yaw_acceleration: Array  # [rad/s^2]
-    mass: Array  # of the robot without load [kg]
+- top speeds along x and along a diagonal [m/s],
+- 1 for a base that can move along y, else 0,
+- the top yaw rate [rad/s],
+- the acceleration without load [m/s^2], also the deceleration, and that of turning [rad/s^2],
+- the mass without load [kg].
+"""
 
 
-def limits_of(models: Sequence[RobotModel]) -> Limits:
-    """Return the limits of these robots' bases."""
-    bases = [model.base for model in models]
-    return Limits(
-        speed=np.array([base.max_speed for base in bases]),
-        diagonal=np.array([base.max_speed_diagonal or base.max_speed for base in bases]),
-        sideways=np.array([float(base.max_speed_diagonal is not None) for base in bases]),
-        yaw_rate=np.array([base.max_yaw_rate for base in bases]),
-        acceleration=np.array([base.acceleration for base in bases]),
-        yaw_acceleration=np.array([base.yaw_acceleration for base in bases]),
-        mass=np.array([base.mass for base in bases]),
-    )
+def limits_of(models: Sequence[RobotModel]) -> Array:
+    """Return the limits (n, 7) of these robots' bases."""
+    limits = [
+        (
+            base.max_speed,
+            base.max_speed_diagonal or base.max_speed,
+            float(base.max_speed_diagonal is not None),
+            base.max_yaw_rate,
+            base.acceleration,
+            base.yaw_acceleration,
+            base.mass,
+        )
+        for base in (model.base for model in models)
+    ]
+    return np.array(limits).reshape(-1, 7)
 
 
-def within_limits(commands: Array, limits: Limits) -> Array:
+@compiled("float64[:, ::1](float64[:, ::1], float64[:, ::1])")
+def within_limits(commands: Array, limits: Array) -> Array:
     """Return the velocities (n, 3) nearest to the commands (n, 3) that the bases can reach.
 
-    The direction of travel stays. A holonomic base reaches the octagon through `speed` on the axes
-    and `diagonal` between them.
+    The direction of travel stays. A holonomic base reaches the octagon through the top speeds on
+    the axes and between them.
     """
-    allowed = commands.copy()
-    allowed[:, 1] *= limits.sideways
-    across = np.abs(allowed[:, :2])
-    long, short = across.max(axis=1), across.min(axis=1)
-    share = long / limits.speed + short * (np.sqrt(2) / limits.diagonal - 1 / limits.speed)
-    allowed[:, :2] /= np.maximum(share, 1.0)[:, None]
-    allowed[:, 2] = np.clip(allowed[:, 2], -limits.yaw_rate, limits.yaw_rate)
+    allowed = np.empty_like(commands)
+    for i in range(len(commands)):
+        x, y = commands[i, 0], commands[i, 1] * limits[i, SIDEWAYS]
+        long, short = max(abs(x), abs(y)), min(abs(x), abs(y))
+        straight = 1 / limits[i, SPEED]
+        share = long * straight + short * (math.sqrt(2) / limits[i, DIAGONAL] - straight)
+        allowed[i, 0], allowed[i, 1] = x / max(share, 1.0), y / max(share, 1.0)
+        fastest = limits[i, YAW_RATE]
+        allowed[i, 2] = min(max(commands[i, 2], -fastest), fastest)
     return allowed
 
 
-def changes_of(limits: Limits, load: Array, dt: float) -> Array:
-    """Return how much velocities can change in a step of `dt` [s] with loads (n,) [kg] on board.
+@compiled(
+    "float64[:, ::1](float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64)"
+)
+def accelerated(
+    velocities: Array, targets: Array, limits: Array, loads: Array, dt: float
+) -> Array:
+    """Return the velocities (n, 3) after a step of `dt` [s] towards the targets (n, 3).
 
-    The motors' force is the same with any load, so a = a0 m / (m + load).
-
-    Returns:
-        (2, n): in any direction [m/s], and of turning [rad/s].
+    The motors' force is the same with any load (n,) [kg] on board, so a = a0 m / (m + load).
     """
-    share = limits.mass / (limits.mass + load) * dt
-    return np.array([limits.acceleration * share, limits.yaw_acceleration * share])
+    after = np.empty_like(velocities)
+    for i in range(len(velocities)):
+        share = limits[i, MASS] / (limits[i, MASS] + loads[i]) * dt
+        most, turn = limits[i, ACCELERATION] * share, limits[i, YAW_ACCELERATION] * share
+        x, y = targets[i, 0] - velocities[i, 0], targets[i, 1] - velocities[i, 1]
+        wz = targets[i, 2] - velocities[i, 2]
+        cut = most / max(math.hypot(x, y), most)
+        after[i, 0] = velocities[i, 0] + x * cut
+        after[i, 1] = velocities[i, 1] + y * cut
+        after[i, 2] = velocities[i, 2] + min(max(wz, -turn), turn)
+    return after
 
 
-def accelerated(velocities: Array, targets: Array, changes: Array) -> Array:
-    """Return the velocities (n, 3) after a step towards `targets`; see `changes_of`."""
-    most, turn = changes
-    change = targets - velocities
-    size = np.hypot(change[:, 0], change[:, 1])
-    change[:, :2] *= (most / np.maximum(size, most))[:, None]
-    change[:, 2] = np.minimum(np.maximum(change[:, 2], -turn), turn)
-    change += velocities
-    return change
-
-
+@compiled("float64[:, ::1](float64[:, ::1], float64[:, ::1])")
 def moved(poses: Array, shifts: Array) -> Array:
     """Return the poses (n, 3) after shifts (n, 3) given in each robot's own frame.
 
     A shift is a velocity times dt. By the midpoint rule it goes along the heading half way through
     the turn, which is exact up to the third order of the angle turned.
     """
-    middle = poses[:, 2] + shifts[:, 2] / 2
-    cos, sin = cos_and_sin(middle)
-    x, y = shifts[:, 0], shifts[:, 1]
-    after: Array = poses + shifts
-    after[:, 0] = poses[:, 0] + (cos * x - sin * y)
-    after[:, 1] = poses[:, 1] + (sin * x + cos * y)
-    after[:, 2] = np.remainder(after[:, 2] + np.pi, 2 * np.pi) - np.pi
+    after = poses.copy()
+    for i in range(len(poses)):
+        x, y, turn = shifts[i, 0], shifts[i, 1], shifts[i, 2]
+        if x == 0 and y == 0 and turn == 0:
+            continue  # a robot that stands keeps its pose to the last bit
+        middle = poses[i, 2] + turn / 2
+        cos, sin = math.cos(middle), math.sin(middle)
+        after[i, 0] += cos * x - sin * y
+        after[i, 1] += sin * x + cos * y
+        yaw = poses[i, 2] + turn
+        after[i, 2] = yaw - 2 * math.pi * math.floor(yaw / (2 * math.pi) + 0.5)
     return after
+
+
+@compiled(
+    "Tuple((float64[:, ::1], float64[:, ::1], float64[:, ::1]))(float64[:, ::1], float64[:, ::1],"
+    " float64[:, ::1], boolean[::1], float64[:, ::1], float64[::1], float64[::1], float64)"
+)
+def driven(
+    poses: Array,
+    velocities: Array,
+    commands: Array,
+    obeys: NDArray[np.bool_],
+    limits: Array,
+    loads: Array,
+    grip: Array,
+    dt: float,
+) -> tuple[Array, Array, Array]:
+    """Let all bases drive for `dt` [s] as if nothing were in their way.
+
+    Args:
+        poses: (n, 3) frame map.
+        velocities: (n, 3)
+        commands: (n, 3) velocities.
+        obeys: (n,) whether the command holds; a base without one stops.
+        limits: (n, 7)
+        loads: (n,) on board [kg].
+        grip: (n,) share of every shift that moves the base.
+        dt: [s]
+
+    Returns:
+        The velocities after the step, what the wheels turned in it, and the poses after it; each
+        (n, 3).
+    """
+    wanted = commands.copy()
+    for i in range(len(obeys)):
+        if not obeys[i]:
+            wanted[i] = 0.0
+    targets = within_limits(wanted, limits)
+    after = accelerated(velocities, targets, limits, loads, dt)
+    shifts = after * dt
+    return after, shifts, moved(poses, shifts * grip.reshape(-1, 1))

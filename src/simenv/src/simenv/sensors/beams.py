@@ -9,11 +9,11 @@ exact, without a raster.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hive_common.geometry import cos_and_sin
+from hive_common.compiled import compiled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,96 +27,131 @@ through between it and its neighbour."""
 EDGE_ON = -1e-12  # limit of the cross product of a beam and a segment that faces it [m]
 
 
-class Fan:
-    """The directions of a scanner's beams, evenly spaced.
+class Fan(NamedTuple):
+    """The directions of a scanner's beams, evenly spaced."""
+
+    first: float  # counter-clockwise from the scanner's heading [rad]
+    increment: float  # [rad]
+    number: int
+
+    @property
+    def angles(self) -> Array:
+        """The directions (number,) of the beams, counter-clockwise from the heading [rad]."""
+        angles: Array = self.first + np.arange(self.number) * self.increment
+        return angles
+
+
+class Fans:
+    """The beams of n scanners; row i of every array belongs to scanner i.
 
     Attributes:
-        angles: (n,) counter-clockwise from the scanner's heading [rad].
-        directions: (2, n) unit vectors of these directions.
-        spread: (3,) first angle, increment [rad], number.
+        spreads: (n, 2) first angle and increment [rad].
+        numbers: (n,) of beams.
+        places: (n,) where the beams of each begin in `directions`; equal fans share them.
+        directions: (2, k) unit vectors.
     """
 
-    def __init__(self, first: float, increment: float, number: int) -> None:
-        """Spread `number` beams from the angle `first` on, each `increment` further [rad]."""
-        self.angles: Array = first + np.arange(number) * increment
-        self.spread: Array = np.array([first, increment, number])
-        self.directions: Array = np.array([np.cos(self.angles), np.sin(self.angles)])
+    def __init__(self, fans: Sequence[Fan]) -> None:
+        """Put the fans into arrays."""
+        begins: dict[Fan, int] = {}
+        angles: list[Array] = [np.zeros(0)]
+        for fan in fans:
+            if fan not in begins:
+                begins[fan] = sum(map(len, angles))
+                angles.append(fan.angles)
+        self.spreads: Array = np.array([fan[:2] for fan in fans]).reshape(-1, 2)
+        self.numbers: Indices = np.array([fan.number for fan in fans], dtype=np.int64)
+        self.places: Indices = np.array([begins[fan] for fan in fans], dtype=np.int64)
+        every = np.concatenate(angles)
+        self.directions: Array = np.array([np.cos(every), np.sin(every)])
 
 
+@compiled()
+def _cut(
+    nearest: Array, spread: Array, directions: Array, ax: float, ay: float, bx: float, by: float
+) -> None:
+    """Shorten beams (n,) to where they meet a segment a-b, given in the scanner's frame [m].
+
+    A beam `r d` meets the line through `a` and `b` where `r = (a x b) / (d x (b - a))`, with `x`
+    the cross product. The solid is on the left of a segment, so a scanner that sees it sees it run
+    clockwise. A segment across the seam of a fan meets beams at both ends of the fan.
+    """
+    area = ax * by - ay * bx
+    if area >= 0:
+        return
+    ex, ey = bx - ax, by - ay
+    begin, increment, last = spread[0], spread[1], len(nearest) - 1
+    second = math.atan2(by, bx)
+    width = math.atan2(ay, ax) - second
+    width -= math.tau * math.floor(width / math.tau)
+    right = second - begin
+    right -= math.tau * math.floor(right / math.tau)
+    for _ in range(2):
+        low = max(math.ceil(right / increment - CORNER), 0)
+        high = min(math.floor((right + width) / increment + CORNER), last)
+        for beam in range(low, high + 1):
+            cross = directions[0, beam] * ey - directions[1, beam] * ex
+            nearest[beam] = min(nearest[beam], area / min(cross, EDGE_ON))
+        right -= math.tau
+
+
+@compiled(
+    "float64[::1](float64[:, ::1], int64[::1], int64[::1], Tuple((float64[:, ::1], int64[::1],"
+    " int64[::1], float64[:, ::1])), Tuple((float64[:, :, ::1], int64[::1])),"
+    " Tuple((float64[:, ::1], float64[:, :, ::1], float64[::1], float64[::1])))"
+)
 def cast(
-    fans: Sequence[Fan], origins: Array, segments: Array, owners: Indices
-) -> tuple[Array, Indices]:
-    """Return how far beams reach until they hit a segment.
-
-    A beam `r d` meets the line through `a` and `a + e` where `r = (a x e) / (d x e)`, with `x` the
-    cross product and everything counted from the scanner.
-
-    Args:
-        fans: Beams of m scanners.
-        origins: (m, 3) poses of the scanners, frame map [m, m, rad].
-        segments: (k, 2, 2) frame map [m]; each with the solid on its left, so that those on the
-            far side of things drop out at once.
-        owners: (k,) the scanner that each segment is near, an index of `fans`.
-
-    Returns:
-        The distances [m] of all beams, scanner by scanner, infinite for a beam that hits nothing;
-        and (m + 1,) where those of each scanner begin.
-    """
-    starts = np.cumsum([0, *(len(fan.angles) for fan in fans)])
-    nearest: Array = np.full(starts[-1], np.inf)
-    x, y = _seen_from(origins[owners], segments)
-    area = x[:, 0] * y[:, 1] - y[:, 0] * x[:, 1]
-    facing = area < 0
-    x, y, area, owners = x[facing], y[facing], area[facing], owners[facing]
-    which, low, count = _hidden(fans, owners, np.arctan2(y, x))
-    if not len(which):
-        return nearest, starts
-    ends = count.cumsum()
-    beams = np.arange(ends[-1]) + (starts[owners[which]] + low - ends + count).repeat(count)
-    x, y, area = x[which], y[which], area[which]
-    cos, sin = np.concatenate([fan.directions for fan in fans], axis=1)
-    cross = cos[beams] * (y[:, 1] - y[:, 0]).repeat(count)
-    cross -= sin[beams] * (x[:, 1] - x[:, 0]).repeat(count)
-    reach = area.repeat(count) / np.minimum(cross, EDGE_ON)
-    # Sort the cuts of each beam next to each other.
-    met = np.bincount(beams, minlength=len(nearest))
-    hit = met.nonzero()[0]
-    order = beams.astype(np.min_scalar_type(len(nearest))).argsort(kind="stable")
-    nearest[hit] = np.minimum.reduceat(reach[order], (met.cumsum() - met)[hit])
-    return nearest, starts
-
-
-def _seen_from(origins: Array, segments: Array) -> tuple[Array, Array]:
-    """Return x and y (k, 2) of the ends of segments, each in the frame of its scanner."""
-    x = segments[:, :, 0] - origins[:, 0:1]
-    y = segments[:, :, 1] - origins[:, 1:2]
-    cos, sin = cos_and_sin(origins[:, 2:])
-    return cos * x + sin * y, cos * y - sin * x
-
-
-def _hidden(
-    fans: Sequence[Fan], owners: Indices, bearings: Array
-) -> tuple[Indices, Indices, Indices]:
-    """Return the ranges of beams that meet segments which face their scanner.
-
-    The solid is on the left of a segment, so the scanner sees it run clockwise from its first end
-    to its second. A segment across the seam of a fan has a range at both ends of the fan.
+    origins: Array,
+    rows: Indices,
+    starts: Indices,
+    fans: tuple[Array, Indices, Indices, Array],
+    near: tuple[Array, Indices],
+    robots: tuple[Array, Array, Array, Array],
+) -> Array:
+    """Return how far beams reach until they hit a segment or a robot.
 
     Args:
-        fans: Beams of all scanners.
-        owners: (k,) the scanner of each segment.
-        bearings: (k, 2) of the segments' ends in the scanner's frame [rad].
+        origins: (m, 3) poses of m scanners, frame map [m, m, rad].
+        rows: (m,) which row of `fans` and `robots` each scanner is; it does not see itself.
+        starts: (m + 1,) where the beams of each begin in the result.
+        fans: The fields of `Fans`.
+        near: Segments (k, 2, 2), each with the solid on its left, frame map [m]; and (m + 1,)
+            where those near each scanner begin.
+        robots: Poses (n, 3), frame map, points and radii of `Footprints`, and the ranges (n,) of
+            the robots' scanners [m].
 
     Returns:
-        For each range: the segment, the first beam, how many beams.
+        The distances [m] of all beams, scanner by scanner, infinite for a beam that hits nothing.
     """
-    begin, increment, number = np.array([fan.spread for fan in fans])[owners].T
-    second = bearings[:, 1]
-    right = np.remainder(second - begin, math.tau) - [[0.0], [math.tau]]
-    left = right + np.remainder(bearings[:, 0] - second, math.tau)
-    low = np.ceil(right / increment - CORNER)
-    high = np.floor(left / increment + CORNER)
-    low = np.maximum(low, 0.0).astype(int)
-    count = np.minimum(high, number - 1.0).astype(int) - low + 1
-    seam, which = (count > 0).nonzero()
-    return which, low[seam, which], count[seam, which]
+    spreads, _, places, directions = fans
+    segments, firsts = near
+    poses, points, radii, ranges = robots
+    nearest = np.full(starts[-1], np.inf)
+    for i in range(len(origins)):
+        row, x, y = rows[i], origins[i, 0], origins[i, 1]
+        cos, sin = math.cos(origins[i, 2]), math.sin(origins[i, 2])
+        mine = nearest[starts[i] : starts[i + 1]]
+        beams = directions[:, places[row] :]
+        for k in range(firsts[i], firsts[i + 1]):
+            ax, ay = segments[k, 0, 0] - x, segments[k, 0, 1] - y
+            bx, by = segments[k, 1, 0] - x, segments[k, 1, 1] - y
+            ax, ay = cos * ax + sin * ay, cos * ay - sin * ax
+            bx, by = cos * bx + sin * by, cos * by - sin * bx
+            _cut(mine, spreads[row], beams, ax, ay, bx, by)
+        for other in range(len(poses)):
+            dx, dy = poses[other, 0] - x, poses[other, 1] - y
+            reach = ranges[row] + radii[other]
+            if other == row or dx * dx + dy * dy > reach * reach:
+                continue
+            ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
+            turned = poses[other, 2] - origins[i, 2]
+            cos_turned, sin_turned = math.cos(turned), math.sin(turned)
+            bx = by = 0.0
+            for corner in range(-1, points.shape[1]):
+                px, py = points[other, corner, 0], points[other, corner, 1]
+                ax, ay = bx, by
+                bx = ahead + cos_turned * px - sin_turned * py
+                by = left + sin_turned * px + cos_turned * py
+                if corner >= 0:
+                    _cut(mine, spreads[row], beams, ax, ay, bx, by)
+    return nearest

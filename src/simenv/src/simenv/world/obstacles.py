@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What may be in the robots' way: people who walk, shut doors, things put down.
 
-Walls are found in a table that never changes (`geometry.Nearby`). Obstacles come, move and go;
+Walls are found in a table that never changes (`surroundings.Walls`). Obstacles come, move and go;
 there are few of them, so every step looks at all.
 """
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_common.geometry import outline
+from hive_common.geometry import NO_SEGMENTS, outline
 from simenv.errors import ObstacleError
 from simenv.world.shapes import outline_of
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from shapely.geometry.base import BaseGeometry
 
-    from hive_common.geometry import Array, Footprint
+    from hive_common.geometry import Array, Footprint, Indices
     from hive_common.pose import Pose
     from simenv.world.world import World
     from simenv.world.world_content import Person
@@ -90,15 +90,15 @@ class Obstacles:
 
     Attributes:
         now: The present obstacles.
-        walked: How far anybody has walked so far, at most [m].
+        edges: (k, 2, 2) all their edges, one obstacle after the other, frame map [m].
+        ends: (n + 1,) where the edges of each of them begin.
+        circles: (n, 3) x, y and radius of their circles, frame map [m].
         changes: How often something has come, gone, or been reset.
     """
 
     def __init__(self, world: World) -> None:
         """Begin as the world's file says."""
         self._world = world
-        self._fastest = max((person.speed for person in world.people), default=0.0)
-        self.walked = 0.0
         self.changes = 0
         self.reset()
 
@@ -122,22 +122,9 @@ class Obstacles:
 
     def step(self, dt: float, robots: Collection[tuple[Footprint, Pose]]) -> None:
         """Let people walk for `dt` [s] among robots, each a footprint and a pose."""
-        self.walked += self._fastest * dt
         for walker in self._walkers:
             walker.step(dt, robots)
-        self.now = [*self._still, *(walker.obstacle for walker in self._walkers)]
-
-    def near(self, x: float, y: float, reach: float) -> list[tuple[int, Array]]:
-        """Return the obstacles within `reach` [m] of a point, frame map [m].
-
-        Returns:
-            For each its position in `now`, counted from 1, and its outline (k, 2, 2).
-        """
-        return [
-            (number, each.edges)
-            for number, each in enumerate(self.now, 1)
-            if math.dist(each.middle, (x, y)) <= reach + each.radius
-        ]
+        self._look()
 
     def set_door(self, name: str, *, is_open: bool) -> None:
         """Open or shut a door, in which nobody may stand; see `door_area` for errors."""
@@ -170,7 +157,14 @@ class Obstacles:
         self.changes += 1
         areas = {door.name: door.area for door in self._world.doors if door.name in self._shut}
         self._still = [_obstacle(name, area) for name, area in (areas | self._put).items()]
+        self._look()
+
+    def _look(self) -> None:
         self.now = [*self._still, *(walker.obstacle for walker in self._walkers)]
+        self.edges: Array = np.concatenate([NO_SEGMENTS, *(each.edges for each in self.now)])
+        self.ends: Indices = np.cumsum([0, *(len(each.edges) for each in self.now)])
+        circles = [(*each.middle, each.radius) for each in self.now]
+        self.circles: Array = np.array(circles).reshape(-1, 3)
 
 
 def _obstacle(name: str, area: BaseGeometry) -> Obstacle:
