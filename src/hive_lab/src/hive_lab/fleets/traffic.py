@@ -9,6 +9,7 @@ from hive_common.pose import Pose
 from robot_navigation.control.navigator import Navigator
 from robot_navigation.control.pursuit_follower import PursuitFollower
 from robot_navigation.planning.ompl_planner import OmplPlanner
+from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 if TYPE_CHECKING:
     from hive_common.grid_map import GridMap
@@ -40,7 +41,7 @@ class Traffic:
         self._simulation = simulation
         self._grid = grid
         self._planners: dict[str, OmplPlanner] = {}
-        self._heard: dict[str, Announcement] = {}
+        self._heard = Neighbourhood()
         self._said: list[tuple[int, Announcement]] = []
         self._steps = 0
 
@@ -64,7 +65,7 @@ class Traffic:
                 self._round(name, navigator)
         while self._said and self._said[0][0] <= self._steps:
             said = self._said.pop(0)[1]
-            self._heard[said.name] = said
+            self._heard.hear(said)
         self._simulation.step(STEP)
         self._steps += 1
 
@@ -79,7 +80,7 @@ class Traffic:
 
     def _round(self, name: str, navigator: Navigator) -> None:
         simulation = self._simulation
-        heard = () if name in self.deaf else tuple(self._heard.values())
+        heard = Neighbourhood() if name in self.deaf else self._heard
         pose, ranges = simulation.poses[name], simulation.scan(name)
         tick = navigator.tick(simulation.time, pose, ranges, heard)
         simulation.set_command(name, *tick.velocity)

@@ -16,7 +16,7 @@ import numpy as np
 from ompl import base, geometric, util
 from scipy import ndimage
 
-from hive_common.grid_map import ClearanceField
+from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.planning.planner import PlanError
 from robot_navigation.planning.roadmap import Roadmap
 
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from hive_common.grid_map import Disc, GridMap
+    from hive_common.grid_map import GridMap
+    from robot_navigation.planning.clearance import Disc
     from robot_navigation.planning.path import Point
 
 MARGINS = (0.08, 0.02)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array, Indices
-    from hive_common.grid_map import ClearanceField, Disc
+    from robot_navigation.planning.clearance import ClearanceField, Disc
     from robot_navigation.planning.path import Point
 
 Neighbours: TypeAlias = "list[list[tuple[int, float]]]"

@@ -126,8 +126,7 @@ class MoveBase:
             return
         self._blind_since = now
         self._navigator.stationary = self._senses.arm_at_work
-        heard = tuple(self._senses.heard.values())
-        tick = self._navigator.tick(now.to_sec(), pose, ranges, heard)
+        tick = self._navigator.tick(now.to_sec(), pose, ranges, self._senses.heard)
         self._drive(tick.velocity)
         self._announce(now, tick.announcement)
         self._show_path(now)

@@ -15,12 +15,12 @@ from sensor_msgs.msg import LaserScan
 
 from hive_common.ros.conversions import pose_from_transform
 from robot_navigation.ros.conversions import traffic_from_msg
+from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.pose import Pose
     from hive_common.ros.inbox import Inbox
-    from robot_navigation.traffic.right_of_way import Announcement
 
 _AT_WORK = {GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING}
 
@@ -37,7 +37,7 @@ class Senses:
     def __init__(
         self, inbox: Inbox, hive: str, map_frame: str, base_frame: str, timeout: float
     ) -> None:
-        self.heard: dict[str, Announcement] = {}  # of every robot, this one included
+        self.heard = Neighbourhood()  # what every robot announces, this one included
         self.arm_at_work = False  # whether the robot is picking or placing
         self._inbox = inbox
         self._frames = map_frame, base_frame
@@ -95,4 +95,4 @@ class Senses:
         except ValueError as error:
             rospy.logwarn_throttle_identical(10, str(error))
             return
-        self._inbox.put(lambda: self.heard.update({announcement.name: announcement}))
+        self._inbox.put(lambda: self.heard.hear(announcement))

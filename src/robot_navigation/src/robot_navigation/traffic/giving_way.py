@@ -10,9 +10,9 @@ from robot_navigation.traffic.passing_place import path_aside
 from robot_navigation.traffic.right_of_way import Right, no_right
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    from hive_common.grid_map import ClearanceField
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
     from robot_navigation.traffic.right_of_way import Announcement, Meeting
@@ -55,11 +55,21 @@ class GivingWay:
         self._moving_aside = False
 
     def path_aside(
-        self, now: float, me: Announcement, met: Sequence[Meeting], standing: float
+        self,
+        now: float,
+        me: Announcement,
+        met: Sequence[Meeting],
+        standing: float,
+        everyone: Callable[[], Sequence[Announcement]],
     ) -> list[Point] | None:
         """Return the path to a passing place, if the robot must move aside and there is one.
 
-        `me` is what the robot announces; it has been `standing` still for a time [s].
+        Args:
+            now: The time [s].
+            me: What the robot announces.
+            met: How it meets others.
+            standing: How long it has been standing still [s].
+            everyone: Returns all other robots, near or not.
         """
         if self.right.step < 0 and now > self._ask_until:
             self.restore()
@@ -71,7 +81,7 @@ class GivingWay:
         if not first or now < self._search_at or not (blocks or standing >= HESITATION):
             return None
         self._search_at = now + SEARCH_AGAIN
-        right, others = min(self._behind(first)), [meeting.other for meeting in met]
+        right, others = min(self._behind(first)), everyone()
         path = self._passing_path(replace(me, right=right), first, others)
         if path is None:
             return self._ask(now, me, min(first, key=_right), others)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_common.grid_map import Disc
+from robot_navigation.planning.clearance import Disc
 from robot_navigation.planning.path import Path
 from robot_navigation.planning.planner import PlanError
 from robot_navigation.traffic.right_of_way import MIN_GAP, keep_apart, meetings
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.geometry import Array
-    from hive_common.grid_map import ClearanceField
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
     from robot_navigation.traffic.right_of_way import Announcement
@@ -83,7 +83,7 @@ def path_aside(
 
 def _is_free(me: Announcement, others: Sequence[Announcement]) -> bool:
     """Return whether no claim and no right keeps a robot from driving its whole path now."""
-    return all(math.isinf(meeting.room) for meeting in meetings(me, others))
+    return all(math.isinf(met.room) for other in others for met in meetings(me, [other]))
 
 
 def _planned(
