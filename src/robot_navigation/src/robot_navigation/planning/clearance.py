@@ -84,7 +84,7 @@ class ClearanceField:
 
     def at_points(self, points: Array) -> Array:
         """Return the clearances (n,) at points (n, 2), frame map [m]."""
-        return _at_points(self.clearance, self.scale, np.ascontiguousarray(points))
+        return _at_points(self.clearance, self.scale, _floats(points))
 
     def with_discs(self, discs: Sequence[Disc]) -> ClearanceField:
         """Return a field with more obstacles; this one does not change."""
@@ -101,8 +101,12 @@ class ClearanceField:
 
     def lines_are_clear(self, a: Array, b: Array, need: float) -> NDArray[np.bool_]:
         """Return `line_is_clear` for lines from a (n, 2) to b (n, 2), as an (n,) array."""
-        ends = np.ascontiguousarray(a), np.ascontiguousarray(b)
-        return _lines_are_clear(self.clearance, self.scale, *ends, need)
+        return _lines_are_clear(self.clearance, self.scale, _floats(a), _floats(b), need)
+
+
+def _floats(numbers: Array) -> Array:
+    """Return numbers as compiled code takes them."""
+    return np.ascontiguousarray(numbers, dtype=np.float64)
 
 
 @compiled("float64(float32[:, ::1], UniTuple(float64, 3), float64, float64)")
