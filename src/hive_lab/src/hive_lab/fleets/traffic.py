@@ -63,7 +63,7 @@ class Traffic:
     def step(self) -> None:
         """Advance by one step."""
         due = [name for name in self._due() if name not in self.held_up]
-        poses, scans = self._simulation.poses, self._simulation.scans(due)
+        poses, scans = self._simulation.poses, self._simulation.scans(due) if due else []
         for name, ranges in zip(due, scans, strict=True):
             self._round(name, poses[name], ranges)
         while self._said and self._said[0][0] <= self._steps:

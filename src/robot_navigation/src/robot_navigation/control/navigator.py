@@ -157,7 +157,11 @@ class Navigator:
             velocity, room = self._follower.halt(dt), 0.0
         else:
             # The others may have moved since their announcements.
-            robots = [Disc(other.x, other.y, other.radius + HEARD_LATE) for other in near]
+            robots = [
+                Disc(other.x, other.y, other.radius + HEARD_LATE)
+                for other in near
+                if math.hypot(other.x - pose.x, other.y - pose.y) < self._sight + other.radius
+            ]
             points = points_seen(self._laser, ranges, pose)
             obstacles = sort_points(points, self._field, robots)
             allowed = self._room(now, pose, self.path, obstacles, met)

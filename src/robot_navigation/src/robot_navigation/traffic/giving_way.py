@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from robot_navigation.traffic.passing_place import path_aside
+from robot_navigation.traffic.passing_place import PassingPlaces
 from robot_navigation.traffic.right_of_way import Right, no_right
 
 if TYPE_CHECKING:
@@ -102,10 +102,11 @@ class GivingWay:
         around the robots only that do not move aside for this one in turn.
         """
         first = [other for other in others if other.right < self.right]
-        fixed = [other for other in others if other.stationary or other in first]
+        fixed = [other for other in others if other.stationary or other.right < self.right]
         for obstacles in (others, fixed):
+            places = PassingPlaces(me, obstacles, self._planner, self._field, self._need)
             for avoided in (first, on):
-                path = path_aside(me, avoided, obstacles, self._planner, self._field, self._need)
+                path = places.path_off(avoided)
                 if path is not None:
                     return path
         return None
@@ -124,7 +125,8 @@ class GivingWay:
         if len(me.path) > 1:
             return None
         past = [other for other in others if other.name != first.name]
-        return path_aside(me, [first], past, self._planner, self._field, self._need)
+        places = PassingPlaces(me, past, self._planner, self._field, self._need)
+        return places.path_off([first])
 
 
 def _right(announcement: Announcement) -> Right:

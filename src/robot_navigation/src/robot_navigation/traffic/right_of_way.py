@@ -116,15 +116,21 @@ class Announcement:
         """Points along the path, (n, 2) array [m], and their distances from its start [m]."""
         return sampled(self.path, STEP)
 
+    @cached_property
+    def box(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max of what must stay free of those of others [m]."""
+        xs, ys = zip(*self.path, strict=True)
+        reach = self.radius + GAP / 2
+        return min(xs) - reach, min(ys) - reach, max(xs) + reach, max(ys) + reach
+
     def with_claim(self, claim: float, right: Right) -> Announcement:
         """Return the announcement with a claim [m] and a right."""
         claiming = replace(self, claim=claim, right=right)
-        vars(claiming)["samples"] = self.samples
+        vars(claiming).update(samples=self.samples, box=self.box)
         return claiming
 
 
-@dataclass(frozen=True)
-class Meeting:
+class Meeting(NamedTuple):
     """How one robot gets along with another.
 
     Attributes:
@@ -161,6 +167,10 @@ def meetings(me: Announcement, others: Iterable[Announcement]) -> list[Meeting]:
 
 
 def _meeting(me: Announcement, other: Announcement) -> Meeting:
+    x_min, y_min, x_max, y_max = me.box
+    left, low, right, high = other.box
+    if left > x_max or right < x_min or low > y_max or high < y_min:
+        return Meeting(other, math.inf, on_its_path=False, blocks_it=False)
     return Meeting(
         other,
         *_met(
