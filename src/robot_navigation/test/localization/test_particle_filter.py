@@ -140,9 +140,7 @@ def test_a_pose_gets_the_same_weight_alone_and_among_thousands():
 
     together = field.log_likelihood(poses, beams)
 
-    alone = [
-        field.log_likelihood(poses[row : row + 1], beams)[0] for row in range(0, 8000, 999)
-    ]
+    alone = [field.log_likelihood(poses[row : row + 1], beams)[0] for row in range(0, 8000, 999)]
     assert together[:8000:999] == pytest.approx(alone)
 
 

@@ -13,8 +13,8 @@ import pytest
 pytest.importorskip("ompl")
 
 from hive_common.grid_map import GridMap
-from robot_navigation.planning.clearance import Disc
 from hive_lab.bench.plan import path_length
+from robot_navigation.planning.clearance import Disc
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.planner import PlanError
 

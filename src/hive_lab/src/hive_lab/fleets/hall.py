@@ -8,13 +8,11 @@ everything runs in this process: the simulator, the planner, the follower and th
 from __future__ import annotations
 
 import math
-import time
 from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely.geometry
 
-from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets.traffic import STEP, Traffic
 from robot_description.models import load_model
 from simenv.errors import SpawnError

@@ -20,7 +20,6 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
-from robot_navigation.planning.clearance import Disc
 from robot_navigation.control.follower import Follower, Room
 from robot_navigation.control.goal_tracker import (
     GoalOutcome,
@@ -36,6 +35,7 @@ from robot_navigation.control.obstacle_check import (
     points_seen,
     sort_points,
 )
+from robot_navigation.planning.clearance import Disc
 from robot_navigation.planning.path import Path
 from robot_navigation.planning.planner import PlanError, plan_around
 from robot_navigation.traffic.giving_way import GivingWay
@@ -52,9 +52,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.geometry import Array
-    from robot_navigation.planning.clearance import ClearanceField
     from hive_common.pose import Pose, Velocity
     from robot_description.models import RobotModel
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
     from robot_navigation.traffic.neighbourhood import Neighbourhood
@@ -172,9 +172,7 @@ class Navigator:
             me, _, _ = self._meet(now, pose, heard)
         return Tick(velocity, self._claimed(me, velocity, room), outcome)
 
-    def _plan_to_goal(
-        self, now: float, pose: Pose, heard: Neighbourhood
-    ) -> GoalOutcome | None:
+    def _plan_to_goal(self, now: float, pose: Pose, heard: Neighbourhood) -> GoalOutcome | None:
         """Plan to the goal, if there is one and the robot has no path."""
         tracker = self._tracker
         if tracker is None or self.path is not None or now < tracker.retry_at:

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array
-    from robot_navigation.planning.clearance import ClearanceField
     from hive_common.pose import Pose
     from robot_description.models import Base, Laser
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Path
 
 STEP = 0.1  # distance between the places on the path where the robot is checked [m]
@@ -192,9 +192,7 @@ def _places(points: Array, marks: Array, headings: Array, first: float, far: flo
 
 
 @compiled("boolean(float64[::1], float64[:, ::1], float64, float64, float64, float64)")
-def _covers(
-    place: Array, shape: Array, radius: float, margin: float, x: float, y: float
-) -> bool:
+def _covers(place: Array, shape: Array, radius: float, margin: float, x: float, y: float) -> bool:
     """Return whether a footprint at a place of `_places` covers a point.
 
     `shape` (n, 3) holds normals and limits of the footprint's edges; without any, it is a circle.

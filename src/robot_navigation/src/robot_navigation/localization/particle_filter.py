@@ -189,7 +189,6 @@ def _around(
     """Return the mean pose (3,) around some particles, its covariance (3, 3) and its weight."""
     pose, covariance, total = np.zeros(3), np.zeros((3, 3)), 0.0
     chosen = near.copy()
-    away = np.empty(3)
     for _ in range(3):
         total, x, y, sin, cos = 0.0, 0.0, 0.0, 0.0, 0.0
         for index in range(len(particles)):
@@ -204,10 +203,14 @@ def _around(
         pose[:] = x / total, y / total, math.atan2(sin / total, cos / total)
         covariance[:], total = 0.0, 0.0
         for index in range(len(particles)):
-            away[:] = particles[index] - pose
-            away[2] = (away[2] + np.pi) % (2 * np.pi) - np.pi
-            chosen[index] = math.hypot(away[0], away[1]) < NEAR and abs(away[2]) < NEAR_YAW
+            dx, dy = particles[index, 0] - pose[0], particles[index, 1] - pose[1]
+            turn = (particles[index, 2] - pose[2] + np.pi) % (2 * np.pi) - np.pi
+            chosen[index] = math.hypot(dx, dy) < NEAR and abs(turn) < NEAR_YAW
             if chosen[index]:
-                total += weights[index]
-                covariance += weights[index] * np.outer(away, away)
+                weight = weights[index]
+                total += weight
+                away = (dx, dy, turn)
+                for row in range(3):
+                    for column in range(3):
+                        covariance[row, column] += weight * away[row] * away[column]
     return pose, covariance / total, total

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from robot_navigation.planning.lines import Cells
 
 
-
 @dataclass(frozen=True)
 class Disc:
     """A round obstacle that is not on the map: another robot, or something the laser saw.

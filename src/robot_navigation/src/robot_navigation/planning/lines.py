@@ -87,7 +87,10 @@ def line_is_clear(
     by: float,
     need: float,
 ) -> bool:
-    if clearance_at(clearance, scale, ax, ay) < need or clearance_at(clearance, scale, bx, by) < need:
+    if (
+        clearance_at(clearance, scale, ax, ay) < need
+        or clearance_at(clearance, scale, bx, by) < need
+    ):
         return False
     if (ax, ay) > (bx, by):
         ax, ay, bx, by = bx, by, ax, ay

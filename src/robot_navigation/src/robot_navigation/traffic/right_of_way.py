@@ -23,6 +23,7 @@ tried, are in docs/decisions/011-right-of-way.md.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,12 +35,14 @@ from hive_common.compiled import compiled
 from robot_navigation.planning.path import sampled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array, Indices
     from robot_navigation.planning.path import Point
+
+    Square = tuple[int, int]
 
 STEP = 0.1  # distance between the points of paths that are compared [m]
 GAP = 0.10  # distance between the circles around two robots' footprints [m]
@@ -51,6 +54,11 @@ BEHIND = 0.1
 
 GLANCE = 0.6  # how far ahead a robot checks whether it leaves another robot's path [m]
 CLAIM = 0.3  # how much of its path a robot claims beyond its braking distance [m]
+
+SIDE = 4.0  # of the squares by which robots find their neighbours [m]
+SLACK = 0.01  # how much nearer than needed counts as near, against rounding [m]
+MOST = 1000  # what covers more squares is filed under `ANYWHERE`
+ANYWHERE = (0, 0)  # is near every place as well as a square of its own
 
 CLAIM_TIME = 0.5
 """How long a claim must last at the robot's speed, until the others hear the next one [s]."""
@@ -123,10 +131,19 @@ class Announcement:
         reach = self.radius + GAP / 2
         return min(xs) - reach, min(ys) - reach, max(xs) + reach, max(ys) + reach
 
+    @cached_property
+    def squares(self) -> frozenset[Square]:
+        """The squares that the robot or its path comes near; see `squares_around`.
+
+        Two robots that must keep apart somewhere share a square.
+        """
+        points = [(self.x, self.y), *self.path]
+        return squares_around(points, self.radius + GAP / 2 + SLACK)
+
     def with_claim(self, claim: float, right: Right) -> Announcement:
         """Return the announcement with a claim [m] and a right."""
         claiming = replace(self, claim=claim, right=right)
-        vars(claiming).update(samples=self.samples, box=self.box)
+        vars(claiming).update(samples=self.samples, box=self.box, squares=self.squares)
         return claiming
 
 
@@ -145,6 +162,20 @@ class Meeting(NamedTuple):
     room: float
     on_its_path: bool
     blocks_it: bool
+
+
+def squares_around(points: Sequence[Point], reach: float) -> frozenset[Square]:
+    """Return the squares within `reach` [m] of a polyline, and a few more."""
+    squares: set[Square] = set()
+    for (ax, ay), (bx, by) in itertools.pairwise(points):
+        left, right = math.floor((min(ax, bx) - reach) / SIDE), (max(ax, bx) + reach) / SIDE
+        low, high = math.floor((min(ay, by) - reach) / SIDE), (max(ay, by) + reach) / SIDE
+        if (right - left) * (high - low) > MOST:
+            return frozenset({ANYWHERE})
+        squares.update(
+            itertools.product(range(left, math.floor(right) + 1), range(low, math.floor(high) + 1))
+        )
+    return frozenset(squares)
 
 
 def keep_apart(one: float, other: float) -> float:
@@ -250,7 +281,9 @@ def _met(
     goes_first: bool,
 ) -> tuple[float, bool, bool]:
     """Return what makes a `Meeting` of robots whose centres must stay `apart` [m]."""
-    nearest, claimed, place = _distances(points, path, np.sum(path_marks <= claim + STEP / 2), apart)
+    nearest, claimed, place = _distances(
+        points, path, np.sum(path_marks <= claim + STEP / 2), apart
+    )
     room = _room_before(claimed, marks, apart)
     if goes_first:
         return room, False, False
