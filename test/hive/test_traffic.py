@@ -14,6 +14,7 @@ from hive_common.pose import Pose
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
 from robot_navigation.control.navigator import MAX_ROUND
+from robot_navigation.traffic.neighbourhood import Neighbourhood
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 
@@ -239,7 +240,9 @@ def test_a_robot_that_was_held_up_starts_slowly_again():
 
     def drive():
         pose = Pose(*simulation.poses["robot1"])
-        velocity = navigator.tick(simulation.time, pose, simulation.scan("robot1"), ()).velocity
+        velocity = navigator.tick(
+            simulation.time, pose, simulation.scan("robot1"), Neighbourhood()
+        ).velocity
         simulation.set_command("robot1", *velocity)
         return velocity.vx
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hive_common.grid_map import ClearanceField, Disc, GridMap
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 from robot_description.models import load_model
 from robot_navigation.control.obstacle_check import (
@@ -18,6 +18,7 @@ from robot_navigation.control.obstacle_check import (
     points_seen,
     sort_points,
 )
+from robot_navigation.planning.clearance import ClearanceField, Disc
 from robot_navigation.planning.path import Path
 
 MODEL = load_model("mir100")

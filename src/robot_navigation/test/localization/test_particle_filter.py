@@ -10,7 +10,7 @@ from hive_common.errors import ParameterError
 from hive_common.pose import Pose, between, blend, compose, inverse
 from robot_description.models import Laser
 from robot_navigation.localization.amcl_settings import AmclSettings
-from robot_navigation.localization.likelihood_field import BATCH, BeamChooser, LikelihoodField
+from robot_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
 from robot_navigation.localization.localizer import Localizer
 from robot_navigation.localization.odometry_history import OdometryHistory
 from robot_navigation.localization.odometry_model import spread
@@ -135,15 +135,13 @@ def test_a_lost_robot_starts_with_more_particles_than_it_keeps():
 
 def test_a_pose_gets_the_same_weight_alone_and_among_thousands():
     field = LikelihoodField(CELLS, STEP, (0.0, 0.0), SETTINGS)
-    poses = field.anywhere(2 * BATCH + 1, np.random.default_rng(1))
+    poses = field.anywhere(8001, np.random.default_rng(1))
     beams = BeamChooser(LASER, 60).of(scan(Pose(2.0, 1.5, 0.3)))
 
     together = field.log_likelihood(poses, beams)
 
-    alone = [
-        field.log_likelihood(poses[row : row + 1], beams)[0] for row in range(0, 2 * BATCH, 999)
-    ]
-    assert together[: 2 * BATCH : 999] == pytest.approx(alone)
+    alone = [field.log_likelihood(poses[row : row + 1], beams)[0] for row in range(0, 8000, 999)]
+    assert together[:8000:999] == pytest.approx(alone)
 
 
 def test_the_same_seed_gives_the_same_run_to_the_last_bit():

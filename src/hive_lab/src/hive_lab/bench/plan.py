@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from hive_common.grid_map import ClearanceField, GridMap
+    from hive_common.grid_map import GridMap
+    from robot_navigation.planning.clearance import ClearanceField
 
 Point = tuple[float, float]
 

@@ -9,8 +9,10 @@ from hive_common.pose import Pose
 from robot_navigation.control.navigator import Navigator
 from robot_navigation.control.pursuit_follower import PursuitFollower
 from robot_navigation.planning.ompl_planner import OmplPlanner
+from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 if TYPE_CHECKING:
+    from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
     from robot_description.models import RobotModel
     from robot_navigation.control.goal_tracker import GoalOutcome
@@ -40,15 +42,16 @@ class Traffic:
         self._simulation = simulation
         self._grid = grid
         self._planners: dict[str, OmplPlanner] = {}
-        self._heard: dict[str, Announcement] = {}
+        self._heard = Neighbourhood()
         self._said: list[tuple[int, Announcement]] = []
         self._steps = 0
 
     def add(self, name: str, model: RobotModel, pose: tuple[float, float, float]) -> None:
         """Add a robot with a navigator; robots of one model share a planner."""
         self._simulation.add_robot(name, model, pose)
-        radius = model.base.circumscribed_radius
-        planner = self._planners.setdefault(model.name, OmplPlanner(self._grid, radius))
+        if model.name not in self._planners:
+            self._planners[model.name] = OmplPlanner(self._grid, model.base.circumscribed_radius)
+        planner = self._planners[model.name]
         follower = PursuitFollower(model.base)
         self.navigators[name] = Navigator(name, model, planner, follower, planner.field)
 
@@ -59,12 +62,13 @@ class Traffic:
 
     def step(self) -> None:
         """Advance by one step."""
-        for number, (name, navigator) in enumerate(self.navigators.items()):
-            if (self._steps - number) % STEPS_PER_ROUND == 0 and name not in self.held_up:
-                self._round(name, navigator)
+        due = [name for name in self._due() if name not in self.held_up]
+        poses, scans = self._simulation.poses, self._simulation.scans(due) if due else []
+        for name, ranges in zip(due, scans, strict=True):
+            self._round(name, poses[name], ranges)
         while self._said and self._said[0][0] <= self._steps:
             said = self._said.pop(0)[1]
-            self._heard[said.name] = said
+            self._heard.hear(said)
         self._simulation.step(STEP)
         self._steps += 1
 
@@ -77,12 +81,14 @@ class Traffic:
             self.step()
         return True
 
-    def _round(self, name: str, navigator: Navigator) -> None:
-        simulation = self._simulation
-        heard = () if name in self.deaf else tuple(self._heard.values())
-        pose, ranges = simulation.poses[name], simulation.scan(name)
-        tick = navigator.tick(simulation.time, pose, ranges, heard)
-        simulation.set_command(name, *tick.velocity)
+    def _due(self) -> list[str]:
+        """Return the robots whose round it is; the rounds of others come in other steps."""
+        return list(self.navigators)[self._steps % STEPS_PER_ROUND :: STEPS_PER_ROUND]
+
+    def _round(self, name: str, pose: Pose, ranges: Array) -> None:
+        heard = Neighbourhood() if name in self.deaf else self._heard
+        tick = self.navigators[name].tick(self._simulation.time, pose, ranges, heard)
+        self._simulation.set_command(name, *tick.velocity)
         self._said.append((self._steps + STEPS_TO_HEAR, tick.announcement))
         if tick.outcome is not None:
             self.outcomes[name] = tick.outcome

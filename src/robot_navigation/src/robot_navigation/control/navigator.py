@@ -17,10 +17,9 @@ What happens when the robot cannot go on:
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
-from hive_common.grid_map import Disc
 from robot_navigation.control.follower import Follower, Room
 from robot_navigation.control.goal_tracker import (
     GoalOutcome,
@@ -29,12 +28,14 @@ from robot_navigation.control.goal_tracker import (
     StuckDetector,
 )
 from robot_navigation.control.obstacle_check import (
+    ON_ROBOT,
     ObstacleCheck,
     ObstacleMemory,
     VisibleObstacles,
     points_seen,
     sort_points,
 )
+from robot_navigation.planning.clearance import Disc
 from robot_navigation.planning.path import Path
 from robot_navigation.planning.planner import PlanError, plan_around
 from robot_navigation.traffic.giving_way import GivingWay
@@ -48,14 +49,15 @@ from robot_navigation.traffic.right_of_way import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from hive_common.geometry import Array
-    from hive_common.grid_map import ClearanceField
     from hive_common.pose import Pose, Velocity
     from robot_description.models import RobotModel
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
+    from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 SLACK = 0.02  # clearance beyond the robot's radius at a passing place [m]
 HEARD_LATE = 0.2  # how far a robot may have driven since it announced where it is [m]
@@ -97,6 +99,9 @@ class Navigator:
         self._planner = planner
         self._follower = follower
         self._field = field
+        # How far away the centre of a robot that the laser sees may be.
+        reach = model.laser.range_max + math.hypot(*model.laser.pose[:2])
+        self._sight = reach + HEARD_LATE + ON_ROBOT
         self._settings = settings or NavigationSettings()
         self._obstacle_check = ObstacleCheck(model.base, model.laser)
         self._giving_way = GivingWay(name, planner, field, self._radius + SLACK)
@@ -124,14 +129,14 @@ class Navigator:
         self._giving_way.set_goal(None)
         self.path = None
 
-    def tick(self, now: float, pose: Pose, ranges: Array, heard: Iterable[Announcement]) -> Tick:
+    def tick(self, now: float, pose: Pose, ranges: Array, heard: Neighbourhood) -> Tick:
         """Do one round of the control loop.
 
         Args:
             now: The time [s].
             pose: Where the robot is, frame map.
             ranges: The latest scan [m].
-            heard: The latest announcement of every robot; its own is ignored.
+            heard: What all robots have announced; its own announcement is ignored.
         """
         since = 0.0 if self._last_time is None else now - self._last_time
         dt = min(max(since, 0.0), MAX_ROUND)
@@ -139,41 +144,42 @@ class Navigator:
             self._follower.stopped()
         self._last_time = now
         self._stuck.update(now, pose)
-        others = [
-            other
-            for other in heard
-            if other.name != self._name and now - other.time < self._settings.silence
-        ]
-        outcome = self._plan_to_goal(now, pose, others)
-        me, met = self._meet(now, pose, others)
+        outcome = self._plan_to_goal(now, pose, heard)
+        me, near, met = self._meet(now, pose, heard)
         if not self.stationary:
-            aside = self._giving_way.path_aside(now, me, met, self._stuck.duration(now))
+            standing = self._stuck.duration(now)
+            everyone = partial(self._others, now, heard)
+            aside = self._giving_way.path_aside(now, me, met, standing, everyone)
             if aside is not None:
                 self._start(now, aside, goal=None)
-                me, met = self._meet(now, pose, others)
+                me, near, met = self._meet(now, pose, heard)
         if self.path is None or self.stationary:
             velocity, room = self._follower.halt(dt), 0.0
         else:
             # The others may have moved since their announcements.
-            robots = [Disc(other.x, other.y, other.radius + HEARD_LATE) for other in others]
+            robots = [
+                Disc(other.x, other.y, other.radius + HEARD_LATE)
+                for other in near
+                if math.hypot(other.x - pose.x, other.y - pose.y) < self._sight + other.radius
+            ]
             points = points_seen(self._laser, ranges, pose)
             obstacles = sort_points(points, self._field, robots)
             allowed = self._room(now, pose, self.path, obstacles, met)
             velocity, room = self._follower.command(pose, allowed, dt), allowed.ahead
-            outcome = self._arrive(now, pose) or self._wait(now, pose, obstacles, met)
+            outcome = self._arrive(now, pose) or self._wait(now, pose, obstacles, met, heard)
         if outcome is not None:
             self.cancel()
-            me, met = self._meet(now, pose, others)
+            me, _, _ = self._meet(now, pose, heard)
         return Tick(velocity, self._claimed(me, velocity, room), outcome)
 
-    def _plan_to_goal(
-        self, now: float, pose: Pose, others: Sequence[Announcement]
-    ) -> GoalOutcome | None:
+    def _plan_to_goal(self, now: float, pose: Pose, heard: Neighbourhood) -> GoalOutcome | None:
         """Plan to the goal, if there is one and the robot has no path."""
         tracker = self._tracker
         if tracker is None or self.path is not None or now < tracker.retry_at:
             return None
-        stationary = other_robots([other for other in others if other.stationary])
+        stationary = other_robots(
+            [other for other in self._others(now, heard) if other.stationary]
+        )
         try:
             points = plan_around(
                 self._planner, pose[:2], tracker.goal[:2], self._memory.discs(now), stationary
@@ -193,9 +199,9 @@ class Navigator:
         self._follower.start(self.path, None if goal is None else goal.yaw)
 
     def _meet(
-        self, now: float, pose: Pose, others: Sequence[Announcement]
-    ) -> tuple[Announcement, list[Meeting]]:
-        """Return the robot's announcement, without a claim, and how it meets the others."""
+        self, now: float, pose: Pose, heard: Neighbourhood
+    ) -> tuple[Announcement, list[Announcement], list[Meeting]]:
+        """Return the robot's announcement, without a claim, who is near, and how it meets them."""
         ahead = [(pose.x, pose.y)]
         if self.path is not None:
             begin = self._follower.progress
@@ -211,7 +217,16 @@ class Navigator:
             claim=0.0,
             stationary=self.stationary,
         )
-        return me, meetings(me, others)
+        near = [other for other in heard.near(me, self._sight) if self._counts(now, other)]
+        return me, near, meetings(me, near)
+
+    def _others(self, now: float, heard: Neighbourhood) -> list[Announcement]:
+        """Return what all other robots have announced recently."""
+        return [other for other in heard.everyone() if self._counts(now, other)]
+
+    def _counts(self, now: float, other: Announcement) -> bool:
+        """Return whether an announcement is another robot's and recent."""
+        return other.name != self._name and now - other.time < self._settings.silence
 
     def _claimed(self, me: Announcement, velocity: Velocity, room: float) -> Announcement:
         """Return the announcement with the stretch of the path that the robot claims."""
@@ -219,7 +234,7 @@ class Navigator:
             return me
         speed = math.hypot(velocity.vx, velocity.vy)
         claim = claimed_stretch(speed, self._base.acceleration, room)
-        return replace(me, claim=claim, right=self._giving_way.right)
+        return me.with_claim(claim, self._giving_way.right)
 
     def _room(
         self,
@@ -247,7 +262,12 @@ class Navigator:
         return self._tracker.stopped_at(now, pose)
 
     def _wait(
-        self, now: float, pose: Pose, obstacles: VisibleObstacles, met: Sequence[Meeting]
+        self,
+        now: float,
+        pose: Pose,
+        obstacles: VisibleObstacles,
+        met: Sequence[Meeting],
+        heard: Neighbourhood,
     ) -> GoalOutcome | None:
         """Plan again, or give up, after standing for too long on the path to the goal."""
         tracker, path, patience = self._tracker, self.path, self._settings.patience
@@ -264,7 +284,7 @@ class Navigator:
             self.path = None
             return tracker.blocked(now, pose, blocking)
         tracker.retry_at = now + patience
-        standing = [meeting.other for meeting in met if meeting.other.claim < CLAIM]
+        standing = [other for other in self._others(now, heard) if other.claim < CLAIM]
         discs = self._memory.discs(now) + other_robots(standing)
         try:
             points = self._planner.plan(pose[:2], tracker.goal[:2], discs)

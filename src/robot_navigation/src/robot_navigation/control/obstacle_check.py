@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hive_common.compiled import compiled
 from hive_common.geometry import Footprint
-from hive_common.grid_map import Disc
+from robot_navigation.planning.clearance import Disc, as_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,9 +26,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array
-    from hive_common.grid_map import ClearanceField
     from hive_common.pose import Pose
     from robot_description.models import Base, Laser
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Path
 
 STEP = 0.1  # distance between the places on the path where the robot is checked [m]
@@ -38,6 +40,7 @@ the laser's noise must not stop the robot in a narrow door."""
 
 GAP = 0.15  # distance at which a robot stops before an obstacle [m]
 ON_MAP = 0.15  # a point within this distance of an obstacle of the map belongs to it [m]
+ON_ROBOT = 0.1  # a point within this distance of a robot belongs to it [m]
 CLUSTER = 0.25  # side of the squares in which points are grouped to plan around them [m]
 REMEMBERED = 20.0  # how long an obstacle is remembered [s]
 
@@ -48,15 +51,16 @@ def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
     `ranges` (beams,) [m] go counter-clockwise from minus half the field of view; the base was at
     `pose`, frame map.
     """
-    hit = np.isfinite(ranges) & (ranges >= laser.range_min) & (ranges < laser.range_max)
-    spread = laser.field_of_view / max(1, len(ranges))
-    angles = -laser.field_of_view / 2 + spread * np.flatnonzero(hit)
-    x, y, yaw = laser.pose
-    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-    angles = angles + yaw + pose.yaw
-    xs = pose.x + cos * x - sin * y + ranges[hit] * np.cos(angles)
-    ys = pose.y + sin * x + cos * y + ranges[hit] * np.sin(angles)
-    return np.column_stack([xs, ys])
+    directions = _directions(laser.field_of_view, laser.pose.yaw, len(ranges))
+    limits = (laser.range_min, laser.range_max)
+    return _ends(directions, ranges, limits, tuple(laser.pose), tuple(pose))
+
+
+@cache
+def _directions(field_of_view: float, yaw: float, beams: int) -> Array:
+    """Return unit vectors along the beams (beams, 2), in the frame of the base."""
+    angles = yaw - field_of_view / 2 + field_of_view / max(1, beams) * np.arange(beams)
+    return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 @dataclass(frozen=True)
@@ -69,9 +73,7 @@ class VisibleObstacles:
 
 def sort_points(points: Array, field: ClearanceField, robots: Sequence[Disc]) -> VisibleObstacles:
     """Sort points (n, 2), frame map [m]; `robots` are those that announce where they are."""
-    known = field.at_points(points) < ON_MAP
-    for robot in robots:
-        known |= np.hypot(points[:, 0] - robot.x, points[:, 1] - robot.y) < robot.radius + 0.1
+    known = _are_known(points, field.at_points(points), as_rows(robots))
     return VisibleObstacles(points[known], points[~known])
 
 
@@ -79,76 +81,160 @@ class ObstacleCheck:
     """Checks the path of one robot against visible obstacles."""
 
     def __init__(self, base: Base, laser: Laser) -> None:
-        self._footprint = Footprint(base.footprint)
+        footprint = Footprint(base.footprint)
         self._radius = base.circumscribed_radius
-        self._holonomic = base.holonomic
         self._range = laser.range_max - math.hypot(*laser.pose[:2])
+        # A holonomic base may have any heading on the path.
+        shape = np.column_stack([footprint.normals, footprint.limits])
+        self._shape: Array = np.empty((0, 3)) if base.holonomic else shape
 
     def room_ahead(
         self, path: Path, progress: float, pose: Pose, obstacles: VisibleObstacles
     ) -> float:
         """Return how far a robot that is `progress` [m] along its path may go on [m]."""
         far = min(progress + self._range, path.length)
-        marks = np.append(np.arange(progress + STEP, far, STEP), far)
-        places, headings = path.at_all(marks), path.headings_at(marks)
-        hits = []
-        for points, margin in ((obstacles.known, MAPPED_MARGIN), (obstacles.unknown, MARGIN)):
-            ahead = self._not_touched(pose, points, margin)
-            touched = self._inside(places, headings, ahead, margin).any(axis=1)
-            first = int(np.argmax(touched))
-            hits.append(marks[first] - progress - STEP if touched.any() else math.inf)
-        known, unknown = hits
+        places = _places(path.points, path.marks, path.headings, progress + STEP, far)
+        here = np.array([[0.0, *pose]])
+        known, unknown = (
+            _first_touched(points, places, here, self._shape, self._radius, margin)
+            for points, margin in ((obstacles.known, MAPPED_MARGIN), (obstacles.unknown, MARGIN))
+        )
+        known, unknown = known - progress - STEP, unknown - progress - STEP
         unseen = max(0.0, (self._range - self._radius - GAP) / 2)
-        return max(0.0, float(min(known - GAP / 3, (unknown - GAP) / 2, unseen)))
+        return max(0.0, min(known - GAP / 3, (unknown - GAP) / 2, unseen))
 
     def may_turn(self, pose: Pose, obstacles: VisibleObstacles) -> bool:
         """Return whether the robot can turn on the spot and touch no unknown obstacle."""
-        unknown = obstacles.unknown
-        away = np.hypot(unknown[:, 0] - pose.x, unknown[:, 1] - pose.y)
-        return not bool((away < self._radius + MARGIN / 2).any())
+        reach = self._radius + MARGIN / 2
+        return not _any_within(obstacles.unknown, pose.x, pose.y, reach)
 
     def blocking(self, path: Path, progress: float, obstacles: VisibleObstacles) -> Array:
         """Return the unknown points that the robot would touch, (n, 2) array, frame map [m]."""
-        marks = np.arange(progress, min(progress + self._range, path.length) + STEP, STEP)
-        places, headings = path.at_all(marks), path.headings_at(marks)
-        inside = self._inside(places, headings, obstacles.unknown, MARGIN)
-        return np.asarray(obstacles.unknown[inside.any(axis=0)])
+        far = progress + math.ceil(min(self._range, path.length - progress) / STEP) * STEP
+        places = _places(path.points, path.marks, path.headings, progress, far)
+        none = np.empty((0, 4))
+        touched = [
+            math.isfinite(
+                _first_touched(point[None], places, none, self._shape, self._radius, MARGIN)
+            )
+            for point in obstacles.unknown
+        ]
+        return obstacles.unknown[np.array(touched, dtype=bool)]
 
-    def _not_touched(self, pose: Pose, points: Array, margin: float) -> Array:
-        """Return the points that the robot does not touch now: those must not keep it there."""
-        near = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y) < self._radius + margin
-        touched = near.copy()
-        here, yaw = np.array([pose[:2]]), np.array([pose.yaw])
-        touched[near] = self._inside_at(here, yaw, points[near], margin)[0]
-        return points[~touched]
 
-    def _inside(
-        self, places: Array, headings: Array, points: Array, margin: float
-    ) -> NDArray[np.bool_]:
-        """Return which points the footprint covers at which places, (places, points) array."""
-        inside = np.zeros((len(places), len(points)), dtype=bool)
-        reach = self._radius + margin
-        low, high = places.min(axis=0) - reach, places.max(axis=0) + reach
-        near = ((points > low) & (points < high)).all(axis=1)
-        if near.any():
-            inside[:, near] = self._inside_at(places, headings, points[near], margin)
-        return inside
+@compiled(
+    "float64[:, ::1](float64[:, ::1], float64[::1], UniTuple(float64, 2), UniTuple(float64, 3),"
+    " UniTuple(float64, 3))"
+)
+def _ends(
+    directions: Array,
+    ranges: Array,
+    limits: tuple[float, float],
+    laser: tuple[float, float, float],
+    pose: tuple[float, float, float],
+) -> Array:
+    """Return the ends of the beams that hit something; see `points_seen`."""
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    points = np.empty((len(ranges), 2))
+    count = 0
+    for beam in range(len(ranges)):
+        reach = ranges[beam]
+        if limits[0] <= reach < limits[1]:
+            x = laser[0] + reach * directions[beam, 0]
+            y = laser[1] + reach * directions[beam, 1]
+            points[count] = pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y
+            count += 1
+    return points[:count]
 
-    def _inside_at(
-        self, places: Array, headings: Array, points: Array, margin: float
-    ) -> NDArray[np.bool_]:
-        rel = points[None, :, :] - places[:, None, :]
-        if self._holonomic:
-            # It may have any heading on the path.
-            round_: NDArray[np.bool_] = np.hypot(rel[..., 0], rel[..., 1]) < self._radius + margin
-            return round_
-        cos, sin = np.cos(headings)[:, None], np.sin(headings)[:, None]
-        x = cos * rel[..., 0] + sin * rel[..., 1]
-        y = cos * rel[..., 1] - sin * rel[..., 0]
-        inside = np.ones(x.shape, dtype=bool)
-        for (nx, ny), limit in zip(self._footprint.normals, self._footprint.limits, strict=True):
-            inside &= nx * x + ny * y < limit + margin
-        return inside
+
+@compiled("boolean[::1](float64[:, ::1], float64[::1], float64[:, ::1])")
+def _are_known(points: Array, clearance: Array, robots: Array) -> NDArray[np.bool_]:
+    """Return which points with these clearances belong to the map or to robots (k, 3)."""
+    known = clearance < ON_MAP
+    for robot in range(len(robots)):
+        x, y, radius = robots[robot]
+        reach = radius + ON_ROBOT
+        for point in range(len(points)):
+            dx, dy = points[point, 0] - x, points[point, 1] - y
+            known[point] |= dx * dx + dy * dy < reach * reach
+    return known
+
+
+@compiled("boolean(float64[:, ::1], float64, float64, float64)")
+def _any_within(points: Array, x: float, y: float, reach: float) -> bool:
+    for point in range(len(points)):
+        dx, dy = points[point, 0] - x, points[point, 1] - y
+        if dx * dx + dy * dy < reach * reach:
+            return True
+    return False
+
+
+@compiled("float64[:, ::1](float64[:, ::1], float64[::1], float64[::1], float64, float64)")
+def _places(points: Array, marks: Array, headings: Array, first: float, far: float) -> Array:
+    """Return places on a path, one each `STEP` and one at `far` [m].
+
+    (n, 4) array of their distance along the path, x, y [m] and the path's heading there [rad].
+    """
+    count = max(0, math.ceil((far - first) / STEP)) + 1
+    places = np.zeros((count, 4))
+    for index in range(count):
+        mark = far if index == count - 1 else first + index * STEP
+        leg = np.searchsorted(marks, mark, side="right") - 1
+        leg = min(max(leg, 0), len(headings) - 1)
+        places[index, 0] = mark
+        if leg < 0:
+            places[index, 1:3] = points[0]
+            continue
+        share = min(max(mark - marks[leg], 0.0) / (marks[leg + 1] - marks[leg]), 1.0)
+        places[index, 1:3] = points[leg] + share * (points[leg + 1] - points[leg])
+        places[index, 3] = headings[leg]
+    return places
+
+
+@compiled("boolean(float64[::1], float64[:, ::1], float64, float64, float64, float64)")
+def _covers(place: Array, shape: Array, radius: float, margin: float, x: float, y: float) -> bool:
+    """Return whether a footprint at a place of `_places` covers a point.
+
+    `shape` (n, 3) holds normals and limits of the footprint's edges; without any, it is a circle.
+    """
+    dx, dy = x - place[1], y - place[2]
+    if len(shape) == 0:
+        return dx * dx + dy * dy < (radius + margin) * (radius + margin)
+    cos, sin = math.cos(place[3]), math.sin(place[3])
+    along, aside = cos * dx + sin * dy, cos * dy - sin * dx
+    for edge in range(len(shape)):
+        if shape[edge, 0] * along + shape[edge, 1] * aside >= shape[edge, 2] + margin:
+            return False
+    return True
+
+
+@compiled(
+    "float64(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64)"
+)
+def _first_touched(
+    points: Array, places: Array, here: Array, shape: Array, radius: float, margin: float
+) -> float:
+    """Return how far along its path a robot first touches a point [m]; infinite if nowhere.
+
+    What it touches `here` (at most one place) already must not keep it there.
+    """
+    reach = radius + margin
+    x_min, x_max = np.min(places[:, 1]) - reach, np.max(places[:, 1]) + reach
+    y_min, y_max = np.min(places[:, 2]) - reach, np.max(places[:, 2]) + reach
+    first = len(places)
+    for point in range(len(points)):
+        x, y = points[point]
+        if not (x_min < x < x_max and y_min < y < y_max):
+            continue
+        if len(here) > 0:
+            near = math.hypot(x - here[0, 1], y - here[0, 2]) < reach
+            if near and _covers(here[0], shape, radius, margin, x, y):
+                continue
+        for place in range(first):
+            if _covers(places[place], shape, radius, margin, x, y):
+                first = place
+                break
+    return places[first, 0] if first < len(places) else np.inf
 
 
 def discs_around(points: Array) -> list[Disc]:

@@ -11,8 +11,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from hive_common.pose import STOP, Pose, Velocity
 from robot_navigation.planning.path import Path, angle_between
 
@@ -130,9 +128,7 @@ class PursuitFollower:
             speed_to_stop_within(room.ahead, brake, REACTION),
             max(STANDSTILL, speed_to_stop_within(left, brake, 0.05)) if room.ahead > 0 else 0.0,
         )
-        marks, turns = self._path.bends()
-        coming = (marks >= self.progress - 0.1) & (marks <= self.progress + 5.0)
-        for mark, turn in zip(marks[coming].tolist(), turns[coming].tolist(), strict=True):
+        for mark, turn in self._path.bends(self.progress - 0.1, self.progress + 5.0):
             slow = max(0.15, 1.0 - turn / 1.2) * min(base.max_speed, 0.8)
             gap = max(0.0, mark - self.progress)
             speed = min(speed, math.sqrt(slow * slow + 2 * brake * gap))
@@ -209,10 +205,9 @@ class PursuitFollower:
         """Return the velocity nearest to `wanted` that the base can have after `dt` [s]."""
         base, last = self._base, self._last
         step = base.acceleration * dt
-        change = np.array(wanted[:2]) - np.array(last[:2])
-        size = float(np.hypot(*change))
-        if size > step:
-            change *= step / size
+        dx, dy = wanted.vx - last.vx, wanted.vy - last.vy
+        size = math.hypot(dx, dy)
+        share = step / size if size > step else 1.0
         turn = base.yaw_acceleration * dt
         wz = last.wz + min(max(wanted.wz - last.wz, -turn), turn)
-        return Velocity(last.vx + float(change[0]), last.vy + float(change[1]), wz)
+        return Velocity(last.vx + share * dx, last.vy + share * dy, wz)

@@ -12,11 +12,14 @@ checked at several places along its course: it is unlikely if it passes through 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage
+
+from hive_common.compiled import compiled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,8 +37,6 @@ TEMPER = 0.08
 """Weight of a beam, 0..1: neighbouring beams err together, and the product of their likelihoods
 would be overconfident (Thrun, Burgard and Fox, section 6.3.4). Found by experiment, see
 docs/decisions/060."""
-
-BATCH = 4000  # number of poses weighed at once; bounds the memory
 
 
 @dataclass(frozen=True)
@@ -111,13 +112,12 @@ class LikelihoodField:
             distance = ndimage.distance_transform_edt(~occupied) * resolution
         # A ring of cells around the map represents everything outside it.
         distance = np.pad(np.minimum(distance, farthest), 1, constant_values=farthest)
-        self._shape = distance.shape
         sigma = settings.laser_sigma_hit
         hit = settings.laser_z_hit * np.exp(-(distance**2) / (2 * sigma**2))
         through = settings.laser_z_hit * (distance >= THROUGH)
-        self._hit = (TEMPER * np.log(hit + settings.laser_z_rand)).astype(np.float32).ravel()
+        self._hit = (TEMPER * np.log(hit + settings.laser_z_rand)).astype(np.float32)
         clear = TEMPER / len(ALONG) * np.log(through + settings.laser_z_rand)
-        self._clear = clear.astype(np.float32).ravel()
+        self._clear = clear.astype(np.float32)
 
     def log_likelihood(self, poses: Array, beams: Beams) -> Array:
         """Return the log likelihoods (n,) of a scan, up to a common constant.
@@ -125,31 +125,10 @@ class LikelihoodField:
         `poses` (n, 3) are those of the base, frame map [m, m, rad].
         """
         found = np.zeros(len(poses))
-        for first in range(0, len(poses), BATCH):
-            some = slice(first, first + BATCH)
-            for points, table in ((beams.ends, self._hit), (beams.clear, self._clear)):
-                if len(points):
-                    found[some] += table[self._cells(poses[some], points)].sum(axis=1)
+        origin = (float(self._origin[0]), float(self._origin[1]))
+        for points, table in ((beams.ends, self._hit), (beams.clear, self._clear)):
+            _add_likelihoods(found, poses, points, table, self._resolution, origin)
         return found
-
-    def _cells(self, poses: Array, points: Array) -> NDArray[np.int32]:
-        """Return the table indices (n, b) of points (b, 2) seen from poses (n, 3)."""
-        scale = np.float32(1.0 / self._resolution)
-        seen = (points * scale).astype(np.float32)
-        cos, sin = (f(poses[:, 2]).astype(np.float32)[:, None] for f in (np.cos, np.sin))
-        left, low = (
-            ((poses[:, axis] - self._origin[axis]) * scale + 1)[:, None] for axis in (0, 1)
-        )
-        rows, columns = self._shape
-        column: NDArray[np.int32]
-        row: NDArray[np.int32]
-        column = (left.astype(np.float32) + cos * seen[:, 0] - sin * seen[:, 1]).astype(np.int32)
-        row = (low.astype(np.float32) + sin * seen[:, 0] + cos * seen[:, 1]).astype(np.int32)
-        np.clip(column, 0, columns - 1, out=column)
-        np.clip(row, 0, rows - 1, out=row)
-        row *= columns
-        row += column
-        return row
 
     def anywhere(self, count: int, random: np.random.Generator) -> Array:
         """Return poses (count, 3) drawn evenly from free cells and all headings, frame map."""
@@ -159,3 +138,38 @@ class LikelihoodField:
         headings = random.uniform(-np.pi, np.pi, (count, 1))
         spread: Array = np.hstack([places * self._resolution + self._origin, headings])
         return spread
+
+
+@compiled(
+    "void(float64[::1], float64[:, ::1], float64[:, ::1], float32[:, ::1], float64,"
+    " UniTuple(float64, 2))"
+)
+def _add_likelihoods(
+    found: Array,
+    poses: Array,
+    points: Array,
+    table: NDArray[np.float32],
+    resolution: float,
+    origin: tuple[float, float],
+) -> None:
+    """Add to (n,) what a table says of points (b, 2) seen from poses (n, 3), and sum it up."""
+    rows, columns = np.int32(table.shape[0]), np.int32(table.shape[1])
+    scale = np.float32(1.0 / resolution)
+    xs, ys = (points[:, 0] * scale).astype(np.float32), (points[:, 1] * scale).astype(np.float32)
+    cells = np.empty(len(points), dtype=np.int32)
+    values = table.reshape(-1)
+    for pose in range(len(poses)):
+        cos, sin = np.float32(math.cos(poses[pose, 2])), np.float32(math.sin(poses[pose, 2]))
+        left = np.float32((poses[pose, 0] - origin[0]) * scale + 1)
+        low = np.float32((poses[pose, 1] - origin[1]) * scale + 1)
+        # A loop of its own, which the compiler turns into vector instructions.
+        for point in range(len(cells)):
+            column = np.int32(left + cos * xs[point] - sin * ys[point])
+            row = np.int32(low + sin * xs[point] + cos * ys[point])
+            column = min(max(column, np.int32(0)), np.int32(columns - 1))
+            row = min(max(row, np.int32(0)), np.int32(rows - 1))
+            cells[point] = row * columns + column
+        total = 0.0
+        for point in range(len(cells)):
+            total += values[cells[point]]
+        found[pose] += total

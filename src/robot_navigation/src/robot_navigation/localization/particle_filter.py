@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hive_common.compiled import compiled
 from hive_common.pose import Pose
 from robot_navigation.localization.odometry_model import spread, wrap_yaws
 
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
     from robot_navigation.localization.amcl_settings import AmclSettings
     from robot_navigation.localization.likelihood_field import Beams, LikelihoodField
 
-BIN = np.array([0.5, 0.5, math.radians(10.0)])
-"""Size of the bins in which particles are counted [m, m, rad]; those of ROS's amcl."""
+BIN_SIDE, BIN_ANGLE = 0.5, math.radians(10.0)
+"""Size of the bins in which particles are counted [m], [rad]; those of ROS's amcl."""
 
 NEAR, NEAR_YAW = 0.8, math.radians(40.0)
 """Particles this near to the heaviest place belong to it [m], [rad]."""
@@ -108,58 +109,108 @@ class ParticleFilter:
         If the latest scans are much less likely than those before, some of them are drawn
         anywhere, so that a robot that was carried away can find itself ("augmented" localization).
         """
-        limit = self._settings.max_particles
+        settings, limit = self._settings, self._settings.max_particles
         bounds = np.cumsum(self.weights)
-        drawn = np.searchsorted(bounds, self._random.random(limit) * bounds[-1])
-        found = self.particles[np.minimum(drawn, len(self.particles) - 1)]
+        draws = self._random.random(limit) * bounds[-1]
         lost = max(0.0, 1.0 - self._fast / self._slow) if self._slow else 0.0
+        strays = np.empty((0, 3))
         if lost:
-            stray = np.flatnonzero(self._random.random(limit) < lost)
-            found[stray] = self._field.anywhere(len(stray), self._random)
+            chosen = np.flatnonzero(self._random.random(limit) < lost)
+            strays = np.full((limit, 3), np.nan)
+            strays[chosen] = self._field.anywhere(len(chosen), self._random)
             self._slow = self._fast = 0.0
-        count = self._sufficient(found)
-        self.particles = found[:count]
-        self.weights = np.full(count, 1.0 / count)
-
-    def _sufficient(self, particles: Array) -> int:
-        """Return how many of these particles, in this order, suffice (Fox, 2003)."""
-        _, first = np.unique(_keys(particles), return_index=True)
-        new = np.zeros(len(particles))
-        new[first] = 1.0
-        more = np.maximum(np.cumsum(new) - 1.0, 1.0)
-        part = 2.0 / (9.0 * more)
-        z = self._settings.kld_z
-        needed = more / (2.0 * self._settings.kld_err) * (1.0 - part + np.sqrt(part) * z) ** 3
-        enough = np.arange(1, len(particles) + 1) >= np.maximum(
-            needed, self._settings.min_particles
-        )
-        return int(enough.argmax()) + 1 if enough.any() else len(particles)
+        kld = (float(settings.kld_err), float(settings.kld_z))
+        found = _drawn(self.particles, bounds, draws, strays, kld, settings.min_particles)
+        self.particles = found
+        self.weights = np.full(len(found), 1.0 / len(found))
 
     def estimate(self) -> Estimate:
         """Return the mean of the particles near the heaviest place."""
         keys = _keys(self.particles)
         places, which = np.unique(keys, return_inverse=True)
         heaviest = np.bincount(which, self.weights, len(places)).argmax()
-        near = which == heaviest
-        for _ in range(3):
-            pose = _mean(self.particles[near], self.weights[near])
-            away = self.particles - pose
-            wrap_yaws(away)
-            near = (np.hypot(away[:, 0], away[:, 1]) < NEAR) & (np.abs(away[:, 2]) < NEAR_YAW)
-        weights = self.weights[near]
-        covariance: Array = (away[near].T * weights) @ away[near] / weights.sum()
-        return Estimate(Pose(*pose.tolist()), covariance, float(weights.sum()))
+        pose, covariance, share = _around(self.particles, self.weights, which == heaviest)
+        return Estimate(Pose(*pose.tolist()), covariance, share)
 
 
 def _keys(particles: Array) -> NDArray[np.int64]:
     """Return the bins of particles (n, 3) as (n,) numbers."""
-    bins = np.floor(particles / BIN).astype(np.int64)
+    bins = np.floor(particles / (BIN_SIDE, BIN_SIDE, BIN_ANGLE)).astype(np.int64)
     keys: NDArray[np.int64] = (bins[:, 0] << 40) + (bins[:, 1] << 20) + bins[:, 2]
     return keys
 
 
-def _mean(particles: Array, weights: Array) -> Array:
-    """Return the mean pose (3,); headings are averaged on the circle."""
-    x, y = np.average(particles[:, :2], axis=0, weights=weights)
-    sin, cos = (np.average(f(particles[:, 2]), weights=weights) for f in (np.sin, np.cos))
-    return np.array([x, y, math.atan2(sin, cos)])
+@compiled(
+    "float64[:, ::1](float64[:, ::1], float64[::1], float64[::1], float64[:, ::1],"
+    " UniTuple(float64, 2), int64)"
+)
+def _drawn(
+    particles: Array,
+    bounds: Array,
+    draws: Array,
+    strays: Array,
+    kld: tuple[float, float],
+    least: int,
+) -> Array:
+    """Return as many of the drawn particles as suffice (Fox, 2003).
+
+    Args:
+        particles: (n, 3) to draw from.
+        bounds: (n,) cumulated weights.
+        draws: (k,) random numbers below the last bound.
+        strays: (k, 3) poses to take instead, NaN where none is; or (0, 3).
+        kld: `kld_err` and `kld_z`.
+        least: Draw at least this many.
+    """
+    found = np.empty((len(draws), 3))
+    bins = set()
+    for index in range(len(draws)):
+        drawn = min(np.searchsorted(bounds, draws[index]), len(particles) - 1)
+        found[index] = particles[drawn]
+        if len(strays) > 0 and not math.isnan(strays[index, 0]):
+            found[index] = strays[index]
+        x, y, yaw = found[index]
+        column, row = math.floor(x / BIN_SIDE), math.floor(y / BIN_SIDE)
+        bins.add((column << 40) + (row << 20) + math.floor(yaw / BIN_ANGLE))
+        more = max(len(bins) - 1.0, 1.0)
+        part = 2.0 / (9.0 * more)
+        needed = more / (2.0 * kld[0]) * (1.0 - part + math.sqrt(part) * kld[1]) ** 3
+        if index + 1 >= max(needed, least):
+            return found[: index + 1]
+    return found
+
+
+@compiled(
+    "Tuple((float64[::1], float64[:, ::1], float64))(float64[:, ::1], float64[::1], boolean[::1])"
+)
+def _around(
+    particles: Array, weights: Array, near: NDArray[np.bool_]
+) -> tuple[Array, Array, float]:
+    """Return the mean pose (3,) around some particles, its covariance (3, 3) and its weight."""
+    pose, covariance, total = np.zeros(3), np.zeros((3, 3)), 0.0
+    chosen = near.copy()
+    for _ in range(3):
+        total, x, y, sin, cos = 0.0, 0.0, 0.0, 0.0, 0.0
+        for index in range(len(particles)):
+            if chosen[index]:
+                weight, yaw = weights[index], particles[index, 2]
+                total += weight
+                x += weight * particles[index, 0]
+                y += weight * particles[index, 1]
+                # Headings are averaged on the circle.
+                sin += weight * math.sin(yaw)
+                cos += weight * math.cos(yaw)
+        pose[:] = x / total, y / total, math.atan2(sin / total, cos / total)
+        covariance[:], total = 0.0, 0.0
+        for index in range(len(particles)):
+            dx, dy = particles[index, 0] - pose[0], particles[index, 1] - pose[1]
+            turn = (particles[index, 2] - pose[2] + np.pi) % (2 * np.pi) - np.pi
+            chosen[index] = math.hypot(dx, dy) < NEAR and abs(turn) < NEAR_YAW
+            if chosen[index]:
+                weight = weights[index]
+                total += weight
+                away = (dx, dy, turn)
+                for row in range(3):
+                    for column in range(3):
+                        covariance[row, column] += weight * away[row] * away[column]
+    return pose, covariance / total, total

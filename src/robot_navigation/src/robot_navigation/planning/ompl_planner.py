@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from ompl import base, geometric, util
-from scipy import ndimage
 
-from hive_common.grid_map import ClearanceField
+from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.planning.planner import PlanError
 from robot_navigation.planning.roadmap import Roadmap
 
@@ -24,7 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from hive_common.grid_map import Disc, GridMap
+    from hive_common.grid_map import GridMap
+    from robot_navigation.planning.clearance import Disc
     from robot_navigation.planning.path import Point
 
 MARGINS = (0.08, 0.02)
@@ -55,11 +55,13 @@ class OmplPlanner:
         self.field = ClearanceField.of(grid)
         self._roadmaps = [Roadmap(self.field, radius + margin) for margin in MARGINS]
         self._seed = seed
+        self._last_discs: tuple[Disc, ...] = ()
+        self._last_field = self.field
 
     def plan(self, start: Point, goal: Point, discs: Sequence[Disc] = ()) -> list[Point]:
         """See `Planner.plan`."""
         self._check_goal(goal)
-        field = self.field.with_discs(discs) if discs else self.field
+        field = self._field_with(discs)
         if field.at(*goal) < self.need:
             raise PlanError(
                 f"goal ({goal[0]:.2f}, {goal[1]:.2f}): an obstacle that is not on the map is "
@@ -72,6 +74,13 @@ class OmplPlanner:
             self._check_connected(begin, goal, field)
         corners = _Problem(field, need, self._seed).solve(begin, goal, guide)
         return corners if begin == start else [start, *corners]
+
+    def _field_with(self, discs: Sequence[Disc]) -> ClearanceField:
+        """Return the clearances with discs; one field serves several plans around the same ones."""
+        if tuple(discs) != self._last_discs:
+            self._last_discs = tuple(discs)
+            self._last_field = self.field.with_discs(discs) if discs else self.field
+        return self._last_field
 
     def _guide(
         self, start: Point, goal: Point, field: ClearanceField, discs: Sequence[Disc]
@@ -124,9 +133,9 @@ class OmplPlanner:
 
     def _check_connected(self, start: Point, goal: Point, field: ClearanceField) -> None:
         """Raise if no path can connect start and goal."""
-        if _connected(field, self.need, start, goal):
+        if field.connects(start, goal, self.need):
             return
-        lasting = not _connected(self.field, self.need, start, goal)
+        lasting = not self.field.connects(start, goal, self.need)
         where = "on this map" if lasting else "around the obstacles that are not on the map"
         remedy = "choose another goal" if lasting else "clear the path, or choose another goal"
         raise PlanError(
@@ -134,15 +143,6 @@ class OmplPlanner:
             f"({goal[0]:.2f}, {goal[1]:.2f}) {where}; {remedy}",
             lasting=lasting,
         )
-
-
-def _connected(field: ClearanceField, need: float, start: Point, goal: Point) -> bool:
-    """Return whether start and goal lie in one part of the free space."""
-    parts, _ = ndimage.label(field.clearance >= need)
-    grid = field.grid
-    cells = np.floor((np.array([start, goal]) - np.array(grid.origin[:2])) / grid.resolution)
-    (column, row), (goal_column, goal_row) = cells.astype(int)
-    return bool(parts[row, column] == parts[goal_row, goal_column] != 0)
 
 
 class _Problem:

@@ -10,7 +10,7 @@ from hive_common.errors import HiveError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hive_common.grid_map import Disc
+    from robot_navigation.planning.clearance import Disc
     from robot_navigation.planning.path import Point
 
 

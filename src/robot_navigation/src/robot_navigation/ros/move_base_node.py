@@ -112,8 +112,7 @@ class MoveBase:
             return
         self._blind_since = now
         self._navigator.stationary = self._senses.arm_at_work
-        heard = tuple(self._surroundings.heard.values())
-        tick = self._navigator.tick(now.to_sec(), pose, ranges, heard)
+        tick = self._navigator.tick(now.to_sec(), pose, ranges, self._surroundings.heard)
         self._drive(tick.velocity)
         self._announce(now, tick.announcement)
         self._show_path(now)

@@ -19,6 +19,7 @@ from hive_common.ros.inbox import Inbox
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.ros.conversions import traffic_from_msg, traffic_to_msg
 from robot_navigation.ros.startup import wait_for_map
+from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,7 +37,7 @@ class Surroundings:
     Attributes:
         inbox: Actions for the control loop.
         transforms: The transforms of the last five seconds.
-        heard: The latest announcement of every robot, those of this process included.
+        heard: What every robot announces, those of this process included.
 
     ROS Subscribers: `map` (nav_msgs/OccupancyGrid), `traffic` (robot_description/Traffic), of the
         hive; tf.
@@ -47,7 +48,7 @@ class Surroundings:
         """Listen; `hive` is the hive's namespace and ends in a slash."""
         self.inbox = Inbox()
         self.transforms = tf2_ros.Buffer(cache_time=rospy.Duration(5))
-        self.heard: dict[str, Announcement] = {}
+        self.heard = Neighbourhood()
         self._hive = hive
         self._chart: OccupancyGrid | None = None
         self._planners: dict[float, OmplPlanner] = {}
@@ -78,7 +79,7 @@ class Surroundings:
 
     def announce(self, announcement: Announcement, frame: str) -> None:
         """Tell the robots of this process and all others what one of them is about to do."""
-        self.heard[announcement.name] = announcement
+        self.heard.hear(announcement)
         self._traffic.publish(traffic_to_msg(announcement, frame))
 
     def _hear(self, msg: Traffic) -> None:
@@ -89,7 +90,7 @@ class Surroundings:
         except ValueError as error:
             rospy.logwarn_throttle_identical(10, str(error))
             return
-        self.inbox.put(lambda: self.heard.update({announcement.name: announcement}))
+        self.inbox.put(lambda: self.heard.hear(announcement))
 
     def every(self, period: float, action: Callable[[], None]) -> None:
         """Have the control loop do something repeatedly, first at once [s, ROS time]."""

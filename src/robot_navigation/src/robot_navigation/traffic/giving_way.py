@@ -6,13 +6,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from robot_navigation.traffic.passing_place import path_aside
+from robot_navigation.traffic.passing_place import PassingPlaces
 from robot_navigation.traffic.right_of_way import Right, no_right
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    from hive_common.grid_map import ClearanceField
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
     from robot_navigation.traffic.right_of_way import Announcement, Meeting
@@ -55,11 +55,21 @@ class GivingWay:
         self._moving_aside = False
 
     def path_aside(
-        self, now: float, me: Announcement, met: Sequence[Meeting], standing: float
+        self,
+        now: float,
+        me: Announcement,
+        met: Sequence[Meeting],
+        standing: float,
+        everyone: Callable[[], Sequence[Announcement]],
     ) -> list[Point] | None:
         """Return the path to a passing place, if the robot must move aside and there is one.
 
-        `me` is what the robot announces; it has been `standing` still for a time [s].
+        Args:
+            now: The time [s].
+            me: What the robot announces.
+            met: How it meets others.
+            standing: How long it has been standing still [s].
+            everyone: Returns all other robots, near or not.
         """
         if self.right.step < 0 and now > self._ask_until:
             self.restore()
@@ -71,7 +81,7 @@ class GivingWay:
         if not first or now < self._search_at or not (blocks or standing >= HESITATION):
             return None
         self._search_at = now + SEARCH_AGAIN
-        right, others = min(self._behind(first)), [meeting.other for meeting in met]
+        right, others = min(self._behind(first)), everyone()
         path = self._passing_path(replace(me, right=right), first, others)
         if path is None:
             return self._ask(now, me, min(first, key=_right), others)
@@ -92,10 +102,11 @@ class GivingWay:
         around the robots only that do not move aside for this one in turn.
         """
         first = [other for other in others if other.right < self.right]
-        fixed = [other for other in others if other.stationary or other in first]
+        fixed = [other for other in others if other.stationary or other.right < self.right]
         for obstacles in (others, fixed):
+            places = PassingPlaces(me, obstacles, self._planner, self._field, self._need)
             for avoided in (first, on):
-                path = path_aside(me, avoided, obstacles, self._planner, self._field, self._need)
+                path = places.path_off(avoided)
                 if path is not None:
                     return path
         return None
@@ -114,7 +125,8 @@ class GivingWay:
         if len(me.path) > 1:
             return None
         past = [other for other in others if other.name != first.name]
-        return path_aside(me, [first], past, self._planner, self._field, self._need)
+        places = PassingPlaces(me, past, self._planner, self._field, self._need)
+        return places.path_off([first])
 
 
 def _right(announcement: Announcement) -> Right:

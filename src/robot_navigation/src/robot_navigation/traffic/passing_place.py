@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_common.grid_map import Disc
+from hive_common.compiled import compiled
+from robot_navigation.planning.clearance import Disc
 from robot_navigation.planning.path import Path
 from robot_navigation.planning.planner import PlanError
 from robot_navigation.traffic.right_of_way import MIN_GAP, keep_apart, meetings
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.geometry import Array
-    from hive_common.grid_map import ClearanceField
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
     from robot_navigation.traffic.right_of_way import Announcement
@@ -37,53 +38,63 @@ def other_robots(others: Sequence[Announcement]) -> list[Disc]:
     return [Disc(other.x, other.y, other.radius + MIN_GAP) for other in others]
 
 
-def path_aside(
-    me: Announcement,
-    first: Sequence[Announcement],
-    others: Sequence[Announcement],
-    planner: Planner,
-    field: ClearanceField,
-    need: float,
-) -> list[Point] | None:
-    """Return a path to the nearest passing place that the right of way lets the robot drive to.
+class PassingPlaces:
+    """The places around a robot that are free, whoever's path they are on."""
 
-    Args:
-        me: The robot that moves aside, with the right that it has then.
-        first: The robots whose paths it must leave and avoid.
-        others: The robots that are obstacles.
-        planner: The robot's planner.
-        field: The clearances of the map.
-        need: The clearance that the robot needs [m].
+    def __init__(
+        self,
+        me: Announcement,
+        others: Sequence[Announcement],
+        planner: Planner,
+        field: ClearanceField,
+        need: float,
+    ) -> None:
+        """Find the places that are free.
 
-    Returns:
-        The corners of the path, frame map [m]; if none is free at once, one that is free later;
-        None if there is no place.
-    """
-    here = np.array([me.x, me.y])
-    discs = other_robots(others)
-    around = field.with_discs(discs)
-    places = _candidates(here)
-    places = places[around.at_points(places) >= need + SLACK]
-    for other in first:
-        places = places[
-            _distances(other.samples[0], places) >= keep_apart(me.radius, other.radius) + SLACK
-        ]
-    if not len(places):
-        return None
-    places = places[np.argsort(_cost(here, places, first), kind="stable")]
-    starts = np.repeat([here], len(places), axis=0)
-    visible = np.flatnonzero(around.lines_are_clear(starts, places, need))
-    paths = [[(me.x, me.y), (float(x), float(y))] for x, y in places[visible]]
-    if not paths:
-        some = places[:: max(1, len(places) // 40)][:MAX_PLANS]
-        paths = _planned((me.x, me.y), some, planner, discs)
-    free = (path for path in paths if _is_free(replace(me, path=tuple(path)), others))
-    return next(free, paths[0] if paths else None)
+        Args:
+            me: The robot that moves aside, with the right that it has then.
+            others: The robots that are obstacles.
+            planner: The robot's planner.
+            field: The clearances of the map.
+            need: The clearance that the robot needs [m].
+        """
+        self._me = me
+        self._others = others
+        self._planner = planner
+        self._need = need
+        self._discs = other_robots(others)
+        self._around = field.with_discs(self._discs)
+        places = _candidates(np.array([me.x, me.y]))
+        self._places = places[self._around.at_points(places) >= need + SLACK]
+
+    def path_off(self, first: Sequence[Announcement]) -> list[Point] | None:
+        """Return a path to the nearest place that the right of way lets the robot drive to.
+
+        `first` are the robots whose paths it must leave and avoid. If no path is free at once, it
+        is one that is free later; None if there is no place.
+        """
+        me, here = self._me, np.array([self._me.x, self._me.y])
+        cost: Array = np.hypot(*(self._places - here).T)
+        for other in first:
+            apart = keep_apart(me.radius, other.radius) + SLACK
+            _avoid(self._places, cost, other.samples[0], apart, (me.x, me.y), (other.x, other.y))
+        order = np.argsort(cost, kind="stable")
+        places = self._places[order[np.isfinite(cost[order])]]
+        if not len(places):
+            return None
+        starts = np.repeat([here], len(places), axis=0)
+        visible = np.flatnonzero(self._around.lines_are_clear(starts, places, self._need))
+        paths = [[(me.x, me.y), (float(x), float(y))] for x, y in places[visible]]
+        if not paths:
+            some = places[:: max(1, len(places) // 40)][:MAX_PLANS]
+            paths = _planned((me.x, me.y), some, self._planner, self._discs)
+        free = (path for path in paths if _is_free(replace(me, path=tuple(path)), self._others))
+        return next(free, paths[0] if paths else None)
 
 
 def _is_free(me: Announcement, others: Sequence[Announcement]) -> bool:
     """Return whether no claim and no right keeps a robot from driving its whole path now."""
-    return all(math.isinf(meeting.room) for meeting in meetings(me, others))
+    return all(math.isinf(met.room) for other in others for met in meetings(me, [other]))
 
 
 def _planned(
@@ -106,17 +117,26 @@ def _candidates(here: Array) -> Array:
     return np.asarray(here + DISTANCES[:, None, None] * circle).reshape(-1, 2)
 
 
-def _distances(path: Array, places: Array) -> Array:
-    """Return the distances of places from the points of a path, (n,) array [m]."""
-    apart = np.hypot(places[:, None, 0] - path[None, :, 0], places[:, None, 1] - path[None, :, 1])
-    return np.asarray(apart.min(axis=1))
+@compiled(
+    "void(float64[:, ::1], float64[::1], float64[:, ::1], float64, UniTuple(float64, 2),"
+    " UniTuple(float64, 2))"
+)
+def _avoid(
+    places: Array, cost: Array, path: Array, apart: float, here: Point, body: Point
+) -> None:
+    """Make places (n, 2) cost more because of a robot at `body` with a path (k, 2).
 
-
-def _cost(here: Array, places: Array, first: Sequence[Announcement]) -> Array:
-    """Return how far places are, plus `DETOUR` for each robot that they lie towards [m]."""
-    cost: Array = np.hypot(*(places - here).T)
-    for other in first:
-        body = np.array([other.x, other.y])
-        towards = np.hypot(*(places - body).T) < np.hypot(*(here - body)) - SLACK
-        cost = cost + DETOUR * towards
-    return np.asarray(cost)
+    Those less than `apart` from its path cost infinitely much, those towards it `DETOUR` [m].
+    """
+    x_min, x_max = np.min(path[:, 0]) - apart, np.max(path[:, 0]) + apart
+    y_min, y_max = np.min(path[:, 1]) - apart, np.max(path[:, 1]) + apart
+    near = math.hypot(here[0] - body[0], here[1] - body[1]) - SLACK
+    for place in range(len(places)):
+        x, y = places[place]
+        if math.hypot(x - body[0], y - body[1]) < near:
+            cost[place] += DETOUR
+        if x_min < x < x_max and y_min < y < y_max:
+            for point in range(len(path)):
+                if math.hypot(x - path[point, 0], y - path[point, 1]) < apart:
+                    cost[place] = np.inf
+                    break

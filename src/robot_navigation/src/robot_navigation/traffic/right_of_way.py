@@ -23,22 +23,26 @@ tried, are in docs/decisions/011-right-of-way.md.
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from hive_common.compiled import compiled
 from robot_navigation.planning.path import sampled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
-    from hive_common.geometry import Array
+    from hive_common.geometry import Array, Indices
     from robot_navigation.planning.path import Point
+
+    Square = tuple[int, int]
 
 STEP = 0.1  # distance between the points of paths that are compared [m]
 GAP = 0.10  # distance between the circles around two robots' footprints [m]
@@ -50,6 +54,11 @@ BEHIND = 0.1
 
 GLANCE = 0.6  # how far ahead a robot checks whether it leaves another robot's path [m]
 CLAIM = 0.3  # how much of its path a robot claims beyond its braking distance [m]
+
+SIDE = 4.0  # of the squares by which robots find their neighbours [m]
+SLACK = 0.01  # how much nearer than needed counts as near, against rounding [m]
+MOST = 1000  # what covers more squares is filed under `ANYWHERE`
+ANYWHERE = (0, 0)  # is near every place as well as a square of its own
 
 CLAIM_TIME = 0.5
 """How long a claim must last at the robot's speed, until the others hear the next one [s]."""
@@ -115,9 +124,30 @@ class Announcement:
         """Points along the path, (n, 2) array [m], and their distances from its start [m]."""
         return sampled(self.path, STEP)
 
+    @cached_property
+    def box(self) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max of what must stay free of those of others [m]."""
+        xs, ys = zip(*self.path, strict=True)
+        reach = self.radius + GAP / 2
+        return min(xs) - reach, min(ys) - reach, max(xs) + reach, max(ys) + reach
 
-@dataclass(frozen=True)
-class Meeting:
+    @cached_property
+    def squares(self) -> frozenset[Square]:
+        """The squares that the robot or its path comes near; see `squares_around`.
+
+        Two robots that must keep apart somewhere share a square.
+        """
+        points = [(self.x, self.y), *self.path]
+        return squares_around(points, self.radius + GAP / 2 + SLACK)
+
+    def with_claim(self, claim: float, right: Right) -> Announcement:
+        """Return the announcement with a claim [m] and a right."""
+        claiming = replace(self, claim=claim, right=right)
+        vars(claiming).update(samples=self.samples, box=self.box, squares=self.squares)
+        return claiming
+
+
+class Meeting(NamedTuple):
     """How one robot gets along with another.
 
     Attributes:
@@ -132,6 +162,20 @@ class Meeting:
     room: float
     on_its_path: bool
     blocks_it: bool
+
+
+def squares_around(points: Sequence[Point], reach: float) -> frozenset[Square]:
+    """Return the squares within `reach` [m] of a polyline, and a few more."""
+    squares: set[Square] = set()
+    for (ax, ay), (bx, by) in itertools.pairwise(points):
+        left, right = math.floor((min(ax, bx) - reach) / SIDE), (max(ax, bx) + reach) / SIDE
+        low, high = math.floor((min(ay, by) - reach) / SIDE), (max(ay, by) + reach) / SIDE
+        if (right - left) * (high - low) > MOST:
+            return frozenset({ANYWHERE})
+        squares.update(
+            itertools.product(range(left, math.floor(right) + 1), range(low, math.floor(high) + 1))
+        )
+    return frozenset(squares)
 
 
 def keep_apart(one: float, other: float) -> float:
@@ -154,32 +198,64 @@ def meetings(me: Announcement, others: Iterable[Announcement]) -> list[Meeting]:
 
 
 def _meeting(me: Announcement, other: Announcement) -> Meeting:
-    apart = keep_apart(me.radius, other.radius)
-    points, marks = me.samples
-    path, path_marks = other.samples
-    away = np.hypot(points[:, None, 0] - path[None, :, 0], points[:, None, 1] - path[None, :, 1])
-    claimed = away[:, path_marks <= other.claim + STEP / 2]
-    room = _room_before(claimed.min(axis=1), marks, apart)
-    if other.right > me.right:
-        return Meeting(other, room, on_its_path=False, blocks_it=False)
-    nearest = away.min(axis=1)
-    place = path_marks[away.argmin(axis=1)]
-    if nearest[0] >= apart:
-        room = min(room, _first(nearest < apart, marks) - HOLD)
-        return Meeting(other, max(0.0, room), on_its_path=False, blocks_it=False)
-    on_its_path = bool(place[0] > BEHIND)
-    glance = min(len(marks) - 1, math.ceil(GLANCE / STEP))
-    nearer = glance == 0 or bool(place[glance] < place[0] - BEHIND)
-    blocks_it = on_its_path and nearer and bool((nearest[: glance + 1] < apart).all())
-    if blocks_it:
-        room = 0.0
-    else:
-        # A robot may always leave the path; what counts is where it would come back to it.
-        left = _first(nearest >= apart, marks)
-        room = min(room, _first((nearest < apart) & (marks > left), marks) - HOLD)
-    return Meeting(other, max(0.0, room), on_its_path, blocks_it)
+    x_min, y_min, x_max, y_max = me.box
+    left, low, right, high = other.box
+    if left > x_max or right < x_min or low > y_max or high < y_min:
+        return Meeting(other, math.inf, on_its_path=False, blocks_it=False)
+    return Meeting(
+        other,
+        *_met(
+            *me.samples,
+            *other.samples,
+            other.claim,
+            keep_apart(me.radius, other.radius),
+            other.right > me.right,
+        ),
+    )
 
 
+@compiled(
+    "Tuple((float64[::1], float64[::1], int64[::1]))"
+    "(float64[:, ::1], float64[:, ::1], int64, float64)"
+)
+def _distances(
+    points: Array, path: Array, claimed: int, apart: float
+) -> tuple[Array, Array, Indices]:
+    """Return how far points (n, 2) are from a path and from its first points, and what is nearest.
+
+    What is at least `apart` away may count as infinitely far [m].
+    """
+    x_min, x_max = np.min(path[:, 0]) - apart, np.max(path[:, 0]) + apart
+    y_min, y_max = np.min(path[:, 1]) - apart, np.max(path[:, 1]) + apart
+    nearest, nearest_claimed = np.full(len(points), np.inf), np.full(len(points), np.inf)
+    place = np.zeros(len(points), dtype=np.int64)
+    for index in range(len(points)):
+        x, y = points[index]
+        if not (x_min < x < x_max and y_min < y < y_max):
+            continue
+        least = np.inf
+        for other in range(len(path)):
+            dx, dy = x - path[other, 0], y - path[other, 1]
+            square = dx * dx + dy * dy
+            if square < least:
+                least = square
+                place[index] = other
+            if other == claimed - 1:
+                nearest_claimed[index] = math.sqrt(least)
+        nearest[index] = math.sqrt(least)
+    return nearest, nearest_claimed, place
+
+
+@compiled("float64(boolean[::1], float64[::1])")
+def _first(wanted: NDArray[np.bool_], marks: Array) -> float:
+    """Return the first mark where `wanted` is true; infinite if there is none."""
+    for index in range(len(marks)):
+        if wanted[index]:
+            return marks[index]
+    return np.inf
+
+
+@compiled("float64(float64[::1], float64[::1], float64)")
 def _room_before(away: Array, marks: Array, apart: float) -> float:
     """Return how far a robot can go and keep its distance from a claim [m].
 
@@ -187,10 +263,41 @@ def _room_before(away: Array, marks: Array, apart: float) -> float:
     """
     if away[0] >= apart:
         return _first(away < apart, marks) - STEP
-    least = min(apart - GAP + MIN_GAP, float(away[0]) - 0.005)
+    least = min(apart - GAP + MIN_GAP, away[0] - 0.005)
     return _first(away < least, marks) - STEP
 
 
-def _first(wanted: NDArray[np.bool_], marks: Array) -> float:
-    """Return the first mark where `wanted` is true; infinite if there is none."""
-    return float(marks[int(np.argmax(wanted))]) if wanted.any() else math.inf
+@compiled(
+    "Tuple((float64, boolean, boolean))(float64[:, ::1], float64[::1], float64[:, ::1],"
+    " float64[::1], float64, float64, boolean)"
+)
+def _met(
+    points: Array,
+    marks: Array,
+    path: Array,
+    path_marks: Array,
+    claim: float,
+    apart: float,
+    goes_first: bool,
+) -> tuple[float, bool, bool]:
+    """Return what makes a `Meeting` of robots whose centres must stay `apart` [m]."""
+    nearest, claimed, place = _distances(
+        points, path, np.sum(path_marks <= claim + STEP / 2), apart
+    )
+    room = _room_before(claimed, marks, apart)
+    if goes_first:
+        return room, False, False
+    if nearest[0] >= apart:
+        room = min(room, _first(nearest < apart, marks) - HOLD)
+        return max(0.0, room), False, False
+    on_its_path = path_marks[place[0]] > BEHIND
+    glance = min(len(marks) - 1, math.ceil(GLANCE / STEP))
+    nearer = glance == 0 or path_marks[place[glance]] < path_marks[place[0]] - BEHIND
+    blocks_it = on_its_path and nearer and np.all(nearest[: glance + 1] < apart)
+    if blocks_it:
+        room = 0.0
+    else:
+        # A robot may always leave the path; what counts is where it would come back to it.
+        left = _first(nearest >= apart, marks)
+        room = min(room, _first((nearest < apart) & (marks > left), marks) - HOLD)
+    return max(0.0, room), on_its_path, blocks_it

@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hive_common.grid_map import FAR, ClearanceField, Disc, GridMap
+from hive_common.grid_map import GridMap
+from robot_navigation.planning.clearance import FAR, ClearanceField, Disc
 
 
 def hall(blocked_columns: slice = slice(0, 0)) -> ClearanceField:
