@@ -145,6 +145,7 @@ class Desk:
 def test_the_state_of_a_task_concerns_no_member_and_its_rejection_concerns_all():
     desk = Desk()
     desk.say(NEW_TASK, GO)
+    desk.network.run(1.0)
     desk.say(NEW_TASK, replace(GO, priority=3))
 
     assert desk.talker.concerned[TASK_STATE] == [(), None]
