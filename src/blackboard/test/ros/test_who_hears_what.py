@@ -12,7 +12,7 @@ from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.messages import AppendEntries, AppendReply, Heartbeat
 from blackboard.consensus.node import RaftNode
 from blackboard.costing.bid_basis import Bids
-from blackboard.costing.path_lengths import EuclideanLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,11 @@ SECONDS_PER_HOUR = 3600.0
 # points are the robot's own.
 _CHARGE_POINTS = (0.0, 0.05, 0.10, 0.20, 0.50, 0.80, 0.95, 1.0)
 _VOLTAGE_SHARES = (0.0, 0.30, 0.42, 0.52, 0.65, 0.80, 0.93, 1.0)
+
+
+@lru_cache(maxsize=16)  # A robot asks for the same level with every bid.
+def _voltage_share(level: float) -> float:
+    return float(np.interp(level, _CHARGE_POINTS, _VOLTAGE_SHARES))
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +81,9 @@ class Battery:
 
     def get_volts(self, level: float | None = None) -> float:
         """Return the voltage [V] at a level from 0 to 1; by default at the present one."""
-        share = np.interp(
-            self._charge if level is None else level, _CHARGE_POINTS, _VOLTAGE_SHARES
-        )
+        share = _voltage_share(self._charge if level is None else level)
         model = self._model
-        return float(model.voltage_empty + share * (model.voltage_full - model.voltage_empty))
+        return model.voltage_empty + share * (model.voltage_full - model.voltage_empty)
 
     def get_amps(self, power: float) -> float:
         """Return the current [A] that a power [W] draws now."""
