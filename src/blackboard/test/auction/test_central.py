@@ -9,9 +9,9 @@ import pytest
 from blackboard.auction.central import Central
 from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.costing.cost import COST_MODELS
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.insertion import Aging
 from blackboard.costing.pace import Pace
-from blackboard.costing.path_lengths import EuclideanLengths
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import Bid, Exclusion

@@ -4,12 +4,13 @@
 from dataclasses import replace
 
 from blackboard.domain.talker import (
+    SYNC,
     TASK_BROADCAST,
     TASK_STATE,
 )
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
-from hive_lab.virtual.harness import BlackboardHarness
+from hive_lab.virtual.harness import SOON, BlackboardHarness
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 GO = Task("T1", TaskType.GA, (A,), priority=3)
@@ -80,3 +81,46 @@ def test_another_task_with_a_taken_id_is_refused_and_the_first_goes_on():
     assert update.reason == "the id is taken by another task; post it with another id"
     assert harness.record(GO).state is ASSIGNED
     assert harness.record(GO).task.priority == 3
+
+
+def test_a_task_whose_bids_come_at_once_is_one_change_of_the_list_with_its_assignment():
+    harness = BlackboardHarness()
+    before = harness.said(SYNC)[-1].version
+    harness.assign(GO)
+
+    assert harness.states(GO) == [(WAITING, ""), (ASSIGNED, "robot1")]
+    assert harness.record(GO).state is ASSIGNED
+    assert harness.said(SYNC)[-1].version == before + 1
+
+
+def test_a_task_whose_bids_are_late_is_accepted_a_quarter_of_a_heartbeat_after_it_was_posted():
+    harness = BlackboardHarness()
+    harness.join("robot1")
+    harness.post(GO)
+
+    harness.wait(0.04 - SOON)
+    early = harness.states(GO)
+    harness.wait(0.012)
+
+    assert (early, harness.states(GO)) == ([], [(WAITING, "")])
+
+
+def test_tasks_that_are_held_keep_their_order_on_the_list():
+    harness = BlackboardHarness()
+    harness.join("robot1")
+    second = replace(GO, id="T2")
+    harness.post(GO, second)
+    harness.bid("robot1", T1=1.0)
+    harness.record(GO)
+
+    assert [record.task.id for record in harness.said(SYNC)[-1].records] == ["T1", "T2"]
+
+
+def test_a_task_that_is_cancelled_before_it_is_written_is_accepted_and_cancelled():
+    harness = BlackboardHarness()
+    harness.join("robot1")
+    harness.post(GO)
+    harness.cancel("T1")
+
+    assert harness.states(GO) == [(WAITING, ""), (CANCELLED, "")]
+    assert harness.record(GO).state is CANCELLED

@@ -13,6 +13,7 @@ from blackboard.domain.record import TaskRecord
 from blackboard.domain.settings import RaftSettings
 from blackboard.domain.talker import BACKUP, BB_ENTRIES, SYNC
 from blackboard.domain.task import Task, TaskState, TaskType
+from blackboard.errors import JournalError
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import lone_node
 from hive_lab.virtual.network import Network, NetworkTalker
@@ -94,6 +95,44 @@ def test_a_task_is_found_by_its_name():
     assert node.get("T1") == ONE
     assert node.get("T9") is None
     assert tuple(node.records.values()) == (ONE,)
+
+
+def test_a_change_is_sent_while_the_leader_writes_it_and_nothing_follows_if_it_cannot():
+    network, node = started()
+    committed = []
+
+    class Full(MemoryJournal):
+        def save(self, _):
+            raise JournalError("the disk is full")
+
+    node._journal = Full()  # noqa: SLF001  (the disk fills up while the member leads)
+    node.commit((ONE,), lambda: committed.append(ONE))
+    network.run(0.01)
+
+    assert [entry.records for entry in sent(network, BB_ENTRIES)[-1].entries] == [(ONE,)]
+    assert (committed, node.may_act(), node.get("T1")) == ([], False, None)
+
+
+def test_a_record_that_is_held_is_on_the_list_and_lost_when_the_leader_steps_down():
+    network, node = started()
+    told = []
+    node.hold(ONE, lambda: told.append(ONE))
+    listed = node.get("T1")
+
+    node._step_down()  # noqa: SLF001  (as it does when it hears a larger hive)
+    network.run(1.0)
+
+    assert (listed, node.get("T1"), told) == (ONE, None, [])
+
+
+def test_what_is_forgotten_while_a_record_is_held_leaves_the_list():
+    _, node = started()
+    node.commit((replace(ONE, state=TaskState.DONE),), lambda: None)
+    node.hold(TWO, lambda: None)
+
+    node.forget(("T1",))
+
+    assert tuple(node.records.values()) == (TWO,)
 
 
 class Follower:

@@ -9,7 +9,8 @@ import pytest
 
 from blackboard.costing.bidding import Bidder
 from blackboard.costing.cost import COST_MODELS
-from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.costing.schedule import Schedule
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.costing.grid_path_lengths import GridPathLengths
 from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 

@@ -7,7 +7,7 @@ import pytest
 
 from blackboard.costing.bidding import Bidder
 from blackboard.costing.cost import COST_MODELS
-from blackboard.costing.path_lengths import EuclideanLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.preemption import best_bid, may_put_off
 from blackboard.costing.schedule import Entry, Schedule
 from blackboard.domain.battery import Battery

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.task import (
     MAX_GOALS,
     TRANSITIONS,

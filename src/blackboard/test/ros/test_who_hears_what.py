@@ -12,7 +12,7 @@ from blackboard.consensus.log import Log, Position, Snapshot
 from blackboard.consensus.messages import AppendEntries, AppendReply, Heartbeat
 from blackboard.consensus.node import RaftNode
 from blackboard.costing.bid_basis import Bids
-from blackboard.costing.path_lengths import EuclideanLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
@@ -145,6 +145,7 @@ class Desk:
 def test_the_state_of_a_task_concerns_no_member_and_its_rejection_concerns_all():
     desk = Desk()
     desk.say(NEW_TASK, GO)
+    desk.network.run(1.0)
     desk.say(NEW_TASK, replace(GO, priority=3))
 
     assert desk.talker.concerned[TASK_STATE] == [(), None]

@@ -21,9 +21,8 @@ from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
+from blackboard.auction.assignment import assignment
 from blackboard.auction.transfers import Move
 from blackboard.costing.cost import MEASURES
 from blackboard.domain.task import TaskState
@@ -177,12 +176,8 @@ def _takers(worths: Sequence[Mapping[str, float]]) -> list[str]:
     `worths` holds the measure by robot for each bundle, whose own robot is always among them.
     """
     robots = sorted({robot for worth in worths for robot in worth})
-    rows = [row for row, worth in enumerate(worths) for _ in worth]
-    columns = [robots.index(robot) for worth in worths for robot in worth]
-    values = np.array([value for worth in worths for value in worth.values()])
-    # A weight of zero would mean no edge; an offset common to all does not change the matching.
-    weights = csr_array((values - values.min() + 1.0, (rows, columns)))
-    return [robots[column] for column in min_weight_full_bipartite_matching(weights)[1]]
+    costs = np.array([[worth.get(robot, np.inf) for robot in robots] for worth in worths])
+    return [robots[column] for column in assignment(costs)]
 
 
 def _linked(moves: dict[str, Move]) -> list[Exchange]:

@@ -183,7 +183,8 @@ class Blackboard:
         except TaskRefusedError as error:
             self._reject(task, str(error))
             return
-        self._commit(TaskRecord.new(task, self._node.earlier, unused_goals(task)))
+        record = TaskRecord.new(task, self._node.earlier, unused_goals(task))
+        self._node.hold(record, lambda: self._tell(record))
         self._auctioneer.handle(Signal.TASK_CAME)
 
     def _reject(self, task: Task, reason: str) -> None:

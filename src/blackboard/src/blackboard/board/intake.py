@@ -9,6 +9,7 @@ answers with the reason (see `task.analyze_task`), and bids, which the auction a
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -110,6 +111,7 @@ def _kind_flaw(task: Task) -> str:
     return "" if task.type in _TYPES else f"type {task.type} is unknown"
 
 
+@lru_cache(maxsize=1024)  # A member sees a task in calls, in orders and in every change of it.
 def _task_flaw(task: Task, step: int) -> str:
     """Return what is wrong with a task that is offered, assigned, or on the list."""
     try:

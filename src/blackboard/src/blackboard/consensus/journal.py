@@ -136,7 +136,7 @@ class SqliteJournal:
         """Write what has changed since the last time, in one transaction."""
         before, log = self._saved, hard_state.log
         with self._transaction():
-            self._write_self(hard_state)
+            self._write_self(before, hard_state)
             if before is None or not _continues(before.log, log):
                 self._database.execute("DELETE FROM records")
                 self._database.execute("DELETE FROM entries")
@@ -209,19 +209,10 @@ class SqliteJournal:
             "free the disk or name another folder with the parameter journal"
         )
 
-    def _write_self(self, hard_state: HardState) -> None:
-        log = hard_state.log
-        values = {
-            "member": hard_state.member,
-            "epoch": hard_state.epoch,
-            "vote": hard_state.vote,
-            "hive": hard_state.hive,
-            "base": list(log.base.position),
-            "members": list(log.base.members),
-            "earlier": log.base.earlier,
-            "committed": log.committed,
-        }
-        rows = [(key, json.dumps(value)) for key, value in values.items()]
+    def _write_self(self, before: HardState | None, hard_state: HardState) -> None:
+        known = {} if before is None else _values_of(before)
+        values = _values_of(hard_state).items()
+        rows = [(key, json.dumps(value)) for key, value in values if known.get(key) != value]
         self._database.executemany("INSERT OR REPLACE INTO self VALUES (?, ?)", rows)
 
     def _write_changes(self, before: Log, log: Log) -> None:
@@ -233,7 +224,9 @@ class SqliteJournal:
                 self._write_records(entry.records)
             self._database.execute("DELETE FROM entries WHERE version <= ?", (base,))
         known = before.entries[base - old :]
-        same = 0
+        # A log whose last known entry is still there only grew.
+        grew = bool(known) and log.entries[len(known) - 1 : len(known)] == known[-1:]
+        same = len(known) if grew else 0
         while same < min(len(known), len(log.entries)) and known[same] is log.entries[same]:
             same += 1
         if same < len(known):
@@ -265,6 +258,21 @@ class SqliteJournal:
         base = Snapshot(Position(*values["base"]), known, tuple(values["members"]), earlier)
         log = Log.of(base, entries, values["committed"])
         return HardState(values["member"], values["epoch"], values["vote"], log, values["hive"])
+
+
+def _values_of(hard_state: HardState) -> dict[str, Any]:
+    """Return what a member remembers beside the task list."""
+    log = hard_state.log
+    return {
+        "member": hard_state.member,
+        "epoch": hard_state.epoch,
+        "vote": hard_state.vote,
+        "hive": hard_state.hive,
+        "base": list(log.base.position),
+        "members": list(log.base.members),
+        "earlier": log.base.earlier,
+        "committed": log.committed,
+    }
 
 
 def _check(is_new: bool, application: int, format_: int, found: str) -> None:

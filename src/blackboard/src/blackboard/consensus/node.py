@@ -2,7 +2,8 @@
 """One member of the hive: connects the pure Raft core to messages, timers and the disk.
 
 `RaftNode` feeds events from the Talker to `step.step`. It writes the new state to the journal
-before it sends any message that relies on it, and tells the blackboard beside it when the member
+before it sends any message that relies on it; new entries, of which a leader says only that it
+proposes them, it sends first. It tells the blackboard beside it when the member
 becomes the leader and when it steps down.
 """
 
@@ -24,7 +25,7 @@ from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, SYNC
 from blackboard.errors import JournalError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
     from random import Random
 
     from blackboard.consensus.journal import HardState, Journal
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.settings import RaftSettings
-    from blackboard.domain.talker import Talker, Topic
+    from blackboard.domain.talker import Talker, Timer, Topic
 
 
 _TOPICS: dict[type[Message], Topic[Any]] = {
@@ -46,6 +47,9 @@ _TOPICS: dict[type[Message], Topic[Any]] = {
 
 _MIN_SILENCE, _MAX_SILENCE = 5, 10
 """Heartbeats without hearing anybody before a member bootstraps a hive."""
+
+_MOST_HELD = 0.25
+"""Part of a heartbeat for which a new record waits for another change to be written with it."""
 
 
 class Carrier(Protocol):
@@ -88,6 +92,9 @@ class RaftNode:
         self._carrier: Carrier | None = None
         self._serving = False
         self._waiting: deque[tuple[int, Callable[[], None]]] = deque()
+        self._held: list[tuple[TaskRecord, Callable[[], None]]] = []
+        self._with_held: Mapping[str, TaskRecord] = {}
+        self._hold_timer: Timer | None = None
         self._to_everyone = Coalescer(talker, settings.sync_period, self._publish_list)
         self._to_robot: Coalescer | None = None
         self._granted: dict[str, float] = {}
@@ -141,8 +148,8 @@ class RaftNode:
 
     @property
     def records(self) -> Mapping[str, TaskRecord]:
-        """Every task the hive knows by id, in the order they were posted."""
-        return self._member.log.latest.records
+        """Every task the hive knows by id, in the order they were posted; also what is held."""
+        return self._with_held if self._held else self._member.log.latest.records
 
     @property
     def earlier(self) -> int:
@@ -174,8 +181,22 @@ class RaftNode:
             self._step_down()
         return self._serving
 
+    def hold(self, record: TaskRecord, then: Callable[[], None]) -> None:
+        """Replicate a new record with the next change, or alone after a moment.
+
+        So a task whose bids come at once is written to all disks together with its assignment.
+        `then` is called as by `commit`.
+        """
+        if not self.may_act():
+            return
+        if self._hold_timer is None:
+            patience = _MOST_HELD * self._settings.heartbeat
+            self._hold_timer = self._talker.after(patience, self._write_held)
+        self._with_held = {**self.records, record.task.id: record}
+        self._held.append((record, then))
+
     def commit(self, records: tuple[TaskRecord, ...], then: Callable[[], None]) -> None:
-        """Replicate new or changed records.
+        """Replicate new or changed records, and those that are held.
 
         Args:
             records: What to write; if empty, wait for what was written before.
@@ -183,20 +204,36 @@ class RaftNode:
         """
         if not self.may_act():
             return
-        if records:
-            self._step(Propose(records))
-        if not self._serving:
-            return
+        held = self._take_held()
+        # A record that has changed while it was held is written once, in its place.
+        changed = {each.task.id: each for each in (*(one for one, _ in held), *records)}
+        if changed:
+            self._step(Propose(tuple(changed.values())))
         version = self._member.log.position.version
-        if version > self._member.log.committed:
-            self._waiting.append((version, then))
-        else:
-            then()
+        for after in (*(after for _, after in held), then):
+            if not self._serving:
+                return
+            if version > self._member.log.committed:
+                self._waiting.append((version, after))
+            else:
+                after()
 
     def forget(self, task_ids: tuple[str, ...]) -> None:
         """Remove tasks that have ended from the list."""
         if task_ids and self.may_act():
+            self._write_held()
             self._step(Propose((), task_ids))
+
+    def _write_held(self) -> None:
+        if self._held:
+            self.commit((), lambda: None)
+
+    def _take_held(self) -> list[tuple[TaskRecord, Callable[[], None]]]:
+        """Return what is held, which no longer is."""
+        if self._hold_timer is not None:
+            self._hold_timer.cancel()
+        held, self._held, self._hold_timer = self._held, [], None
+        return held
 
     def grant(self, robot_id: str, sent: float, robot_lease: float) -> None:
         """Renew a robot's lease with every heartbeat: for `robot_lease` [s] after `sent` [s].
@@ -248,11 +285,14 @@ class RaftNode:
     def _step(self, event: Event) -> None:
         before = self._member
         after, messages = step.step(before, event, self._talker.now())
+        if isinstance(event, Propose):
+            # The others write while this member does; it counts itself only once it has written.
+            self._send_all(messages)
+            messages = []
         if not self._save(before, after):
             return
         self._member = after
-        for message in messages:
-            self._send(message)
+        self._send_all(messages)
         self._react(before, after)
 
     def _save(self, before: Member, after: Member) -> bool:
@@ -270,6 +310,10 @@ class RaftNode:
                 self._step_down()
             return False
         return True
+
+    def _send_all(self, messages: Iterable[Message]) -> None:
+        for message in messages:
+            self._send(message)
 
     def _send(self, message: Message) -> None:
         if isinstance(message, Heartbeat):
@@ -329,6 +373,7 @@ class RaftNode:
             reason = f"no majority of {', '.join(map(name_of, before.members))} answers"
         self._talker.warn(f"{name_of(after.id)} is no longer the leader: {reason}")
         self._waiting.clear()
+        self._take_held()
         if self._serving:
             self._serving = False
             self._granted.clear()

@@ -50,12 +50,17 @@ class Predictor:
 
     def drive(self, start: Pose, goal: Pose, load: float) -> Effort:
         """Return what a drive takes with a load on board [kg]."""
+        return Effort(*self.leg(start, goal, self.force(load)), goal)
+
+    def force(self, load: float) -> float:
+        """Return what drives it with a load on board [kg] at constant speed [N]."""
+        return friction_force(self._robot.friction_coefficient, self._robot.mass + load)
+
+    def leg(self, start: Pose, goal: Pose, force: float) -> tuple[float, float, float]:
+        """Return the distance [m], energy [J] and duration [s] of a drive with a force [N]."""
         distance = self._path_lengths.length(start, goal)
         duration = self._pace.duration(start, goal, distance)
-        force = friction_force(self._robot.friction_coefficient, self._robot.mass + load)
-        return Effort(
-            distance, force * distance + self._robot.idle_power * duration, duration, goal
-        )
+        return distance, force * distance + self._robot.idle_power * duration, duration
 
     def arm_work(self, kind: StepKind, here: Pose) -> Effort:
         """Return what a pick or a place takes."""
@@ -84,7 +89,7 @@ class Job:
     ) -> None:
         self._predictor = predictor
         self._begin: Pose | None = None
-        self._load = 0.0
+        self._force = 0.0
         self._rest: Effort | None = None
         last_step = None if steps is None else first_step + steps
         for index, step in list(enumerate(split_task(task)))[first_step:last_step]:
@@ -92,7 +97,8 @@ class Job:
             if step.kind is not StepKind.MOVE:
                 self._rest = rest.then(predictor.arm_work(step.kind, rest.end))
             elif self._rest is None:
-                self._begin, self._load = step.goal, load_during(task, index)
+                self._begin = step.goal
+                self._force = predictor.force(load_during(task, index))
                 self._rest = rest
             else:
                 drive = predictor.drive(rest.end, step.goal, load_during(task, index))
@@ -104,7 +110,12 @@ class Job:
             return Effort(0.0, 0.0, 0.0, start)
         if self._begin is None:
             return self._rest
-        return self._predictor.drive(start, self._begin, self._load).then(self._rest)
+        # A robot does this for every place in its schedule and every task that is offered.
+        distance, energy, duration = self._predictor.leg(start, self._begin, self._force)
+        rest_distance, rest_energy, rest_duration, end = self._rest
+        return Effort(
+            distance + rest_distance, energy + rest_energy, duration + rest_duration, end
+        )
 
 
 def charge_to_reach(

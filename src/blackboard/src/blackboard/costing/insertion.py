@@ -149,9 +149,10 @@ class Route:
     def _insertion(self, position: int, jobs: Sequence[tuple[Job, float]]) -> Insertion:
         """Return what inserting some jobs takes, each with what a second of waiting counts."""
         before = self.before[position]
-        own, waiting = Effort(0.0, 0.0, 0.0, before.end), 0.0
+        own, waiting = before, 0.0
         for job, weight in jobs:
-            own = own.then(job.effort_from(own.end))
+            effort = job.effort_from(own.end)
+            own = effort if own is before else own.then(effort)
             waiting += weight * (before.duration + own.duration)
         distance, energy, longer = own.distance, own.energy, own.duration
         if position < len(self._stops):

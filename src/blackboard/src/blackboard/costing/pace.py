@@ -49,29 +49,33 @@ class Pace:
         max_speed: The robot's greatest speed [m/s].
         times: What has been learned already, see `times`; may be empty.
 
+    Attributes:
+        times: What a drive takes: [s] in any case, [s/m] for its length, [s/rad] for turning.
+
     Raises:
         CharacteristicsError: The times are not three.
     """
+
+    times: tuple[float, ...]
 
     def __init__(self, max_speed: float, times: Sequence[float] = ()) -> None:
         self._least = 1.0 / max_speed
         self._times = np.array(times or (0.0, self._least / MEAN_SPEED_SHARE, 0.0))
         if self._times.shape != (3,):
             raise CharacteristicsError(f"pace is {tuple(times)}; allowed: three times, or nothing")
+        self.times = tuple(self._times.tolist())
         self._covariance = np.diag(np.square(_UNCERTAINTY))
-
-    @property
-    def times(self) -> tuple[float, ...]:
-        """What a drive takes: [s] in any case, [s/m] for its length, [s/rad] for turning."""
-        return tuple(self._times.tolist())
 
     def duration(self, start: Pose, goal: Pose, distance: float) -> float:
         """Return how long a drive over a distance [m] takes [s]; infinite if there is no path."""
         if distance == 0.0 or math.isinf(distance):
             return distance
-        per_drive, per_metre, per_radian = self._times.tolist()
-        learned = per_drive + per_metre * distance + per_radian * _turns(start, goal)
-        return max(float(learned), self._least * distance)
+        per_drive, per_metre, per_radian = self.times
+        learned = per_drive + per_metre * distance
+        if per_radian:
+            learned += per_radian * _turns(start, goal)
+        least = self._least * distance
+        return max(least, learned)
 
     def learn(self, start: Pose, goal: Pose, distance: float, duration: float) -> None:
         """Learn from a drive that took a time [s]; see `duration`."""
@@ -83,6 +87,7 @@ class Pace:
         error = float(np.clip(1.0 - share @ self._times, -most, most))
         gain = self._covariance @ share / (_FORGETTING * _SPREAD**2 + variance)
         self._times = self._times + gain * error
+        self.times = tuple(self._times.tolist())
         self._covariance = (
             self._covariance - np.outer(gain, share @ self._covariance)
         ) / _FORGETTING
@@ -93,5 +98,5 @@ def _turns(start: Pose, goal: Pose) -> float:
     if start.distance_to(goal) == 0.0:
         return abs(math.remainder(goal.yaw - start.yaw, math.tau))
     bearing = math.atan2(goal.y - start.y, goal.x - start.x)
-    ends = (bearing - start.yaw, goal.yaw - bearing)
-    return sum(abs(math.remainder(turn, math.tau)) for turn in ends)
+    turn = abs(math.remainder(bearing - start.yaw, math.tau))
+    return turn + abs(math.remainder(goal.yaw - bearing, math.tau))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The port that tells how far robots drive; `costing.path_lengths` implements it."""
+"""The port that tells how far robots drive; two modules of `costing` implement it."""
 
 from __future__ import annotations
 

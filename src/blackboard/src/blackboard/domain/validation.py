@@ -30,9 +30,7 @@ def flaw_of(value: object, name: str) -> str:
     if isinstance(value, float):
         return f"{name} is {value}; allowed: finite numbers" * (not math.isfinite(value))
     inner: Iterable[tuple[object, str]] = ()
-    if isinstance(value, Mapping):
-        inner = ((tuple(value), name), (tuple(value.values()), name))
-    elif isinstance(value, tuple):
+    if isinstance(value, tuple):
         if len(value) > MAX_ITEMS:
             return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
         if all(type(each) is str and len(each) <= MAX_NAME for each in value):
@@ -44,7 +42,20 @@ def flaw_of(value: object, name: str) -> str:
             inner = ((each, name) for each in value)
         else:
             inner = ((getattr(value, key), f"{name}.{key}") for key in keys)
-    else:
-        names = getattr(value, "__dataclass_fields__", ())  # `fields` takes ten times as long
-        inner = ((getattr(value, each), f"{name}.{each}") for each in names)
+    elif (names := getattr(value, "__dataclass_fields__", None)) is not None:
+        # `fields` takes ten times as long, and nearly all values are plain.
+        fields = ((getattr(value, each), each) for each in names)
+        inner = ((each, f"{name}.{key}") for each, key in fields if not _is_plain(each))
+    elif isinstance(value, Mapping):
+        inner = ((tuple(value), name), (tuple(value.values()), name))
     return next(filter(None, (flaw_of(*each) for each in inner)), "")
+
+
+def _is_plain(value: object) -> bool:
+    """Return whether nothing can be wrong with a number, or a text of any purpose."""
+    kind = type(value)
+    if kind is float:
+        return math.isfinite(value)  # type: ignore[arg-type]  # a float
+    if kind is str:
+        return len(value) <= MAX_NAME  # type: ignore[arg-type]  # a str
+    return kind is int or kind is bool

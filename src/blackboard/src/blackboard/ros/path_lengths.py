@@ -9,11 +9,11 @@ import rospy
 from nav_msgs.msg import OccupancyGrid
 from rospy.numpy_msg import numpy_msg
 
-from blackboard.costing.path_lengths import EuclideanLengths, GridPathLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.ros.startup import wait_for
-from hive_common.ros.conversions import grid_from_msg
 
 if TYPE_CHECKING:
+    from blackboard.costing.grid_path_lengths import GridPathLengths
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.settings import PathSettings
     from blackboard.ros.talker import RosTalker
@@ -41,6 +41,12 @@ class RosPathLengths:
         self._made: dict[float, GridPathLengths] = {}
         if settings.distance == "euclidean":
             return
+        # These load scipy, 6 MB, which only members with a map need; and they do it now, because
+        # later a heartbeat might be missed.
+        from blackboard.costing.grid_path_lengths import GridPathLengths  # noqa: PLC0415
+        from hive_common.ros.conversions import grid_from_msg  # noqa: PLC0415
+
+        self._on_map = GridPathLengths
         topic = f"{hive}map"
         kind = numpy_msg(OccupancyGrid)
         remedy = "start a map server, or set ~distance to euclidean"
@@ -57,7 +63,7 @@ class RosPathLengths:
         if self._grid is None:
             return EuclideanLengths()
         if radius not in self._made:
-            self._made[radius] = GridPathLengths(self._grid, radius)
+            self._made[radius] = self._on_map(self._grid, radius)
         return self._made[radius]
 
     def _use(self, grid: GridMap) -> None:

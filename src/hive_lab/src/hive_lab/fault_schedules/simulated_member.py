@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.node import RaftNode
-from blackboard.costing.path_lengths import EuclideanLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.settings import ControllerSettings
 from blackboard.domain.talker import BB_VOTE
 from blackboard.domain.task import StepKind

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import yaml
 
-from blackboard.costing.path_lengths import GridPathLengths
+from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import characteristics_from
 from blackboard.domain.settings import RobotSettings

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import rospy
 
-from blackboard.costing.path_lengths import EuclideanLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import TASK_BROADCAST, TASK_COST, TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType

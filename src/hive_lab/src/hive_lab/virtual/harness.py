@@ -10,7 +10,7 @@ import numpy as np
 
 from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
-from blackboard.costing.path_lengths import GridPathLengths
+from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.characteristics import RobotState, RobotStatus

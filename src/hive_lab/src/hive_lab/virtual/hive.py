@@ -19,7 +19,7 @@ from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.task_list import TaskList
-from blackboard.costing.path_lengths import EuclideanLengths
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.battery import Battery, BatteryModel
 from blackboard.domain.characteristics import RobotCharacteristics
 from blackboard.domain.record import OrderKind, TaskRecord

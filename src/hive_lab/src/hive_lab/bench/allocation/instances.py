@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage
 
-from blackboard.costing.path_lengths import GridPathLengths
+from blackboard.costing.grid_path_lengths import GridPathLengths
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.allocation.instance import Instance

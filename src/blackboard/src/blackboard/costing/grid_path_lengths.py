@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The lengths of paths that robots can drive, as the crow flies or on a map."""
+"""The lengths of paths that robots can drive on a map."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
+
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,25 +35,6 @@ _MAX_STANDS = 4000
 
 _STEP_ASIDE = 0.15
 """A pose this close to the free floor counts as on it: no robot knows exactly where it is [m]."""
-
-
-class EuclideanLengths:
-    """Straight-line distances, as in the report; knows of no wall."""
-
-    def length(self, start: Pose, goal: Pose) -> float:
-        """Return the distance [m]."""
-        return start.distance_to(goal)
-
-    def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
-        """Return all distances, (starts, goals) [m]."""
-        here = np.array([(pose.x, pose.y) for pose in starts]).reshape(-1, 1, 2)
-        there = np.array([(pose.x, pose.y) for pose in goals]).reshape(1, -1, 2)
-        lengths: NDArray[np.float64] = np.hypot(*np.moveaxis(there - here, -1, 0))
-        return lengths
-
-    def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
-        """Return an empty text: without a map, a robot can stand anywhere."""
-        return ""
 
 
 class GridPathLengths:

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The lengths of paths as the crow flies; members that need no map load no scipy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from hive_common.pose import Pose
+
+
+class EuclideanLengths:
+    """Straight-line distances, as in the report; knows of no wall."""
+
+    def length(self, start: Pose, goal: Pose) -> float:
+        """Return the distance [m]."""
+        return start.distance_to(goal)
+
+    def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
+        """Return all distances, (starts, goals) [m]."""
+        here = np.array([(pose.x, pose.y) for pose in starts]).reshape(-1, 1, 2)
+        there = np.array([(pose.x, pose.y) for pose in goals]).reshape(1, -1, 2)
+        lengths: NDArray[np.float64] = np.hypot(*np.moveaxis(there - here, -1, 0))
+        return lengths
+
+    def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
+        """Return an empty text: without a map, a robot can stand anywhere."""
+        return ""
