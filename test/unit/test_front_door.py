@@ -98,7 +98,7 @@ def completed(*words):
     [
         (["./hive", "ta"], ["tasks"]),
         (["hive", "re"], ["replay"]),
-        (["hive", "te"], []),
+        (["hive", "sh"], []),
         (["./hive", "test", "g"], ["gui"]),
         (["./hive", "setup", ""], []),
     ],
