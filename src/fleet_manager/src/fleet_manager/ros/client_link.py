@@ -43,8 +43,8 @@ def connect(record: Sequence[str] = ()) -> Iterator[RosClientLink]:
     collisions that the simulator counts. Raise NoHiveError if no ROS master answers.
     """
     demand_master()
-    logging.disable(logging.INFO)
-    rospy.init_node("hive", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
+    logging.disable(logging.WARNING)
+    rospy.init_node("hive", anonymous=True, disable_signals=True, disable_rosout=True)
     link = RosClientLink()
     link.record(record)
     try:

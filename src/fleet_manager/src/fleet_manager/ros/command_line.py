@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -30,8 +31,12 @@ def connect(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
     rospy is imported only now: it takes half a second, which tab completion and `--help` would
     feel, and it reads the environment that the demo sets first.
     """
-    _import_genpy()
-    module = import_module("fleet_manager.ros.client_link")
+    gc.disable()  # it would look for garbage in what importing makes, and find none
+    try:
+        _import_genpy()
+        module = import_module("fleet_manager.ros.client_link")
+    finally:
+        gc.enable()
     link: AbstractContextManager[ClientLink] = module.connect(record)
     return link
 
