@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def connect(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
     """Open a link to the hive; see `ros.client_link.connect`.
 
-    rospy is imported only now: it takes half a second, which tab completion and `--help` would
+    rospy is imported only now: it takes a quarter of a second, which tab completion and `--help` would
     feel, and it reads the environment that the demo sets first.
     """
     gc.disable()  # it would look for garbage in what importing makes, and find none
@@ -44,7 +44,7 @@ def connect(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
 def _import_genpy() -> None:
     """Import genpy without numpy, of whose numbers it then does not know; no message here has any.
 
-    Importing numpy takes longer than everything else that the command line needs of ROS.
+    Importing numpy would take nearly as long as importing rospy.
     """
     if sys.modules.keys().isdisjoint({"genpy", "numpy"}):
         sys.modules["numpy"] = None  # type: ignore[assignment]  # as documented: it cannot be imported
