@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 
 import click
@@ -11,6 +10,7 @@ from attrs import evolve
 
 from fleet_manager.config.fleet_file import PROCESSES, Charger, read_fleet
 from fleet_manager.config.fleet_launch import launch_text
+from fleet_manager.ros.launch_checked import become_roslaunch
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
 from simenv.world.world_file import load_world
@@ -52,18 +52,4 @@ def launch_fleet(
     if check:
         click.echo(text, nl=False)
     else:
-        _become_roslaunch(text)
-
-
-def _become_roslaunch(text: str) -> None:
-    """Replace this process by a roslaunch that reads a text, so that signals reach it directly."""
-    file = os.memfd_create("fleet.launch")
-    os.write(file, text.encode())
-    os.lseek(file, 0, os.SEEK_SET)
-    os.dup2(file, sys.stdin.fileno())
-    os.execvp("roslaunch", ["roslaunch", "-"])  # noqa: S606, S607  (found like any ROS program)
-
-
-def main() -> None:
-    """Run with this process's arguments, without those that roslaunch adds for itself."""
-    launch_fleet([word for word in sys.argv[1:] if ":=" not in word])
+        become_roslaunch(text)

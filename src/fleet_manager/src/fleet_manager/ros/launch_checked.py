@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Starts a fleet whose file was checked, from the launch text that the check has printed.
+
+`fleet_manager.launch` has the fleet file checked before anything starts, and keeps what the check
+prints in a parameter. Starting from it takes a tenth of the imports that a second check would.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import xmlrpc.client
+from importlib import import_module
+from typing import Any, NoReturn
+
+_CHECKED = "--checked"
+_DEFAULT_URI = "http://localhost:11311"
+_FOUND = 1
+
+
+def become_roslaunch(text: str) -> NoReturn:
+    """Replace this process by a roslaunch that reads a text, so that signals reach it directly."""
+    file = os.memfd_create("fleet.launch")
+    os.write(file, text.encode())
+    os.lseek(file, 0, os.SEEK_SET)
+    os.dup2(file, sys.stdin.fileno())
+    os.execvp("roslaunch", ["roslaunch", "-"])  # noqa: S606, S607  (found like any ROS program)
+
+
+def asked(caller: str, parameter: str) -> str:
+    """Return a parameter of the ROS master; empty where there is none, or no master answers."""
+    uri = os.environ.get("ROS_MASTER_URI", _DEFAULT_URI)
+    try:
+        with xmlrpc.client.ServerProxy(uri) as master:
+            answer: Any = master.getParam(caller, parameter)
+    except (OSError, xmlrpc.client.Error):
+        return ""
+    code, _, value = answer
+    return str(value) if code == _FOUND else ""
+
+
+def main() -> None:
+    """Start what `--checked PARAMETER` holds; see `launch_fleet` for all other arguments."""
+    words = [word for word in sys.argv[1:] if ":=" not in word]
+    if words[:1] != [_CHECKED]:
+        import_module("fleet_manager.ros.launch_fleet").launch_fleet(words)
+    space = os.environ.get("ROS_NAMESPACE", "").strip("/")
+    name = "/".join(["", *filter(None, [space, *words[1:]])])
+    text = asked("/launch_fleet", name)
+    if not text:
+        sys.exit(f"launch_fleet: the parameter {name} holds no launch file; give a fleet instead")
+    become_roslaunch(text)
