@@ -53,6 +53,7 @@ class _Courier:
                 return
             inlet = _Inlet(topic, subscriber, is_latched=publisher.is_latch)
             outlet = _Outlet(topic, lambda data: self._queue.put((inlet, data)))
+            inlet.other, outlet.other = outlet, inlet
             _TopicImpl.add_connection(subscriber, inlet)
             _TopicImpl.add_connection(publisher, outlet)
         with publisher.publock:
@@ -65,10 +66,25 @@ class _Courier:
             inlet.deliver(data)
 
 
-class _Outlet(Transport):  # type: ignore[misc]  # rospy is not typed
-    """The publisher's end."""
+class _End(Transport):  # type: ignore[misc]  # rospy is not typed
+    """One end of a connection within this process; it ends with the other."""
 
     transport_type = "LOOPBACK"
+    other: _End
+
+    def close(self) -> None:
+        """Close both ends; rospy may call this again while it does."""
+        if not self.done:
+            super().close()
+            self.other.close()
+
+    def get_transport_info(self) -> str:
+        """Return what rosnode shows of the connection."""
+        return f"LOOPBACK connection of topic {self.name}"
+
+
+class _Outlet(_End):
+    """The publisher's end."""
 
     def __init__(self, topic: str, put: Any) -> None:  # noqa: ANN401  (a function of bytes)
         super().__init__(OUTBOUND, topic)
@@ -82,15 +98,9 @@ class _Outlet(Transport):  # type: ignore[misc]  # rospy is not typed
         self._put(data)
         return True
 
-    def get_transport_info(self) -> str:
-        """Return what rosnode shows of the connection."""
-        return f"LOOPBACK connection of topic {self.name}"
 
-
-class _Inlet(Transport):  # type: ignore[misc]  # rospy is not typed
+class _Inlet(_End):
     """The subscriber's end, with what rospy asks of a connection to a publisher."""
-
-    transport_type = "LOOPBACK"
 
     def __init__(self, topic: str, subscriber: Any, *, is_latched: bool) -> None:  # noqa: ANN401  (rospy's)
         super().__init__(INBOUND, topic)
@@ -114,7 +124,3 @@ class _Inlet(Transport):  # type: ignore[misc]  # rospy is not typed
         if self._is_latched:
             self.latch = message
         self._subscriber.receive_callback([message], self)
-
-    def get_transport_info(self) -> str:
-        """Return what rosnode shows of the connection."""
-        return f"LOOPBACK connection of topic {self.name}"
