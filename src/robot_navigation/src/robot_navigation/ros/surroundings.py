@@ -7,6 +7,7 @@ A process of one robot shares with nobody; one that hosts many (docs/decisions/0
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     from nav_msgs.msg import OccupancyGrid
 
     from robot_navigation.traffic.right_of_way import Announcement
+
+
+_ROUNDING = 1e-6  # a multiple of a period may come out a little less than whole
 
 
 class Surroundings:
@@ -93,7 +97,11 @@ class Surroundings:
         self.inbox.put(lambda: self.heard.hear(announcement))
 
     def every(self, period: float, action: Callable[[], None]) -> None:
-        """Have the control loop do something repeatedly, first at once [s, ROS time]."""
+        """Have the control loop do something repeatedly, first at once [s, ROS time].
+
+        Rounds of one period fall due at the same moments in all processes, so that simulated time,
+        which waits for the commands of each round, waits once.
+        """
         self._rounds.append(_Rounds(period, action))
 
     def run(self) -> None:
@@ -119,8 +127,7 @@ class _Rounds:
 
     def call_if_due(self, now: float) -> None:
         """Do a round if it is due; rounds that were missed are left out."""
-        if self.due - self.period <= now < self.due:
+        if self.due - self.period * (1 + _ROUNDING) <= now < self.due:
             return
-        late = not self.due <= now < self.due + self.period
-        self.due = self.period + (now if late else self.due)
+        self.due = self.period * (math.floor(now / self.period + _ROUNDING) + 1)
         self.action()
