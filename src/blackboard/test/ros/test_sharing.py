@@ -22,7 +22,7 @@ class FakePublisher:
     """A publisher with a number of subscribers, which notes what all publishers send."""
 
     subscribers = 0
-    sent = []
+    sent = None
 
     def __init__(self, *_args, **_options):
         self.impl = None
