@@ -74,7 +74,7 @@ def _run() -> None:
         if robot.localization == "fake_localization":
             FakeLocalization(names[robot.name])
         elif robot.localization == "amcl":
-            _in_thread(Amcl(names[robot.name], surroundings.chart()).run)
+            _in_thread(Amcl(names[robot.name], surroundings.chart).run)
     for each in names.values():
         MoveBase(each, surroundings).start()
     _in_thread(surroundings.run)

@@ -53,8 +53,10 @@ class Amcl:
     ROS Parameters: see config/amcl.yaml.
     """
 
-    def __init__(self, names: RobotNames, chart: OccupancyGrid) -> None:
+    def __init__(self, names: RobotNames, wait_for_chart: Callable[[], OccupancyGrid]) -> None:
         """Start at the initial pose of the parameters, on a map whose origin is not rotated.
+
+        A mistake in the parameters ends it before it waits for the map.
 
         Raises:
             ParameterError: A parameter is missing, unknown or has a value that is not allowed.
@@ -67,6 +69,7 @@ class Amcl:
         self._names = names
         self._odom_frame = f"{names.robot}/odom"
         self._tolerance = rospy.Duration.from_sec(settings.transform_tolerance)
+        chart = wait_for_chart()
         corner = chart.info.origin.position
         cells, origin = cells_from_msg(chart), (corner.x, corner.y)
         field = LikelihoodField(cells, chart.info.resolution, origin, settings)
@@ -172,4 +175,4 @@ def main() -> int:
 
 def _run() -> None:
     names = own_names()
-    Amcl(names, wait_for_map(f"{names.hive}map")).run()
+    Amcl(names, lambda: wait_for_map(f"{names.hive}map")).run()
