@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 from robot_navigation.traffic.right_of_way import ANYWHERE, squares_around
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from robot_navigation.traffic.right_of_way import Announcement, Square
 
 NOWHERE: frozenset[Square] = frozenset()
@@ -41,16 +39,41 @@ class Neighbourhood:
         self._order.setdefault(name, len(self._order))
         self._heard[name] = announcement
 
-    def everyone(self) -> Iterable[Announcement]:
-        """Return all announcements, in the order in which the robots were first heard."""
-        return self._heard.values()
+    def others(self, name: str, now: float, silence: float) -> list[Announcement]:
+        """Return what all robots but one have announced in less than `silence` before now [s].
 
-    def near(self, me: Announcement, reach: float) -> list[Announcement]:
-        """Return those within `reach` [m] of a robot, and whose paths it may meet, and a few more.
+        They are in the order in which they were first heard.
+        """
+        return [
+            other
+            for other in self._heard.values()
+            if other.name != name and now - other.time < silence
+        ]
 
-        They are in the same order as `everyone`; the robot itself is left out.
+    def near(self, me: Announcement, reach: float, silence: float) -> list[Announcement]:
+        """Return those of `others` that a robot may see or meet, and a few more.
+
+        They are within `reach` of it [m], or their paths come near its own.
         """
         squares = {ANYWHERE, *me.squares, *squares_around([(me.x, me.y)] * 2, reach)}
-        names = set().union(*[self._names[square] for square in squares if square in self._names])
-        names.discard(me.name)
-        return [self._heard[name] for name in sorted(names, key=self._order.__getitem__)]
+        names: set[str] = set()
+        for square in squares & self._names.keys():
+            names |= self._names[square]
+        x_min, y_min, x_max, y_max = me.box
+        found = []
+        for name in names:
+            other = self._heard[name]
+            far = reach + other.radius
+            left, low, right, high = other.box
+            if (
+                (left <= x_max and right >= x_min and low <= y_max and high >= y_min)
+                or (abs(other.x - me.x) < far and abs(other.y - me.y) < far)
+            ) and (me.time - other.time < silence and name != me.name):
+                found.append(other)
+        if len(found) > 1:
+            found.sort(key=self._place)
+        return found
+
+    def _place(self, announcement: Announcement) -> int:
+        """Return how many robots were heard before this one."""
+        return self._order[announcement.name]

@@ -251,7 +251,7 @@ def _first(wanted: NDArray[np.bool_], marks: Array) -> float:
     """Return the first mark where `wanted` is true; infinite if there is none."""
     for index in range(len(marks)):
         if wanted[index]:
-            return marks[index]
+            return float(marks[index])
     return np.inf
 
 
@@ -282,7 +282,7 @@ def _met(
 ) -> tuple[float, bool, bool]:
     """Return what makes a `Meeting` of robots whose centres must stay `apart` [m]."""
     nearest, claimed, place = _distances(
-        points, path, np.sum(path_marks <= claim + STEP / 2), apart
+        points, path, int(np.sum(path_marks <= claim + STEP / 2)), apart
     )
     room = _room_before(claimed, marks, apart)
     if goes_first:
@@ -290,10 +290,10 @@ def _met(
     if nearest[0] >= apart:
         room = min(room, _first(nearest < apart, marks) - HOLD)
         return max(0.0, room), False, False
-    on_its_path = path_marks[place[0]] > BEHIND
+    on_its_path = bool(path_marks[place[0]] > BEHIND)
     glance = min(len(marks) - 1, math.ceil(GLANCE / STEP))
-    nearer = glance == 0 or path_marks[place[glance]] < path_marks[place[0]] - BEHIND
-    blocks_it = on_its_path and nearer and np.all(nearest[: glance + 1] < apart)
+    nearer = glance == 0 or bool(path_marks[place[glance]] < path_marks[place[0]] - BEHIND)
+    blocks_it = on_its_path and nearer and bool(np.all(nearest[: glance + 1] < apart))
     if blocks_it:
         room = 0.0
     else:
