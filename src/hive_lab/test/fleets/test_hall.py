@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The benchmark of navigation drives as many robots as it says, and none of them touches another."""
+"""The crowd that measures navigation drives, and no robot touches another."""
 
 from __future__ import annotations
 

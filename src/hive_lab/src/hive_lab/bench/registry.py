@@ -141,7 +141,7 @@ BENCHES: Mapping[str, Bench] = {
     ),
     "navigation": Bench(
         "a control tick [ms], wall time for a simulated second [s], 50 and 200 robots in a hall",
-        "fleets.hall",
+        "bench.navigation",
     ),
     "plan": Bench(
         "planning time [s] and length of the path over the shortest one, 200 pairs on each map",

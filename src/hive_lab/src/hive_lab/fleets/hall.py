@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Many robots that drive in one hall: what a tick of navigation costs, and how fast time passes.
+"""Many robots that drive in one hall, for tests and benchmarks of navigation.
 
 Every robot gets a random goal and the next one as soon as it has ended. All have lasers, and
 everything runs in this process: the simulator, the planner, the follower and the right of way.
@@ -8,13 +8,11 @@ everything runs in this process: the simulator, the planner, the follower and th
 from __future__ import annotations
 
 import math
-import time
 from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely.geometry
 
-from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets.traffic import STEP, Traffic
 from robot_description.models import load_model
 from robot_navigation.planning.clearance import ClearanceField
@@ -27,9 +25,6 @@ from simenv.world.world import World
 if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
-    from hive_common.pose import Pose
-    from robot_navigation.control.navigator import Navigator, Tick
-    from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 SIZE = (42.0, 25.0)  # of the hall [m]
 WALL = 0.2  # thickness of its walls [m]
@@ -37,12 +32,6 @@ RACKS = [(x, y, x + 6.0, y + 1.0) for y in (8.0, 16.0) for x in (4.0, 13.0, 23.0
 MODELS = ("mir100", "ld60", "youbot", "fetch")
 ROOM = 0.8  # distance of a goal from walls and racks [m]
 APART = 1.6  # distance of two starts [m]
-
-SETTLE = 5.0  # simulated time until all drive [s]
-DURATION = {50: 20.0, 200: 8.0}  # simulated time that is measured, by the number of robots [s]
-
-AIMS = {"tick_50": 0.3, "wall_50": 0.25, "wall_200": 1.0}
-"""Processor time of a tick [ms]; wall time for a simulated second [s], 4 times real time and 1."""
 
 
 def world() -> World:
@@ -107,48 +96,3 @@ def _free_places(grid: GridMap) -> Array:
     rows, columns = np.nonzero(ClearanceField.of(grid).clearance >= ROOM)
     places: Array = (np.column_stack([columns, rows]) + 0.5) * grid.resolution
     return places
-
-
-def run() -> BenchResult:
-    """Measure on a machine with nothing else to do.
-
-    Returns:
-        For 50 and 200 robots: `wall_N` and `cpu_N`, wall and processor time for a simulated
-        second [s]; `tick_N`, processor time of a control tick [ms]; `contacts_N`, robot to robot
-        and robot to wall.
-    """
-    figures: dict[str, float] = {}
-    for robots, duration in DURATION.items():
-        crowd = Crowd(robots)
-        crowd.run(SETTLE)
-        watch = _Watch()
-        for navigator in crowd.traffic.navigators.values():
-            watch.watch(navigator)
-        wall, cpu = time.perf_counter(), time.process_time()
-        crowd.run(duration)
-        figures[f"wall_{robots}"] = (time.perf_counter() - wall) / duration
-        figures[f"cpu_{robots}"] = (time.process_time() - cpu) / duration
-        figures[f"tick_{robots}"] = 1000.0 * watch.spent / watch.ticks
-        figures[f"contacts_{robots}"] = float(crowd.simulation.collisions)
-    return BenchResult(figures, AIMS)
-
-
-class _Watch:
-    """Measures the processor time of navigators' ticks."""
-
-    def __init__(self) -> None:
-        self.ticks = 0
-        self.spent = 0.0  # [s]
-
-    def watch(self, navigator: Navigator) -> None:
-        """Measure the ticks of a navigator."""
-        tick = navigator.tick
-
-        def timed(now: float, pose: Pose, ranges: Array, heard: Neighbourhood) -> Tick:
-            began = time.process_time()
-            done = tick(now, pose, ranges, heard)
-            self.spent += time.process_time() - began
-            self.ticks += 1
-            return done
-
-        navigator.tick = timed  # type: ignore[method-assign]  # the object's own, for this run
