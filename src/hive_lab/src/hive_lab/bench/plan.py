@@ -37,7 +37,7 @@ MAPS = ("lab", "warehouse")
 PAIRS = 200
 MODEL = "mir100"  # the widest of the default robots, with the least room in doors
 
-AIMS = {"median": 0.010, "p95": 0.050, "length": 1.05}
+AIMS = {"median": 0.005, "p95": 0.015, "length": 1.01}
 """Median and 95th percentile of the planning time [s]; median ratio of lengths."""
 
 REACH = 4  # largest move of the reference [cells]; 4 gives 32 directions

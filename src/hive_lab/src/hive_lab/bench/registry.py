@@ -139,6 +139,10 @@ BENCHES: Mapping[str, Bench] = {
         "wrong cells [0..1] and walls' errors [m] of a map of the lab that a robot made alone",
         "bench.mapping",
     ),
+    "navigation": Bench(
+        "a control tick [ms], wall time for a simulated second [s], 50 and 200 robots in a hall",
+        "bench.navigation",
+    ),
     "plan": Bench(
         "planning time [s] and length of the path over the shortest one, 200 pairs on each map",
         "bench.plan",

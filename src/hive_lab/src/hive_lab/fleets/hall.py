@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Many robots that drive in one hall: what a tick of navigation costs, and how fast time passes.
+"""Many robots that drive in one hall, for tests and benchmarks of navigation.
 
 Every robot gets a random goal and the next one as soon as it has ended. All have lasers, and
 everything runs in this process: the simulator, the planner, the follower and the right of way.
@@ -15,6 +15,7 @@ import shapely.geometry
 
 from hive_lab.fleets.traffic import STEP, Traffic
 from robot_description.models import load_model
+from robot_navigation.planning.clearance import ClearanceField
 from simenv.errors import SpawnError
 from simenv.simulation import Simulation
 from simenv.world.draw_map import draw_map
@@ -22,6 +23,7 @@ from simenv.world.shapes import Shape
 from simenv.world.world import World
 
 if TYPE_CHECKING:
+    from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
 
 SIZE = (42.0, 25.0)  # of the hall [m]
@@ -30,10 +32,6 @@ RACKS = [(x, y, x + 6.0, y + 1.0) for y in (8.0, 16.0) for x in (4.0, 13.0, 23.0
 MODELS = ("mir100", "ld60", "youbot", "fetch")
 ROOM = 0.8  # distance of a goal from walls and racks [m]
 APART = 1.6  # distance of two starts [m]
-
-SETTLE = 5.0  # simulated time until all drive [s]
-DURATION = {50: 20.0, 200: 8.0}  # simulated time that is measured, by the number of robots [s]
-AIMS = {"tick_50": 0.3, "wall_50": 0.25, "wall_200": 1.0}
 
 
 def world() -> World:
@@ -93,9 +91,8 @@ class Crowd:
         return float(x), float(y), float(self._random.uniform(-math.pi, math.pi))
 
 
-def _free_places(grid: GridMap) -> np.ndarray:
-    """TODO."""
-    from robot_navigation.planning.clearance import ClearanceField
-
+def _free_places(grid: GridMap) -> Array:
+    """Return places where every model can stand (n, 2), frame map [m]."""
     rows, columns = np.nonzero(ClearanceField.of(grid).clearance >= ROOM)
-    return (np.column_stack([columns, rows]) + 0.5) * grid.resolution
+    places: Array = (np.column_stack([columns, rows]) + 0.5) * grid.resolution
+    return places

@@ -99,7 +99,7 @@ class Navigator:
         self._planner = planner
         self._follower = follower
         self._field = field
-        # How far away the centre of a robot that the laser sees may be.
+        # How far away a robot that the laser sees may be.
         reach = model.laser.range_max + math.hypot(*model.laser.pose[:2])
         self._sight = reach + HEARD_LATE + ON_ROBOT
         self._settings = settings or NavigationSettings()
@@ -148,7 +148,7 @@ class Navigator:
         me, near, met = self._meet(now, pose, heard)
         if not self.stationary:
             standing = self._stuck.duration(now)
-            everyone = partial(self._others, now, heard)
+            everyone = partial(heard.others, self._name, now, self._settings.silence)
             aside = self._giving_way.path_aside(now, me, met, standing, everyone)
             if aside is not None:
                 self._start(now, aside, goal=None)
@@ -177,9 +177,8 @@ class Navigator:
         tracker = self._tracker
         if tracker is None or self.path is not None or now < tracker.retry_at:
             return None
-        stationary = other_robots(
-            [other for other in self._others(now, heard) if other.stationary]
-        )
+        others = heard.others(self._name, now, self._settings.silence)
+        stationary = other_robots([other for other in others if other.stationary])
         try:
             points = plan_around(
                 self._planner, pose[:2], tracker.goal[:2], self._memory.discs(now), stationary
@@ -217,16 +216,8 @@ class Navigator:
             claim=0.0,
             stationary=self.stationary,
         )
-        near = [other for other in heard.near(me, self._sight) if self._counts(now, other)]
+        near = heard.near(me, self._sight, self._settings.silence)
         return me, near, meetings(me, near)
-
-    def _others(self, now: float, heard: Neighbourhood) -> list[Announcement]:
-        """Return what all other robots have announced recently."""
-        return [other for other in heard.everyone() if self._counts(now, other)]
-
-    def _counts(self, now: float, other: Announcement) -> bool:
-        """Return whether an announcement is another robot's and recent."""
-        return other.name != self._name and now - other.time < self._settings.silence
 
     def _claimed(self, me: Announcement, velocity: Velocity, room: float) -> Announcement:
         """Return the announcement with the stretch of the path that the robot claims."""
@@ -284,7 +275,8 @@ class Navigator:
             self.path = None
             return tracker.blocked(now, pose, blocking)
         tracker.retry_at = now + patience
-        standing = [other for other in self._others(now, heard) if other.claim < CLAIM]
+        others = heard.others(self._name, now, self._settings.silence)
+        standing = [other for other in others if other.claim < CLAIM]
         discs = self._memory.discs(now) + other_robots(standing)
         try:
             points = self._planner.plan(pose[:2], tracker.goal[:2], discs)

@@ -53,7 +53,8 @@ def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
     """
     directions = _directions(laser.field_of_view, laser.pose.yaw, len(ranges))
     limits = (laser.range_min, laser.range_max)
-    return _ends(directions, ranges, limits, tuple(laser.pose), tuple(pose))
+    mount = (laser.pose[0], laser.pose[1], laser.pose[2])
+    return _ends(directions, ranges, limits, mount, (pose[0], pose[1], pose[2]))
 
 
 @cache
@@ -119,7 +120,8 @@ class ObstacleCheck:
             )
             for point in obstacles.unknown
         ]
-        return obstacles.unknown[np.array(touched, dtype=bool)]
+        blocking: Array = obstacles.unknown[np.array(touched, dtype=bool)]
+        return blocking
 
 
 @compiled(
@@ -179,7 +181,7 @@ def _places(points: Array, marks: Array, headings: Array, first: float, far: flo
     places = np.zeros((count, 4))
     for index in range(count):
         mark = far if index == count - 1 else first + index * STEP
-        leg = np.searchsorted(marks, mark, side="right") - 1
+        leg = int(np.searchsorted(marks, mark, side="right")) - 1
         leg = min(max(leg, 0), len(headings) - 1)
         places[index, 0] = mark
         if leg < 0:
@@ -199,7 +201,7 @@ def _covers(place: Array, shape: Array, radius: float, margin: float, x: float, 
     """
     dx, dy = x - place[1], y - place[2]
     if len(shape) == 0:
-        return dx * dx + dy * dy < (radius + margin) * (radius + margin)
+        return bool(dx * dx + dy * dy < (radius + margin) * (radius + margin))
     cos, sin = math.cos(place[3]), math.sin(place[3])
     along, aside = cos * dx + sin * dy, cos * dy - sin * dx
     for edge in range(len(shape)):

@@ -38,16 +38,18 @@ GRAZE = math.sin(math.radians(30))
 
 @compiled("float64(float32[:, ::1], UniTuple(float64, 3), float64, float64)")
 def clearance_at(clearance: Cells, scale: Scale, x: float, y: float) -> float:
+    """Return the clearance at a point; 0 off the map [m]."""
     step, left, low = scale
     across, up = (x - left) / step, (y - low) / step
     # Comparing first keeps NaN and what is too large for an integer out.
     if not (0 <= across < clearance.shape[1] and 0 <= up < clearance.shape[0]):
         return 0.0
-    return clearance[int(up), int(across)]
+    return float(clearance[int(up), int(across)])
 
 
 @compiled("float64[::1](float32[:, ::1], UniTuple(float64, 3), float64[:, ::1])")
 def clearances_at(clearance: Cells, scale: Scale, points: Array) -> Array:
+    """Return the clearances (n,) at points (n, 2) [m]."""
     found = np.empty(len(points))
     for index in range(len(points)):
         found[index] = clearance_at(clearance, scale, points[index, 0], points[index, 1])
@@ -87,10 +89,9 @@ def line_is_clear(
     by: float,
     need: float,
 ) -> bool:
-    if (
-        clearance_at(clearance, scale, ax, ay) < need
-        or clearance_at(clearance, scale, bx, by) < need
-    ):
+    """See `ClearanceField.line_is_clear`."""
+    room = min(clearance_at(clearance, scale, ax, ay), clearance_at(clearance, scale, bx, by))
+    if room < need:
         return False
     if (ax, ay) > (bx, by):
         ax, ay, bx, by = bx, by, ax, ay
@@ -110,11 +111,13 @@ def line_is_clear(
 
 
 @compiled(
-    "boolean[::1](float32[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64[:, ::1], float64)"
+    "boolean[::1](float32[:, ::1], UniTuple(float64, 3), float64[:, ::1], float64[:, ::1],"
+    " float64)"
 )
 def lines_are_clear(
     clearance: Cells, scale: Scale, a: Array, b: Array, need: float
 ) -> NDArray[np.bool_]:
+    """See `ClearanceField.lines_are_clear`."""
     clear = np.empty(len(a), dtype=np.bool_)
     for line in range(len(a)):
         clear[line] = line_is_clear(
@@ -164,7 +167,7 @@ def connected(
                     reached[cell] = True
                     queue[last] = cell
                     last += 1
-    return reached[end]
+    return bool(reached[end])
 
 
 @compiled("boolean(float64[:, ::1], int64, float64, float64)")
@@ -174,7 +177,7 @@ def _touches(outward: Array, landmark: int, dx: float, dy: float) -> bool:
     It may also cut it.
     """
     along = abs(dx * outward[landmark, 0] + dy * outward[landmark, 1])
-    return along <= GRAZE * math.hypot(dx, dy)
+    return bool(along <= GRAZE * math.hypot(dx, dy))
 
 
 @compiled(
@@ -203,6 +206,18 @@ def joined(clearance: Cells, scale: Scale, need: float, at: Array, outward: Arra
     for index, pair in enumerate(pairs):
         found[index] = pair
     return found
+
+
+@compiled("int64[::1](int64[::1], int64)")
+def _chain(came: Indices, end: int) -> Indices:
+    """Return the landmarks up to the last one, from where each `came` (n,), -1 at the first."""
+    chain = np.empty(len(came), dtype=np.int64)
+    first = len(chain)
+    while end >= 0:
+        first -= 1
+        chain[first] = end
+        end = came[end]
+    return chain[first:]
 
 
 @compiled(
@@ -280,8 +295,4 @@ def shortest_chain(
                 best[other], came[other] = reached, node
                 left = math.hypot(goal[0] - at[other, 0], goal[1] - at[other, 1])
                 heapq.heappush(queue, (reached + left, other))
-    chain = [node for node in range(0)]
-    while end >= 0:
-        chain.append(end)
-        end = came[end]
-    return np.array(chain[::-1], dtype=np.int64)
+    return _chain(came, end)

@@ -76,7 +76,7 @@ class OmplPlanner:
         return corners if begin == start else [start, *corners]
 
     def _field_with(self, discs: Sequence[Disc]) -> ClearanceField:
-        """Return the clearances with discs; one field serves several plans around the same ones."""
+        """Return the clearances with discs; several plans in a row may share one field."""
         if tuple(discs) != self._last_discs:
             self._last_discs = tuple(discs)
             self._last_field = self.field.with_discs(discs) if discs else self.field

@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 from robot_navigation.traffic.right_of_way import ANYWHERE, squares_around
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from robot_navigation.traffic.right_of_way import Announcement, Square
 
 NOWHERE: frozenset[Square] = frozenset()
@@ -23,34 +21,51 @@ class Neighbourhood:
     """The latest announcement of every robot."""
 
     def __init__(self) -> None:
-        self._heard: dict[str, Announcement] = {}
-        self._order: dict[str, int] = {}
-        self._squares: dict[str, frozenset[Square]] = {}
-        self._names: dict[Square, set[str]] = {}
+        self._numbers: dict[str, int] = {}  # of the robots, in the order of their first words
+        self._latest: list[Announcement] = []
+        self._squares: dict[Square, set[int]] = {}
 
     def hear(self, announcement: Announcement) -> None:
         """Take in what a robot announces, in place of what it said before."""
-        name = announcement.name
-        squares, before = announcement.squares, self._squares.get(name, NOWHERE)
-        if squares != before:
-            for square in before - squares:
-                self._names[square].discard(name)
-            for square in squares - before:
-                self._names.setdefault(square, set()).add(name)
-            self._squares[name] = squares
-        self._order.setdefault(name, len(self._order))
-        self._heard[name] = announcement
+        number = self._numbers.setdefault(announcement.name, len(self._latest))
+        squares, before = announcement.squares, NOWHERE
+        if number == len(self._latest):
+            self._latest.append(announcement)
+        else:
+            before = self._latest[number].squares
+            self._latest[number] = announcement
+        for square in before - squares:
+            self._squares[square].discard(number)
+        for square in squares - before:
+            self._squares.setdefault(square, set()).add(number)
 
-    def everyone(self) -> Iterable[Announcement]:
-        """Return all announcements, in the order in which the robots were first heard."""
-        return self._heard.values()
+    def others(self, name: str, now: float, silence: float) -> list[Announcement]:
+        """Return what all robots but one have announced in less than `silence` before now [s].
 
-    def near(self, me: Announcement, reach: float) -> list[Announcement]:
-        """Return those within `reach` [m] of a robot, and whose paths it may meet, and a few more.
+        They are in the order in which they were first heard.
+        """
+        return [
+            other for other in self._latest if other.name != name and now - other.time < silence
+        ]
 
-        They are in the same order as `everyone`; the robot itself is left out.
+    def near(self, me: Announcement, reach: float, silence: float) -> list[Announcement]:
+        """Return those of `others` that a robot may see or meet, and a few more.
+
+        They are within `reach` of it [m], or their paths come near its own.
         """
         squares = {ANYWHERE, *me.squares, *squares_around([(me.x, me.y)] * 2, reach)}
-        names = set().union(*[self._names[square] for square in squares if square in self._names])
-        names.discard(me.name)
-        return [self._heard[name] for name in sorted(names, key=self._order.__getitem__)]
+        numbers: set[int] = set()
+        for square in squares & self._squares.keys():
+            numbers |= self._squares[square]
+        x_min, y_min, x_max, y_max = me.box
+        found = []
+        for number in sorted(numbers):
+            other = self._latest[number]
+            far = reach + other.radius
+            left, low, right, high = other.box
+            if (
+                (left <= x_max and right >= x_min and low <= y_max and high >= y_min)
+                or (abs(other.x - me.x) < far and abs(other.y - me.y) < far)
+            ) and (me.time - other.time < silence and other.name != me.name):
+                found.append(other)
+        return found

@@ -60,6 +60,8 @@ SLACK = 0.01  # how much nearer than needed counts as near, against rounding [m]
 MOST = 1000  # what covers more squares is filed under `ANYWHERE`
 ANYWHERE = (0, 0)  # is near every place as well as a square of its own
 
+ROUNDING = 1e-6  # how much shorter than computed a number of steps may be
+
 CLAIM_TIME = 0.5
 """How long a claim must last at the robot's speed, until the others hear the next one [s]."""
 
@@ -223,7 +225,7 @@ def _distances(
 ) -> tuple[Array, Array, Indices]:
     """Return how far points (n, 2) are from a path and from its first points, and what is nearest.
 
-    What is at least `apart` away may count as infinitely far [m].
+    What is at least `apart` away counts as infinitely far [m].
     """
     x_min, x_max = np.min(path[:, 0]) - apart, np.max(path[:, 0]) + apart
     y_min, y_max = np.min(path[:, 1]) - apart, np.max(path[:, 1]) + apart
@@ -233,16 +235,17 @@ def _distances(
         x, y = points[index]
         if not (x_min < x < x_max and y_min < y < y_max):
             continue
-        least = np.inf
-        for other in range(len(path)):
-            dx, dy = x - path[other, 0], y - path[other, 1]
-            square = dx * dx + dy * dy
-            if square < least:
-                least = square
-                place[index] = other
-            if other == claimed - 1:
-                nearest_claimed[index] = math.sqrt(least)
-        nearest[index] = math.sqrt(least)
+        least, other, found = apart, 0, False
+        while other < len(path):
+            away = math.hypot(x - path[other, 0], y - path[other, 1])
+            if away < least:
+                least, place[index], found = away, other, True
+                if other < claimed:
+                    nearest_claimed[index] = away
+            # The points of a path are at most `STEP` apart: none of those left out is nearer.
+            other += max(1, int((away - least) / STEP - ROUNDING))
+        if found:
+            nearest[index] = least
     return nearest, nearest_claimed, place
 
 
@@ -251,7 +254,7 @@ def _first(wanted: NDArray[np.bool_], marks: Array) -> float:
     """Return the first mark where `wanted` is true; infinite if there is none."""
     for index in range(len(marks)):
         if wanted[index]:
-            return marks[index]
+            return float(marks[index])
     return np.inf
 
 
@@ -282,7 +285,7 @@ def _met(
 ) -> tuple[float, bool, bool]:
     """Return what makes a `Meeting` of robots whose centres must stay `apart` [m]."""
     nearest, claimed, place = _distances(
-        points, path, np.sum(path_marks <= claim + STEP / 2), apart
+        points, path, int(np.sum(path_marks <= claim + STEP / 2)), apart
     )
     room = _room_before(claimed, marks, apart)
     if goes_first:
@@ -290,10 +293,10 @@ def _met(
     if nearest[0] >= apart:
         room = min(room, _first(nearest < apart, marks) - HOLD)
         return max(0.0, room), False, False
-    on_its_path = path_marks[place[0]] > BEHIND
+    on_its_path = bool(path_marks[place[0]] > BEHIND)
     glance = min(len(marks) - 1, math.ceil(GLANCE / STEP))
-    nearer = glance == 0 or path_marks[place[glance]] < path_marks[place[0]] - BEHIND
-    blocks_it = on_its_path and nearer and np.all(nearest[: glance + 1] < apart)
+    nearer = glance == 0 or bool(path_marks[place[glance]] < path_marks[place[0]] - BEHIND)
+    blocks_it = on_its_path and nearer and bool(np.all(nearest[: glance + 1] < apart))
     if blocks_it:
         room = 0.0
     else:
