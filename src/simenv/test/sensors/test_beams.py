@@ -25,9 +25,12 @@ def seen(fans, origins, segments, firsts, robots=NOBODY):
         np.array(origins, dtype=float),
         np.arange(len(fans)),
         starts,
-        (table.spreads, table.numbers, table.places, table.directions),
-        (np.ascontiguousarray(segments), np.array(firsts)),
-        robots,
+        table.spreads,
+        table.places,
+        table.directions,
+        np.ascontiguousarray(segments),
+        np.array(firsts),
+        *robots,
     )
     return [reach[a:b] for a, b in itertools.pairwise(starts)]
 

@@ -176,16 +176,19 @@ def _with_fresh(pairs: Indices, stops: Indices) -> Indices:
 
 @compiled(
     "Tuple((float64[:, ::1], float64[::1], int64[:, ::1], boolean[::1]))(float64[:, ::1],"
-    " float64[:, ::1], float64[::1],"
-    " Tuple((float64[:, :, ::1], float64[:, :, ::1], float64[::1])),"
-    " Tuple((float64[:, :, ::1], int64[::1], int64[::1])), int64, int64[:, ::1], float64)"
+    " float64[:, ::1], float64[::1], float64[:, :, ::1], float64[:, :, ::1], float64[::1],"
+    " float64[:, :, ::1], int64[::1], int64[::1], int64, int64[:, ::1], float64)"
 )
 def advance(
     poses: Array,
     ahead: Array,
     swings: Array,
-    shapes: Shapes,
-    around: Around,
+    points: Array,
+    lines: Array,
+    radii: Array,
+    segments: Array,
+    things: Indices,
+    starts: Indices,
     number: int,
     pairs: Indices,
     gap: float,
@@ -196,8 +199,12 @@ def advance(
         poses: (n, 3) where they stand, frame map.
         ahead: (n, 3) where they want to be.
         swings: (n,) how far anything on them goes until there, at most [m].
-        shapes: Of all robots.
-        around: What is near each robot anywhere in the step.
+        points: See `Footprints`.
+        lines: See `Footprints`.
+        radii: See `Footprints`.
+        segments: What is near each robot anywhere in the step, see `Near`.
+        things: See `Near`.
+        starts: See `Near`.
         number: Of things besides robots; robot i is the thing `number` + i.
         pairs: (p, 2) robots, as things, and what they touched before; -1 is gone.
         gap: A contact that has this much room ends [m].
@@ -206,6 +213,8 @@ def advance(
         Poses (n, 3) after the step; shares (n,) of the step done, 1 where nothing stopped the
         robot; new pairs (k, 2), in ascending order; and which of all p + k pairs touch now.
     """
+    # Tuples only in here: numba takes 0.1 ms to look at those that Python gives it.
+    shapes, around = (points, lines, radii), (segments, things, starts)
     margins = np.zeros(len(poses))
     touched = np.zeros(number + len(poses), dtype=np.bool_)
     held = _held(poses, ahead, swings, shapes, around, touched)

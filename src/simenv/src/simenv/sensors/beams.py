@@ -46,7 +46,6 @@ class Fans:
 
     Attributes:
         spreads: (n, 2) first angle and increment [rad].
-        numbers: (n,) of beams.
         places: (n,) where the beams of each begin in `directions`; equal fans share them.
         directions: (2, k) unit vectors.
     """
@@ -60,7 +59,6 @@ class Fans:
                 begins[fan] = sum(map(len, angles))
                 angles.append(fan.angles)
         self.spreads: Array = np.array([fan[:2] for fan in fans]).reshape(-1, 2)
-        self.numbers: Indices = np.array([fan.number for fan in fans], dtype=np.int64)
         self.places: Indices = np.array([begins[fan] for fan in fans], dtype=np.int64)
         every = np.concatenate(angles)
         self.directions: Array = np.array([np.cos(every), np.sin(every)])
@@ -96,36 +94,43 @@ def _cut(
 
 
 @compiled(
-    "float64[::1](float64[:, ::1], int64[::1], int64[::1], Tuple((float64[:, ::1], int64[::1],"
-    " int64[::1], float64[:, ::1])), Tuple((float64[:, :, ::1], int64[::1])),"
-    " Tuple((float64[:, ::1], float64[:, :, ::1], float64[::1], float64[::1])))"
+    "float64[::1](float64[:, ::1], int64[::1], int64[::1],"
+    " float64[:, ::1], int64[::1], float64[:, ::1], float64[:, :, ::1], int64[::1],"
+    " float64[:, ::1], float64[:, :, ::1], float64[::1], float64[::1])"
 )
 def cast(
     origins: Array,
     rows: Indices,
     starts: Indices,
-    fans: tuple[Array, Indices, Indices, Array],
-    near: tuple[Array, Indices],
-    robots: tuple[Array, Array, Array, Array],
+    spreads: Array,
+    places: Indices,
+    directions: Array,
+    segments: Array,
+    firsts: Indices,
+    poses: Array,
+    points: Array,
+    radii: Array,
+    ranges: Array,
 ) -> Array:
     """Return how far beams reach until they hit a segment or a robot.
 
     Args:
         origins: (m, 3) poses of m scanners, frame map [m, m, rad].
-        rows: (m,) which row of `fans` and `robots` each scanner is; it does not see itself.
+        rows: (m,) the robot of each scanner, which it does not see.
         starts: (m + 1,) where the beams of each begin in the result.
-        fans: The fields of `Fans`.
-        near: Segments (k, 2, 2), each with the solid on its left, frame map [m]; and (m + 1,)
-            where those near each scanner begin.
-        robots: Poses (n, 3), frame map, points and radii of `Footprints`, and the ranges (n,) of
-            the robots' scanners [m].
+        spreads: See `Fans`; one row for each robot.
+        places: See `Fans`.
+        directions: See `Fans`.
+        segments: (k, 2, 2) each with the solid on its left, frame map [m].
+        firsts: (m + 1,) where the segments near each scanner begin.
+        poses: (n, 3) of all robots, frame map.
+        points: See `Footprints`.
+        radii: See `Footprints`.
+        ranges: (n,) how far the robots' scanners look [m].
 
     Returns:
         The distances [m] of all beams, scanner by scanner, infinite for a beam that hits nothing.
     """
-    spreads, _, places, directions = fans
-    segments, firsts = near
-    poses, points, radii, ranges = robots
     nearest = np.full(starts[-1], np.inf)
     for i in range(len(origins)):
         row, x, y = rows[i], origins[i, 0], origins[i, 1]

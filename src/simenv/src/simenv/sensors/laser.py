@@ -84,8 +84,7 @@ class Scanners:
         self._footprints = footprints
         self._reaches = np.array([scanner.reach for scanner in scanners])
         self._ranges = np.array([scanner.ranges for scanner in scanners]).reshape(-1, 2)
-        fans = Fans([scanner.fan for scanner in scanners])
-        self._fans = (fans.spreads, fans.numbers, fans.places, fans.directions)
+        self._fans = Fans([scanner.fan for scanner in scanners])
 
     def take(self, rows: Sequence[int], poses: Array, surroundings: Surroundings) -> list[Array]:
         """Take a scan with each of some robots' scanners, of everything around them.
@@ -108,8 +107,8 @@ class Scanners:
     ) -> list[Array]:
         """Take a scan with each of some scanners, of segments and of robots at `poses`.
 
-        See `take`; `where` (m, 3) are the poses of the scanners' own robots, and `near` is as in
-        `cast`.
+        See `take`; `where` (m, 3) are the poses of the scanners' own robots, and `near` are
+        `segments` and `firsts` of `cast`.
         """
         chosen = [self._scanners[row] for row in rows]
         which = np.array(rows, dtype=np.int64)
@@ -124,9 +123,14 @@ class Scanners:
             origins.reshape(-1, 3),
             which,
             np.array(starts),
-            self._fans,
-            near,
-            (poses, self._footprints.points, self._footprints.radii, self._reaches),
+            self._fans.spreads,
+            self._fans.places,
+            self._fans.directions,
+            *near,
+            poses,
+            self._footprints.points,
+            self._footprints.radii,
+            self._reaches,
         )
         measured = read(distances, errors, np.array(starts), self._ranges[which])
         return [measured[its_own] for its_own in slices]

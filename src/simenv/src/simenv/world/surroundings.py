@@ -76,15 +76,20 @@ class Surroundings:
         `places` is (m, 2) or has further columns; x and y come first, frame map [m].
         """
         walls, others = self._walls, self.obstacles
-        table = (
+        found = _near(
+            places,
+            reaches,
             walls.segments,
             walls.squares,
             walls.size,
             walls.corner,
             walls.first,
             walls.listed,
+            others.edges,
+            others.ends,
+            others.circles,
         )
-        return Near(*_near(places, reaches, table, (others.edges, others.ends, others.circles)))
+        return Near(*found)
 
 
 @compiled()
@@ -130,13 +135,25 @@ def _add_obstacles(
 
 @compiled(
     "Tuple((float64[:, :, ::1], int64[::1], int64[::1]))(float64[:, ::1], float64[::1],"
-    " Tuple((float64[:, :, ::1], int64[:, ::1], int64[::1], int64[::1], int64[::1], int64[::1])),"
-    " Tuple((float64[:, :, ::1], int64[::1], float64[:, ::1])))"
+    " float64[:, :, ::1], int64[:, ::1], int64[::1], int64[::1], int64[::1], int64[::1],"
+    " float64[:, :, ::1], int64[::1], float64[:, ::1])"
 )
 def _near(
-    places: Array, reaches: Array, table: Table, obstacles: Solid
+    places: Array,
+    reaches: Array,
+    segments: Array,
+    squares: Indices,
+    size: Indices,
+    corner: Indices,
+    first: Indices,
+    listed: Indices,
+    edges: Array,
+    ends: Indices,
+    circles: Array,
 ) -> tuple[Array, Indices, Indices]:
     """Return the fields of `Near`; see `Walls` and `Obstacles` for the tables."""
+    table = (segments, squares, size, corner, first, listed)
+    obstacles = (edges, ends, circles)
     starts = np.zeros(len(places) + 1, dtype=np.int64)
     found = np.empty((0, 2, 2))
     things = np.empty(0, dtype=np.int64)
