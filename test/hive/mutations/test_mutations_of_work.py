@@ -129,7 +129,7 @@ CAUGHT_BY = {
     keep_what_the_new_active_one_lacks: (6, STORM),
     forget_reports_over_a_restart: (4, ANY),
     forget_who_has_reported: (1, STORM),
-    carry_out_an_order_again: (70, ANY),
+    carry_out_an_order_again: (28, ANY),
     work_on_without_a_lease: (456, STORM),
     renew_a_lease_after_its_end: (34, ANY),
     reassign_before_the_lease_has_ended: (11, ANY),

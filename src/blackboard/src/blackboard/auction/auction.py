@@ -131,12 +131,11 @@ class Auction:
         if refusal := self._why_unexpected(answer, bids, in_service):
             return self, refusal
         missing, answered = self.missing - {robot}, self.answered | {robot}
-        heard = replace(self, missing=missing, answered=answered)
+        flaw = next(filter(None, map(self._flaw, answer.bids)), "")
         if len(bids) < len(answer.bids):
-            return heard, f"{robot} bids twice on one task; allowed: one bid on each"
-        if flaw := next(filter(None, map(self._flaw, answer.bids)), ""):
-            return heard, flaw
-        return replace(heard, bids={**self.bids, robot: bids}), ""
+            flaw = f"{robot} bids twice on one task; allowed: one bid on each"
+        valid = self.bids if flaw else {**self.bids, robot: bids}
+        return replace(self, missing=missing, answered=answered, bids=valid), flaw
 
     def _why_unexpected(
         self, answer: Bids, bids: Mapping[str, Bid], in_service: frozenset[str] | None

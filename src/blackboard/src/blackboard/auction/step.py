@@ -302,7 +302,8 @@ def _ask(
 def _hear(state: AuctionState, event: BidsHeard, view: View) -> Step:
     """Take in a robot's bids; the last one expected closes the round."""
     bids = event.bids
-    state = replace(state, slow=state.slow - {bids.robot_id})
+    if bids.robot_id in state.slow:
+        state = replace(state, slow=state.slow - {bids.robot_id})
     if state.auction is None or not state.expects(bids):
         return state, []
     if event.flaw:

@@ -48,7 +48,7 @@ _TOPICS: dict[type[Message], Topic[Any]] = {
 _MIN_SILENCE, _MAX_SILENCE = 5, 10
 """Heartbeats without hearing anybody before a member bootstraps a hive."""
 
-_MOST_HELD = 0.25
+_MOST_HELD = 0.5
 """Part of a heartbeat for which a new record waits for another change to be written with it."""
 
 

@@ -29,26 +29,26 @@ def flaw_of(value: object, name: str) -> str:
         return f"{name} has {len(value)} characters; allowed: at most {longest}" * flawed
     if isinstance(value, float):
         return f"{name} is {value}; allowed: finite numbers" * (not math.isfinite(value))
-    inner: Iterable[tuple[object, str]] = ()
+    if isinstance(value, tuple) and len(value) > MAX_ITEMS:
+        return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
+    for each, where in _inside(value, name):
+        if flaw := flaw_of(each, where):
+            return flaw
+    return ""
+
+
+def _inside(value: object, name: str) -> Iterable[tuple[object, str]]:
+    """Return what is in a value and not plain, with a name for it."""
+    # `dataclasses.fields` takes ten times as long; a Pose has `_fields`.
+    fields = getattr(value, "__dataclass_fields__", None) or getattr(value, "_fields", None)
+    if fields is not None:
+        items = [(getattr(value, key), key) for key in fields]
+        return [(each, f"{name}.{key}") for each, key in items if not _is_plain(each)]
     if isinstance(value, tuple):
-        if len(value) > MAX_ITEMS:
-            return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
-        if all(type(each) is str and len(each) <= MAX_NAME for each in value):
-            return ""  # Fast path for the most frequent value: the tasks on a robot's list.
-        if all(type(each) is float and math.isfinite(each) for each in value):
-            return ""  # Fast path: when each robot was heard, in every heartbeat.
-        keys = getattr(value, "_fields", None)  # a Pose has names
-        if keys is None:
-            inner = ((each, name) for each in value)
-        else:
-            inner = ((getattr(value, key), f"{name}.{key}") for key in keys)
-    elif (names := getattr(value, "__dataclass_fields__", None)) is not None:
-        # `fields` takes ten times as long, and nearly all values are plain.
-        fields = ((getattr(value, each), each) for each in names)
-        inner = ((each, f"{name}.{key}") for each, key in fields if not _is_plain(each))
-    elif isinstance(value, Mapping):
-        inner = ((tuple(value), name), (tuple(value.values()), name))
-    return next(filter(None, (flaw_of(*each) for each in inner)), "")
+        return [(each, name) for each in value if not _is_plain(each)]
+    if isinstance(value, Mapping):
+        return (tuple(value), name), (tuple(value.values()), name)
+    return ()
 
 
 def _is_plain(value: object) -> bool:
