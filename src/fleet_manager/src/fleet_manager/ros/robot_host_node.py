@@ -8,6 +8,7 @@ Topics, actions, services, parameters and frames are those of the nodes that `ro
 from __future__ import annotations
 
 import functools
+import sys
 import threading
 import traceback
 from typing import TYPE_CHECKING, Annotated
@@ -38,6 +39,10 @@ if TYPE_CHECKING:
 
     from blackboard.domain.settings import PathSettings
 
+_SWITCH = 0.001
+"""How long a thread keeps the interpreter while others want it [s]: a control round must not wait
+for a whole message or bid of another robot, as it may with Python's 5 ms."""
+
 _SPAWN_WITHIN = 120.0
 """Time to wait for the simulator [s, wall clock]."""
 
@@ -62,6 +67,7 @@ def main() -> None:
 
 
 def _run() -> None:
+    sys.setswitchinterval(_SWITCH)
     hear_own_topics()
     hive = rospy.get_namespace()
     robots = _hosted()
