@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 def connect(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
     """Open a link to the hive; see `ros.client_link.connect`.
 
-    rospy is imported only now: it takes a quarter of a second, which tab completion and `--help` would
-    feel, and it reads the environment that the demo sets first.
+    rospy is imported only now: it takes a quarter of a second, which tab completion and `--help`
+    would feel, and it reads the environment that the demo sets first.
     """
     gc.disable()  # it would look for garbage in what importing makes, and find none
     try:
