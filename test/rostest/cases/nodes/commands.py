@@ -22,6 +22,7 @@ class Talker:
 
     now = staticmethod(time.monotonic)
     world = property(lambda self: self)
+    own = "/"
 
     def call(self, action):
         action()
@@ -71,6 +72,7 @@ class HeldUp:
         self.time = 0.0
         self.looks = []
         self.world = self
+        self.own = "/"
 
     def now(self):
         return self.time
