@@ -68,7 +68,9 @@ def hive(tmp_path_factory):
     folder = tmp_path_factory.mktemp("hive")
     with local_hive(folder) as hive:
         hive.start_master()
-        hive.launch({"fleet": "lab", "world": "lab", "rviz": "false", "gui": "false", "rtf": "3"})
+        shown = {"rviz": "false", "gui": "false"}
+        # Tests freeze and kill nodes by name.
+        hive.launch({"fleet": "lab", "world": "lab", "rtf": "3", "processes": "each", **shown})
         yield hive
 
 

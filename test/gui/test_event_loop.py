@@ -14,6 +14,7 @@ RUNS = 6
 """What else the machine does can only lengthen a stall, so the shortest of a few runs counts."""
 
 
+@pytest.mark.alone
 @pytest.mark.timeout(1200)  # every case is watched for some seconds
 def test_no_stall_of_the_event_loop_is_longer_than_a_tenth_of_a_second(screen):  # noqa: ARG001
     missed, shortest, errors = bench.AIMS, {}, []

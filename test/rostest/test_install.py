@@ -13,6 +13,8 @@ pytestmark = pytest.mark.timeout(
 )  # a build and 30 starts of bash, on a machine that may be busy
 
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.xdist_group("install")  # one install folder for all
+
 PACKAGES = sorted(path.parent.name for path in ROOT.glob("src/*/package.xml"))
 NODES = sorted(path for path in ROOT.glob("src/*/nodes/*") if path.is_file())
 
@@ -58,6 +60,7 @@ def in_install_space(folder, command):
         "HOME": os.environ.get("HOME", "/"),
         "PATH": f"{ROOT}/.venv/bin:/usr/bin:/bin",
         "PYTHONNOUSERSITE": "1",
+        "NUMBA_DISABLE_JIT": "1",  # compiling anew takes minutes, and tells nothing here
         "ROS_IP": "127.0.0.1",
     }
     return subprocess.run(
