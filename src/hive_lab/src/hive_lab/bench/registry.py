@@ -4,20 +4,35 @@
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
 import tempfile
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from blackboard.errors import LiveHiveError
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.errors import TimeUpError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from fleet_manager.cli.context import CliContext
+
+Value = TypeVar("Value")
+
+
+def run_apart(function: Callable[..., Value], *arguments: object) -> Value:
+    """Call a function of a module in a process of its own, and return what it returns.
+
+    rospy connects a process to one ROS master only, and to that only once.
+
+    Raises:
+        Exception: What the function raises.
+    """
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        return pool.apply(function, arguments)
 
 
 @dataclass(frozen=True)

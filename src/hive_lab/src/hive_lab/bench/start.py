@@ -20,7 +20,7 @@ from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.demo.local_hive import local_hive, wait_for_everyone
 from fleet_manager.errors import StartError
 from hive_common.pose import Pose
-from hive_lab.bench.registry import BenchResult
+from hive_lab.bench.registry import BenchResult, run_apart
 from hive_lab.bench.usage import usage_of
 from hive_lab.fleets.hall_files import HallFiles, write_hall
 
@@ -50,10 +50,10 @@ def run(connect: Connect) -> BenchResult:
         `cpu_50`: processor time used by then [s].
     """
     click.echo("starting 4 robots", err=True)
-    figures = _started(connect, HallFiles(_WORLD, _WORLD, _WORLD))
+    figures = run_apart(_started, connect, HallFiles(_WORLD, _WORLD, _WORLD))
     click.echo(f"starting {_MANY} robots", err=True)
     with tempfile.TemporaryDirectory(prefix="robo-hive-bench-") as folder:
-        many = _started(connect, write_hall(Path(folder), _MANY))
+        many = run_apart(_started, connect, write_hall(Path(folder), _MANY))
     figures |= {name: value for name, value in many.items() if name != "first_task"}
     return BenchResult({name: round(value, 2) for name, value in figures.items()}, AIMS)
 

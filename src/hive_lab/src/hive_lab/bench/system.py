@@ -23,7 +23,7 @@ from fleet_manager.config.places import places_of
 from fleet_manager.demo.history import History
 from fleet_manager.demo.local_hive import local_hive, wait_for_everyone
 from fleet_manager.errors import NoHiveError
-from hive_lab.bench.registry import BenchResult
+from hive_lab.bench.registry import BenchResult, run_apart
 from hive_lab.bench.usage import shares, usage_of
 from hive_lab.fleets.hall_files import HallFiles, write_hall
 
@@ -111,10 +111,10 @@ def run(
         in vain. Those of the faster run begin with `fast`. Aims: `AIMS`, no contact, and a
         slowness of at most 1.05.
     """
-    figures = measure(connect, 1.0, robots)
+    figures = run_apart(measure, connect, 1.0, robots)
     aims = {**AIMS.get(robots, {}), "contacts": 0.0, "slowness": _SLOWEST}
     if robots in _FASTER:
-        fast = measure(connect, _FASTER[robots], robots)
+        fast = run_apart(measure, connect, _FASTER[robots], robots)
         figures |= {f"fast {name}": value for name, value in fast.items()}
         aims |= {"fast contacts": 0.0, "fast slowness": _SLOWEST}
     return BenchResult(figures, aims)
