@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 TICK = 0.02  # approximate period of /clock, on the wall clock [s]
+MAX_STEPS_DRIVEN = 2  # in a tick while a control loop drives: it senses what the last tick told
 SLACK = 0.1  # maximum lag that a run catches up; any further lag stays [s, wall clock]
 WINDOW = 5.0  # period over which the reached factor is measured [s, wall clock]
 ENOUGH = 0.95  # share of the wanted factor that counts as reached
@@ -116,10 +117,15 @@ class Lockstep:
         return late
 
     def steps_until_due(self, nanoseconds: int, step: float, most: int) -> int:
-        """Return how many steps [s] to take, 1..`most`, before the next command is due."""
+        """Return how many steps [s] to take, 1..`most`, before the next command is due.
+
+        While a control loop drives there are at most `MAX_STEPS_DRIVEN`.
+        """
         ends = [d.heard + d.period for d in self._drivers.values() if d.awaited]
-        left = math.ceil((min(ends) - nanoseconds) / (step * 1e9)) if ends else most
-        return max(1, min(left, most))
+        if not ends:
+            return most
+        left = math.ceil((min(ends) - nanoseconds) / (step * 1e9))
+        return max(1, min(left, most, MAX_STEPS_DRIVEN))
 
     def _due(self, nanoseconds: int) -> tuple[str, ...]:
         return tuple(
