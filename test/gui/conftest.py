@@ -33,6 +33,7 @@ PATIENCE = 60.0
 """Time that something may take to happen [s]; a robot on its way has more."""
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist looks for the groups
 def pytest_collection_modifyitems(items):
     """Keep these tests in one process: they share a screen and a hive."""
     for item in items:

@@ -8,13 +8,11 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.timeout(
-    400
-)  # a build and 30 starts of bash, on a machine that may be busy
-
+pytestmark = [
+    pytest.mark.timeout(400),  # a build and 30 starts of bash, on a machine that may be busy
+    pytest.mark.xdist_group("install"),  # one install folder for all
+]
 ROOT = Path(__file__).resolve().parents[2]
-pytestmark = pytest.mark.xdist_group("install")  # one install folder for all
-
 PACKAGES = sorted(path.parent.name for path in ROOT.glob("src/*/package.xml"))
 NODES = sorted(path for path in ROOT.glob("src/*/nodes/*") if path.is_file())
 

@@ -155,20 +155,20 @@ def keep_everyone_busy(operator):
     """
     operator.all_idle()
     far, near = (18.9, 9.6, 0.0), (14.8, 3.0, 0.0)
-    # One robot alone can do each: which of two bids less depends on what they have learned. They
-    # begin first, so they have more to do: all robots are to be busy at one time.
+    # One robot alone can do each: which of two bids less depends on what they have learned. Each
+    # takes a minute of simulated time and more: a busy machine lets the operator post slowly.
     for robot in ("robot1", "robot4"):
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
     busy = [
-        task("P5-tour2", TaskMsg.GAB, *TOUR[::-1] * 2, payload=LOAD),
-        task("P5-arm3", TaskMsg.GPAB, *(near, (12.0, 3.0, 0.0)) * 2, near, payload=0.4),
+        task("P5-tour2", TaskMsg.GAB, *TOUR[::-1] * 4, payload=LOAD),
+        task("P5-arm3", TaskMsg.GPAB, *(near, (12.0, 3.0, 0.0)) * 4, payload=0.4),
     ]
     start(operator, busy)
     for robot in ("robot1", "robot4"):
         operator.set_state(robot, "idle", RobotStatus.IDLE)
     others = [
-        task("P5-tour1", TaskMsg.GAB, *TOUR, payload=HEAVY),
-        task("P5-arm4", TaskMsg.GPAB, far, (12.0, 9.4, 0.0), far, payload=5.0),
+        task("P5-tour1", TaskMsg.GAB, *TOUR * 3, payload=HEAVY),
+        task("P5-arm4", TaskMsg.GPAB, *(far, (12.0, 9.4, 0.0)) * 3, payload=5.0),
     ]
     start(operator, others)
     busy += others
