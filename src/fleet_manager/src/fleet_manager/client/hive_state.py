@@ -24,6 +24,7 @@ from fleet_manager.client import words
 from fleet_manager.client.bids import BidBook
 from fleet_manager.client.leadership import Leadership, Standing
 from fleet_manager.client.rows import Changes, RobotRow, TaskRow
+from fleet_manager.client.traffic import TrafficState, traffic_change
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from fleet_manager.client.reports import Report
 
 ROBOT_SILENCE = 5.0  # [s, wall]; a robot reports once a second
+OUTDATED = 10.0  # [s]; a traffic planner that is silent for longer may have an older successor
 MAX_AT_ONCE = 400  # tasks reported as changed together, so that a window serves keys in between
 MAX_REMEMBERED = 200  # posted tasks kept until the hive answers; refused tasks that are shown
 MAX_ANSWERS = 10_000  # last words on tasks that are on no list; the oldest make way
@@ -53,6 +55,7 @@ class HiveState:
         self._answers: dict[str, TaskUpdate] = {}
         self._posted: dict[str, Task] = {}
         self._newest: TaskList | None = None
+        self.traffic: TrafficState | None = None  # the planner's last word; None before the first
         self._standing = Standing.NOBODY
         self._changes = Changes()
 
@@ -118,6 +121,8 @@ class HiveState:
             self.add_bids(report)
         elif isinstance(report, Task):
             self._take_posted(report)
+        elif isinstance(report, TrafficState):
+            self._take_traffic(report)
 
     def take_changes(self) -> Changes:
         """Return what changed since the last call; of a long list only a part at a time."""
@@ -258,12 +263,29 @@ class HiveState:
 
     def _take_status(self, status: RobotStatus, now: float) -> None:
         name, before = status.robot_id, self._robots.get(status.robot_id)
-        self._robots[name] = RobotRow(status, now)
+        waits = self.traffic.words_of(name) if self.traffic else ""
+        self._robots[name] = RobotRow(status, now, waits=waits)
         if before is None or before.is_silent or before.status != status:
             self._changes.robots.add(name)
         self.note(*words.robot_change(before.status if before else None, status))
         if before and before.is_silent:
             self.note(words.robot_back(name))
+
+    def _take_traffic(self, state: TrafficState) -> None:
+        before = self.traffic
+        if (
+            before is not None
+            and state.epoch < before.epoch
+            and state.time < before.time + OUTDATED
+        ):
+            return
+        self.traffic = state
+        for name, row in self._robots.items():
+            waits = state.words_of(name)
+            if waits != row.waits:
+                self._robots[name] = replace(row, waits=waits)
+                self._changes.robots.add(name)
+        self.note(*traffic_change(before, state))
 
     def _take_heartbeat(self, beat: Heartbeat, now: float) -> None:
         before = self.leadership.heartbeat
