@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The member that leads keeps one traffic planner running, and only that member does."""
 
+import itertools
+
 import pytest
 
 from blackboard.board.planner_keeper import (
     FIRST_PAUSE,
     LONGEST_PAUSE,
     PERIOD,
+    STARTS,
     STAYS,
     TIME_TO_END,
     PlannerKeeper,
@@ -95,7 +98,7 @@ def test_a_member_that_begins_to_lead_starts_a_planner_of_its_epoch_at_once(benc
     bench.epoch = 7
     bench.clock.pass_time(PERIOD)
 
-    assert bench.running() == [7]
+    assert bench.running() == [7 * STARTS + 1]
     bench.clock.pass_time(60.0)
     assert len(bench.started) == 1
 
@@ -119,7 +122,7 @@ def test_a_member_that_leads_again_starts_a_planner_of_the_new_epoch(bench):
     bench.epoch = 9
     bench.clock.pass_time(PERIOD)
 
-    assert bench.running() == [9]
+    assert bench.running() == [9 * STARTS + 1]
 
 
 def test_a_planner_that_does_not_end_is_killed(bench):
@@ -142,7 +145,7 @@ def test_a_planner_that_dies_is_started_again_after_a_pause(bench):
 
     assert len(bench.started) == 1
     bench.clock.pass_time(2 * PERIOD)
-    assert bench.running() == [7]
+    assert bench.running() == [7 * STARTS + 2]
 
 
 def test_a_planner_that_dies_again_and_again_is_started_ever_less_often(bench):
@@ -153,11 +156,24 @@ def test_a_planner_that_dies_again_and_again_is_started_ever_less_often(bench):
         if bench.running():
             begun.append(bench.clock.time)
             bench.started[-1].how = "exit code 1"
-    pauses = [later - earlier for earlier, later in zip(begun, begun[1:], strict=False)]
+    pauses = [later - earlier for earlier, later in itertools.pairwise(begun)]
 
     assert pauses[:3] == pytest.approx([1.0, 2.0, 4.0], abs=3 * PERIOD)
     assert pauses == sorted(pauses)
     assert pauses[-1] == pytest.approx(LONGEST_PAUSE, abs=3 * PERIOD)
+
+
+def test_every_planner_has_a_higher_epoch_than_those_before_it(bench):
+    for epoch in (7, 8):
+        bench.epoch = epoch
+        for _ in range(2000):
+            bench.clock.pass_time(PERIOD)
+            if bench.running():
+                bench.started[-1].how = "exit code 1"
+    epochs = [planner.epoch for planner in bench.started]
+
+    assert epochs == sorted(set(epochs))
+    assert all(epoch < 9 * STARTS for epoch in epochs)
 
 
 def test_the_log_says_once_that_a_planner_dies_again_and_again(bench):
@@ -192,7 +208,7 @@ def test_a_planner_that_cannot_be_started_is_tried_again(bench):
     bench.refuses = False
     bench.clock.pass_time(FIRST_PAUSE + 2 * PERIOD)
 
-    assert bench.running() == [7]
+    assert bench.running() == [7 * STARTS + 2]
     assert "no more processes" in bench.clock.warnings[0]
 
 

@@ -135,7 +135,14 @@ def test_routes_arrive_as_they_were_sent():
     assert routes == (ROUTE,)
 
 
-def test_a_plan_in_which_nothing_changed_arrives_without_routes():
+def test_the_route_of_a_robot_without_a_goal_has_none():
+    aside = replace(ROUTE, goal=None)
+    _, routes = routes_from_msg(sent(routes_to_msg(ROUTE.plan, [aside], 12.5, "map")))
+
+    assert routes == (aside,)
+
+
+def test_a_plan_for_nobody_arrives_without_routes():
     assert routes_from_msg(sent(Routes(epoch=4, number=17))) == (PlanNumber(4, 17), ())
 
 

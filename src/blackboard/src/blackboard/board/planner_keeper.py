@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Keeps one traffic planner running beside the blackboard of the member that leads.
 
-The planner is a process of its own, so that planning never holds up a heartbeat. It belongs to an
-epoch: a member that leads again later starts another one, and robots follow the planner of the
-highest epoch.
+The planner is a process of its own, so that planning never holds up a heartbeat. Robots follow the
+planner of the highest epoch. A planner knows nothing of the routes that another one has given, so
+each one that is started has an epoch of its own: that of the blackboard times `STARTS`, and the
+number of the planners that were started in it.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0
 
 STAYS = 60.0
 """A planner that has run for this long counts as a good one: the next pause is the first [s]."""
+
+STARTS = 1000
+"""So many planners may be started in one epoch of the blackboard; the last one's epoch is kept."""
 
 TIME_TO_END = 3.0
 """Time that a planner gets to end before it is killed [s]."""
@@ -47,7 +51,7 @@ class PlannerKeeper:
     Args:
         talker: Its clock and its log.
         leads: Returns the epoch that this member leads now; None while it does not lead.
-        launch: Starts the planner of an epoch; it raises OSError where it cannot.
+        launch: Starts the planner of an epoch (its own, see above); raises OSError if it cannot.
     """
 
     def __init__(
@@ -57,7 +61,8 @@ class PlannerKeeper:
         self._leads = leads
         self._launch = launch
         self._child: Child | None = None
-        self._epoch: int | None = None  # of the child, or of the next one
+        self._epoch: int | None = None  # of the blackboard that the child belongs to
+        self._starts = 0  # in that epoch
         self._started = 0.0
         self._next_start = 0.0
         self._pause = FIRST_PAUSE
@@ -73,7 +78,8 @@ class PlannerKeeper:
         epoch = self._leads()
         if epoch != self._epoch:
             self._let_go()
-            self._epoch, self._pause, self._next_start = epoch, FIRST_PAUSE, 0.0
+            self._epoch, self._starts = epoch, 0
+            self._pause, self._next_start = FIRST_PAUSE, 0.0
         if epoch is None:
             return
         if self._child is not None:
@@ -91,8 +97,9 @@ class PlannerKeeper:
 
     def _begin(self, epoch: int) -> None:
         self._started = self._talker.now()
+        self._starts = min(self._starts + 1, STARTS - 1)
         try:
-            self._child = self._launch(epoch)
+            self._child = self._launch(epoch * STARTS + self._starts)
         except OSError as error:
             self._put_off(str(error))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The traffic planner's process beside the member that leads, and what it has to know at its start.
+"""The traffic planner's process beside the member that leads, and what it is told at its start.
 
 The planner keeps nothing on disk. The zones that an operator has closed are told to all on
 `traffic_state`; every member that can lead remembers them, and tells them to the planner that it
@@ -12,7 +12,7 @@ import json
 import os
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import rospy
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from blackboard.ros.talker import MemberTalker
 
 _PROGRAM = "from robot_navigation.ros.traffic_planner_node import main; raise SystemExit(main())"
-"""Run by the interpreter that runs this node: looking for an executable takes ROS half a second."""
+"""Run by this node's interpreter: to look for an executable takes ROS half a second."""
 
 
 class PlannerProcess:
@@ -74,7 +74,7 @@ class _ClosedZones:
         self._epoch = 0
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
-    def _hear(self, msg: TrafficState) -> None:
+    def _hear(self, msg: Any) -> None:  # noqa: ANN401  (a TrafficState)
         if msg.epoch >= self._epoch:
             self._epoch, self.names = msg.epoch, tuple(msg.closed)
 

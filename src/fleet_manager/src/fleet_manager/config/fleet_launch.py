@@ -38,6 +38,7 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
         "improve_by": measure_for(fleet.cost_model),
         "distance": fleet.distance,
         "bid_timeout": f"{fleet.bid_timeout:g}",
+        "traffic": fleet.traffic,
     }
     lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
     if sim and fleet.processes != "each":

@@ -20,6 +20,8 @@ from robot_navigation.traffic.right_of_way import UNKNOWN_LIMITS, Announcement, 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from robot_navigation.planning.path import Point
+
 
 def traffic_to_msg(announcement: Announcement, frame: str) -> Traffic:
     """Return an announcement as a message."""
@@ -36,7 +38,7 @@ def traffic_to_msg(announcement: Announcement, frame: str) -> Traffic:
         rank=right.step,
         yaw=announcement.yaw,
         has_goal=goal is not None,
-        goal=PointMsg() if goal is None else PointMsg(*goal, 0.0),
+        goal=_point(goal),
         max_speed=limits.speed,
         acceleration=limits.acceleration,
         yaw_rate=limits.yaw_rate,
@@ -103,7 +105,8 @@ def routes_to_msg(plan: PlanNumber, routes: Iterable[Route], now: float, frame: 
         routes=[
             RouteMsg(
                 robot=route.robot,
-                goal=PointMsg(*route.goal, 0.0),
+                has_goal=route.goal is not None,
+                goal=_point(route.goal),
                 first=route.first,
                 places=[Point32(x, y, 0.0) for x, y in route.places],
                 waits=[WaitMsg(*wait) for wait in route.waits],
@@ -130,12 +133,16 @@ def _route_from_msg(msg: RouteMsg, plan: PlanNumber) -> Route:
     return Route(
         robot=msg.robot,
         plan=plan,
-        goal=(msg.goal.x, msg.goal.y),
+        goal=(msg.goal.x, msg.goal.y) if msg.has_goal else None,
         first=msg.first,
         places=places,
         waits=tuple(Wait(wait.at, wait.robot, wait.passes) for wait in msg.waits),
         complete=msg.complete,
     )
+
+
+def _point(point: Point | None) -> PointMsg:
+    return PointMsg() if point is None else PointMsg(*point, 0.0)
 
 
 def _finite(*values: float | tuple[float, ...]) -> bool:

@@ -8,7 +8,6 @@ A process of one robot shares with nobody; one that hosts many (docs/decisions/0
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,6 @@ from robot_description.msg import Routes, Traffic
 
 from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
-from robot_navigation.mapf.route import NO_PLAN
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.ros.conversions import (
     routes_from_msg,
@@ -33,11 +31,10 @@ if TYPE_CHECKING:
 
     from nav_msgs.msg import OccupancyGrid
 
-    from robot_navigation.mapf.route import PlanNumber, Route
+    from robot_navigation.mapf.route import Route
     from robot_navigation.traffic.right_of_way import Announcement
 
 
-_FORGOTTEN = 10.0  # a planner that has been silent for longer no longer counts [s, wall clock]
 _ROUNDING = 1e-6  # a multiple of a period may come out a little less than whole
 
 
@@ -66,7 +63,6 @@ class Surroundings:
         self._planners: dict[float, OmplPlanner] = {}
         self._rounds: list[_Rounds] = []
         self._route_takers: list[Callable[[tuple[Route, ...]], None]] = []
-        self._newest_plan, self._plan_heard = NO_PLAN, 0.0
         self._listener = tf2_ros.TransformListener(self.transforms)
         self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
@@ -108,28 +104,20 @@ class Surroundings:
         self.inbox.put(lambda: self.heard.hear(announcement))
 
     def give_routes_to(self, take: Callable[[tuple[Route, ...]], None]) -> None:
-        """Pass on what the traffic planner says from now on, in the control loop's thread.
-
-        Routes that have not changed are left out, so what is passed on may be empty. Of two
-        planners, that of the higher epoch counts, unless it has been silent for `_FORGOTTEN`: a
-        hive that was bootstrapped anew counts its epochs from 1.
-        """
+        """Pass on each plan of the traffic planner from now on, in the control loop's thread."""
         self._route_takers.append(take)
 
     def _hear_routes(self, msg: Routes) -> None:
         try:
-            plan, routes = routes_from_msg(msg)
+            _, routes = routes_from_msg(msg)
         except ValueError as error:
             rospy.logwarn_throttle_identical(10, str(error))
             return
-        self.inbox.put(lambda: self._pass_on(plan, routes))
+        self.inbox.put(lambda: self._pass_on(routes))
 
-    def _pass_on(self, plan: PlanNumber, routes: tuple[Route, ...]) -> None:
-        now = time.monotonic()
-        if plan >= self._newest_plan or now - self._plan_heard > _FORGOTTEN:
-            self._newest_plan, self._plan_heard = plan, now
-            for take in self._route_takers:
-                take(routes)
+    def _pass_on(self, routes: tuple[Route, ...]) -> None:
+        for take in self._route_takers:
+            take(routes)
 
     def every(self, period: float, action: Callable[[], None]) -> None:
         """Have the control loop do something repeatedly, first at once [s, ROS time].

@@ -8,13 +8,11 @@ an operator has closed: these it tells on `traffic_state`, and gets them back as
 
 from __future__ import annotations
 
-import itertools
 import os
 import stat
 import sys
 import threading
 import time
-from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import rospy
@@ -27,18 +25,15 @@ from hive_common.errors import ParameterError
 from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.params import whole_number
-from robot_navigation.mapf.coordinator import Coordinator
-from robot_navigation.mapf.route import PlanNumber
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.ros.conversions import routes_to_msg, traffic_from_msg
 from robot_navigation.ros.startup import run_node, wait_for_map
 from robot_navigation.ros.traffic_markers import lanes_marker, traffic_markers
 from robot_navigation.ros.traffic_report import TrafficReport, Waiting
 from robot_navigation.ros.traffic_told import diagnostics_of, state_to_msg
+from robot_navigation.traffic.coordinator import Coordinator
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from robot_navigation.mapf.route import Route
     from robot_navigation.traffic.right_of_way import Announcement
 
@@ -58,7 +53,7 @@ _NICE = 5
 robot's control loop cannot wait, a plan can."""
 
 _LAST_PATIENCE = 2.0  # time to shut down before the process ends anyway [s, wall clock]
-_HIGHEST = 2**32 - 1  # epoch that a message can hold
+_HIGHEST = 2**31 - 1  # the highest number that a parameter can hold
 
 
 class TrafficPlanner:
@@ -69,13 +64,13 @@ class TrafficPlanner:
 
     ROS Subscribers: `map` (nav_msgs/OccupancyGrid), `traffic` (robot_description/Traffic),
         `zone_command` (robot_description/ZoneCommand), of the hive.
-    ROS Publishers: `routes` (robot_description/Routes): routes that have changed, and once a
-        second in any case; `traffic_state` (robot_description/TrafficState), 1 Hz, latched;
+    ROS Publishers: `routes` (robot_description/Routes), once a second and when a robot gets a
+        goal; `traffic_state` (robot_description/TrafficState), 1 Hz, latched;
         `traffic_lanes` (visualization_msgs/Marker), latched, and `traffic_markers`
         (visualization_msgs/MarkerArray), 1 Hz while somebody listens, for RViz; `/diagnostics`
         (diagnostic_msgs/DiagnosticArray), 1 Hz: WARN while robots wait in a circle or for long.
-    ROS Parameters: `~epoch` of the blackboard, 1 by default; `~zones` as in a fleet file, and
-        `~closed`, the names of those that are closed; none by default.
+    ROS Parameters: `~epoch`, higher than that of any planner before, 1 by default; `~zones` as in
+        a fleet file, and `~closed`, the names of those that are closed; none by default.
 
     Raises:
         ParameterError: A parameter has a value that is not allowed.
@@ -90,9 +85,8 @@ class TrafficPlanner:
         self._routes: dict[str, Route] = {}
         self._closed: set[str] = set()
         self._report = TrafficReport()
-        self._told_at = self._spoke_at = 0.0
-        epoch = whole_number("epoch", least=1, most=_HIGHEST, default=1)
-        self._newest = PlanNumber(epoch, 0)
+        self._told_at = 0.0
+        self._epoch = whole_number("epoch", least=1, most=_HIGHEST, default=1)
         self._publisher = rospy.Publisher(f"{hive}routes", Routes, queue_size=10)
         state = f"{hive}traffic_state"
         self._state = rospy.Publisher(state, TrafficState, queue_size=1, latch=True)
@@ -100,12 +94,12 @@ class TrafficPlanner:
         self._markers = rospy.Publisher(f"{hive}traffic_markers", MarkerArray, queue_size=1)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=_QUEUE)
-        field = ClearanceField(grid_from_msg(wait_for_map(f"{hive}map")))
+        field = ClearanceField.of(grid_from_msg(wait_for_map(f"{hive}map")))
         zones = _zones()
         self._zones = tuple(zone.name for zone in zones)
         self._listen()
         radii = sorted({robot.radius for robot in self._news.values()})
-        self._coordinator = Coordinator(field, radii, zones, epoch)
+        self._coordinator = Coordinator(field, radii, self._epoch)
         for name in _closed_before():
             self._switch(name, closed=True)
         self._lanes.publish(lanes_marker(self._coordinator.roadmap, _header()))
@@ -159,36 +153,30 @@ class TrafficPlanner:
             self._coordinator.hear(announcement)
         self._robots |= self._news
         self._news = {}
-        self._speak(self._coordinator.step(now), now)
+        routes = self._coordinator.step(now)
+        if routes:
+            self._routes = {route.robot: route for route in routes}
+            self._publisher.publish(routes_to_msg(routes[0].plan, routes, now, _MAP_FRAME))
         if not self._told_at - _PERIOD / 2 < now < self._told_at + _TELL_PERIOD - _PERIOD / 2:
             self._told_at = now
             self._robots = {
                 name: each for name, each in self._robots.items() if now - each.time < _SILENT
             }
-            self._report.note(now, [Waiting(*each) for each in self._coordinator.waiting()])
+            waiting = self._coordinator.waiting()
+            self._report.note(
+                now, [Waiting(w.robot, w.waits_for, *w.at, w.since) for w in waiting]
+            )
             self._tell_state()
             self._diagnostics.publish(diagnostics_of(self._report, len(self._robots), _header()))
             if self._markers.get_num_connections():
                 shown = traffic_markers(self._routes, self._robots, self._report.waits, _header())
                 self._markers.publish(shown)
 
-    def _speak(self, routes: Iterable[Route], now: float) -> None:
-        """Publish routes, a message for each plan; none for a while means that nobody plans."""
-        by_plan = attrgetter("plan")
-        for plan, group in itertools.groupby(sorted(routes, key=by_plan), by_plan):
-            told = tuple(group)
-            self._newest = plan
-            self._routes.update((route.robot, route) for route in told)
-            self._publisher.publish(routes_to_msg(plan, told, now, _MAP_FRAME))
-            self._spoke_at = now
-        if not self._spoke_at <= now < self._spoke_at + _TELL_PERIOD:
-            self._publisher.publish(routes_to_msg(self._newest, (), now, _MAP_FRAME))
-            self._spoke_at = now
-
     def _tell_state(self) -> None:
         robots, zones, closed = sorted(self._robots), self._zones, sorted(self._closed)
-        epoch = self._newest.epoch
-        self._state.publish(state_to_msg(self._report, epoch, robots, zones, closed, _header()))
+        self._state.publish(
+            state_to_msg(self._report, self._epoch, robots, zones, closed, _header())
+        )
 
 
 def _header() -> Header:
