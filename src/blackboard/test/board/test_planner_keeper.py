@@ -2,6 +2,7 @@
 """The member that leads keeps one traffic planner running, and only that member does."""
 
 import itertools
+import math
 
 import pytest
 
@@ -9,6 +10,7 @@ from blackboard.board.planner_keeper import (
     FIRST_PAUSE,
     LONGEST_PAUSE,
     PERIOD,
+    SILENT,
     STARTS,
     STAYS,
     TIME_TO_END,
@@ -70,7 +72,8 @@ class Bench:
         self.epoch = None
         self.started = []
         self.refuses = False
-        self.keeper = PlannerKeeper(self.clock, lambda: self.epoch, self.launch)
+        self.is_mute = False
+        self.keeper = PlannerKeeper(self.clock, lambda: self.epoch, self.heard, self.launch)
         self.keeper.start()
 
     def launch(self, epoch):
@@ -78,6 +81,9 @@ class Bench:
             raise OSError("no more processes")
         self.started.append(Planner(epoch))
         return self.started[-1]
+
+    def heard(self, epoch):
+        return -math.inf if self.is_mute or epoch not in self.running() else self.clock.time
 
     def running(self):
         return [planner.epoch for planner in self.started if not planner.how]
@@ -200,6 +206,28 @@ def test_a_planner_that_has_stayed_for_long_begins_with_the_first_pause_again(be
 
     assert len(bench.started) == known + 1
     assert len(bench.clock.warnings) == 2
+
+
+def test_a_planner_that_says_nothing_is_killed_and_started_again(bench):
+    bench.epoch = 7
+    bench.clock.pass_time(60.0)
+    bench.is_mute = True
+    bench.clock.pass_time(PERIOD)
+    stuck = bench.started[0]
+    bench.clock.pass_time(SILENT)
+
+    assert stuck.killed
+    bench.is_mute = False
+    bench.clock.pass_time(FIRST_PAUSE + 2 * PERIOD)
+    assert bench.running() == [7 * STARTS + 2]
+    assert "silent" in bench.clock.warnings[0]
+
+
+def test_a_planner_has_time_for_its_first_word(bench):
+    bench.epoch, bench.is_mute = 7, True
+    bench.clock.pass_time(SILENT)
+
+    assert bench.running() == [7 * STARTS + 1]
 
 
 def test_a_planner_that_cannot_be_started_is_tried_again(bench):

@@ -25,6 +25,10 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0
 STAYS = 60.0
 """A planner that has run for this long counts as a good one: the next pause is the first [s]."""
 
+SILENT = 15.0
+"""A planner that says nothing for longer is stuck [s]; it speaks once a second, and is on the way
+to its first word for a few seconds."""
+
 STARTS = 1000
 """So many planners may be started in one epoch of the blackboard; the last one's epoch is kept."""
 
@@ -51,14 +55,20 @@ class PlannerKeeper:
     Args:
         talker: Its clock and its log.
         leads: Returns the epoch that this member leads now; None while it does not lead.
+        heard: Returns when a planner of an epoch (its own) was heard last [s]; -inf if never.
         launch: Starts the planner of an epoch (its own, see above); raises OSError if it cannot.
     """
 
     def __init__(
-        self, talker: Talker, leads: Callable[[], int | None], launch: Callable[[int], Child]
+        self,
+        talker: Talker,
+        leads: Callable[[], int | None],
+        heard: Callable[[int], float],
+        launch: Callable[[int], Child],
     ) -> None:
         self._talker = talker
         self._leads = leads
+        self._heard = heard
         self._launch = launch
         self._child: Child | None = None
         self._epoch: int | None = None  # of the blackboard that the child belongs to
@@ -83,8 +93,9 @@ class PlannerKeeper:
         if epoch is None:
             return
         if self._child is not None:
-            how = self._child.ended()
+            how = self._child.ended() or self._why_stuck()
             if how:
+                self._child.kill()
                 self._child = None
                 self._put_off(how)
         elif self._talker.now() >= self._next_start:
@@ -99,9 +110,18 @@ class PlannerKeeper:
         self._started = self._talker.now()
         self._starts = min(self._starts + 1, STARTS - 1)
         try:
-            self._child = self._launch(epoch * STARTS + self._starts)
+            self._child = self._launch(self._own_epoch(epoch))
         except OSError as error:
             self._put_off(str(error))
+
+    def _own_epoch(self, epoch: int) -> int:
+        return epoch * STARTS + self._starts
+
+    def _why_stuck(self) -> str:
+        """Return for how long the planner has been silent, if that is too long; else empty."""
+        last = max(self._started, self._heard(self._own_epoch(self._epoch or 0)))
+        silence = self._talker.now() - last
+        return f"silent for {silence:.0f} s" if silence > SILENT else ""
 
     def _put_off(self, how: str) -> None:
         """Start the planner again after a pause, and say so the first time."""

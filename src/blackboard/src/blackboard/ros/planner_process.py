@@ -9,6 +9,7 @@ starts. So they stay closed when the planner's machine is lost.
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -19,7 +20,7 @@ import rospy
 from blackboard.board.planner_keeper import PlannerKeeper
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from blackboard.consensus.node import RaftNode
     from blackboard.ros.talker import MemberTalker
@@ -64,19 +65,23 @@ class PlannerProcess:
         self._process.kill()
 
 
-class _ClosedZones:
-    """The names of the zones that are closed, as the planner of the highest epoch told them."""
+class _LastWord:
+    """What the planner of the highest epoch has told last: the zones that are closed."""
 
-    def __init__(self, hive: str) -> None:
+    def __init__(self, hive: str, now: Callable[[], float]) -> None:
         from robot_description.msg import TrafficState  # noqa: PLC0415  (few hives need it)
 
-        self.names: tuple[str, ...] = ()
-        self._epoch = 0
+        self.closed: tuple[str, ...] = ()
+        self._epoch, self._at, self._now = 0, -math.inf, now
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
     def _hear(self, msg: Any) -> None:  # noqa: ANN401  (a TrafficState)
         if msg.epoch >= self._epoch:
-            self._epoch, self.names = msg.epoch, tuple(msg.closed)
+            self._epoch, self._at, self.closed = msg.epoch, self._now(), tuple(msg.closed)
+
+    def at(self, epoch: int) -> float:
+        """Return when a planner of an epoch was heard last [s]; -inf if it was not."""
+        return self._at if self._epoch == epoch else -math.inf
 
 
 def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
@@ -86,15 +91,15 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
     ROS Parameters: `traffic_planner/zones` of the hive, read once: a new master knows none.
     """
     zones = rospy.get_param(f"{hive}traffic_planner/zones", [])
-    closed = _ClosedZones(hive)
+    last = _LastWord(hive, talker.now)
 
     def leads() -> int | None:
         return node.epoch if node.may_act() else None
 
     def launch(epoch: int) -> PlannerProcess:
-        known = {"epoch": epoch, "zones": zones, "closed": closed.names}
+        known = {"epoch": epoch, "zones": zones, "closed": last.closed}
         return PlannerProcess(hive, [f"_{k}:={json.dumps(v)}" for k, v in known.items()])
 
-    keeper = PlannerKeeper(talker, leads, launch)
+    keeper = PlannerKeeper(talker, leads, last.at, launch)
     keeper.start()
     rospy.on_shutdown(keeper.stop)

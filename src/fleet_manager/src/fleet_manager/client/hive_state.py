@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fleet_manager.client.reports import Report
 
 ROBOT_SILENCE = 5.0  # [s, wall]; a robot reports once a second
-OUTDATED = 10.0  # [s]; a traffic planner that is silent for longer may have an older successor
+PLANNER_SILENCE = 10.0  # [s, wall]; the traffic planner tells its state once a second
 MAX_AT_ONCE = 400  # tasks reported as changed together, so that a window serves keys in between
 MAX_REMEMBERED = 200  # posted tasks kept until the hive answers; refused tasks that are shown
 MAX_ANSWERS = 10_000  # last words on tasks that are on no list; the oldest make way
@@ -56,6 +56,7 @@ class HiveState:
         self._posted: dict[str, Task] = {}
         self._newest: TaskList | None = None
         self.traffic: TrafficState | None = None  # the planner's last word; None before the first
+        self._traffic_heard = 0.0  # [s, wall]
         self._standing = Standing.NOBODY
         self._changes = Changes()
 
@@ -122,7 +123,7 @@ class HiveState:
         elif isinstance(report, Task):
             self._take_posted(report)
         elif isinstance(report, TrafficState):
-            self._take_traffic(report)
+            self._take_traffic(report, now)
 
     def take_changes(self) -> Changes:
         """Return what changed since the last call; of a long list only a part at a time."""
@@ -150,6 +151,11 @@ class HiveState:
                 self._robots[name] = replace(row, is_silent=True)
                 self._changes.robots.add(name)
                 self.note(words.robot_silent(name, silence))
+        if self.traffic is not None and now - self._traffic_heard > PLANNER_SILENCE:
+            self.traffic = None
+            self._show_waits(TrafficState(0, 0.0))
+            text = "the traffic planner is silent; robots drive by right of way"
+            self.note(words.Event(text, words.Severity.WARNING))
         self._note_standing(now)
 
     def _take_list(self, task_list: TaskList, stamp: float) -> None:
@@ -271,21 +277,20 @@ class HiveState:
         if before and before.is_silent:
             self.note(words.robot_back(name))
 
-    def _take_traffic(self, state: TrafficState) -> None:
+    def _take_traffic(self, state: TrafficState, now: float) -> None:
         before = self.traffic
-        if (
-            before is not None
-            and state.epoch < before.epoch
-            and state.time < before.time + OUTDATED
-        ):
+        if before is not None and state.epoch < before.epoch:
             return
-        self.traffic = state
+        self.traffic, self._traffic_heard = state, now
+        self._show_waits(state)
+        self.note(*traffic_change(before, state))
+
+    def _show_waits(self, state: TrafficState) -> None:
         for name, row in self._robots.items():
             waits = state.words_of(name)
             if waits != row.waits:
                 self._robots[name] = replace(row, waits=waits)
                 self._changes.robots.add(name)
-        self.note(*traffic_change(before, state))
 
     def _take_heartbeat(self, beat: Heartbeat, now: float) -> None:
         before = self.leadership.heartbeat

@@ -8,6 +8,7 @@ an operator has closed: these it tells on `traffic_state`, and gets them back as
 
 from __future__ import annotations
 
+import math
 import os
 import stat
 import sys
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
 _MAP_FRAME = "map"
 
 _PERIOD = 0.25  # time between two steps of the coordinator [s]
-_TELL_PERIOD = 1.0  # time between two messages that tell the state [s]
+_TELL_PERIOD = 1.0  # time between two messages that tell the state [s, wall clock]
+_LOOK = 0.02  # time between two looks at the clock and the inbox [s, wall clock]
 _QUEUE = 1000  # announcements that wait to be read; a robot sends a dozen a second
 
 _LISTEN = 0.6
@@ -85,7 +87,8 @@ class TrafficPlanner:
         self._routes: dict[str, Route] = {}
         self._closed: set[str] = set()
         self._report = TrafficReport()
-        self._told_at = 0.0
+        self._tell_at = 0.0  # [s, monotonic]
+        self._stepped_at = -math.inf
         self._epoch = whole_number("epoch", least=1, most=_HIGHEST, default=1)
         self._publisher = rospy.Publisher(f"{hive}routes", Routes, queue_size=10)
         state = f"{hive}traffic_state"
@@ -108,19 +111,25 @@ class TrafficPlanner:
     def run(self) -> None:
         """Plan until the node is shut down."""
         while not rospy.is_shutdown():
+            now = rospy.get_time()
             self._inbox.empty()
-            self._step(rospy.get_time())
-            _pause(_PERIOD)
+            if _is_due(now, self._stepped_at, _PERIOD):
+                self._stepped_at = now
+                self._step(now)
+            self._tell(now)
+            rospy.rostime.wallsleep(_LOOK)
 
     def _listen(self) -> None:
         """Wait until robots have been heard for so long that all were."""
-        while not self._news:
-            self._inbox.empty()
-            rospy.rostime.wallsleep(_PERIOD / 10)
+        first = None
+        while first is None or not _is_due(rospy.get_time(), first, _LISTEN):
             if rospy.is_shutdown():
                 raise rospy.ROSInterruptException
-        _pause(_LISTEN)
-        self._inbox.empty()
+            rospy.rostime.wallsleep(_LOOK)
+            self._inbox.empty()
+            self._tell(rospy.get_time())
+            if self._news and first is None:
+                first = rospy.get_time()
 
     def _hear(self, msg: Traffic) -> None:
         try:
@@ -157,20 +166,25 @@ class TrafficPlanner:
         if routes:
             self._routes = {route.robot: route for route in routes}
             self._publisher.publish(routes_to_msg(routes[0].plan, routes, now, _MAP_FRAME))
-        if not self._told_at - _PERIOD / 2 < now < self._told_at + _TELL_PERIOD - _PERIOD / 2:
-            self._told_at = now
-            self._robots = {
-                name: each for name, each in self._robots.items() if now - each.time < _SILENT
-            }
-            waiting = self._coordinator.waiting()
-            self._report.note(
-                now, [Waiting(w.robot, w.waits_for, *w.at, w.since) for w in waiting]
-            )
-            self._tell_state()
-            self._diagnostics.publish(diagnostics_of(self._report, len(self._robots), _header()))
-            if self._markers.get_num_connections():
-                shown = traffic_markers(self._routes, self._robots, self._report.waits, _header())
-                self._markers.publish(shown)
+        waiting = self._coordinator.waiting()
+        self._report.note(now, [Waiting(w.robot, w.waits_for, *w.at, w.since) for w in waiting])
+
+    def _tell(self, now: float) -> None:
+        """Tell the state once a second on the wall, also while a simulation is paused.
+
+        Whoever started this process takes it to be alive as long as it does.
+        """
+        if time.monotonic() < self._tell_at:
+            return
+        self._tell_at = time.monotonic() + _TELL_PERIOD
+        self._robots = {
+            name: each for name, each in self._robots.items() if now - each.time < _SILENT
+        }
+        self._tell_state()
+        self._diagnostics.publish(diagnostics_of(self._report, len(self._robots), _header()))
+        if self._markers.get_num_connections():
+            shown = traffic_markers(self._routes, self._robots, self._report.waits, _header())
+            self._markers.publish(shown)
 
     def _tell_state(self) -> None:
         robots, zones, closed = sorted(self._robots), self._zones, sorted(self._closed)
@@ -195,12 +209,9 @@ def _closed_before() -> list[str]:
     return names
 
 
-def _pause(seconds: float) -> None:
-    """Wait for a time of the hive's [s]; a clock that was set back ends the wait."""
-    try:
-        rospy.sleep(seconds)
-    except rospy.ROSTimeMovedBackwardsException:
-        return
+def _is_due(now: float, last: float, period: float) -> bool:
+    """Return whether a period has passed [s], or the clock was set back."""
+    return not last <= now < last + period
 
 
 def _end_with_parent() -> None:

@@ -7,8 +7,10 @@ ROS, so that tests run it with virtual time.
 
 from __future__ import annotations
 
+import heapq
 import math
-from collections import Counter, deque
+from collections import defaultdict, deque
+from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -115,14 +117,16 @@ class TrafficReport:
 
     def slowest(self) -> list[SlowPlace]:
         """Return where robots have waited longest in the last ten minutes, the slowest first."""
-        waited, begun, count = Counter[tuple[int, int]](), Counter[tuple[int, int]](), {}
+        at: dict[tuple[int, int], list[_Sample]] = defaultdict(list)
         for sample in self._samples:
-            waited[sample.square] += sample.span  # type: ignore[assignment]  # Counters take floats
-            begun[sample.square] += sample.begins
-            x, y, number = count.get(sample.square, (0.0, 0.0, 0))
-            count[sample.square] = (x + sample.x, y + sample.y, number + 1)
-        places = []
-        for square, seconds in waited.most_common(MOST_PLACES):
-            x, y, number = count[square]
-            places.append(SlowPlace(x / number, y / number, float(seconds), begun[square]))
-        return places
+            at[sample.square].append(sample)
+        places = [
+            SlowPlace(
+                x=sum(sample.x for sample in there) / len(there),
+                y=sum(sample.y for sample in there) / len(there),
+                waited=sum(sample.span for sample in there),
+                waits=sum(sample.begins for sample in there),
+            )
+            for there in at.values()
+        ]
+        return heapq.nlargest(MOST_PLACES, places, key=attrgetter("waited"))
