@@ -161,8 +161,8 @@ class Coordinator:
             for robot, start, each, table in zip(robots, begun, asked, tables, strict=True)
         ]
         for robot, drive in zip(robots, drives, strict=True):
-            robot.drive = drive
-        waits = self._waits(robots, begun, drives)
+            robot.give(drive)
+        waits = self._waits(robots, begun, drives, now)
         return tuple(
             Route(
                 robot=robot.said.name,
@@ -187,7 +187,11 @@ class Coordinator:
         if start is None:
             stays, start, goal = True, self._nearest(end), self._nearest(end)
         else:
-            stays = said.stationary or (said.goal is not None and goal is None)
+            stays = (
+                said.stationary
+                or not robot.is_planned(now)
+                or (said.goal is not None and goal is None)
+            )
             off = 0.0 if begun.places[-1] >= 0 else math.dist(end, self._point(start))
             ready = (begun.ahead + off) / speed
             before = _later(begun.rest, now, ready, said.goal) if not stays else None
@@ -252,7 +256,11 @@ class Coordinator:
         )
 
     def _waits(
-        self, robots: Sequence[Tracked], begun: Sequence[Committed], drives: Sequence[Drive]
+        self,
+        robots: Sequence[Tracked],
+        begun: Sequence[Committed],
+        drives: Sequence[Drive],
+        now: float,
     ) -> list[list[Wait]]:
         """Return for each robot whom it lets pass first."""
         courses = [
@@ -267,6 +275,8 @@ class Coordinator:
         for me, mine, other, its in dependencies(courses, GAP).tolist():
             if mine < len(begun[me].points) - 1:
                 continue  # It cannot avoid this any more; the claims keep them apart.
+            if not robots[other].is_planned(now):
+                continue  # Nobody knows when it goes on; the claims keep them apart.
             waits[me].append(
                 Wait(
                     at=drives[me].first + mine,
