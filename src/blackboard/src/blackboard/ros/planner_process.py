@@ -68,10 +68,10 @@ class PlannerProcess:
 class _LastWord:
     """What the planner of the highest epoch has told last: the zones that are closed."""
 
-    def __init__(self, hive: str, now: Callable[[], float]) -> None:
+    def __init__(self, hive: str, closed: Sequence[str], now: Callable[[], float]) -> None:
         from robot_description.msg import TrafficState  # noqa: PLC0415  (few hives need it)
 
-        self.closed: tuple[str, ...] = ()
+        self.closed = closed
         self._epoch, self._at, self._now = 0, -math.inf, now
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
@@ -91,7 +91,8 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
     ROS Parameters: `traffic_planner/zones` of the hive, read once: a new master knows none.
     """
     zones = rospy.get_param(f"{hive}traffic_planner/zones", [])
-    last = _LastWord(hive, talker.now)
+    shut = [str(zone["name"]) for zone in zones if zone.get("closed")]
+    last = _LastWord(hive, shut, talker.now)
 
     def leads() -> int | None:
         return node.epoch if node.may_act() else None

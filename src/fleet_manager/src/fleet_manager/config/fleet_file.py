@@ -25,6 +25,7 @@ from hive_common.errors import FileError
 from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
 from hive_common.structuring import Allowed, Name, at_least, between, listed, one_of
+from hive_common.zone import Zone
 from robot_description.models import RobotModel, load_model
 
 TAKEN_NAMES = frozenset({
@@ -86,6 +87,8 @@ class FleetContent:
     """None: `shared` in simulation; real robots have `each` in any case."""
     traffic: Annotated[str, one_of(*TRAFFIC)] = "local"
     """Who says who goes first where robots meet: the robots, or a traffic planner."""
+    zones: tuple[Zone, ...] = ()
+    """Areas in which a traffic planner limits how robots drive."""
     stand_by: Annotated[int, at_least(2, "a number of robots")] = STANDING_BY
     """How many robots, the first ones, stand by to carry the blackboard."""
     robots: Annotated[tuple[FleetRobot, ...], listed("at least one robot", 1)]

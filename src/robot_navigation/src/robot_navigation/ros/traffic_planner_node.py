@@ -16,6 +16,7 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
+import attrs
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from robot_description.msg import Routes, Traffic, TrafficState, ZoneCommand
@@ -26,6 +27,8 @@ from hive_common.errors import ParameterError
 from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.params import whole_number
+from hive_common.structuring import NotAllowedError, structure
+from hive_common.zone import Zone
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.ros.conversions import routes_to_msg, traffic_from_msg
 from robot_navigation.ros.startup import run_node, wait_for_map
@@ -35,6 +38,8 @@ from robot_navigation.ros.traffic_told import diagnostics_of, state_to_msg
 from robot_navigation.traffic.coordinator import Coordinator
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from robot_navigation.mapf.route import Route
     from robot_navigation.traffic.right_of_way import Announcement
 
@@ -72,7 +77,8 @@ class TrafficPlanner:
         (visualization_msgs/MarkerArray), 1 Hz while somebody listens, for RViz; `/diagnostics`
         (diagnostic_msgs/DiagnosticArray), 1 Hz: WARN while robots wait in a circle or for long.
     ROS Parameters: `~epoch`, higher than that of any planner before, 1 by default; `~zones` as in
-        a fleet file, and `~closed`, the names of those that are closed; none by default.
+        a fleet file, none by default; `~closed`, the names of those that are closed, by default
+        those that say so.
 
     Raises:
         ParameterError: A parameter has a value that is not allowed.
@@ -85,7 +91,6 @@ class TrafficPlanner:
         self._robots: dict[str, Announcement] = {}
         self._news: dict[str, Announcement] = {}  # what the coordinator has not heard yet
         self._routes: dict[str, Route] = {}
-        self._closed: set[str] = set()
         self._report = TrafficReport()
         self._tell_at = 0.0  # [s, monotonic]
         self._stepped_at = -math.inf
@@ -100,11 +105,11 @@ class TrafficPlanner:
         field = ClearanceField.of(grid_from_msg(wait_for_map(f"{hive}map")))
         zones = _zones()
         self._zones = tuple(zone.name for zone in zones)
+        self._closed = _closed([zone.name for zone in zones if zone.closed])
         self._listen()
         radii = sorted({robot.radius for robot in self._news.values()})
-        self._coordinator = Coordinator(field, radii, self._epoch)
-        for name in _closed_before():
-            self._switch(name, closed=True)
+        zones = [attrs.evolve(zone, closed=zone.name in self._closed) for zone in zones]
+        self._coordinator = Coordinator(field, radii, zones, self._epoch)
         self._lanes.publish(lanes_marker(self._coordinator.roadmap, _header()))
         rospy.Subscriber(f"{hive}zone_command", ZoneCommand, self._obey, queue_size=10)
 
@@ -150,10 +155,9 @@ class TrafficPlanner:
             return
         if closed:
             self._coordinator.close(zone)
-            self._closed.add(zone)
         else:
             self._coordinator.open(zone)
-            self._closed.discard(zone)
+        self._closed = set(self._coordinator.roadmap.closed)
         self._tell_state()
 
     def _step(self, now: float) -> None:
@@ -197,16 +201,20 @@ def _header() -> Header:
     return Header(stamp=rospy.Time.now(), frame_id=_MAP_FRAME)
 
 
-def _zones() -> tuple[()]:
-    return ()
+def _zones() -> Sequence[Zone]:
+    given = rospy.get_param("~zones", [])
+    try:
+        return structure(given, tuple[Zone, ...])
+    except NotAllowedError as error:
+        raise ParameterError(f"parameter ~zones: {error}") from None
 
 
-def _closed_before() -> list[str]:
-    """Return the names of the zones that were closed when the planner before this one ended."""
-    names = rospy.get_param("~closed", [])
+def _closed(default: list[str]) -> set[str]:
+    """Return the names of the zones that are closed from the start."""
+    names = rospy.get_param("~closed", default)
     if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
         raise ParameterError(f"parameter ~closed: {names!r}; allowed: a list of names of zones")
-    return names
+    return set(names)
 
 
 def _is_due(now: float, last: float, period: float) -> bool:
