@@ -25,9 +25,9 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0
 STAYS = 60.0
 """A planner that has run for this long counts as a good one: the next pause is the first [s]."""
 
-SILENT = 15.0
-"""A planner that says nothing for longer is stuck [s]; it speaks once a second, and is on the way
-to its first word for a few seconds."""
+SILENT = 30.0
+"""A planner that says nothing for longer is stuck [s]; it speaks once a second, and on a busy machine
+takes some seconds for its first plan."""
 
 STARTS = 1000
 """So many planners may be started in one epoch of the blackboard; the last one's epoch is kept."""
