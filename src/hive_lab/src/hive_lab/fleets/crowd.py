@@ -162,5 +162,6 @@ def _least_distance(pose: PoseTuple, others: Sequence[tuple[float, float, float]
 def _free_places(grid: GridMap, room: float) -> Array:
     """Return places with a clearance of `room` [m], (n, 2), frame map [m]."""
     rows, columns = np.nonzero(ClearanceField.of(grid).clearance >= room)
-    cells: Array = np.column_stack([columns, rows]) + 0.5
-    return cells * grid.resolution + np.array(grid.origin[:2])
+    places: Array = (np.column_stack([columns, rows]) + 0.5) * grid.resolution
+    places += np.array(grid.origin[:2])
+    return places

@@ -4,15 +4,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import shapely.geometry
 
-from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
 from simenv.world.draw_map import draw_map
 from simenv.world.shapes import Shape
 from simenv.world.world import World
 from simenv.world.world_file import load_world
+
+if TYPE_CHECKING:
+    from hive_common.grid_map import GridMap
 
 WALL = 0.2  # thickness of the outer walls [m]
 

@@ -96,7 +96,7 @@ class TimeAlone:
         self._planner = OmplPlanner(site.grid, load_model(model).base.circumscribed_radius)
         lengths = np.array([self._length(drive) for drive in alone])
         times = np.array([drive.ended - drive.began for drive in alone])
-        self._slope, self._least = np.polyfit(lengths, times, 1)
+        self._slope, self._least = map(float, np.polyfit(lengths, times, 1))
 
     def of(self, drives: Iterable[Drive]) -> float:
         """Return the time in which one robot alone would do all drives [s]."""

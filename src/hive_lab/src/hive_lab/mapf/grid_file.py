@@ -96,16 +96,16 @@ def read_map(path: Path) -> Grid:
     lines = _lines(path)
     size: dict[str, int] = {}
     for number, line in enumerate(lines, start=1):
-        words = line.split()
-        if words == ["map"]:
+        key, *words = line.split() or [""]
+        if key == "map" and not words:
             break
-        if len(words) != 2 or words[0] not in {"type", "height", "width"}:
+        if key not in {"type", "height", "width"} or len(words) != 1:
             raise FileError(
                 f"{path}:{number}: {line!r}; allowed before the line `map`: `type NAME`, "
                 "`height N`, `width N`"
             )
-        if words[0] != "type":
-            size[words[0]] = _whole(path, number, words[0], words[1], 1, _MOST_SIDE)
+        if key != "type":
+            size[key] = _whole(path, number, key, words[0], 1, _MOST_SIDE)
     else:
         raise FileError(f"{path}:{len(lines) + 1}: the file ends before a line `map`")
     for key in ("height", "width"):
@@ -135,7 +135,7 @@ def read_task_places(path: Path, grid: Grid) -> TaskPlaces:
                 "blocked; allowed: a free cell"
             )
     task, parking = (grid.numbers[rows == letter] for letter in (TASK, PARKING))
-    if len(task) < 2 or not len(parking):
+    if len(task) <= 1 or not len(parking):
         raise FileError(
             f"{path}: {len(task)} places `{TASK}` and {len(parking)} places `{PARKING}`; needed: "
             "two and one at least"

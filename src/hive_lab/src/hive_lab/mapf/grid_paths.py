@@ -6,6 +6,7 @@ The check shares no code with any planner: it looks at nothing but cells and ste
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,7 +70,7 @@ def mistakes(grid: Grid, paths: Indices) -> Iterator[str]:
         for cell in cells[counts > 1]:
             robots = np.flatnonzero(here == cell)
             yield f"step {step}: robots {list(robots)} are in cell {_name(grid, cell)}"
-    for step, (here, there) in enumerate(zip(paths[:-1], paths[1:], strict=True), start=1):
+    for step, (here, there) in enumerate(itertools.pairwise(paths), start=1):
         moved = np.abs(grid.cells[there] - grid.cells[here]).sum(axis=1)
         for robot in np.flatnonzero(moved > 1):
             yield f"step {step}: robot {robot} jumps to cell {_name(grid, there[robot])}"
