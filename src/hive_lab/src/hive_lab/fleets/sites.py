@@ -15,6 +15,8 @@ from simenv.world.world import World
 from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hive_common.grid_map import GridMap
 
 WALL = 0.2  # thickness of the outer walls [m]
@@ -44,9 +46,38 @@ class Site:
     room: float
 
 
+def drawn_site(
+    name: str,
+    size: tuple[float, float],
+    racks: Sequence[tuple[float, float, float, float]],
+    *,
+    room: float,
+) -> Site:
+    """Return a walled rectangle with racks.
+
+    Args:
+        name: What people call it.
+        size: Width and depth with the walls, from (0, 0) on [m].
+        racks: x_min, y_min, x_max, y_max of each [m].
+        room: See `Site`.
+    """
+    width, depth = size
+    inside = shapely.geometry.box(WALL, WALL, width - WALL, depth - WALL)
+    walls = shapely.geometry.box(0.0, 0.0, width, depth).difference(inside)
+    shapes = [
+        Shape(f"rack {number}", shapely.geometry.box(*corners), "racks")
+        for number, corners in enumerate(racks, start=1)
+    ]
+    world = World(name, size, (Shape("walls", walls), *shapes))
+    # Nothing is unknown: no named place says from where the inside can be seen.
+    grid = draw_map(world)
+    grid.cells[grid.cells < 0] = 0
+    return Site(world, grid, room)
+
+
 def hall() -> Site:
     """Return a hall with eight racks."""
-    return _drawn("hall", HALL_SIZE, RACKS, room=0.8)
+    return drawn_site("hall", HALL_SIZE, RACKS, room=0.8)
 
 
 def warehouse() -> Site:
@@ -67,7 +98,7 @@ def warehouse() -> Site:
         for row in SHELF_ROWS
         for column in SHELVES_BEGIN
     ]
-    return _drawn("warehouse of cells", size, shelves, room=CELL / 2 - 0.05)
+    return drawn_site("warehouse of cells", size, shelves, room=CELL / 2 - 0.05)
 
 
 def lab() -> Site:
@@ -76,25 +107,3 @@ def lab() -> Site:
 
 
 SITES = {"hall": hall, "warehouse": warehouse, "lab": lab}
-
-
-def _drawn(
-    name: str,
-    size: tuple[float, float],
-    racks: list[tuple[float, float, float, float]],
-    *,
-    room: float,
-) -> Site:
-    """Return a walled rectangle of a size [m] with racks (x_min, y_min, x_max, y_max) [m]."""
-    width, depth = size
-    inside = shapely.geometry.box(WALL, WALL, width - WALL, depth - WALL)
-    walls = shapely.geometry.box(0.0, 0.0, width, depth).difference(inside)
-    shapes = [
-        Shape(f"rack {number}", shapely.geometry.box(*corners), "racks")
-        for number, corners in enumerate(racks, start=1)
-    ]
-    world = World(name, size, (Shape("walls", walls), *shapes))
-    # Nothing is unknown: no named place says from where the inside can be seen.
-    grid = draw_map(world)
-    grid.cells[grid.cells < 0] = 0
-    return Site(world, grid, room)
