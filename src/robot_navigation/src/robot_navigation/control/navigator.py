@@ -123,7 +123,9 @@ class Navigator:
         self._claim = 0.0  # [m]
         self._waits_for = ""  # the robot for which it waits
         self._limits = Limits(
-            model.base.max_speed, model.base.acceleration, model.base.max_yaw_rate
+            follower.top_speed(self._obstacle_check.most_room),
+            model.base.acceleration,
+            model.base.max_yaw_rate,
         )
         self._given_at = 0.0
 
@@ -339,6 +341,19 @@ class Navigator:
             return tracker.given_up(pose, met)
         if self._stuck.duration(now) < patience or now < tracker.retry_at:
             return None
+        return self._stand(now, pose, path, tracker, obstacles, heard)
+
+    def _stand(
+        self,
+        now: float,
+        pose: Pose,
+        path: Path,
+        tracker: GoalTracker,
+        obstacles: VisibleObstacles,
+        heard: Neighbourhood,
+    ) -> GoalOutcome | None:
+        """Plan around what keeps the robot standing, where it has no route."""
+        guided, patience = self._keeper.route is not None, self._settings.patience
         blocking = self._obstacle_check.blocking(path, self._follower.progress, obstacles)
         if len(blocking):
             self._memory.add(now, blocking)

@@ -7,6 +7,7 @@ nothing is heard from the planner for `SILENCE`, the robot goes on by the right 
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -144,6 +145,6 @@ def _is_on(path: Path, point: Point) -> bool:
 def _marks(places: Sequence[Point]) -> list[float]:
     """Return the distance of each place from the first, along straight lines [m]."""
     marks = [0.0]
-    for before, here in zip(places, places[1:], strict=False):
+    for before, here in itertools.pairwise(places):
         marks.append(marks[-1] + math.dist(before, here))
     return marks

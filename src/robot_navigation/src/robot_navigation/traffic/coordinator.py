@@ -125,13 +125,17 @@ class Coordinator:
         if drive is None:
             return True
         end = drive.points[-1] if drive.complete else None
-        return said.goal is not None and drive.goal != said.goal and end != said.goal
+        return said.goal is not None and said.goal not in {drive.goal, end}
 
     def _plan(self, now: float) -> tuple[Route, ...]:
         robots = list(self._robots.values())
         begun = [robot.committed(now) for robot in robots]
-        asked = [self._asked(robot, start, now) for robot, start in zip(robots, begun, strict=True)]
-        tables = self._planner.plan([each.agent for each in asked], [each.before for each in asked])
+        asked = [
+            self._asked(robot, start, now) for robot, start in zip(robots, begun, strict=True)
+        ]
+        tables = self._planner.plan(
+            [each.agent for each in asked], [each.before for each in asked]
+        )
         plan = PlanNumber(self._epoch, self._number)
         drives = [
             self._drive(robot, start, each, table, plan, now)
@@ -209,13 +213,12 @@ class Coordinator:
             arrives.append(now + table.arrives[index])
             leaves.append(now + table.leaves[index])
         complete = table.complete and not agent.stays
-        if complete and said.goal is not None:
-            if points[-1] != said.goal:
-                leaves[-1] = arrives[-1]
-                points.append(said.goal)
-                places.append(-1)
-                arrives.append(arrives[-1] + math.dist(points[-2], said.goal) / agent.speed)
-                leaves.append(math.inf)
+        if complete and said.goal is not None and points[-1] != said.goal:
+            leaves[-1] = arrives[-1]
+            points.append(said.goal)
+            places.append(-1)
+            arrives.append(arrives[-1] + math.dist(points[-2], said.goal) / agent.speed)
+            leaves.append(math.inf)
         leaves[-1] = math.inf
         return Drive(
             plan=plan,
