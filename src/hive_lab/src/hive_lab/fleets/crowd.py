@@ -21,7 +21,7 @@ from simenv.errors import SpawnError
 from simenv.simulation import Simulation
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
@@ -32,6 +32,16 @@ APART = 1.6  # distance of two starts [m]
 GOALS_APART = 1.2  # distance of the goals of two robots [m]
 
 PoseTuple = tuple[float, float, float]
+
+
+def robot_name(number: int) -> str:
+    """Return the name of a robot of a crowd; the first one has number 0."""
+    return f"robot{number + 1}"
+
+
+def by_right_of_way(simulation: Simulation, site: Site) -> Traffic:
+    """Return navigation without a traffic planner."""
+    return Traffic(simulation, site.grid)
 
 
 class Drive(NamedTuple):
@@ -69,6 +79,7 @@ class Crowd:
         seed: int = 1,
         site: Site | None = None,
         models: Sequence[str] = MODELS,
+        traffic_of: Callable[[Simulation, Site], Traffic] = by_right_of_way,
     ) -> None:
         """Put robots down at random.
 
@@ -78,10 +89,11 @@ class Crowd:
                 adds robots and leaves the first ones theirs.
             site: Where they drive; a hall by default.
             models: The robots' models, in turn.
+            traffic_of: Makes the robots' navigation, and what coordinates it.
         """
         site = site or hall()
         self.simulation = Simulation(site.world, seed=seed)
-        self.traffic = Traffic(self.simulation, site.grid)
+        self.traffic = traffic_of(self.simulation, site)
         self.drives: list[Drive] = []
         self.longest_stand: dict[str, float] = {}
         self._places = _free_places(site.grid, site.room)
@@ -90,7 +102,7 @@ class Crowd:
         self._under_way: dict[str, tuple[tuple[float, float], float]] = {}
         self._stuck: dict[str, StuckDetector] = {}
         for number in range(robots):
-            self._put(f"robot{number + 1}", models[number % len(models)], (seed, number))
+            self._put(robot_name(number), models[number % len(models)], (seed, number))
         self._steps = 0
 
     def run(self, seconds: float) -> None:

@@ -5,17 +5,19 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_lab.fleets.crowd import Crowd
+from hive_lab.fleets.coordination import by_a_plan
+from hive_lab.fleets.crowd import Crowd, by_right_of_way
 from robot_description.models import load_model
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.path import Path
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Mapping, Sequence
 
     from hive_lab.fleets.crowd import Drive
     from hive_lab.fleets.sites import Site
@@ -31,6 +33,7 @@ class Throughput:
         robots: How many there were.
         duration: How long they drove, simulated [s].
         drives: All goals that ended.
+        models: The model of each robot.
         contacts: Between two robots.
         wall_contacts: Between a robot and what does not move.
         longest_stand: For which a robot with a goal stood still [s].
@@ -40,6 +43,7 @@ class Throughput:
     robots: int
     duration: float
     drives: tuple[Drive, ...]
+    models: Mapping[str, str]
     contacts: int
     wall_contacts: int
     longest_stand: float
@@ -62,10 +66,23 @@ class Throughput:
 
 
 def measure(
-    site: Site, robots: int, seconds: float, models: Sequence[str], seed: int = 1
+    site: Site,
+    robots: int,
+    seconds: float,
+    models: Sequence[str],
+    seed: int = 1,
+    *,
+    planned: bool = False,
 ) -> Throughput:
-    """Let a crowd drive for a simulated time [s]; see `Crowd` for the rest."""
-    crowd = Crowd(robots, seed, site, models)
+    """Let a crowd drive for a simulated time [s].
+
+    Args:
+        site, robots, models, seed: See `Crowd`.
+        seconds: How long.
+        planned: Whether a traffic planner coordinates it.
+    """
+    traffic_of = partial(by_a_plan, models) if planned else by_right_of_way
+    crowd = Crowd(robots, seed, site, models, traffic_of)
     began = time.process_time()
     crowd.run(seconds)
     spent = time.process_time() - began
@@ -76,6 +93,7 @@ def measure(
         robots,
         seconds,
         tuple(crowd.drives),
+        {name: crowd.simulation.model(name).name for name in crowd.simulation.names},
         between,
         len(contacts) - between,
         max(crowd.longest_stand.values()),
@@ -84,7 +102,7 @@ def measure(
 
 
 class TimeAlone:
-    """How long a robot takes to goals when it is alone.
+    """How long a robot takes to a goal when it is alone.
 
     Drives of different length make few drives a poor measure of throughput. The time alone is a
     line over the length of the shortest path, fitted to what one robot alone has driven, so it
@@ -98,18 +116,19 @@ class TimeAlone:
         times = np.array([drive.ended - drive.began for drive in alone])
         self._slope, self._least = map(float, np.polyfit(lengths, times, 1))
 
-    def of(self, drives: Iterable[Drive]) -> float:
-        """Return the time in which one robot alone would do all drives [s]."""
-        return sum(self._least + self._slope * self._length(drive) for drive in drives)
-
-    def share(self, fleet: Throughput) -> float:
-        """Return the share of its throughput that each robot keeps, about 0..1.
-
-        It is the time that its drives would take alone over the time they took. The drives that
-        have not ended are left out of both.
-        """
-        driving = sum(drive.ended - drive.began for drive in fleet.drives)
-        return self.of(fleet.reached) / driving
+    def of(self, drive: Drive) -> float:
+        """Return the time in which one robot alone would do a drive [s]."""
+        return self._least + self._slope * self._length(drive)
 
     def _length(self, drive: Drive) -> float:
         return Path(self._planner.plan(drive.origin, drive.goal[:2])).length
+
+
+def share_kept(fleet: Throughput, alone: Mapping[str, TimeAlone]) -> float:
+    """Return the share of its throughput that each robot keeps in a fleet, about 0..1.
+
+    It is the time that the drives that got to their goals would take alone, by `alone` for each
+    model, over the time that all took. Drives that have not ended are left out of both.
+    """
+    driving = sum(drive.ended - drive.began for drive in fleet.drives)
+    return sum(alone[fleet.models[drive.robot]].of(drive) for drive in fleet.reached) / driving
