@@ -17,7 +17,7 @@ from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets import fault_runs
 from hive_lab.fleets.crowd import MODELS
 from hive_lab.fleets.sites import SITES
-from hive_lab.fleets.throughput import TimeAlone, Throughput, measure, share_kept
+from hive_lab.fleets.throughput import Throughput, TimeAlone, measure, share_kept
 from hive_lab.mapf.grid_file import read_map, read_scenario, read_task_places
 from hive_lab.mapf.grid_paths import mistakes
 from hive_lab.mapf.one_shot import solve
@@ -222,9 +222,9 @@ def _of_fleets(seconds: float, runs: int, *, planned: bool) -> BenchResult:
             results[fleet].append(found)
     figures: dict[str, float] = {}
     aims: dict[str, float] = {}
-    for fleet, found in results.items():
+    for fleet, seeds in results.items():
         of_site = {model: times[fleet.site, model] for model in fleet.models}
-        part = _fleet_figures(fleet, found, of_site)
+        part = _fleet_figures(fleet, seeds, of_site)
         figures |= {f"{fleet.site} {fleet.robots} {name}": part[name][0] for name in part}
         aims |= {
             f"{fleet.site} {fleet.robots} {name}": aim

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from robot_navigation.mapf.roadmap_builder import build_roadmap
+
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
-from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.traffic.coordinator import Coordinator
 

@@ -142,7 +142,8 @@ class FaultyTraffic(Traffic):
         said = tick.announcement
         for fault in self._active(now, "misplaced", name):
             said = _moved(said, OFF * math.cos(fault.angle), OFF * math.sin(fault.angle))
-        for receiver in (*self.navigators, *self._hosts):
+        receivers: list[str | _Host] = [*self.navigators, *self._hosts]
+        for receiver in receivers:
             self._send(receiver, name, said, now)
         if tick.outcome is not None:
             self.outcomes[name] = tick.outcome

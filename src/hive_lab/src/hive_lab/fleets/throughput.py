@@ -77,8 +77,11 @@ def measure(
     """Let a crowd drive for a simulated time [s].
 
     Args:
-        site, robots, models, seed: See `Crowd`.
+        site: Where.
+        robots: How many.
         seconds: How long.
+        models: The robots' models, in turn.
+        seed: Of everything random.
         planned: Whether a traffic planner coordinates it.
     """
     traffic_of = partial(by_a_plan, models) if planned else by_right_of_way
