@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 STANDS = 0.05  # a robot that claims less than this stands [m]
 AT_PLACE = 0.2  # a robot this near to a place is at it [m]
 LATENCY = 0.5  # time until a robot has heard a new plan, and its progress is known [s]
+REFUSES_AFTER = 3.0  # a robot that has taken no route for so long follows none [s]
+SILENT = 3.0  # a robot that is not heard for so long follows none [s]
 HELD = 4.0  # a robot that stands for so long between two places may be led elsewhere [s]
 ACCEPT_WITHIN = 1.5  # a robot that does not follow a route after this time has refused it [s]
 
@@ -89,12 +91,26 @@ class Tracked:
         self.said = said
         self.drive: Drive | None = None
         self.stands_since = said.time  # [s]
+        self.refuses_since: float | None = None  # [s]; None if it follows what it was given
 
     def hear(self, said: Announcement) -> None:
         """Take in what the robot announces."""
         self.said = said
         if said.claim >= STANDS:
             self.stands_since = said.time
+        if self.drive is None or said.plan.epoch == self.drive.plan.epoch:
+            self.refuses_since = None
+
+    def give(self, drive: Drive) -> None:
+        """Note what the robot is given."""
+        if self.refuses_since is None and self.said.plan.epoch != drive.plan.epoch:
+            self.refuses_since = drive.given
+        self.drive = drive
+
+    def is_planned(self, now: float) -> bool:
+        """Return whether the robot can be reckoned with: it is heard, and takes routes."""
+        refused = self.refuses_since is not None and now - self.refuses_since > REFUSES_AFTER
+        return not refused and now - self.said.time < SILENT
 
     def follows(self, now: float) -> bool:
         """Return whether the robot follows its course, or may yet begin to."""

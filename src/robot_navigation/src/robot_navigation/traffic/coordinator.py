@@ -15,22 +15,25 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from robot_navigation.mapf.dependency_graph import Course, dependencies
+from robot_navigation.mapf.ends import nearest_places
 from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.route import PlanNumber, Route, Wait
+from robot_navigation.mapf.zones import roadmap_with
 from robot_navigation.traffic.committed import Drive, Tracked
 from robot_navigation.traffic.right_of_way import GAP
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hive_common.zone import Zone
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.traffic.committed import Committed
     from robot_navigation.traffic.right_of_way import Announcement
 
-NEIGHBOURS = 12  # places that are looked at as an entry to the roadmap
+MOST_ENTRIES = 10_000  # entries to the roadmap that are remembered
 
 
 @dataclass(frozen=True)
@@ -63,27 +66,43 @@ class Coordinator:
     Args:
         field: Clearances of the map.
         radii: Of the fleet's robots: circles around their footprints [m].
+        zones: What the operator has set.
         epoch: Of the blackboard that it belongs to.
+        settings: How often it plans.
     """
 
     def __init__(
         self,
         field: ClearanceField,
         radii: Sequence[float],
+        zones: Sequence[Zone] = (),
         epoch: int = 1,
         settings: CoordinatorSettings | None = None,
-        roadmap: Roadmap | None = None,
     ) -> None:
-        self.roadmap = roadmap or build_roadmap(field, radii)
         self._field = field
         self._epoch = epoch
         self._settings = settings or CoordinatorSettings()
-        self._planner = JointPlanner(self.roadmap, PlannerSettings(gap=GAP))
-        self._places = cKDTree(self.roadmap.places)
         self._robots: dict[str, Tracked] = {}
         self._number = 0
         self._planned_at = -math.inf
+        self._take_roadmap(build_roadmap(field, radii, zones))
+
+    def _take_roadmap(self, roadmap: Roadmap) -> None:
+        self.roadmap = roadmap
+        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP))
+        self._places = cKDTree(roadmap.places)
         self._entries: dict[tuple[Point, float], int | None] = {}
+        self._planned_at = -math.inf
+        for robot in self._robots.values():
+            robot.drive = None  # its places have other numbers now
+
+    def close(self, name: str) -> None:
+        """Close a zone: no robot enters it any more."""
+        self._take_roadmap(roadmap_with(self.roadmap, self.roadmap.closed | {name}))
+
+    def open(self, name: str) -> None:
+        """Open a zone that was closed."""
+        self._take_roadmap(roadmap_with(self.roadmap, self.roadmap.closed - {name}))
 
     def hear(self, said: Announcement) -> None:
         """Take in what a robot announces."""
@@ -142,8 +161,8 @@ class Coordinator:
             for robot, start, each, table in zip(robots, begun, asked, tables, strict=True)
         ]
         for robot, drive in zip(robots, drives, strict=True):
-            robot.drive = drive
-        waits = self._waits(robots, begun, drives)
+            robot.give(drive)
+        waits = self._waits(robots, begun, drives, now)
         return tuple(
             Route(
                 robot=robot.said.name,
@@ -168,7 +187,11 @@ class Coordinator:
         if start is None:
             stays, start, goal = True, self._nearest(end), self._nearest(end)
         else:
-            stays = said.stationary or (said.goal is not None and goal is None)
+            stays = (
+                said.stationary
+                or not robot.is_planned(now)
+                or (said.goal is not None and goal is None)
+            )
             off = 0.0 if begun.places[-1] >= 0 else math.dist(end, self._point(start))
             ready = (begun.ahead + off) / speed
             before = _later(begun.rest, now, ready, said.goal) if not stays else None
@@ -233,7 +256,11 @@ class Coordinator:
         )
 
     def _waits(
-        self, robots: Sequence[Tracked], begun: Sequence[Committed], drives: Sequence[Drive]
+        self,
+        robots: Sequence[Tracked],
+        begun: Sequence[Committed],
+        drives: Sequence[Drive],
+        now: float,
     ) -> list[list[Wait]]:
         """Return for each robot whom it lets pass first."""
         courses = [
@@ -248,6 +275,8 @@ class Coordinator:
         for me, mine, other, its in dependencies(courses, GAP).tolist():
             if mine < len(begun[me].points) - 1:
                 continue  # It cannot avoid this any more; the claims keep them apart.
+            if not robots[other].is_planned(now):
+                continue  # Nobody knows when it goes on; the claims keep them apart.
             waits[me].append(
                 Wait(
                     at=drives[me].first + mine,
@@ -274,22 +303,13 @@ class Coordinator:
         return self._entries[key]
 
     def _found_entry(self, point: Point, radius: float) -> int | None:
-        count = min(NEIGHBOURS, len(self.roadmap.places))
-        _, found = self._places.query(point, k=range(1, count + 1))
-        there = self.roadmap.places[found]
-        clear = self._field.lines_are_clear(
-            np.repeat(np.array([point]), count, axis=0), there, radius
-        )
-        usable = np.flatnonzero(clear & (self.roadmap.room[found] >= radius))
-        return int(found[usable[0]]) if len(usable) else None
+        found = nearest_places(self.roadmap, self._field, np.array([point]), np.array([radius]))
+        return None if found[0, 0] < 0 else int(found[0, 0])
 
 
 class _Asked(NamedTuple):
     agent: Agent
     before: Timetable | None
-
-
-MOST_ENTRIES = 10_000
 
 
 def _heading(begun: Committed, said: Announcement) -> float:
