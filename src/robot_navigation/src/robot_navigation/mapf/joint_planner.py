@@ -1,9 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plans paths for all robots at once, so that no two are in one place at one time."""
+"""Plans paths for all robots at once, so that no two are in one place at one time.
+
+Robots are planned one after the other, each the fastest way past those before it (`sipp.py`) and
+moving aside those after it (`pushing.py`). docs/decisions/012-joint-planning.md tells what else was
+tried.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robot_navigation.mapf.conflicts import classical_conflicts, spatial_conflicts, ways
+from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
+from robot_navigation.mapf.pushing import Fleet
+from robot_navigation.mapf.reservations import Reservations
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from robot_navigation.mapf.conflicts import Conflicts
+    from robot_navigation.mapf.roadmap import Roadmap
+
+RENEW = 0.5  # a path that ends before this share of the horizon, and not at the goal, is made anew
+LATE = 0.05  # a robot that is this late still has the plan that it had [s]
 
 
 @dataclass(frozen=True)
@@ -50,3 +73,173 @@ class Timetable:
     arrives: tuple[float, ...]
     leaves: tuple[float, ...]
     complete: bool
+
+
+@dataclass(frozen=True)
+class PlannerSettings:
+    """How far and how hard to plan.
+
+    Attributes:
+        horizon: A robot that gets to its goal later than this ends somewhere on the way, where it
+            can stay [s]; infinite to plan all the way.
+        gap: Between the circles of two robots [m].
+        searches: Most searches for paths of one plan, for each robot.
+        states: Most states that one search looks at.
+        improvements: How often parts of a plan are made anew to see whether it gets shorter.
+        classical: Whether robots are points and conflict as in the classical problem; see
+            `conflicts.classical_conflicts`.
+    """
+
+    horizon: float = 30.0
+    gap: float = 0.1
+    searches: int = 20
+    states: int = 20_000
+    improvements: int = 0
+    classical: bool = False
+
+
+DEFAULTS = PlannerSettings()
+
+
+class JointPlanner:
+    """Plans for all robots on one roadmap.
+
+    The same calls give the same plans. It keeps tables of the roadmap, and nothing about robots.
+    """
+
+    def __init__(self, roadmap: Roadmap, settings: PlannerSettings = DEFAULTS) -> None:
+        self.roadmap = roadmap
+        self.settings = settings
+        self._ways = ways(roadmap)
+        self._count = len(roadmap.places)
+        self._things = self._count + int(self._ways.max(initial=-1)) + 1
+        self._lane_of = {(int(p), int(q)): k for k, (p, q) in enumerate(roadmap.lanes)}
+        self._conflicts: dict[float, Conflicts] = {}
+        self._searches: dict[Motion, PathSearch] = {}
+
+    def plan(
+        self, agents: Sequence[Agent], before: Sequence[Timetable | None] = ()
+    ) -> list[Timetable]:
+        """Return what each robot is to do, so that no two come too near to each other.
+
+        It all can be driven to its end: a robot that does not get to its goal within the horizon
+        ends where it is in nobody's way.
+
+        Args:
+            agents: The robots. One whose start is its goal moves out of the way of others, to the
+                nearest place where it may park. One that cannot get to its goal does the same.
+            before: What each robot had to do so far, with times from now on; kept where it still
+                holds. None, or nothing at all, for robots without.
+        """
+        order = sorted(range(len(agents)), key=lambda k: _rank(agents[k], k))
+        fleet = self._fleet(agents)
+        self._keep(fleet, agents, before, order)
+        if not fleet.settle_all(order):
+            fleet = self._fleet(agents)
+            self._keep(fleet, agents, (), order)
+            fleet.settle_all(order)
+        paths = [path for path in fleet.paths if path is not None]
+        return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
+
+    def _fleet(self, agents: Sequence[Agent]) -> Fleet:
+        """Return the robots, with nobody planned yet."""
+        settings = self.settings
+        searches = [self._search(agent) for agent in agents]
+        radii = sorted({agent.radius for agent in agents})
+        reservations = Reservations(
+            self._things, [[self._conflict(one, other) for other in radii] for one in radii]
+        )
+        tasks = []
+        for agent, search in zip(agents, searches, strict=True):
+            task = Task(agent.start, agent.ready, agent.heading, agent.goal)
+            if agent.goal == agent.start or not math.isfinite(search.alone(task)):
+                task = task._replace(goal=-1)
+            tasks.append(task)
+        return Fleet(
+            tasks,
+            [radii.index(agent.radius) for agent in agents],
+            searches,
+            reservations,
+            settings.horizon,
+            settings.searches * len(agents),
+            settings.states,
+        )
+
+    def _keep(
+        self,
+        fleet: Fleet,
+        agents: Sequence[Agent],
+        before: Sequence[Timetable | None],
+        order: Sequence[int],
+    ) -> None:
+        """Plan robots that stay, and those for which the plan before still holds."""
+        for robot, agent in enumerate(agents):
+            if agent.stays:
+                fleet.put(robot, fleet.stand(robot))
+        tables = dict(enumerate(before))
+        for robot in order:
+            table = tables.get(robot)
+            if table is not None and not agents[robot].stays:
+                path = self._kept(agents[robot], table)
+                if path is not None and fleet.fits(robot, path):
+                    fleet.put(robot, path)
+
+    def _kept(self, agent: Agent, table: Timetable) -> Path | None:
+        """Return the rest of the plan that a robot had, or None if it does not hold any more."""
+        if agent.start not in table.places:
+            return None
+        first = table.places.index(agent.start)
+        places = table.places[first:]
+        if agent.start == agent.goal:
+            complete = len(places) > 1 and bool(self.roadmap.may_park[places[-1]])
+            holds = complete
+        else:
+            complete = places[-1] == agent.goal
+            holds = complete or table.arrives[-1] >= RENEW * self.settings.horizon
+        lanes = [self._lane_of.get(pair, -1) for pair in zip(places, places[1:], strict=False)]
+        if not holds or -1 in lanes or agent.ready > table.leaves[first] + LATE:
+            return None
+        actions = np.empty(2 * len(places) - 1, dtype=np.intp)
+        actions[0::2], actions[1::2] = places, np.array(lanes, dtype=np.intp) + self._count
+        times = np.empty((len(actions), 2))
+        times[0::2, 0], times[0::2, 1] = table.arrives[first:], table.leaves[first:]
+        times[0] = -math.inf, max(table.leaves[first], agent.ready)
+        times[1::2, 0], times[1::2, 1] = times[:-1:2, 1], times[2::2, 0]
+        left = 0.0
+        if not complete:
+            left = float(self._search(agent).times_from(agent.goal)[places[-1]])
+        return Path(actions, times, complete, left)
+
+    def _timetable(self, path: Path, agent: Agent) -> Timetable:
+        """Return what a path says."""
+        arrives = path.times[0::2, 0].tolist()
+        arrives[0] = agent.ready
+        return Timetable(
+            tuple(path.actions[0::2].tolist()),
+            tuple(arrives),
+            tuple(path.times[0::2, 1].tolist()),
+            path.complete,
+        )
+
+    def _search(self, agent: Agent) -> PathSearch:
+        """Return what finds paths for a robot."""
+        motion = Motion(agent.radius, agent.speed, agent.acceleration, agent.yaw_rate)
+        if motion not in self._searches:
+            self._searches[motion] = PathSearch(self.roadmap, self._ways, motion)
+        return self._searches[motion]
+
+    def _conflict(self, radius: float, other: float) -> Conflicts:
+        """Return what robots of one radius block for those of another [m]."""
+        apart = 0.0 if self.settings.classical else radius + other + self.settings.gap
+        if apart not in self._conflicts:
+            self._conflicts[apart] = (
+                classical_conflicts(self.roadmap)
+                if self.settings.classical
+                else spatial_conflicts(self.roadmap, apart)
+            )
+        return self._conflicts[apart]
+
+
+def _rank(agent: Agent, number: int) -> tuple[bool, float, int]:
+    """Return a key that orders robots: who is planned first."""
+    return agent.goal == agent.start, agent.priority, number

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Plans robots one after the other; each moves those out of its way that come after it.
+
+A robot that is planned may drive through where a robot stands that is not planned yet. That one is
+planned at once, among the reservations of those before it: it inherits the right of the one
+that it hinders, as in PIBT (Okumura et al., Priority Inheritance with Backtracking for Iterative
+Multi-agent Path Finding, Artificial Intelligence 310, 2022), but with whole paths in continuous
+time. If it cannot get out of the way, the first one goes back, takes it to stand longer, at last
+for ever, and is planned again.
+
+So a robot that is not planned yet can always stay where it is, and there is always a plan. The
+first robot waits only for what cannot move out of its way.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robot_navigation.mapf.path_search import Path
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from robot_navigation.mapf.path_search import PathSearch, Task
+    from robot_navigation.mapf.reservations import Reservations
+
+PATIENCE = (0.0, 1.0, 4.0, math.inf)
+"""For how long a robot that has to move aside is taken to stand, in lanes that it could drive.
+
+A robot that has to turn or to speed up never clears its start at once, so it begins with the next.
+"""
+
+DEPTH = 12  # most robots that push each other in a row
+TRIES = 8  # most plans of one robot for those that it has to push
+SHARE = 60  # most searches for one robot and all those that it has to push
+
+
+class Fleet:
+    """The robots of one plan, and what each is to do as far as it is planned.
+
+    Attributes:
+        tasks: What each robot is planned for.
+        sizes: The number of each robot's size in the reservations.
+        searches: How each robot's paths are found.
+        paths: What each robot does; None if it is not planned yet.
+        effort: How many searches are left.
+    """
+
+    def __init__(
+        self,
+        tasks: Sequence[Task],
+        sizes: Sequence[int],
+        searches: Sequence[PathSearch],
+        reservations: Reservations,
+        horizon: float,
+        effort: int,
+        states: int,
+    ) -> None:
+        """Start with no robot planned.
+
+        Args:
+            tasks: See the attributes, as `sizes` and `searches`.
+            reservations: Of nobody yet.
+            horizon: From when on a path may end anywhere [s].
+            effort: Most searches.
+            states: Most states of one search.
+        """
+        self.tasks = list(tasks)
+        self.sizes = sizes
+        self.searches = searches
+        self.paths: list[Path | None] = [None] * len(tasks)
+        self.effort = effort
+        self.reservations = reservations
+        self._horizon = horizon
+        self._states = states
+        self._stood: dict[int, float] = {}
+        self._budget = 0
+        self._settled: list[int] = []
+        self._sizes = np.array(sizes, dtype=np.intp)
+        self._starts = np.array([task.start for task in tasks], dtype=np.intp)
+
+    def put(self, robot: int, path: Path) -> None:
+        """Plan a robot."""
+        self._get_up(robot)
+        self.paths[robot] = path
+        self.reservations.add(robot, self.sizes[robot], path.actions, path.times)
+        self._settled.append(robot)
+
+    def take(self, robot: int) -> Path:
+        """Forget a robot's plan and return it."""
+        path = self.paths[robot]
+        if path is None:
+            raise ValueError(f"robot {robot} is not planned")
+        self.reservations.remove(robot, self.sizes[robot], path.actions)
+        self.paths[robot] = None
+        self._settled.remove(robot)
+        return path
+
+    def fits(self, robot: int, path: Path) -> bool:
+        """Return whether a path meets none of the others."""
+        things = path.actions.copy()
+        things[1::2] = self.searches[robot].ways_of(path.actions[1::2])
+        # A place has to be free from when the robot sets out to it.
+        times = path.times.copy()
+        times[2::2, 0] = times[1::2, 0]
+        return self.reservations.are_free(self.sizes[robot], things, times)
+
+    def stand(self, robot: int) -> Path:
+        """Return the path of a robot that stays where it is."""
+        task = self.tasks[robot]
+        return Path(
+            np.array([task.start], dtype=np.intp),
+            np.array([[-math.inf, math.inf]]),
+            complete=task.start == task.goal,
+            left=0.0 if task.goal < 0 else self.searches[robot].alone(task),
+        )
+
+    def find(self, robot: int) -> Path | None:
+        """Return the fastest path of a robot among the others, or None."""
+        return self.searches[robot].find(
+            self.tasks[robot],
+            self.sizes[robot],
+            self.reservations,
+            self._horizon,
+            self._states,
+        )
+
+    def settle_all(self, order: Sequence[int]) -> bool:
+        """Plan robots in some order.
+
+        Returns:
+            False if one that is not planned cannot get out of the way of one that was planned
+            before; never if none was, or only robots that stand.
+        """
+        for robot in order:
+            if self.paths[robot] is None:
+                self._stand_until(robot, self._until(robot, 0))
+        for robot in self._in_the_way(range(len(self.tasks))):
+            if self.paths[robot] is None and not self._settle_within(robot):
+                return False
+        for robot in order:
+            if self.paths[robot] is None and not self._settle_within(robot):
+                self.put(robot, self.stand(robot))
+        return True
+
+    def _settle_within(self, robot: int) -> bool:
+        """Plan a robot and those in its way with its share of the effort."""
+        self._budget = min(self.effort, SHARE)
+        self.effort -= self._budget
+        done = self._settle(robot, 0)
+        self.effort += self._budget
+        return done
+
+    def _settle(self, robot: int, depth: int) -> bool:
+        """Plan a robot and those in its way; return whether it succeeded, else nothing changed."""
+        stood = dict(self._stood)
+        self._get_up(robot)
+        done = depth < DEPTH and self._settle_patiently(robot, depth)
+        for other, until in stood.items():
+            if self.paths[other] is None and self._stood.get(other) != until:
+                self._stand_until(other, until)
+        return done
+
+    def _settle_patiently(self, robot: int, depth: int) -> bool:
+        """Plan a robot; wait the longer for those in its way the less they can get out of it."""
+        patient: dict[int, int] = {}
+        for attempt in range(TRIES):
+            if self._budget <= 0:
+                return False
+            self._budget -= 1
+            path = self.find(robot)
+            if path is None:
+                return False
+            mark = len(self._settled)
+            stood = dict(self._stood)
+            self.put(robot, path)
+            stuck = self._push(robot, depth)
+            if stuck is None:
+                return True
+            for other in reversed(self._settled[mark:]):
+                self.take(other)
+                if other != robot:
+                    self._stand_until(other, stood[other])
+            more = 1 if attempt < TRIES // 2 else len(PATIENCE)
+            patient[stuck] = patient.get(stuck, 0) + more
+            self._stand_until(stuck, self._until(stuck, patient[stuck]))
+        return False
+
+    def _push(self, robot: int, depth: int) -> int | None:
+        """Plan those in the way of a robot; return one that cannot get out of it, or None."""
+        for other in self._in_the_way([robot]):
+            if self.paths[other] is None and not self._settle(other, depth + 1):
+                return other
+        return None
+
+    def _in_the_way(self, robots: Iterable[int]) -> list[int]:
+        """Return who is not planned yet and stands where robots drive, first come first."""
+        waiting = np.array(sorted(self._stood), dtype=np.intp)
+        if not len(waiting):
+            return []
+        when = np.full(len(waiting), math.inf)
+        for robot in robots:
+            if self.paths[robot] is not None:
+                found = self.reservations.blocked_by(
+                    robot, self._sizes[waiting], self._starts[waiting]
+                )
+                when = np.minimum(when, found)
+        order = np.argsort(when, kind="stable")
+        return [int(waiting[k]) for k in order if when[k] < math.inf]
+
+    def _until(self, robot: int, patience: int) -> float:
+        """Return until when a robot that has to move aside is taken to stand [s]."""
+        search = self.searches[robot]
+        factor = PATIENCE[min(patience + (1 if search.turns else 0), len(PATIENCE) - 1)]
+        return self.tasks[robot].ready + factor * search.one_lane
+
+    def _stand_until(self, robot: int, until: float) -> None:
+        """Take a robot that is not planned yet to stand where it is until some time [s]."""
+        self._get_up(robot)
+        self._stood[robot] = until
+        start = self._starts[robot : robot + 1]
+        self.reservations.add(robot, self.sizes[robot], start, np.array([[-math.inf, until]]))
+
+    def _get_up(self, robot: int) -> None:
+        """Forget that a robot that is not planned yet stands at its start."""
+        if self._stood.pop(robot, None) is not None:
+            start = self._starts[robot : robot + 1]
+            self.reservations.remove(robot, self.sizes[robot], start)

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""When which place and way of a roadmap is blocked for robots of each size, and by whom.
+
+For each size and each place or way there is a list of spans of time, in the order in which they
+begin. What is between them are its safe intervals. Spans are half-open: one robot may begin where
+another one ends.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hive_common.compiled import compiled
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hive_common.geometry import Array, Indices
+    from robot_navigation.mapf.conflicts import Conflicts
+
+FIRST_SPANS = 4096  # the pool of spans grows when it is full
+NOBODY = -1
+
+
+class Reservations:
+    """Who blocks what, when.
+
+    Attributes:
+        heads: (sizes, k) array: the first span of each place and way, -1 for none.
+        spans: (c, 2) array, from and to [s].
+        links: (c, 2) array, the next span of the same list, -1 for none, and whose it is.
+    """
+
+    def __init__(self, things: int, conflicts: Sequence[Sequence[Conflicts]]) -> None:
+        """Start with everything free.
+
+        Args:
+            things: Number of places and ways.
+            conflicts: What a robot of the first size blocks for one of the second.
+        """
+        self._conflicts = conflicts
+        self.heads: Indices = np.full((len(conflicts), things), -1, dtype=np.intp)
+        self.spans: Array = np.empty((FIRST_SPANS, 2))
+        self.links: Indices = np.empty((FIRST_SPANS, 2), dtype=np.intp)
+        self._free = np.array([0, -1], dtype=np.intp)  # spans in use, head of those given back
+
+    def clear(self) -> None:
+        """Free everything."""
+        self.heads.fill(-1)
+        self._free[:] = (0, -1)
+
+    def add(self, who: int, size: int, actions: Indices, times: Array) -> None:
+        """Reserve what a robot blocks.
+
+        Args:
+            who: Number of the robot.
+            size: Number of its size.
+            actions: (k,) what it does one after the other; see `Conflicts`.
+            times: (k, 2) from when to when [s].
+        """
+        for other, conflicts in enumerate(self._conflicts[size]):
+            need = int((conflicts.begins[actions + 1] - conflicts.begins[actions]).sum())
+            self._grow(need)
+            add_spans(
+                self.heads[other],
+                self.spans,
+                self.links,
+                self._free,
+                who,
+                actions,
+                times,
+                conflicts.begins,
+                conflicts.blocked,
+                conflicts.spans,
+            )
+
+    def remove(self, who: int, size: int, actions: Indices) -> None:
+        """Free what a robot blocked with what it was to do."""
+        for other, conflicts in enumerate(self._conflicts[size]):
+            remove_spans(
+                self.heads[other],
+                self.links,
+                self._free,
+                who,
+                actions,
+                conflicts.begins,
+                conflicts.blocked,
+            )
+
+    def blocked_for_ever(self, size: int, thing: int) -> bool:
+        """Return whether a place or way is blocked for ever, from some time on."""
+        entry = int(self.heads[size, thing])
+        while entry >= 0:
+            if math.isinf(self.spans[entry, 1]):
+                return True
+            entry = int(self.links[entry, 0])
+        return False
+
+    def blocked_by(self, who: int, sizes: Indices, things: Indices) -> Array:
+        """Return when a robot blocks each of some things first [s], (k,); infinite for never."""
+        return first_blocked(self.heads, self.spans, self.links, who, sizes, things)
+
+    def are_free(self, size: int, things: Indices, times: Array) -> bool:
+        """Return whether some things (k,) are free during times (k, 2) [s]."""
+        return bool(all_free(self.heads[size], self.spans, self.links, things, times))
+
+    def _grow(self, need: int) -> None:
+        """Make room for this many spans more."""
+        if self._free[0] + need > len(self.spans):
+            more = max(len(self.spans), need)
+            self.spans = np.vstack([self.spans, np.empty((more, 2))])
+            self.links = np.vstack([self.links, np.empty((more, 2), dtype=np.intp)])
+
+
+@compiled(
+    "void(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], int64, int64[::1],"
+    " float64[:, ::1], int64[::1], int64[::1], float64[:, ::1])"
+)
+def add_spans(
+    heads: Indices,
+    spans: Array,
+    links: Indices,
+    free: Indices,
+    who: int,
+    actions: Indices,
+    times: Array,
+    begins: Indices,
+    blocked: Indices,
+    parts: Array,
+) -> None:
+    """Add what a robot blocks; see `Reservations.add`.
+
+    What it blocks without a break is one span.
+    """
+    for k in range(len(actions)):
+        begin, end = times[k, 0], times[k, 1]
+        for item in range(begins[actions[k]], begins[actions[k] + 1]):
+            thing = blocked[item]
+            from_, to = begin, end
+            if parts[item, 0] > 0.0:
+                from_ = begin + parts[item, 0] * (end - begin)
+            if parts[item, 1] < 1.0:
+                to = begin + parts[item, 1] * (end - begin)
+            before = -1
+            at = heads[thing]
+            joined = False
+            while at >= 0 and spans[at, 0] <= from_:
+                if links[at, 1] == who and spans[at, 1] >= from_ - 1e-9:
+                    spans[at, 1] = max(spans[at, 1], to)
+                    joined = True
+                    break
+                before = at
+                at = links[at, 0]
+            if joined:
+                continue
+            if free[1] >= 0:
+                new = free[1]
+                free[1] = links[new, 0]
+            else:
+                new = free[0]
+                free[0] += 1
+            spans[new, 0], spans[new, 1] = from_, to
+            links[new, 0], links[new, 1] = at, who
+            if before < 0:
+                heads[thing] = new
+            else:
+                links[before, 0] = new
+
+
+@compiled("void(int64[::1], int64[:, ::1], int64[::1], int64, int64[::1], int64[::1], int64[::1])")
+def remove_spans(
+    heads: Indices,
+    links: Indices,
+    free: Indices,
+    who: int,
+    actions: Indices,
+    begins: Indices,
+    blocked: Indices,
+) -> None:
+    """Remove what a robot blocked; see `Reservations.remove`."""
+    for action in actions:
+        for item in range(begins[action], begins[action + 1]):
+            thing = blocked[item]
+            before = -1
+            at = heads[thing]
+            while at >= 0:
+                after = links[at, 0]
+                if links[at, 1] == who:
+                    if before < 0:
+                        heads[thing] = after
+                    else:
+                        links[before, 0] = after
+                    links[at, 0] = free[1]
+                    free[1] = at
+                else:
+                    before = at
+                at = after
+
+
+@compiled(
+    "float64[::1](int64[:, ::1], float64[:, ::1], int64[:, ::1], int64, int64[::1], int64[::1])"
+)
+def first_blocked(
+    heads: Indices, spans: Array, links: Indices, who: int, sizes: Indices, things: Indices
+) -> Array:
+    """Return when a robot blocks each of some things first; see `Reservations.blocked_by`."""
+    when = np.full(len(things), np.inf)
+    for k in range(len(things)):
+        at = heads[sizes[k], things[k]]
+        while at >= 0:
+            if links[at, 1] == who:
+                when[k] = spans[at, 0]
+                break
+            at = links[at, 0]
+    return when
+
+
+@compiled("boolean(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], float64[:, ::1])")
+def all_free(heads: Indices, spans: Array, links: Indices, things: Indices, times: Array) -> bool:
+    """Return whether things are free during times; see `Reservations.are_free`."""
+    for k in range(len(things)):
+        at = heads[things[k]]
+        while at >= 0 and spans[at, 0] < times[k, 1] - 1e-9:
+            if spans[at, 1] > times[k, 0] + 1e-9:
+                return False
+            at = links[at, 0]
+    return True

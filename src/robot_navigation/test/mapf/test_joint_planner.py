@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import itertools
+import math
+import random
+
+import numpy as np
+import pytest
+
+from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
+from robot_navigation.mapf.roadmap import Roadmap
+
+OPEN = ["........"] * 6
+AISLES = ["..........", ".###.####.", "..........", ".####.###.", ".........."]
+CORNER = ["...", ".##", ".##"]
+CELL = 1.2  # [m]
+NEXT = ((0, 1), (0, -1), (1, 0), (-1, 0))
+DIAGONAL = (*NEXT, (1, 1), (1, -1), (-1, 1), (-1, -1))
+
+
+def grid_map(rows, steps=NEXT, cell=CELL, stop=None, park=None):
+    """Return the roadmap of a map drawn with characters, `.` is free, and its places by cell."""
+    cells = [(y, x) for y, row in enumerate(rows) for x, c in enumerate(row) if c == "."]
+    number = {cell: k for k, cell in enumerate(cells)}
+    lanes = [
+        (number[y, x], number[y + dy, x + dx])
+        for y, x in cells
+        for dy, dx in steps
+        if (y + dy, x + dx) in number and (y, x + dx) in number and (y + dy, x) in number
+    ]
+    lanes = np.array(sorted(lanes), dtype=np.intp)
+    places = np.array([(x * cell, y * cell) for y, x in cells])
+    wide = np.full(len(lanes), math.inf)
+    everywhere = np.ones(len(places), dtype=bool)
+    roadmap = Roadmap(
+        places=places,
+        room=np.full(len(places), math.inf),
+        lanes=lanes,
+        begins=np.searchsorted(lanes[:, 0], np.arange(len(places) + 1)),
+        lengths=np.hypot(*(places[lanes[:, 1]] - places[lanes[:, 0]]).T),
+        widths=wide,
+        speeds=wide,
+        may_stop=everywhere if stop is None else stop,
+        may_park=everywhere if park is None else park,
+    )
+    return roadmap, number
+
+
+def robot(start, goal, radius=0.3, speed=1.0, heading=0.0, priority=0.0, ready=0.0, stays=False):
+    return Agent(start, ready, heading, goal, radius, speed, 0.8, 1.5, priority, stays)
+
+
+def point(start, goal, priority=0.0):
+    return Agent(start, 0.0, 0.0, goal, 0.0, 1.0, math.inf, math.inf, priority)
+
+
+def where(roadmap, table, time):
+    """Return where a robot is at some time; it drives evenly along each lane."""
+    for k, place in enumerate(table.places):
+        if time <= table.leaves[k]:
+            if k == 0 or time >= table.arrives[k]:
+                return roadmap.places[place]
+            begin, end = table.leaves[k - 1], table.arrives[k]
+            one, other = roadmap.places[table.places[k - 1]], roadmap.places[place]
+            return one + (other - one) * (time - begin) / (end - begin)
+    raise AssertionError
+
+
+def nearest(roadmap, agents, tables, step=0.05):
+    """Return the least room between two robots' circles at any time [m]."""
+    end = max(table.arrives[-1] for table in tables) + 1.0
+    least = math.inf
+    for time in np.arange(0.0, end, step):
+        at = [where(roadmap, table, time) for table in tables]
+        for i, j in itertools.combinations(range(len(agents)), 2):
+            gap = math.dist(at[i], at[j]) - agents[i].radius - agents[j].radius
+            least = min(least, gap)
+    return least
+
+
+def meetings(tables):
+    """Return how often two points are at one place or swap places, step by step."""
+    end = round(max(table.arrives[-1] for table in tables)) + 1
+    at = []
+    for table in tables:
+        line = []
+        for place, leave in zip(table.places, table.leaves, strict=True):
+            line += [place] * (min(end, leave) + 1 - len(line)).__int__()
+        at.append(line)
+    return sum(
+        (one[t] == other[t]) or (one[t] == other[t - 1] and one[t - 1] == other[t])
+        for one, other in itertools.combinations(at, 2)
+        for t in range(1, end)
+    )
+
+
+def apart(roadmap, cells, radii, gap=0.1):
+    """Return whether robots at places can all stand there."""
+    return all(
+        math.dist(roadmap.places[cells[i]], roadmap.places[cells[j]]) >= radii[i] + radii[j] + gap
+        for i, j in itertools.combinations(range(len(cells)), 2)
+    )
+
+
+def drawn(roadmap, seed, count, radii):
+    """Return robots at random places with random goals."""
+    chance = random.Random(seed)
+    sizes = [chance.choice(radii) for _ in range(count)]
+    ends = []
+    while len(ends) < 2:
+        places = chance.sample(range(len(roadmap.places)), count)
+        if apart(roadmap, places, sizes):
+            ends.append(places)
+    return [
+        robot(start, goal, radius, chance.uniform(0.6, 1.4), chance.uniform(-3, 3), k)
+        for k, (start, goal, radius) in enumerate(zip(*ends, sizes, strict=True))
+    ]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_two_robots_come_too_near_to_each_other(seed):
+    steps = (NEXT, DIAGONAL)[seed % 2]
+    roadmap, _ = grid_map((OPEN, AISLES)[seed // 2 % 2], steps)
+    agents = drawn(roadmap, seed, 7, (0.25, 0.4, 0.5))
+
+    tables = JointPlanner(roadmap).plan(agents)
+
+    assert nearest(roadmap, agents, tables) >= 0.1 - 1e-5
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_two_points_meet_in_the_classical_problem(seed):
+    roadmap, _ = grid_map((OPEN, AISLES)[seed % 2], cell=1.0)
+    chance = random.Random(seed)
+    starts, goals = (chance.sample(range(len(roadmap.places)), 12) for _ in range(2))
+    agents = [point(start, goal) for start, goal in zip(starts, goals, strict=True)]
+    settings = PlannerSettings(horizon=math.inf, classical=True)
+
+    tables = JointPlanner(roadmap, settings).plan(agents)
+
+    assert meetings(tables) == 0
+    assert [table.places[0] for table in tables] == starts
+
+
+def test_the_same_robots_give_the_same_plan():
+    roadmap, _ = grid_map(AISLES)
+    agents = drawn(roadmap, 5, 7, (0.25, 0.4))
+
+    assert JointPlanner(roadmap).plan(agents) == JointPlanner(roadmap).plan(agents)
+
+
+def test_a_robot_alone_drives_the_shortest_way():
+    roadmap, number = grid_map(AISLES)
+    agent = robot(number[0, 0], number[0, 9])
+
+    (table,) = JointPlanner(roadmap).plan([agent])
+
+    assert table.places == tuple(number[0, x] for x in range(10))
+    assert table.arrives[-1] == pytest.approx(9 * CELL)
+    assert table.complete
+
+
+def test_turning_takes_time():
+    roadmap, number = grid_map(["...", "..."])
+    there = robot(number[0, 0], number[0, 2], heading=0.0)
+    back = robot(number[0, 0], number[0, 2], heading=math.pi)
+
+    (early,), (late,) = (JointPlanner(roadmap).plan([agent]) for agent in (there, back))
+
+    assert late.arrives[-1] - early.arrives[-1] == pytest.approx(math.pi / 1.5 + 1.0 / 0.8)
+
+
+def test_a_robot_that_stays_is_driven_around():
+    roadmap, number = grid_map(["...", "..."])
+    agents = [
+        robot(number[0, 0], number[0, 2]),
+        robot(number[0, 1], number[0, 1], stays=True),
+    ]
+
+    first, second = JointPlanner(roadmap).plan(agents)
+
+    assert second.places == (number[0, 1],)
+    assert first.complete
+    assert number[0, 1] not in first.places
+
+
+def test_an_idle_robot_makes_way_and_parks():
+    park = np.array([False] * 3 + [True])
+    roadmap, number = grid_map(
+        [
+            "....",
+        ],
+        park=park,
+    )
+    roadmap, number = grid_map(["...", "#.#"], park=park)
+    agents = [robot(number[0, 0], number[0, 2]), robot(number[0, 1], number[0, 1])]
+
+    first, second = JointPlanner(roadmap).plan(agents)
+
+    assert first.complete
+    assert second.places == (number[0, 1], number[1, 1])
+
+
+def test_nobody_waits_where_nobody_may_stop():
+    stop = np.ones(7, dtype=bool)
+    stop[[1, 2, 3]] = False
+    roadmap, number = grid_map([".....", "#.#.#"], stop=stop)
+    agents = [
+        robot(number[0, 4], number[0, 0], heading=math.pi, priority=0),
+        robot(number[0, 0], number[0, 4], priority=1),
+    ]
+
+    tables = JointPlanner(roadmap).plan(agents)
+
+    assert nearest(roadmap, agents, tables) >= 0.1 - 1e-5
+    for table in tables:
+        for place, arrive, leave in zip(table.places, table.arrives, table.leaves, strict=True):
+            if not stop[place]:
+                assert leave - arrive < math.pi / 1.5 + 1.0 / 0.8 + 1e-6
+
+
+def test_a_plan_that_still_holds_is_kept():
+    roadmap, _ = grid_map(OPEN)
+    agents = drawn(roadmap, 3, 5, (0.25,))
+    planner = JointPlanner(roadmap)
+    tables = planner.plan(agents)
+
+    assert planner.plan(agents, tables) == tables
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_everybody_arrives_when_planned_again_and_again(seed):
+    roadmap, _ = grid_map((OPEN, AISLES)[seed % 2])
+    agents = drawn(roadmap, seed, 6, (0.25, 0.4))
+    planner = JointPlanner(roadmap, PlannerSettings(horizon=15.0))
+    tables = [None] * len(agents)
+    for _ in range(40):
+        tables = planner.plan(agents, tables)
+        assert nearest(roadmap, agents, tables, 0.2) >= 0.1 - 1e-5
+        agents, tables = later(agents, tables, roadmap, 5.0)
+        if all(agent.start == agent.goal for agent in agents):
+            return
+    raise AssertionError([agent for agent in agents if agent.start != agent.goal])
+
+
+def later(agents, tables, roadmap, step):
+    """Return robots and what they have to do as they are some seconds later."""
+    moved, shifted = [], []
+    for agent, table in zip(agents, tables, strict=True):
+        at = next(
+            k
+            for k in range(len(table.places))
+            if table.leaves[k] > step or k + 1 == len(table.places)
+        )
+        heading = agent.heading
+        if at > 0:
+            one, other = (roadmap.places[table.places[k]] for k in (at - 1, at))
+            heading = math.atan2(other[1] - one[1], other[0] - one[0])
+        ready = max(table.arrives[at] - step, 0.0)
+        moved.append(
+            robot(
+                table.places[at],
+                agent.goal,
+                agent.radius,
+                agent.speed,
+                heading,
+                agent.priority,
+                ready,
+            )
+        )
+        shifted.append(
+            Timetable(
+                table.places,
+                tuple(time - step for time in table.arrives),
+                tuple(time - step for time in table.leaves),
+                table.complete,
+            )
+        )
+    return moved, shifted
