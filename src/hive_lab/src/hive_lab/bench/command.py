@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     "--runs",
     type=click.IntRange(min=1),
     metavar="N",
-    help="How often, for cli, failover and flake.",
+    help="How often, for cli, failover, flake and traffic.",
 )
 @click.option(
     "--schedules",
@@ -43,15 +43,40 @@ if TYPE_CHECKING:
     metavar="N",
     help="How many are simulated, for faults.",
 )
-@click.option("--minutes", type=click.IntRange(min=2), metavar="N", help="How long, for soak.")
+@click.option(
+    "--minutes",
+    type=click.IntRange(min=2),
+    metavar="N",
+    help="How long, for soak and traffic.",
+)
 @click.option(
     "--robots",
     type=click.IntRange(min=2),
     metavar="N",
     help="How large a fleet, for auction, hive and system.",
 )
+@click.option(
+    "--map",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="A movingai map to plan on, for traffic.",
+)
+@click.option(
+    "--scen",
+    type=click.Path(dir_okay=False, path_type=Path),
+    multiple=True,
+    metavar="FILE",
+    help="What to plan on the map: a .scen or .pd file; may be repeated.",
+)
+@click.option(
+    "--faults",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many runs with faults are simulated, for traffic.",
+)
+@click.option("--local", is_flag=True, help="Without the traffic planner, for traffic.")
 @pass_context
-def bench(context: CliContext, name: str | None, file: Path | None, **counts: int | None) -> None:
+def bench(context: CliContext, name: str | None, file: Path | None, **options: object) -> None:
     """Measure; without a NAME, list what can be measured.
 
     \b
@@ -64,9 +89,12 @@ def bench(context: CliContext, name: str | None, file: Path | None, **counts: in
       hive bench flake --runs 5
       hive bench auction --robots 10
       hive bench hive --robots 100
+      hive bench traffic --minutes 60 --runs 5
+      hive bench traffic --map room-32-32-4.map --scen room-32-32-4-random-1.scen
+      hive bench traffic --faults 1000
 
-    Ends with 0 when the measurement ran, whatever it found; faults and hive end with 1 when a
-    property was broken.
+    Ends with 0 when the measurement ran, whatever it found; faults, hive and traffic end with 1
+    when a property was broken.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:
@@ -74,7 +102,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **counts: in
         for known, entry in sorted(BENCHES.items()):
             click.echo(f"{known:<12} {entry.line}")
         return
-    result = _measure(BENCHES[name], name, context, counts)
+    result = _measure(BENCHES[name], name, context, options)
     here = machine()
     words = f"{here['processor']}, {here['cores']} cores, {here['memory']} GB, {here['system']}"
     date = datetime.now().astimezone().isoformat(timespec="seconds")
@@ -86,14 +114,14 @@ def bench(context: CliContext, name: str | None, file: Path | None, **counts: in
 
 
 def _measure(
-    entry: Bench, name: str, context: CliContext, counts: Mapping[str, int | None]
+    entry: Bench, name: str, context: CliContext, options: Mapping[str, object]
 ) -> BenchResult:
-    """Run the benchmark, with the count that the user chose, if any."""
-    chosen = {option: count for option, count in counts.items() if count is not None}
+    """Run the benchmark, with what the user chose, if anything."""
+    chosen = {option: value for option, value in options.items() if value}
     for option in chosen:
-        if option != entry.option:
+        if option not in entry.options:
             raise click.UsageError(f"{name} takes no --{option}")
-    return entry.run(context, chosen.get(entry.option))
+    return entry.run(context, chosen)
 
 
 def _table(result: BenchResult) -> list[str]:

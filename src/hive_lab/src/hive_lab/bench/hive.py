@@ -18,8 +18,8 @@ TASKS_EACH = 10  # tasks for each robot
 _SEED = 1
 
 
-def run(*sizes: int) -> BenchResult:
-    """Let hives of some sizes, by default `SIZES`, do ten tasks for each robot.
+def run(robots: int = 0) -> BenchResult:
+    """Let a hive of some robots, or hives of all `SIZES` if it is 0, do ten tasks for each robot.
 
     Returns:
         By size: processor and wall time [s], virtual time [s], published and delivered messages
@@ -28,16 +28,16 @@ def run(*sizes: int) -> BenchResult:
     """
     figures: dict[str, float] = {}
     context = multiprocessing.get_context("forkserver")
-    sizes = sizes or SIZES
-    for robots in sizes:
+    sizes = (robots,) if robots else SIZES
+    for size in sizes:
         with ProcessPoolExecutor(1, mp_context=context) as pool:
-            found, violation = pool.submit(_measure, robots).result()
+            found, violation = pool.submit(_measure, size).result()
         if violation:
-            click.echo(f"{robots} robots: {violation}", err=True)
+            click.echo(f"{size} robots: {violation}", err=True)
         took, broken = found["cpu"], found["broken"]
-        click.echo(f"{robots} robots: {took:.0f} s, {broken:.0f} properties broken", err=True)
-        figures |= {f"{robots}_robots_{name}": value for name, value in found.items()}
-    aims = {f"{robots}_robots_broken": 0.0 for robots in sizes}
+        click.echo(f"{size} robots: {took:.0f} s, {broken:.0f} properties broken", err=True)
+        figures |= {f"{size}_robots_{name}": value for name, value in found.items()}
+    aims = {f"{size}_robots_broken": 0.0 for size in sizes}
     return BenchResult(figures, aims, any(figures[name] for name in aims))
 
 

@@ -10,7 +10,7 @@ import time
 from typing import TYPE_CHECKING
 
 from hive_lab.bench.registry import BenchResult
-from hive_lab.fleets.hall import Crowd
+from hive_lab.fleets.crowd import Crowd
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array

@@ -62,27 +62,27 @@ class Bench:
     Attributes:
         line: What it measures, in a line, with units.
         module: Imported only when it runs.
-        option: The count that a user may choose: `runs`, `schedules`, `minutes` or `robots`.
+        options: What a user may choose, as arguments of `run`: `runs`, `minutes` and so on.
         connects: Whether `run` gets a function that opens a link to a hive.
         own_master: Whether it needs a ROS master of its own.
     """
 
     line: str
     module: str
-    option: str = ""
+    options: tuple[str, ...] = ()
     connects: bool = False
     own_master: bool = False
 
-    def run(self, context: CliContext, count: int | None = None) -> BenchResult:
-        """Measure, with a number for `option` if the user chose one."""
+    def run(self, context: CliContext, chosen: Mapping[str, object] | None = None) -> BenchResult:
+        """Measure, with what the user chose of `options`."""
         arguments: list[Any] = [context.connect] if self.connects else []
-        arguments += [] if count is None else [count]
         with contextlib.ExitStack() as stack:
             if self.own_master:
                 folder = tempfile.TemporaryDirectory(prefix="robo-hive-bench-")
                 stack.enter_context(local_hive(Path(stack.enter_context(folder))))
             try:
-                result: BenchResult = import_module(f"hive_lab.{self.module}").run(*arguments)
+                run = import_module(f"hive_lab.{self.module}").run
+                result: BenchResult = run(*arguments, **(chosen or {}))
             except LiveHiveError as error:
                 raise TimeUpError(f"the hive was too slow to be measured: {error}") from error
         return result
@@ -96,7 +96,7 @@ BENCHES: Mapping[str, Bench] = {
     "auction": Bench(
         "from posting to ASSIGNED [s], with 4 and 10 robots or --robots, memory [MB], on ROS",
         "live.auction",
-        option="robots",
+        options=("robots",),
         own_master=True,
     ),
     "charge": Bench(
@@ -106,7 +106,7 @@ BENCHES: Mapping[str, Bench] = {
     "cli": Bench(
         "processor and wall time [s] of tasks, robots, add and why, and of the set-up check",
         "live.cli",
-        option="runs",
+        options=("runs",),
         own_master=True,
     ),
     "day": Bench(
@@ -124,18 +124,18 @@ BENCHES: Mapping[str, Bench] = {
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
         "bench.faults",
-        option="schedules",
+        options=("schedules",),
     ),
     "failover": Bench(
         "time [s] without a leader after a crash and after a freeze, on real ROS",
         "live.failover",
-        option="runs",
+        options=("runs",),
         own_master=True,
     ),
     "flake": Bench(
         "passes, failures and times [s] of each case of the test plan in 20 runs, or in --runs",
         "bench.flake",
-        option="runs",
+        options=("runs",),
     ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
@@ -144,7 +144,7 @@ BENCHES: Mapping[str, Bench] = {
     "hive": Bench(
         "a simulated hive of 10 to 1000 robots, or of --robots: time [s], messages, memory [MB]",
         "bench.hive",
-        option="robots",
+        options=("robots",),
     ),
     "localization": Bench(
         "the particle filter's errors [m, degrees], lost robots not found [0..1], CPU [s per s]",
@@ -170,7 +170,7 @@ BENCHES: Mapping[str, Bench] = {
     "soak": Bench(
         "tasks not done [1] and growth [MB, threads, files] of a hive with a fault each minute",
         "live.soak",
-        option="minutes",
+        options=("minutes",),
         own_master=True,
     ),
     "start": Bench(
@@ -181,8 +181,13 @@ BENCHES: Mapping[str, Bench] = {
     "system": Bench(
         "CPU [s per s] and memory [GB] of 4 robots, or --robots, that all drive, without RViz",
         "bench.system",
-        option="robots",
+        options=("robots",),
         connects=True,
+    ),
+    "traffic": Bench(
+        "share of its throughput that a fleet loses [1], or MAPF files, --map, or --faults N runs",
+        "bench.traffic",
+        options=("map", "scen", "faults", "minutes", "runs", "local"),
     ),
 }
 

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from robot_navigation.planning.lines import Cells, Scale
 
+TINY = 1e-9  # a shorter line has no direction [m]
+CROSSING = 1e-6  # how far a line goes into the next cell to be in it [m]
+
 
 @compiled("float64(float32[:, ::1], UniTuple(float64, 3), float64, float64)")
 def _room_at(clearance: Cells, scale: Scale, x: float, y: float) -> float:
@@ -42,13 +45,22 @@ def _line_room(
         ax, ay, bx, by = bx, by, ax, ay
     least = min(_room_at(clearance, scale, ax, ay), _room_at(clearance, scale, bx, by))
     length = math.hypot(bx - ax, by - ay)
-    step, gone = scale[0], 0.0
+    step, left, low = scale
+    dx, dy = (bx - ax) / max(length, TINY), (by - ay) / max(length, TINY)
+    gone = 0.0
     while gone < length and least >= need:
-        share = gone / length
-        room = _room_at(clearance, scale, ax + share * (bx - ax), ay + share * (by - ay))
+        x, y = ax + gone * dx - left, ay + gone * dy - low
+        room = _room_at(clearance, scale, x + left, y + low)
         least = min(least, room)
+        # The next cell is where the line leaves this one.
+        out = length
+        if dx > TINY:
+            out = min(out, ((math.floor(x / step) + 1) * step - x) / dx)
+        if abs(dy) > TINY:
+            edge = math.floor(y / step) + 1 if dy > 0 else math.floor(y / step)
+            out = min(out, (edge * step - y) / dy)
         # The clearance changes by at most 1 m per metre, plus the rounding to cells.
-        gone += max(step, room - least - step)
+        gone += max(out + CROSSING, room - least - 1.5 * step)
     return least if least >= need else -1.0
 
 

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 REACH = 1.5
 """Every free point reaches a place straight that is at most this many spacings away."""
 
-JOINS = 16  # most lanes that a new place gets
+JOINS = 24  # most lanes that a new place gets
+JOINED = 2.3  # how far these lead [spacings]: as far as a knight's move
 
 NARROW = 0.3
 """Ways that join parts keep to the middle where the room beyond the need is less than this [m]."""
@@ -68,25 +69,27 @@ class Net:
 
     def add_joined(self, places: Array) -> None:
         """Add places (n, 2), with lanes to those near them and to each other in their order."""
-        first = len(self.places)
+        added = np.arange(len(self.places), len(self.places) + len(places))
         self.add(places)
-        count = len(places)
+        self.join(np.column_stack([added[:-1], added[1:]]))
+        self.join_around(added)
+
+    def join_around(self, chosen: Indices) -> None:
+        """Add lanes from some places to all that they see near them."""
         order = np.argsort(self.places[:, 1], kind="stable")
         found, _ = reached(
             self._field.clearance,
             self._field.scale,
-            np.ascontiguousarray(places),
-            np.full(count, self._need),
+            np.ascontiguousarray(self.places[chosen]),
+            np.full(len(chosen), self._need),
             np.ascontiguousarray(self.places[order]),
             self.room[order],
-            np.full(count, REACH * self._spacing),
+            np.full(len(chosen), JOINED * self._spacing),
             JOINS + 1,
         )
         rows, columns = np.nonzero(found >= 0)
-        near = np.column_stack([first + rows, order[found[rows, columns]]])
-        chain = np.column_stack([np.arange(count - 1), np.arange(1, count)]) + first
-        both = np.sort(np.vstack([near[near[:, 0] != near[:, 1]], chain]), axis=1)
-        self.join(np.unique(both, axis=0))
+        near = np.column_stack([chosen[rows], order[found[rows, columns]]])
+        self.join(near[near[:, 0] != near[:, 1]])
 
     def add_way(self, one: int, other: int, points: Array) -> None:
         """Join two places, by lanes over new places (n, 2) in between."""

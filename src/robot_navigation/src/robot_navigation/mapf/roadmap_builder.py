@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.planning.clearance import ClearanceField
 
+SHIFTED = 0.2
+"""A place that is off its lattice by more than this share of the spacing gets lanes all around."""
+
 TINY = 1e-9  # distances closer than this are equal [m]
 
 
@@ -75,6 +78,8 @@ def _lay(net: Net, field: ClearanceField, lattice: Lattice, radii: Sequence[floa
     net.add(moved[keep])
     pairs = number[lattice.pairs()]
     net.join(pairs[(pairs >= 0).all(axis=1)])
+    shifted = np.hypot(*(moved - points).T) > SHIFTED * lattice.spacing
+    net.join_around(number[keep & shifted])
 
 
 def _in_sight(field: ClearanceField, points: Array, apart: float, least: float) -> Indices:

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("ompl")
 
-from hive_lab.fleets.hall import Crowd
+from hive_lab.fleets.crowd import Crowd
 
 
 def test_twenty_robots_all_drive_in_the_hall_and_touch_nothing() -> None:

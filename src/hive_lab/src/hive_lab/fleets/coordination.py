@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A traffic planner for simulated fleets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from robot_navigation.mapf.roadmap_builder import build_roadmap
+
+from hive_lab.fleets.traffic import Traffic
+from robot_description.models import load_model
+from robot_navigation.planning.clearance import ClearanceField
+from robot_navigation.traffic.coordinator import Coordinator
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hive_lab.fleets.sites import Site
+    from simenv.simulation import Simulation
+
+
+class CoordinatorMaker:
+    """Makes coordinators for one place and one kind of fleet; they share a roadmap."""
+
+    def __init__(self, site: Site, models: Sequence[str]) -> None:
+        self._field = ClearanceField.of(site.grid)
+        self._radii = sorted({load_model(name).base.circumscribed_radius for name in models})
+        self._roadmap = build_roadmap(self._field, self._radii)
+
+    def coordinator(self, epoch: int = 1) -> Coordinator:
+        """Return a coordinator that knows no robot yet."""
+        return Coordinator(self._field, self._radii, epoch, roadmap=self._roadmap)
+
+
+def by_a_plan(models: Sequence[str], simulation: Simulation, site: Site) -> Traffic:
+    """Return navigation of robots of some models with a traffic planner."""
+    return Traffic(simulation, site.grid, CoordinatorMaker(site, models).coordinator())

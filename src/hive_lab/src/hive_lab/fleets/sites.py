@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Places where simulated fleets drive: a world, and the map that its robots have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import shapely.geometry
+
+from hive_common.map_file import load_map
+from simenv.world.draw_map import draw_map
+from simenv.world.shapes import Shape
+from simenv.world.world import World
+from simenv.world.world_file import load_world
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hive_common.grid_map import GridMap
+
+WALL = 0.2  # thickness of the outer walls [m]
+
+HALL_SIZE = (42.0, 25.0)  # of the hall, with its walls [m]
+RACKS = [(x, y, x + 6.0, y + 1.0) for y in (8.0, 16.0) for x in (4.0, 13.0, 23.0, 32.0)]
+
+CELL = 1.2  # side of a cell of the warehouse [m]
+CELLS = (35, 21)  # of the warehouse, columns and rows
+SHELF_CELLS = 10  # length of a shelf, one cell deep
+SHELVES_BEGIN = (7, 18)  # the first column of the shelves of a row
+SHELF_ROWS = range(2, 19, 4)  # three rows of cells are free between two shelves
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where a fleet drives.
+
+    Attributes:
+        world: What is really there.
+        grid: What the robots know of it.
+        room: Least clearance of a robot's start or goal [m].
+    """
+
+    world: World
+    grid: GridMap
+    room: float
+
+
+def drawn_site(
+    name: str,
+    size: tuple[float, float],
+    racks: Sequence[tuple[float, float, float, float]],
+    *,
+    room: float,
+) -> Site:
+    """Return a walled rectangle with racks.
+
+    Args:
+        name: What people call it.
+        size: Width and depth with the walls, from (0, 0) on [m].
+        racks: x_min, y_min, x_max, y_max of each [m].
+        room: See `Site`.
+    """
+    width, depth = size
+    inside = shapely.geometry.box(WALL, WALL, width - WALL, depth - WALL)
+    walls = shapely.geometry.box(0.0, 0.0, width, depth).difference(inside)
+    shapes = [
+        Shape(f"rack {number}", shapely.geometry.box(*corners), "racks")
+        for number, corners in enumerate(racks, start=1)
+    ]
+    world = World(name, size, (Shape("walls", walls), *shapes))
+    # Nothing is unknown: no named place says from where the inside can be seen.
+    grid = draw_map(world)
+    grid.cells[grid.cells < 0] = 0
+    return Site(world, grid, room)
+
+
+def hall() -> Site:
+    """Return a hall with eight racks."""
+    return drawn_site("hall", HALL_SIZE, RACKS, room=0.8)
+
+
+def warehouse() -> Site:
+    """Return a warehouse of 35 x 21 cells with ten shelves in two columns.
+
+    It is laid out as the warehouse in which Ma et al. measured multi-agent pickup and delivery
+    (Lifelong Multi-Agent Path Finding for Online Pickup and Delivery Tasks, AAMAS 2017): a shelf
+    is ten cells long, one cell apart from the next in its row, three from that in the next row.
+    """
+    size = (CELLS[0] * CELL + 2 * WALL, CELLS[1] * CELL + 2 * WALL)
+    shelves = [
+        (
+            WALL + CELL * column,
+            WALL + CELL * row,
+            WALL + CELL * (column + SHELF_CELLS),
+            WALL + CELL * (row + 1),
+        )
+        for row in SHELF_ROWS
+        for column in SHELVES_BEGIN
+    ]
+    return drawn_site("warehouse of cells", size, shelves, room=CELL / 2 - 0.05)
+
+
+def lab() -> Site:
+    """Return the lab: rooms, doors and a corridor."""
+    return Site(load_world("lab"), load_map("lab"), room=0.6)
+
+
+SITES = {"hall": hall, "warehouse": warehouse, "lab": lab}

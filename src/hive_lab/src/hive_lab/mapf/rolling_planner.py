@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The joint planner on a grid: unit steps, no turning, and the classical conflicts."""

@@ -1,0 +1,304 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The roadmap: it fits the map, connects what is connected, and makes paths hardly longer."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from scipy import ndimage, sparse
+from scipy.sparse import csgraph
+
+from hive_common.grid_map import GridMap
+from hive_common.map_file import load_map
+from hive_lab.bench.plan import ShortestPaths, path_length, random_pairs
+from hive_lab.fleets import hall
+from robot_navigation.mapf.ends import nearest_places, shortened, with_ends
+from robot_navigation.mapf.roadmap import Roadmap, need
+from robot_navigation.mapf.roadmap_builder import build_roadmap
+from robot_navigation.planning.clearance import ClearanceField
+from simenv.world.draw_map import draw_map
+
+if TYPE_CHECKING:
+    from hive_common.geometry import Array
+
+LD60, MIR100, YOUBOT, FETCH = 0.430, 0.531, 0.347, 0.302  # radii [m]
+CELL = 1.2  # of the warehouse that the tests draw [m]
+FINE = 24  # cells of the map in one of those
+
+WAREHOUSE = """
+...............
+...............
+..TTTTT.TTTTT..
+...............
+..TTTTT.TTTTT..
+..TTTTT.TTTTT..
+...............
+...............
+...............
+"""
+"""Shelves T; its aisles are one cell wide, and three below."""
+
+
+def drawn(text: str) -> GridMap:
+    """Return the map of a drawing with cells of 1.2 m."""
+    rows = text.split()
+    shelves = np.array([[cell == "T" for cell in row] for row in reversed(rows)])
+    return GridMap.of_blocked(np.kron(shelves, np.ones((FINE, FINE), dtype=bool)), CELL / FINE)
+
+
+def rooms(door: float) -> GridMap:
+    """Return two rooms of 5 m x 6 m, and a door around y 2.03 between them."""
+    blocked = np.zeros((120, 204), dtype=bool)
+    blocked[:, 100:104] = True
+    low = round((2.03 - door / 2) / 0.05)
+    blocked[low : low + round(door / 0.05), 100:104] = False
+    return GridMap.of_blocked(blocked, 0.05)
+
+
+def a_hall() -> GridMap:
+    grid = draw_map(hall.world())
+    grid.cells[grid.cells < 0] = 0
+    return grid
+
+
+FIELDS = {
+    "warehouse": lambda: drawn(WAREHOUSE),
+    "lab": lambda: load_map("lab"),
+    "hall": a_hall,
+    "narrow door": lambda: rooms(1.2),
+}
+FLEETS = {
+    "warehouse": (LD60,),
+    "lab": (LD60, MIR100, YOUBOT),
+    "hall": (MIR100, LD60, YOUBOT, FETCH),
+    "narrow door": (LD60, MIR100),
+}
+SIZES = [(name, radius) for name, radii in FLEETS.items() for radius in radii]
+
+
+@lru_cache
+def built(name: str) -> tuple[Roadmap, ClearanceField]:
+    field = ClearanceField.of(FIELDS[name]())
+    return build_roadmap(field, FLEETS[name]), field
+
+
+def parts(roadmap: Roadmap, radius: float) -> np.ndarray:
+    """Return to which connected part each place belongs for a robot, -1 for those too narrow."""
+    fits = roadmap.widths >= need(radius)
+    count = len(roadmap.places)
+    links = sparse.coo_matrix((np.ones(fits.sum()), roadmap.lanes[fits].T), shape=(count, count))
+    labels = csgraph.connected_components(links, connection="strong")[1]
+    return np.where(roadmap.room >= need(radius), labels, -1)
+
+
+@pytest.mark.parametrize(("name", "radius"), SIZES)
+def test_lanes_connect_what_free_space_connects_for_each_size(name: str, radius: float) -> None:
+    roadmap, field = built(name)
+    regions, count = ndimage.label(field.clearance >= need(radius))
+    cells = np.array([field.grid.cell(tuple(place)) for place in roadmap.places])
+    region = regions[cells[:, 0], cells[:, 1]]
+    part = parts(roadmap, radius)
+    both = np.unique(np.column_stack([region, part])[part >= 0], axis=0)
+
+    assert both[:, 0].tolist() == list(range(1, count + 1))
+    assert len(set(both[:, 1])) == count
+
+
+@pytest.mark.parametrize(("name", "radius"), SIZES)
+def test_every_free_point_reaches_a_place_near_it_straight(name: str, radius: float) -> None:
+    roadmap, field = built(name)
+    rows, columns = np.nonzero(field.clearance >= need(radius))
+    points = (np.column_stack([columns, rows])[::7] + 0.5) * 0.05
+    found = nearest_places(roadmap, field, points, np.full(len(points), radius))[:, 0]
+
+    assert (found >= 0).all()
+    assert field.lines_are_clear(points, roadmap.places[found], need(radius)).all()
+    away = np.hypot(*(roadmap.places[found] - points).T)
+    assert away.max() <= 1.6 * roadmap.spacing
+
+
+@pytest.mark.parametrize("name", FLEETS)
+def test_lanes_are_as_wide_as_they_say_and_lead_both_ways(name: str) -> None:
+    roadmap, field = built(name)
+    a, b = (roadmap.places[ends] for ends in roadmap.lanes.T)
+
+    assert roadmap.widths.min() >= need(min(FLEETS[name]))
+    for radius in FLEETS[name]:
+        fits = roadmap.widths >= need(radius)
+        assert field.lines_are_clear(a[fits], b[fits], need(radius)).all()
+    ways = set(map(tuple, roadmap.lanes.tolist()))
+    assert len(ways) == len(roadmap.lanes)
+    assert ways == {(there, here) for here, there in ways}
+    assert (np.diff(roadmap.lanes[:, 0]) >= 0).all()
+    for place in (0, len(roadmap.places) // 2, len(roadmap.places) - 1):
+        lanes = roadmap.lanes[roadmap.begins[place] : roadmap.begins[place + 1]]
+        assert (lanes[:, 0] == place).all()
+    assert roadmap.begins[-1] == len(roadmap.lanes)
+    assert roadmap.lengths == pytest.approx(np.hypot(*(b - a).T))
+
+
+def test_each_free_cell_of_a_warehouse_has_its_place_in_the_middle() -> None:
+    roadmap, _ = built("warehouse")
+    rows = list(reversed(WAREHOUSE.split()))
+    middles = [
+        ((column + 0.5) * CELL, (row + 0.5) * CELL)
+        for row, cells in enumerate(rows)
+        for column, cell in enumerate(cells)
+        if cell == "."
+    ]
+    away = np.hypot(*(roadmap.places[:, None] - np.array(middles)[None]).T)
+
+    assert roadmap.spacing == pytest.approx(CELL)
+    assert len(roadmap.places) == len(middles)
+    assert away.min(axis=1).max() < 0.1
+
+
+def test_a_lane_leads_through_the_middle_of_a_door_that_one_robot_fits() -> None:
+    roadmap, _ = built("narrow door")
+    starts, stops = (roadmap.places[ends] for ends in roadmap.lanes.T)
+    through = (starts[:, 0] < 5.0) & (stops[:, 0] >= 5.0) & (roadmap.widths >= need(MIR100))
+
+    assert through.any()
+    assert (np.abs(stops[through][:, 1] - 2.03) < 0.1).all()
+
+
+def test_a_robot_too_wide_for_a_door_stays_in_its_room_on_the_same_roadmap() -> None:
+    field = ClearanceField.of(rooms(0.95))
+    roadmap = build_roadmap(field, (LD60, MIR100))
+    left = roadmap.places[:, 0] < 5.0
+
+    for radius, connected in ((LD60, True), (MIR100, False)):
+        part = parts(roadmap, radius)
+        shared = set(part[left & (part >= 0)]) & set(part[~left & (part >= 0)])
+        assert bool(shared) == connected
+
+
+def test_two_lanes_stay_beside_each_other_where_two_robots_pass() -> None:
+    blocked = np.ones((60, 400), dtype=bool)
+    blocked[10:50, 10:390] = False
+    field = ClearanceField.of(GridMap.of_blocked(blocked, 0.05))
+    roadmap = build_roadmap(field, (LD60,))
+    middle = roadmap.places[np.abs(roadmap.places[:, 0] - 10.0) < 3.0]
+    heights = sorted({round(y, 2) for y in middle[:, 1]})
+
+    assert len(heights) == 2
+    assert heights[1] - heights[0] >= 2 * LD60 + 0.1
+
+
+def test_the_same_map_gives_the_same_roadmap() -> None:
+    roadmap, field = built("lab")
+    again = build_roadmap(field, FLEETS["lab"])
+
+    assert np.array_equal(again.places, roadmap.places)
+    assert np.array_equal(again.lanes, roadmap.lanes)
+
+
+@pytest.mark.parametrize(
+    ("name", "radius"), [("warehouse", LD60), ("lab", LD60), ("lab", MIR100), ("hall", LD60)]
+)
+def test_a_robot_alone_drives_hardly_farther_than_the_shortest_path(
+    name: str, radius: float
+) -> None:
+    roadmap, field = built(name)
+    pairs = list(random_pairs(ShortestPaths(field, need(radius), radius + 0.05), 20, seed=2))
+    paths = [path_on(roadmap, field, start, goal, radius) for start, goal, _ in pairs]
+    lengths = np.array([length for _, _, length in pairs])
+    driven = np.array([path_length(list(map(tuple, path))) for path in paths])
+    cut = [path[shortened(field, path, radius)] for path in paths]
+    shorter = np.array([path_length(list(map(tuple, path))) for path in cut])
+
+    assert driven.sum() <= 1.08 * lengths.sum()
+    assert shorter.sum() <= 1.05 * lengths.sum()
+    assert (shorter <= 1.12 * lengths).all()
+    for path in cut:
+        assert field.lines_are_clear(path[:-1], path[1:], need(radius)).all()
+
+
+def path_on(
+    roadmap: Roadmap,
+    field: ClearanceField,
+    start: tuple[float, float],
+    goal: tuple[float, float],
+    radius: float,
+) -> Array:
+    """Return the corners (n, 2) of the shortest path on the roadmap, none if it has none."""
+    joined, (begin, end) = with_ends(
+        roadmap, field, np.array([start, goal]), np.array([radius, radius]), [(0, 1)]
+    )
+    fits = joined.widths >= need(radius)
+    count = len(joined.places)
+    ways = sparse.csr_matrix((joined.lengths[fits], joined.lanes[fits].T), shape=(count, count))
+    came = csgraph.dijkstra(ways, indices=begin, return_predecessors=True)[1]
+    chain = [end]
+    while chain[-1] != begin and chain[-1] >= 0:
+        chain.append(came[chain[-1]])
+    return joined.places[chain[::-1]] if chain[-1] == begin else np.empty((0, 2))
+
+
+def test_a_path_that_is_cut_short_still_passes_what_it_has_to() -> None:
+    _, field = built("hall")
+    points = np.array([(2.0, 2.0), (4.0, 3.0), (6.0, 2.0), (8.0, 3.0), (10.0, 2.0)])
+
+    assert shortened(field, points, LD60).tolist() == [0, 4]
+    fixed = [False, False, False, True, False]
+    assert shortened(field, points, LD60, fixed).tolist() == [0, 3, 4]
+
+
+def test_robots_start_and_end_exactly_where_they_are() -> None:
+    roadmap, field = built("lab")
+    points = np.array([(3.37, 4.12), (17.71, 1.03)])
+    joined, index = with_ends(roadmap, field, points, np.array([LD60, LD60]))
+
+    assert joined.places[index].tolist() == points.tolist()
+    assert np.array_equal(joined.places[: len(roadmap.places)], roadmap.places)
+    assert (np.diff(joined.begins)[index] > 0).all()
+    assert joined.may_stop[index].all()
+    assert len(path_on(roadmap, field, (3.37, 4.12), (17.71, 1.03), LD60))
+
+
+def test_an_end_on_a_place_is_that_place() -> None:
+    roadmap, field = built("lab")
+    joined, index = with_ends(
+        roadmap, field, roadmap.places[[5, 9]] + 0.001, np.array([YOUBOT, YOUBOT])
+    )
+
+    assert index.tolist() == [5, 9]
+    assert len(joined.places) == len(roadmap.places)
+
+
+def test_a_goal_in_sight_is_joined_right_to_its_robot() -> None:
+    roadmap, field = built("lab")
+    start, goal = (2.03, 2.07), (3.01, 4.02)
+
+    assert path_on(roadmap, field, start, goal, LD60).tolist() == [list(start), list(goal)]
+
+
+def test_a_robot_too_close_to_a_wall_may_leave() -> None:
+    roadmap, field = built("lab")
+    start = (0.5, 4.0)
+
+    assert field.at(*start) < need(LD60)
+    assert len(path_on(roadmap, field, start, (4.0, 4.0), LD60))
+
+
+def test_a_point_in_a_wall_has_no_lane() -> None:
+    roadmap, field = built("warehouse")
+    joined, index = with_ends(roadmap, field, np.array([(4.8, 5.4)]), np.array([LD60]))
+
+    assert joined.begins[index + 1] == joined.begins[index]
+
+
+def test_the_nearest_places_come_in_order_and_not_from_behind_a_wall() -> None:
+    roadmap, field = built("lab")
+    point = np.array([(9.45, 5.5)])
+    found = nearest_places(roadmap, field, point, np.array([LD60]), most=5)[0]
+    away = [math.dist(roadmap.places[place], point[0]) for place in found if place >= 0]
+
+    assert len(away) > 2
+    assert all(one <= other for one, other in itertools.pairwise(away))
+    assert (roadmap.places[found[found >= 0], 0] < 9.9).all()
