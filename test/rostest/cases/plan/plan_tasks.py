@@ -161,14 +161,14 @@ def keep_everyone_busy(operator):
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
     busy = [
         task("P5-tour2", TaskMsg.GAB, *TOUR[::-1] * 4, payload=LOAD),
-        task("P5-arm3", TaskMsg.GPAB, *(near, (12.0, 3.0, 0.0)) * 4, payload=0.4),
+        task("P5-arm3", TaskMsg.GPAB, *(near, far) * 4, payload=0.4),
     ]
     start(operator, busy)
     for robot in ("robot1", "robot4"):
         operator.set_state(robot, "idle", RobotStatus.IDLE)
     others = [
         task("P5-tour1", TaskMsg.GAB, *TOUR * 3, payload=HEAVY),
-        task("P5-arm4", TaskMsg.GPAB, *(far, (12.0, 9.4, 0.0)) * 3, payload=5.0),
+        task("P5-arm4", TaskMsg.GPAB, *(far, (12.0, 9.4, 0.0)) * 4, payload=5.0),
     ]
     start(operator, others)
     busy += others

@@ -16,12 +16,14 @@ if TYPE_CHECKING:
     from hive_common.grid_map import GridMap
     from robot_description.models import RobotModel
     from robot_navigation.control.goal_tracker import GoalOutcome
+    from robot_navigation.mapf.route import Route
+    from robot_navigation.traffic.coordinator import Coordinator
     from robot_navigation.traffic.right_of_way import Announcement
     from simenv.simulation import Simulation
 
 STEP = 0.025  # one step of the simulation [s]
 STEPS_PER_ROUND = 4  # the control loops run at 10 Hz
-STEPS_TO_HEAR = 6  # robots hear an announcement 0.15 s after it was made
+STEPS_TO_HEAR = 6  # robots hear an announcement, or a plan, 0.15 s after it was made
 
 
 class Traffic:
@@ -32,18 +34,23 @@ class Traffic:
         outcomes: How the latest goal of each robot ended.
         deaf: Robots that hear nobody.
         held_up: Robots whose process gets no processor: their control loop does not run.
+        coordinator: Plans for all robots; None lets them go by the right of way alone.
     """
 
-    def __init__(self, simulation: Simulation, grid: GridMap) -> None:
+    def __init__(
+        self, simulation: Simulation, grid: GridMap, coordinator: Coordinator | None = None
+    ) -> None:
         self.navigators: dict[str, Navigator] = {}
         self.outcomes: dict[str, GoalOutcome] = {}
         self.deaf: set[str] = set()
         self.held_up: set[str] = set()
+        self.coordinator = coordinator
         self._simulation = simulation
         self._grid = grid
         self._planners: dict[str, OmplPlanner] = {}
         self._heard = Neighbourhood()
         self._said: list[tuple[int, Announcement]] = []
+        self._plans: list[tuple[int, tuple[Route, ...]]] = []
         self._steps = 0
 
     def add(self, name: str, model: RobotModel, pose: tuple[float, float, float]) -> None:
@@ -69,8 +76,23 @@ class Traffic:
         while self._said and self._said[0][0] <= self._steps:
             said = self._said.pop(0)[1]
             self._heard.hear(said)
+            if self.coordinator is not None:
+                self.coordinator.hear(said)
+        if self.coordinator is not None and self._steps % STEPS_PER_ROUND == 0:
+            self._coordinate(self.coordinator)
         self._simulation.step(STEP)
         self._steps += 1
+
+    def _coordinate(self, coordinator: Coordinator) -> None:
+        """Let the coordinator plan, and the robots hear its plans."""
+        routes = coordinator.step(self._simulation.time)
+        if routes:
+            self._plans.append((self._steps + STEPS_TO_HEAR, routes))
+        while self._plans and self._plans[0][0] <= self._steps:
+            plan = self._plans.pop(0)[1]
+            for name, navigator in self.navigators.items():
+                if name not in self.deaf:
+                    navigator.take_routes(plan, self._simulation.time)
 
     def run(self, seconds: float) -> bool:
         """Advance until no robot has a goal; return False if that takes longer than `seconds`."""

@@ -41,6 +41,10 @@ class Follower(Protocol):
         """Learn that the base stands: a base stops by itself when it gets no commands."""
         ...
 
+    def top_speed(self, room: float) -> float:
+        """Return the highest speed on a straight path that is free for `room` [m] ahead [m/s]."""
+        ...
+
     def halt(self, dt: float) -> Velocity:
         """Return the velocity for the next `dt` [s] that stops the base as soon as it can."""
         ...

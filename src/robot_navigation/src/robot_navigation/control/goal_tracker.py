@@ -94,6 +94,10 @@ class GoalTracker:
             self._least_left = left
             self._progress_at = now
 
+    def note_progress(self, now: float) -> None:
+        """Take in that the robot has come on, whatever remains of its path."""
+        self._progress_at = now
+
     def is_hopeless(self, now: float) -> bool:
         """Return whether the robot has made no progress for too long."""
         return now - self._progress_at > self._settings.give_up

@@ -4,6 +4,9 @@
 One `tick` of the control loop takes what the robot senses and hears and returns what it does. The
 ROS node only translates; tests run several navigators in the simulator's core.
 
+A robot that has a route from the traffic planner drives along it and waits for whom it says. One
+that has none plans its own path, and gives way.
+
 What happens when the robot cannot go on:
 
 - Another robot that announces itself blocks the path: `right_of_way.py` decides who waits and who
@@ -35,6 +38,7 @@ from robot_navigation.control.obstacle_check import (
     points_seen,
     sort_points,
 )
+from robot_navigation.control.route_keeper import Hold, RouteKeeper
 from robot_navigation.planning.clearance import Disc
 from robot_navigation.planning.path import Path
 from robot_navigation.planning.planner import PlanError, plan_around
@@ -43,6 +47,7 @@ from robot_navigation.traffic.passing_place import other_robots
 from robot_navigation.traffic.right_of_way import (
     CLAIM,
     Announcement,
+    Limits,
     Meeting,
     claimed_stretch,
     meetings,
@@ -54,6 +59,7 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.pose import Pose, Velocity
     from robot_description.models import RobotModel
+    from robot_navigation.mapf.route import Route
     from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.planning.planner import Planner
@@ -62,6 +68,8 @@ if TYPE_CHECKING:
 SLACK = 0.02  # clearance beyond the robot's radius at a passing place [m]
 HEARD_LATE = 0.2  # how far a robot may have driven since it announced where it is [m]
 MAX_ROUND = 0.5  # after a longer round of the control loop the base has stopped by itself [s]
+AT_HAND = 0.1  # a robot that may go no farther than this waits [m]
+ROUTE_WITHIN = 3.0  # how long a goal waits for a route while a planner is heard [s]
 
 
 class Tick(NamedTuple):
@@ -111,6 +119,15 @@ class Navigator:
         self._settled_at = 0.0
         self._moving_aside = False
         self._tracker: GoalTracker | None = None
+        self._keeper = RouteKeeper(name)
+        self._claim = 0.0  # [m]
+        self._waits_for = ""  # the robot for which it waits
+        self._limits = Limits(
+            follower.top_speed(self._obstacle_check.most_room),
+            model.base.acceleration,
+            model.base.max_yaw_rate,
+        )
+        self._given_at = 0.0
 
     @property
     def goal(self) -> Pose | None:
@@ -120,6 +137,7 @@ class Navigator:
     def set_goal(self, goal: Pose, now: float) -> None:
         """Take up a goal, frame map, in place of any other; `tick` reports how it ends."""
         self._tracker = GoalTracker(goal, now, self._settings)
+        self._given_at = now
         self._giving_way.set_goal(now)
         self.path = None
 
@@ -128,6 +146,15 @@ class Navigator:
         self._tracker = None
         self._giving_way.set_goal(None)
         self.path = None
+
+    def take_routes(self, routes: Sequence[Route], now: float) -> None:
+        """Take in a plan of the traffic planner: the routes of all robots.
+
+        Args:
+            routes: They belong to one plan.
+            now: The time [s].
+        """
+        self._keeper.hear(routes, now)
 
     def tick(self, now: float, pose: Pose, ranges: Array, heard: Neighbourhood) -> Tick:
         """Do one round of the control loop.
@@ -144,9 +171,10 @@ class Navigator:
             self._follower.stopped()
         self._last_time = now
         self._stuck.update(now, pose)
+        self._take_route(now, pose)
         outcome = self._plan_to_goal(now, pose, heard)
         me, near, met = self._meet(now, pose, heard)
-        if not self.stationary:
+        if not self.stationary and self._keeper.route is None:
             standing = self._stuck.duration(now)
             everyone = partial(heard.others, self._name, now, self._settings.silence)
             aside = self._giving_way.path_aside(now, me, met, standing, everyone)
@@ -164,7 +192,7 @@ class Navigator:
             ]
             points = points_seen(self._laser, ranges, pose)
             obstacles = sort_points(points, self._field, robots)
-            allowed = self._room(now, pose, self.path, obstacles, met)
+            allowed = self._room(now, pose, self.path, obstacles, met, heard)
             velocity, room = self._follower.command(pose, allowed, dt), allowed.ahead
             outcome = self._arrive(now, pose) or self._wait(now, pose, obstacles, met, heard)
         if outcome is not None:
@@ -172,11 +200,35 @@ class Navigator:
             me, _, _ = self._meet(now, pose, heard)
         return Tick(velocity, self._claimed(me, velocity, room), outcome)
 
+    def _take_route(self, now: float, pose: Pose) -> None:
+        """Take up a new route of the traffic planner, and drop one that nobody renews."""
+        keeper = self._keeper
+        if keeper.route is not None and not keeper.is_guided(now):
+            keeper.drop()
+            self.path = None
+        if self.stationary:
+            return
+        claimed: list[Point] = []
+        if self.path is not None and self._claim > 0:
+            begin = self._follower.progress
+            claimed = self.path.section(begin, begin + self._claim)
+        path = keeper.offer(self.goal, pose, claimed)
+        if path is None or keeper.route is None:
+            return
+        if self.path is None:
+            self._settled_at = now + self._settings.settle
+        goal = self.goal if keeper.route.complete else None
+        self.path, self._moving_aside = path, False
+        self._follower.start(path, None if goal is None else goal.yaw)
+
     def _plan_to_goal(self, now: float, pose: Pose, heard: Neighbourhood) -> GoalOutcome | None:
         """Plan to the goal, if there is one and the robot has no path."""
         tracker = self._tracker
         if tracker is None or self.path is not None or now < tracker.retry_at:
             return None
+        if self._keeper.is_guided(now) and now < self._given_at + ROUTE_WITHIN:
+            return None
+        self._keeper.drop()
         others = heard.others(self._name, now, self._settings.silence)
         stationary = other_robots([other for other in others if other.stationary])
         try:
@@ -215,17 +267,25 @@ class Navigator:
             path=tuple(ahead),
             claim=0.0,
             stationary=self.stationary,
+            yaw=pose.yaw,
+            goal=None if self.goal is None else (self.goal.x, self.goal.y),
+            limits=self._limits,
+            plan=self._keeper.plan,
+            passed=self._keeper.passed,
+            waits_for=self._waits_for,
+            obstacles=tuple((disc.x, disc.y, disc.radius) for disc in self._memory.discs(now)),
         )
         near = heard.near(me, self._sight, self._settings.silence)
         return me, near, meetings(me, near)
 
     def _claimed(self, me: Announcement, velocity: Velocity, room: float) -> Announcement:
         """Return the announcement with the stretch of the path that the robot claims."""
+        self._claim = 0.0
         if self.path is None:
             return me
         speed = math.hypot(velocity.vx, velocity.vy)
-        claim = claimed_stretch(speed, self._base.acceleration, room)
-        return me.with_claim(claim, self._giving_way.right)
+        self._claim = claimed_stretch(speed, self._base.acceleration, room)
+        return me.with_claim(self._claim, self._giving_way.right)
 
     def _room(
         self,
@@ -234,17 +294,25 @@ class Navigator:
         path: Path,
         obstacles: VisibleObstacles,
         met: Sequence[Meeting],
+        heard: Neighbourhood,
     ) -> Room:
-        """Return what the laser and the right of way allow the robot."""
+        """Return what the laser, the route and the right of way allow the robot."""
         if now < self._settled_at:
             return Room(0.0, turn=False)
         free = self._obstacle_check.room_ahead(path, self._follower.progress, pose, obstacles)
-        ahead = min([free, *(meeting.room for meeting in met)])
+        holds = [Hold(meeting.room, meeting.other.name) for meeting in met]
+        if self._keeper.route is not None:
+            self._keeper.advance(self._follower.progress)
+            holds.append(self._keeper.hold(self._follower.progress, heard))
+        first = min(holds, default=Hold(math.inf, ""))
+        self._waits_for = first.robot if first.room < AT_HAND else ""
+        ahead = min(free, first.room)
         return Room(max(0.0, ahead), turn=self._obstacle_check.may_turn(pose, obstacles))
 
     def _arrive(self, now: float, pose: Pose) -> GoalOutcome | None:
         """Finish a path at whose end the robot stands."""
-        if not self._follower.arrived:
+        route = self._keeper.route
+        if not self._follower.arrived or (route is not None and not route.complete):
             return None
         self.path = None
         if self._moving_aside or self._tracker is None:
@@ -264,17 +332,40 @@ class Navigator:
         tracker, path, patience = self._tracker, self.path, self._settings.patience
         if tracker is None or path is None or self._moving_aside:
             return None
-        tracker.update(now, path.length - self._follower.progress)
+        guided = self._keeper.route is not None
+        if not guided:
+            tracker.update(now, path.length - self._follower.progress)
+        elif self._stuck.duration(now) < patience:  # a route may lead away from the goal, too
+            tracker.note_progress(now)
         if tracker.is_hopeless(now):
             return tracker.given_up(pose, met)
         if self._stuck.duration(now) < patience or now < tracker.retry_at:
             return None
+        return self._stand(now, pose, path, tracker, obstacles, heard)
+
+    def _stand(
+        self,
+        now: float,
+        pose: Pose,
+        path: Path,
+        tracker: GoalTracker,
+        obstacles: VisibleObstacles,
+        heard: Neighbourhood,
+    ) -> GoalOutcome | None:
+        """Plan around what keeps the robot standing, where it has no route."""
+        guided, patience = self._keeper.route is not None, self._settings.patience
         blocking = self._obstacle_check.blocking(path, self._follower.progress, obstacles)
         if len(blocking):
             self._memory.add(now, blocking)
-            self.path = None
-            return tracker.blocked(now, pose, blocking)
+            outcome = tracker.blocked(now, pose, blocking)
+            if guided:  # the planner hears of the obstacle, and leads around it
+                tracker.retry_at = now + patience
+            else:
+                self.path = None
+            return outcome
         tracker.retry_at = now + patience
+        if guided:
+            return None
         others = heard.others(self._name, now, self._settings.silence)
         standing = [other for other in others if other.claim < CLAIM]
         discs = self._memory.discs(now) + other_robots(standing)

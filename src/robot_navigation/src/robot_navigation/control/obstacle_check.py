@@ -101,8 +101,12 @@ class ObstacleCheck:
             for points, margin in ((obstacles.known, MAPPED_MARGIN), (obstacles.unknown, MARGIN))
         )
         known, unknown = known - progress - STEP, unknown - progress - STEP
-        unseen = max(0.0, (self._range - self._radius - GAP) / 2)
-        return max(0.0, min(known - GAP / 3, (unknown - GAP) / 2, unseen))
+        return max(0.0, min(known - GAP / 3, (unknown - GAP) / 2, self.most_room))
+
+    @property
+    def most_room(self) -> float:
+        """How far a robot may go where the laser sees nothing [m]."""
+        return max(0.0, (self._range - self._radius - GAP) / 2)
 
     def may_turn(self, pose: Pose, obstacles: VisibleObstacles) -> bool:
         """Return whether the robot can turn on the spot and touch no unknown obstacle."""

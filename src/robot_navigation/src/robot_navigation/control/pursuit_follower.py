@@ -85,6 +85,11 @@ class PursuitFollower:
         """See `Follower.stopped`."""
         self._last = STOP
 
+    def top_speed(self, room: float) -> float:
+        """See `Follower.top_speed`."""
+        brake = BRAKING * self._base.acceleration
+        return min(self._base.max_speed, speed_to_stop_within(room, brake, REACTION))
+
     def halt(self, dt: float) -> Velocity:
         """See `Follower.halt`."""
         self._last = self._reachable(STOP, dt)
@@ -124,8 +129,7 @@ class PursuitFollower:
         base = self._base
         brake = BRAKING * base.acceleration
         speed = min(
-            base.max_speed,
-            speed_to_stop_within(room.ahead, brake, REACTION),
+            self.top_speed(room.ahead),
             max(STANDSTILL, speed_to_stop_within(left, brake, 0.05)) if room.ahead > 0 else 0.0,
         )
         for mark, turn in self._path.bends(self.progress - 0.1, self.progress + 5.0):

@@ -54,7 +54,7 @@ class Route:
     Attributes:
         robot: Whose route it is.
         plan: The plan that it belongs to.
-        goal: The goal that it leads to, x and y, frame map [m]; where it moves to if it has none.
+        goal: The goal that it leads to, x and y, frame map [m]; None for a robot without one.
         first: Number of the first place of `places`.
         places: Where it drives, straight from each to the next, frame map [m]. The first is one
             that the robot has reached or cannot avoid any more.
@@ -64,7 +64,7 @@ class Route:
 
     robot: str
     plan: PlanNumber
-    goal: Point
+    goal: Point | None
     first: int
     places: tuple[Point, ...]
     waits: tuple[Wait, ...]

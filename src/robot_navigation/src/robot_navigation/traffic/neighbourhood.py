@@ -39,6 +39,11 @@ class Neighbourhood:
         for square in squares - before:
             self._squares.setdefault(square, set()).add(number)
 
+    def latest(self, name: str) -> Announcement | None:
+        """Return what a robot has announced last, however long ago; None if it never has."""
+        number = self._numbers.get(name)
+        return None if number is None else self._latest[number]
+
     def others(self, name: str, now: float, silence: float) -> list[Announcement]:
         """Return what all robots but one have announced in less than `silence` before now [s].
 

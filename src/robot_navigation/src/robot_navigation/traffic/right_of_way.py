@@ -14,6 +14,8 @@ first stretch of that path, which it may no longer be able to avoid.
    right, one step higher, so that the other one moves aside by the same rules.
 5. A stationary robot (it picks, charges or is defect) does not move aside; the others plan around
    it or wait.
+6. Between two robots that follow routes of the traffic planner (`robot_navigation.mapf`) only rule
+   1 holds: the planner has said who goes first. Robots with a route go before those without.
 
 The rule is free of deadlocks because rights are totally ordered and their order does not change
 while a goal is pursued. The robot with the oldest goal waits for no path, only for bodies, and
@@ -32,6 +34,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hive_common.compiled import compiled
+from robot_navigation.mapf.route import NO_PLAN
 from robot_navigation.planning.path import sampled
 
 if TYPE_CHECKING:
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array, Indices
+    from robot_navigation.mapf.route import PlanNumber
     from robot_navigation.planning.path import Point
 
     Square = tuple[int, int]
@@ -96,6 +100,24 @@ def no_right(name: str) -> Right:
     return Right(math.inf, name, 0, name)
 
 
+class Limits(NamedTuple):
+    """How fast a robot can be.
+
+    Attributes:
+        speed: Its highest speed [m/s].
+        acceleration: [m/s^2]
+        yaw_rate: Its highest turning speed [rad/s].
+    """
+
+    speed: float
+    acceleration: float
+    yaw_rate: float
+
+
+UNKNOWN_LIMITS = Limits(1.0, 1.0, 1.0)
+"""What is assumed of a robot that does not say."""
+
+
 @dataclass(frozen=True)
 class Announcement:
     """What a robot tells the others.
@@ -109,6 +131,13 @@ class Announcement:
         path: The next metres of its path, from where it is, frame map [m]; one point if it stands.
         claim: How much of the path it claims [m].
         stationary: Whether it will not move by itself, whoever comes.
+        yaw: Its heading, frame map [rad].
+        goal: Where it is to go, frame map [m]; None without a goal.
+        limits: How fast it can be.
+        plan: The plan of the route that it follows; `NO_PLAN` without one.
+        passed: Number of the last place of that route that it has reached.
+        waits_for: The robot for which it waits; empty if for none.
+        obstacles: Obstacles in its way that are not on the map: x, y, radius, frame map [m].
     """
 
     name: str
@@ -120,6 +149,13 @@ class Announcement:
     path: tuple[Point, ...]
     claim: float
     stationary: bool
+    yaw: float = 0.0
+    goal: Point | None = None
+    limits: Limits = UNKNOWN_LIMITS
+    plan: PlanNumber = NO_PLAN
+    passed: int = 0
+    waits_for: str = ""
+    obstacles: tuple[tuple[float, float, float], ...] = ()
 
     @cached_property
     def samples(self) -> tuple[Array, Array]:
@@ -211,9 +247,16 @@ def _meeting(me: Announcement, other: Announcement) -> Meeting:
             *other.samples,
             other.claim,
             keep_apart(me.radius, other.radius),
-            other.right > me.right,
+            goes_first(me, other),
         ),
     )
+
+
+def goes_first(me: Announcement, other: Announcement) -> bool:
+    """Return whether a robot need not wait before the announced path of another one."""
+    if me.plan != NO_PLAN or other.plan != NO_PLAN:
+        return me.plan != NO_PLAN
+    return me.right < other.right
 
 
 @compiled(

@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The traffic planner: it plans for all robots jointly, and gives each one its route.
+
+It knows only what robots announce, and the courses that it gave them. One that takes over in a
+later epoch begins with the stretches that the robots claim.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from robot_navigation.mapf.dependency_graph import Course, dependencies
+from robot_navigation.mapf.ends import nearest_places
+from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
+from robot_navigation.mapf.roadmap_builder import build_roadmap
+from robot_navigation.mapf.route import PlanNumber, Route, Wait
+from robot_navigation.mapf.zones import roadmap_with
+from robot_navigation.traffic.committed import Drive, Tracked
+from robot_navigation.traffic.right_of_way import GAP
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hive_common.zone import Zone
+    from robot_navigation.mapf.roadmap import Roadmap
+    from robot_navigation.planning.clearance import ClearanceField
+    from robot_navigation.planning.path import Point
+    from robot_navigation.traffic.committed import Committed
+    from robot_navigation.traffic.right_of_way import Announcement
+
+MOST_ENTRIES = 10_000  # entries to the roadmap that are remembered
+
+
+@dataclass(frozen=True)
+class CoordinatorSettings:
+    """How often the coordinator plans.
+
+    Attributes:
+        period: Between two plans while nothing new happens [s].
+        soonest: Between two plans at least [s].
+        forget: A robot that is silent for so long is no longer planned with [s].
+    """
+
+    period: float = 1.0
+    soonest: float = 0.2
+    forget: float = 30.0
+
+
+class Waiting(NamedTuple):
+    """A robot that waits for another one."""
+
+    robot: str
+    waits_for: str
+    at: Point  # frame map [m]
+    since: float  # [s]
+
+
+class Coordinator:
+    """Plans for all robots that are heard.
+
+    Args:
+        field: Clearances of the map.
+        radii: Of the fleet's robots: circles around their footprints [m].
+        zones: What the operator has set.
+        epoch: Of the blackboard that it belongs to.
+        settings: How often it plans.
+    """
+
+    def __init__(
+        self,
+        field: ClearanceField,
+        radii: Sequence[float],
+        zones: Sequence[Zone] = (),
+        epoch: int = 1,
+        settings: CoordinatorSettings | None = None,
+    ) -> None:
+        self._field = field
+        self._epoch = epoch
+        self._settings = settings or CoordinatorSettings()
+        self._robots: dict[str, Tracked] = {}
+        self._number = 0
+        self._planned_at = -math.inf
+        self._take_roadmap(build_roadmap(field, radii, zones))
+
+    def _take_roadmap(self, roadmap: Roadmap) -> None:
+        self.roadmap = roadmap
+        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP))
+        self._places = cKDTree(roadmap.places)
+        self._entries: dict[tuple[Point, float], int | None] = {}
+        self._planned_at = -math.inf
+        for robot in self._robots.values():
+            robot.drive = None  # its places have other numbers now
+
+    def close(self, name: str) -> None:
+        """Close a zone: no robot enters it any more."""
+        self._take_roadmap(roadmap_with(self.roadmap, self.roadmap.closed | {name}))
+
+    def open(self, name: str) -> None:
+        """Open a zone that was closed."""
+        self._take_roadmap(roadmap_with(self.roadmap, self.roadmap.closed - {name}))
+
+    def hear(self, said: Announcement) -> None:
+        """Take in what a robot announces."""
+        known = self._robots.get(said.name)
+        if known is None:
+            self._robots[said.name] = Tracked(said)
+        else:
+            known.hear(said)
+
+    def step(self, now: float) -> tuple[Route, ...]:
+        """Return a new plan, the routes of all robots, if one is due; else nothing.
+
+        Args:
+            now: The time [s].
+        """
+        since = now - self._planned_at
+        if since < self._settings.soonest:
+            return ()
+        if since < self._settings.period and not any(map(self._needs_plan, self._robots.values())):
+            return ()
+        self._planned_at = now
+        self._number += 1
+        for name, robot in list(self._robots.items()):
+            if now - robot.said.time > self._settings.forget:
+                del self._robots[name]
+        return self._plan(now)
+
+    def waiting(self) -> list[Waiting]:
+        """Return who waits for whom."""
+        return [
+            Waiting(name, robot.said.waits_for, (robot.said.x, robot.said.y), robot.stands_since)
+            for name, robot in self._robots.items()
+            if robot.said.waits_for
+        ]
+
+    def _needs_plan(self, robot: Tracked) -> bool:
+        """Return whether a robot has a goal to which its course does not lead."""
+        said, drive = robot.said, robot.drive
+        if drive is None:
+            return True
+        end = drive.points[-1] if drive.complete else None
+        return said.goal is not None and said.goal not in {drive.goal, end}
+
+    def _plan(self, now: float) -> tuple[Route, ...]:
+        robots = list(self._robots.values())
+        begun = [robot.committed(now) for robot in robots]
+        asked = [
+            self._asked(robot, start, now) for robot, start in zip(robots, begun, strict=True)
+        ]
+        tables = self._planner.plan(
+            [each.agent for each in asked], [each.before for each in asked]
+        )
+        plan = PlanNumber(self._epoch, self._number)
+        drives = [
+            self._drive(robot, start, each, table, plan, now)
+            for robot, start, each, table in zip(robots, begun, asked, tables, strict=True)
+        ]
+        for robot, drive in zip(robots, drives, strict=True):
+            robot.give(drive)
+        waits = self._waits(robots, begun, drives, now)
+        return tuple(
+            Route(
+                robot=robot.said.name,
+                plan=plan,
+                goal=robot.said.goal,
+                first=drive.first,
+                places=drive.points,
+                waits=tuple(waiting),
+                complete=drive.complete,
+            )
+            for robot, drive, waiting in zip(robots, drives, waits, strict=True)
+        )
+
+    def _asked(self, robot: Tracked, begun: Committed, now: float) -> _Asked:
+        """Return what is asked of the planner for a robot."""
+        said = robot.said
+        end = begun.points[-1]
+        start = begun.places[-1] if begun.places[-1] >= 0 else self._entry(end, said.radius)
+        speed = said.limits.speed
+        goal = None if said.goal is None else self._entry(said.goal, said.radius)
+        before = None
+        if start is None:
+            stays, start, goal = True, self._nearest(end), self._nearest(end)
+        else:
+            stays = (
+                said.stationary
+                or not robot.is_planned(now)
+                or (said.goal is not None and goal is None)
+            )
+            off = 0.0 if begun.places[-1] >= 0 else math.dist(end, self._point(start))
+            ready = (begun.ahead + off) / speed
+            before = _later(begun.rest, now, ready, said.goal) if not stays else None
+        ready = begun.ahead / speed
+        agent = Agent(
+            start=start,
+            ready=ready,
+            heading=_heading(begun, said),
+            goal=start if goal is None or stays else goal,
+            radius=said.radius,
+            speed=speed,
+            acceleration=said.limits.acceleration,
+            yaw_rate=said.limits.yaw_rate,
+            priority=said.right.since,
+            stays=stays,
+        )
+        return _Asked(agent, before)
+
+    def _drive(
+        self,
+        robot: Tracked,
+        begun: Committed,
+        asked: _Asked,
+        table: Timetable,
+        plan: PlanNumber,
+        now: float,
+    ) -> Drive:
+        """Return the course of a robot: what is decided already, the timetable, and its goal."""
+        said, agent = robot.said, asked.agent
+        known = len(begun.points)
+        pace = agent.ready / max(1, known - 1)
+        points, places = list(begun.points), list(begun.places)
+        arrives = [now + pace * index for index in range(known)]
+        leaves = list(arrives)
+        skip = 1 if begun.places[-1] >= 0 else 0
+        if agent.stays:
+            skip = len(table.places)
+        leaves[-1] = now + table.leaves[0] if skip == 1 else leaves[-1]
+        for index in range(skip, len(table.places)):
+            points.append(self._point(table.places[index]))
+            places.append(table.places[index])
+            arrives.append(now + table.arrives[index])
+            leaves.append(now + table.leaves[index])
+        complete = table.complete and not agent.stays
+        if complete and said.goal is not None and points[-1] != said.goal:
+            leaves[-1] = arrives[-1]
+            points.append(said.goal)
+            places.append(-1)
+            arrives.append(arrives[-1] + math.dist(points[-2], said.goal) / agent.speed)
+            leaves.append(math.inf)
+        leaves[-1] = math.inf
+        return Drive(
+            plan=plan,
+            given=now,
+            first=begun.first,
+            points=tuple(points),
+            places=tuple(places),
+            arrives=tuple(arrives),
+            leaves=tuple(leaves),
+            complete=complete,
+            goal=said.goal,
+        )
+
+    def _waits(
+        self,
+        robots: Sequence[Tracked],
+        begun: Sequence[Committed],
+        drives: Sequence[Drive],
+        now: float,
+    ) -> list[list[Wait]]:
+        """Return for each robot whom it lets pass first."""
+        courses = [
+            Course(
+                np.array(drive.points),
+                np.array([*drive.leaves[:-1], drive.arrives[-1]]),
+                robot.said.radius,
+            )
+            for robot, drive in zip(robots, drives, strict=True)
+        ]
+        waits: list[list[Wait]] = [[] for _ in robots]
+        for me, mine, other, its in dependencies(courses, GAP).tolist():
+            if mine < len(begun[me].points) - 1:
+                continue  # It cannot avoid this any more; the claims keep them apart.
+            if not robots[other].is_planned(now):
+                continue  # Nobody knows when it goes on; the claims keep them apart.
+            waits[me].append(
+                Wait(
+                    at=drives[me].first + mine,
+                    robot=robots[other].said.name,
+                    passes=drives[other].first + its + 1,
+                )
+            )
+        return waits
+
+    def _point(self, place: int) -> Point:
+        x, y = self.roadmap.places[place]
+        return float(x), float(y)
+
+    def _nearest(self, point: Point) -> int:
+        return int(self._places.query(point)[1])
+
+    def _entry(self, point: Point, radius: float) -> int | None:
+        """Return the nearest place to which a robot can go straight; None if there is none."""
+        key = (point, radius)
+        if key not in self._entries:
+            if len(self._entries) > MOST_ENTRIES:
+                self._entries.clear()
+            self._entries[key] = self._found_entry(point, radius)
+        return self._entries[key]
+
+    def _found_entry(self, point: Point, radius: float) -> int | None:
+        found = nearest_places(self.roadmap, self._field, np.array([point]), np.array([radius]))
+        return None if found[0, 0] < 0 else int(found[0, 0])
+
+
+class _Asked(NamedTuple):
+    agent: Agent
+    before: Timetable | None
+
+
+def _heading(begun: Committed, said: Announcement) -> float:
+    """Return the heading with which a robot comes to the end of what is decided [rad]."""
+    if len(begun.points) < 2 or begun.ahead == 0.0:  # noqa: PLR2004  (a line has two ends)
+        return said.yaw
+    (ax, ay), (bx, by) = begun.points[-2:]
+    return math.atan2(by - ay, bx - ax)
+
+
+def _later(rest: Drive | None, now: float, ready: float, goal: Point | None) -> Timetable | None:
+    """Return the rest of a course, begun `ready` from now [s], if it leads to the goal."""
+    if rest is None or rest.goal != goal:
+        return None
+    kept = [index for index, place in enumerate(rest.places) if place >= 0]
+    if not kept or kept != list(range(len(kept))):
+        return None
+    delay = now + ready - rest.arrives[0]
+    return Timetable(
+        places=tuple(rest.places[index] for index in kept),
+        arrives=tuple(rest.arrives[index] + delay - now for index in kept),
+        leaves=(*(rest.leaves[index] + delay - now for index in kept[:-1]), math.inf),
+        complete=rest.complete,
+    )

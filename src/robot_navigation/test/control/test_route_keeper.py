@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A robot takes a route that holds what it cannot avoid, and waits for whom the route says."""
+
+import math
+
+import pytest
+
+from hive_common.pose import Pose
+from robot_navigation.control.route_keeper import SILENCE, RouteKeeper
+from robot_navigation.mapf.route import NO_PLAN, PlanNumber, Route, Wait
+from robot_navigation.traffic.neighbourhood import Neighbourhood
+from robot_navigation.traffic.right_of_way import Announcement, no_right
+
+PLAN = PlanNumber(3, 7)
+GOAL = Pose(4.0, 0.0, 0.0)
+HERE = Pose(0.0, 0.0, 0.0)
+
+
+def route(*waits, plan=PLAN, first=10, goal=(4.0, 0.0), places=None, robot="me"):
+    places = places or tuple((float(x), 0.0) for x in range(5))
+    return Route(robot, plan, goal, first, places, waits, complete=True)
+
+
+def heard(passed, plan=PLAN):
+    neighbourhood = Neighbourhood()
+    neighbourhood.hear(
+        Announcement(
+            "other",
+            0.0,
+            9.0,
+            9.0,
+            0.4,
+            no_right("other"),
+            ((9.0, 9.0),),
+            0.0,
+            stationary=False,
+            plan=plan,
+            passed=passed,
+        )
+    )
+    return neighbourhood
+
+
+@pytest.fixture
+def keeper():
+    return RouteKeeper("me")
+
+
+def test_it_takes_its_own_route_from_where_it_is(keeper):
+    keeper.hear([route(robot="other"), route()], now=0.0)
+
+    path = keeper.offer(GOAL, Pose(1.4, 0.05, 0.0), [])
+
+    assert path.length == pytest.approx(2.6)
+    assert (keeper.plan, keeper.passed) == (PLAN, 11)
+
+
+def test_it_refuses_a_route_to_another_goal(keeper):
+    keeper.hear([route()], now=0.0)
+
+    assert keeper.offer(Pose(4.0, 1.0, 0.0), HERE, []) is None
+    assert keeper.plan == NO_PLAN
+
+
+def test_a_robot_without_a_goal_takes_a_route_aside_only(keeper):
+    keeper.hear([route()], now=0.0)
+    assert keeper.offer(None, HERE, []) is None
+
+    keeper.hear([route(goal=None, plan=PlanNumber(3, 8))], now=0.0)
+    assert keeper.offer(None, HERE, []) is not None
+
+
+def test_it_refuses_a_route_that_leaves_out_what_it_cannot_avoid(keeper):
+    keeper.hear([route()], now=0.0)
+
+    assert keeper.offer(GOAL, HERE, [(0.0, 0.0), (0.0, 1.0)]) is None
+
+
+def test_it_refuses_a_route_that_begins_elsewhere(keeper):
+    keeper.hear([route()], now=0.0)
+
+    assert keeper.offer(GOAL, Pose(0.0, 2.0, 0.0), []) is None
+
+
+def test_an_older_plan_does_not_replace_a_newer_one(keeper):
+    keeper.hear([route()], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+    keeper.hear([route(plan=PlanNumber(2, 99))], now=1.0)
+
+    assert keeper.offer(GOAL, HERE, []) is None
+    assert keeper.plan == PLAN
+
+
+def test_it_counts_the_places_that_it_reaches(keeper):
+    keeper.hear([route()], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+
+    counts = []
+    for progress in (0.5, 0.95, 1.5, 2.0, 4.0):
+        keeper.advance(progress)
+        counts.append(keeper.passed)
+
+    assert counts == [10, 11, 11, 12, 14]
+
+
+def test_it_stops_at_the_place_where_another_one_goes_first(keeper):
+    keeper.hear([route(Wait(12, "other", 5))], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+    keeper.advance(0.5)
+
+    hold = keeper.hold(0.5, heard(passed=4))
+
+    assert (hold.room, hold.robot) == (pytest.approx(1.5), "other")
+
+
+def test_it_goes_on_when_the_other_one_has_passed(keeper):
+    keeper.hear([route(Wait(12, "other", 5))], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+
+    assert math.isinf(keeper.hold(0.0, heard(passed=5)).room)
+
+
+def test_it_waits_for_one_that_follows_a_plan_of_another_epoch_or_is_not_heard(keeper):
+    keeper.hear([route(Wait(12, "other", 5))], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+
+    assert keeper.hold(0.0, heard(passed=9, plan=PlanNumber(2, 1))).room == pytest.approx(2.0)
+    assert keeper.hold(0.0, Neighbourhood()).room == pytest.approx(2.0)
+
+
+def test_what_it_has_passed_holds_it_no_more(keeper):
+    keeper.hear([route(Wait(10, "other", 5))], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+    keeper.advance(1.0)
+
+    assert math.isinf(keeper.hold(1.0, heard(passed=0)).room)
+
+
+def test_a_planner_that_is_silent_guides_no_more(keeper):
+    keeper.hear([route()], now=0.0)
+
+    assert keeper.is_guided(SILENCE - 0.1)
+    assert not keeper.is_guided(SILENCE)
