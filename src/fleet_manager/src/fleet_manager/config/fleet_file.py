@@ -115,6 +115,7 @@ def read_fleet(name: str) -> Fleet:
         attrs.evolve(robot, model=beside(path, robot.model)) for robot in content.robots
     )
     _check_names(path, robots)
+    _check_zones(path, content.zones)
     _check_starts(path, robots, _models(path, robots))
     given = attrs.asdict(content, recurse=False) | {"robots": robots}
     return Fleet(path=path, **given)
@@ -135,6 +136,19 @@ def _check_names(path: Path, robots: tuple[FleetRobot, ...]) -> None:
             )
             raise error_at(path, keys, problem)
         seen[robot.name] = index
+
+
+def _check_zones(path: Path, zones: tuple[Zone, ...]) -> None:
+    """Refuse a name that two zones have."""
+    names = [zone.name for zone in zones]
+    for index, name in enumerate(names):
+        first = names.index(name)
+        if first != index:
+            problem = (
+                f"'{name}' is already the name of zones[{first}]; "
+                "every zone needs a name of its own"
+            )
+            raise error_at(path, ("zones", index, "name"), problem)
 
 
 def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel]:
