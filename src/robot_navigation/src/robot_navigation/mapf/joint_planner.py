@@ -18,12 +18,15 @@ from robot_navigation.mapf.conflicts import classical_conflicts, spatial_conflic
 from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
 from robot_navigation.mapf.pushing import Fleet
 from robot_navigation.mapf.reservations import Reservations
+from robot_navigation.mapf.segments import segments_near
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hive_common.geometry import Indices
     from robot_navigation.mapf.conflicts import Conflicts
     from robot_navigation.mapf.roadmap import Roadmap
+    from robot_navigation.planning.path import Point
 
 RENEW = 0.5  # a path that ends before this share of the horizon, and not at the goal, is made anew
 LATE = 0.05  # a robot that is this late still has the plan that it had [s]
@@ -44,6 +47,9 @@ class Agent:
         yaw_rate: Its highest turning speed [rad/s].
         priority: The lesser of two is planned first.
         stays: Whether it cannot be moved: it picks, charges, is defect or follows no plan.
+        body: Where it is until it is at its start, x, y [m] and when it leaves each point [s]; its
+            start may lie beside it, and is left out.
+        end: Where exactly it stands when it has got to its goal, frame map [m]; None for there.
     """
 
     start: int
@@ -56,6 +62,8 @@ class Agent:
     yaw_rate: float
     priority: float
     stays: bool = False
+    body: tuple[tuple[float, float, float], ...] = ()
+    end: Point | None = None
 
 
 @dataclass(frozen=True)
@@ -113,6 +121,10 @@ class JointPlanner:
         self._ways = ways(roadmap)
         self._count = len(roadmap.places)
         self._things = self._count + int(self._ways.max(initial=-1)) + 1
+        first = np.unique(self._ways, return_index=True)[1]
+        ends = roadmap.places[roadmap.lanes[first]]
+        self._one_end = np.ascontiguousarray(np.vstack([roadmap.places, ends[:, 0]]))
+        self._other_end = np.ascontiguousarray(np.vstack([roadmap.places, ends[:, 1]]))
         self._lane_of = {(int(p), int(q)): k for k, (p, q) in enumerate(roadmap.lanes)}
         self._conflicts: dict[float, Conflicts] = {}
         self._searches: dict[Motion, PathSearch] = {}
@@ -138,7 +150,8 @@ class JointPlanner:
             fleet = self._fleet(agents)
             self._keep(fleet, agents, (), order)
             fleet.settle_all(order)
-        paths = [path for path in fleet.paths if path is not None]
+        # Bodies may keep a robot from getting out of the way; it waits for the next plan.
+        paths = [path or fleet.stand(robot) for robot, path in enumerate(fleet.paths)]
         return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
 
     def _fleet(self, agents: Sequence[Agent]) -> Fleet:
@@ -155,7 +168,7 @@ class JointPlanner:
             if agent.goal == agent.start or not math.isfinite(search.alone(task)):
                 task = task._replace(goal=-1)
             tasks.append(task)
-        return Fleet(
+        fleet = Fleet(
             tasks,
             [radii.index(agent.radius) for agent in agents],
             searches,
@@ -164,6 +177,27 @@ class JointPlanner:
             settings.searches * len(agents),
             settings.states,
         )
+        self._place_bodies(fleet, agents, radii)
+        return fleet
+
+    def _place_bodies(self, fleet: Fleet, agents: Sequence[Agent], radii: Sequence[float]) -> None:
+        """Block what robots come near on their way to their starts, and beside their goals."""
+        starts = np.array([agent.start for agent in agents], dtype=np.intp)
+        for robot, agent in enumerate(agents):
+            for size, radius in enumerate(radii):
+                apart = agent.radius + radius + self.settings.gap
+                for here, after in zip(agent.body, agent.body[1:] or agent.body, strict=False):
+                    near = self._near([here[:2], after[:2]], apart)
+                    others = np.delete(starts, robot)
+                    # Where two starts come too near, the robots keep apart by themselves.
+                    free = near[~np.isin(near, others)]
+                    fleet.reservations.block(robot + len(agents), size, free, -math.inf, after[2])
+                if agent.end is not None:
+                    fleet.ends.setdefault(robot, []).append(self._near([agent.end], apart))
+
+    def _near(self, points: Sequence[Point], apart: float) -> Indices:
+        """Return the places and ways that are nearer than `apart` [m] to a polyline."""
+        return segments_near(self._one_end, self._other_end, np.array(points, dtype=float), apart)
 
     def _keep(
         self,

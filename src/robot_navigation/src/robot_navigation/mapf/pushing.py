@@ -24,6 +24,7 @@ from robot_navigation.mapf.path_search import Path
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from hive_common.geometry import Indices
     from robot_navigation.mapf.path_search import PathSearch, Task
     from robot_navigation.mapf.reservations import Reservations
 
@@ -47,6 +48,7 @@ class Fleet:
         searches: How each robot's paths are found.
         paths: What each robot does; None if it is not planned yet.
         effort: How many searches are left.
+        ends: What a robot blocks for each size beside its goal when it has got there, by robot.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class Fleet:
         self.searches = searches
         self.paths: list[Path | None] = [None] * len(tasks)
         self.effort = effort
+        self.ends: dict[int, list[Indices]] = {}
         self.reservations = reservations
         self._horizon = horizon
         self._states = states
@@ -87,6 +90,9 @@ class Fleet:
         self._get_up(robot)
         self.paths[robot] = path
         self.reservations.add(robot, self.sizes[robot], path.actions, path.times)
+        if path.complete:
+            for size, things in enumerate(self.ends.get(robot, ())):
+                self.reservations.block(robot, size, things, path.end, math.inf)
         self._settled.append(robot)
 
     def take(self, robot: int) -> Path:
@@ -95,6 +101,8 @@ class Fleet:
         if path is None:
             raise ValueError(f"robot {robot} is not planned")
         self.reservations.remove(robot, self.sizes[robot], path.actions)
+        for size, things in enumerate(self.ends.get(robot, ())):
+            self.reservations.unblock(robot, size, things)
         self.paths[robot] = None
         self._settled.remove(robot)
         return path

@@ -90,6 +90,44 @@ class Reservations:
                 conflicts.blocked,
             )
 
+    def block(self, who: int, size: int, things: Indices, begin: float, end: float) -> None:
+        """Reserve some places and ways (k,) for robots of one size.
+
+        Args:
+            who: Number of the robot.
+            size: Number of the size for which they are blocked.
+            things: Their numbers.
+            begin: From when [s].
+            end: Until when [s].
+        """
+        self._grow(len(things))
+        count = len(things)
+        add_spans(
+            self.heads[size],
+            self.spans,
+            self.links,
+            self._free,
+            who,
+            np.arange(count),
+            np.tile([begin, end], (count, 1)),
+            np.arange(count + 1),
+            things,
+            np.tile([0.0, 1.0], (count, 1)),
+        )
+
+    def unblock(self, who: int, size: int, things: Indices) -> None:
+        """Free what `block` reserved."""
+        count = len(things)
+        remove_spans(
+            self.heads[size],
+            self.links,
+            self._free,
+            who,
+            np.arange(count),
+            np.arange(count + 1),
+            things,
+        )
+
     def blocked_for_ever(self, size: int, thing: int) -> bool:
         """Return whether a place or way is blocked for ever, from some time on."""
         entry = int(self.heads[size, thing])

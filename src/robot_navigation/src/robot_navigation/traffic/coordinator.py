@@ -178,24 +178,26 @@ class Coordinator:
 
     def _asked(self, robot: Tracked, begun: Committed, now: float) -> _Asked:
         """Return what is asked of the planner for a robot."""
-        said = robot.said
+        said, speed = robot.said, robot.said.limits.speed
         end = begun.points[-1]
         start = begun.places[-1] if begun.places[-1] >= 0 else self._entry(end, said.radius)
-        speed = said.limits.speed
         goal = None if said.goal is None else self._entry(said.goal, said.radius)
-        before = None
+        stays = (
+            start is None
+            or said.stationary
+            or not robot.is_planned(now)
+            or (said.goal is not None and goal is None)
+        )
         if start is None:
-            stays, start, goal = True, self._nearest(end), self._nearest(end)
-        else:
-            stays = (
-                said.stationary
-                or not robot.is_planned(now)
-                or (said.goal is not None and goal is None)
-            )
-            off = 0.0 if begun.places[-1] >= 0 else math.dist(end, self._point(start))
-            ready = (begun.ahead + off) / speed
-            before = _later(begun.rest, now, ready, said.goal) if not stays else None
+            start = int(self._places.query(end)[1])
+        arrives = not stays and said.goal is not None and (start == goal or end == said.goal)
+        stays = stays or arrives
+        before = None
         ready = begun.ahead / speed
+        if not stays:
+            before = _later(begun.rest, now, ready, said.goal)
+            if begun.places[-1] < 0:
+                ready += math.dist(end, self._point(start)) / speed
         agent = Agent(
             start=start,
             ready=ready,
@@ -207,8 +209,36 @@ class Coordinator:
             yaw_rate=said.limits.yaw_rate,
             priority=said.right.since,
             stays=stays,
+            body=self._body(said, begun, None if stays else start, ready, arrives=arrives),
+            end=said.goal,
         )
-        return _Asked(agent, before)
+        return _Asked(agent, before, arrives)
+
+    def _body(
+        self,
+        said: Announcement,
+        begun: Committed,
+        start: int | None,
+        ready: float,
+        *,
+        arrives: bool,
+    ) -> tuple[tuple[float, float, float], ...]:
+        """Return where a robot is until it is at its start; see `Agent`.
+
+        One that has no start stays at the end of what is decided, or at its goal if it `arrives`.
+        """
+        points = list(begun.points[1:])
+        if arrives and said.goal is not None:
+            points.append(said.goal)
+        if start is not None and begun.places[-1] < 0:
+            points.append(self._point(start))
+        body = [(said.x, said.y, 0.0)]
+        for x, y in points:
+            leg = math.dist(body[-1][:2], (x, y))
+            body.append((x, y, body[-1][2] + leg / said.limits.speed))
+        until = math.inf if start is None else ready
+        body = [(x, y, min(when, until)) for x, y, when in body]
+        return (*body, (*body[-1][:2], until))
 
     def _drive(
         self,
@@ -235,7 +265,7 @@ class Coordinator:
             places.append(table.places[index])
             arrives.append(now + table.arrives[index])
             leaves.append(now + table.leaves[index])
-        complete = table.complete and not agent.stays
+        complete = asked.arrives or (table.complete and not agent.stays)
         if complete and said.goal is not None and points[-1] != said.goal:
             leaves[-1] = arrives[-1]
             points.append(said.goal)
@@ -290,9 +320,6 @@ class Coordinator:
         x, y = self.roadmap.places[place]
         return float(x), float(y)
 
-    def _nearest(self, point: Point) -> int:
-        return int(self._places.query(point)[1])
-
     def _entry(self, point: Point, radius: float) -> int | None:
         """Return the nearest place to which a robot can go straight; None if there is none."""
         key = (point, radius)
@@ -310,6 +337,7 @@ class Coordinator:
 class _Asked(NamedTuple):
     agent: Agent
     before: Timetable | None
+    arrives: bool  # only its goal is left
 
 
 def _heading(begun: Committed, said: Announcement) -> float:
