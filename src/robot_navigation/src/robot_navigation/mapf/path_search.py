@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from robot_navigation.mapf.distances import times_by_lane, times_by_place
+from robot_navigation.mapf.roadmap import need
 from robot_navigation.mapf.sipp import (
     FOUND,
     NOTHING,
@@ -109,7 +110,7 @@ class PathSearch:
         self._from = np.ascontiguousarray(lanes[:, 0]).astype(np.intp)
         to = np.ascontiguousarray(lanes[:, 1]).astype(np.intp)
         speed = np.minimum(roadmap.speeds, motion.speed)
-        durations = np.where(roadmap.widths >= motion.radius, roadmap.lengths / speed, np.inf)
+        durations = np.where(roadmap.widths >= need(motion.radius), roadmap.lengths / speed, np.inf)
         along = roadmap.places[to] - roadmap.places[self._from]
         self._turn = 1 / motion.yaw_rate
         self._stand = motion.speed / motion.acceleration

@@ -74,7 +74,6 @@ class Reservations:
                 times,
                 conflicts.begins,
                 conflicts.blocked,
-                conflicts.spans,
             )
 
     def remove(self, who: int, size: int, actions: Indices) -> None:
@@ -117,7 +116,7 @@ class Reservations:
 
 @compiled(
     "void(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], int64, int64[::1],"
-    " float64[:, ::1], int64[::1], int64[::1], float64[:, ::1])"
+    " float64[:, ::1], int64[::1], int64[::1])"
 )
 def add_spans(
     heads: Indices,
@@ -129,7 +128,6 @@ def add_spans(
     times: Array,
     begins: Indices,
     blocked: Indices,
-    parts: Array,
 ) -> None:
     """Add what a robot blocks; see `Reservations.add`.
 
@@ -139,17 +137,12 @@ def add_spans(
         begin, end = times[k, 0], times[k, 1]
         for item in range(begins[actions[k]], begins[actions[k] + 1]):
             thing = blocked[item]
-            from_, to = begin, end
-            if parts[item, 0] > 0.0:
-                from_ = begin + parts[item, 0] * (end - begin)
-            if parts[item, 1] < 1.0:
-                to = begin + parts[item, 1] * (end - begin)
             before = -1
             at = heads[thing]
             joined = False
-            while at >= 0 and spans[at, 0] <= from_:
-                if links[at, 1] == who and spans[at, 1] >= from_ - 1e-9:
-                    spans[at, 1] = max(spans[at, 1], to)
+            while at >= 0 and spans[at, 0] <= begin:
+                if links[at, 1] == who and spans[at, 1] >= begin - 1e-9:
+                    spans[at, 1] = max(spans[at, 1], end)
                     joined = True
                     break
                 before = at
@@ -162,7 +155,7 @@ def add_spans(
             else:
                 new = free[0]
                 free[0] += 1
-            spans[new, 0], spans[new, 1] = from_, to
+            spans[new, 0], spans[new, 1] = begin, end
             links[new, 0], links[new, 1] = at, who
             if before < 0:
                 heads[thing] = new
