@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robot_navigation.mapf.conflicts import classical_conflicts, spatial_conflicts, ways
+from robot_navigation.mapf.neighbourhood_search import improve
 from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
 from robot_navigation.mapf.pushing import Fleet
 from robot_navigation.mapf.reservations import Reservations
@@ -134,10 +135,13 @@ class JointPlanner:
         order = sorted(range(len(agents)), key=lambda k: _rank(agents[k], k))
         fleet = self._fleet(agents)
         self._keep(fleet, agents, before, order)
-        if not fleet.settle_all(order):
+        fixed = {robot for robot in order if agents[robot].stays}
+        if not fleet.settle_freely(order, fixed):
             fleet = self._fleet(agents)
             self._keep(fleet, agents, (), order)
             fleet.settle_all(order)
+        movable = [robot for robot in order if robot not in fixed]
+        improve(fleet, movable, self.settings.improvements)
         paths = [path for path in fleet.paths if path is not None]
         return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
 

@@ -47,10 +47,10 @@ class Reservations:
         self.links: Indices = np.empty((FIRST_SPANS, 2), dtype=np.intp)
         self._free = np.array([0, -1], dtype=np.intp)  # spans in use, head of those given back
 
-    def clear(self) -> None:
-        """Free everything."""
-        self.heads.fill(-1)
-        self._free[:] = (0, -1)
+    @classmethod
+    def like(cls, other: Reservations) -> Reservations:
+        """Return reservations of the same things for the same sizes, with everything free."""
+        return cls(other.heads.shape[1], other._conflicts)
 
     def add(self, who: int, size: int, actions: Indices, times: Array) -> None:
         """Reserve what a robot blocks.
@@ -105,6 +105,10 @@ class Reservations:
     def are_free(self, size: int, things: Indices, times: Array) -> bool:
         """Return whether some things (k,) are free during times (k, 2) [s]."""
         return bool(all_free(self.heads[size], self.spans, self.links, things, times))
+
+    def blockers(self, size: int, things: Indices, times: Array) -> Indices:
+        """Return who blocks any of some things (k,) during times (k, 2) [s]."""
+        return np.unique(all_blockers(self.heads[size], self.spans, self.links, things, times))
 
     def _grow(self, need: int) -> None:
         """Make room for this many spans more."""
@@ -221,3 +225,22 @@ def all_free(heads: Indices, spans: Array, links: Indices, things: Indices, time
                 return False
             at = links[at, 0]
     return True
+
+
+@compiled(
+    "int64[::1](int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], float64[:, ::1])"
+)
+def all_blockers(
+    heads: Indices, spans: Array, links: Indices, things: Indices, times: Array
+) -> Indices:
+    """Return who blocks things during times, some more than once; see `Reservations.blockers`."""
+    found = np.empty(1024, dtype=np.int64)
+    count = 0
+    for k in range(len(things)):
+        at = heads[things[k]]
+        while at >= 0 and spans[at, 0] < times[k, 1] - 1e-9:
+            if spans[at, 1] > times[k, 0] + 1e-9 and count < len(found):
+                found[count] = links[at, 1]
+                count += 1
+            at = links[at, 0]
+    return found[:count]
