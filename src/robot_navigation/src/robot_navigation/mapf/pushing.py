@@ -106,6 +106,12 @@ class Fleet:
         self._settled.remove(robot)
         return path
 
+    def forget(self) -> None:
+        """Forget all plans."""
+        for robot, path in enumerate(self.paths):
+            if path is not None:
+                self.take(robot)
+
     def fits(self, robot: int, path: Path) -> bool:
         """Return whether a path meets none of the others."""
         return self.reservations.are_free(self.sizes[robot], *self._needs(robot, path))
