@@ -49,8 +49,8 @@ def ways(roadmap: Roadmap) -> Indices:
 def classical_conflicts(roadmap: Roadmap) -> Conflicts:
     """Return the conflicts of the classical problem: no two robots at a place, none swap places.
 
-    A robot may drive to a place while another one leaves it (Stern et al., Multi-Agent Pathfinding:
-    Definitions, Variants, and Benchmarks, SoCS 2019).
+    A robot may drive to a place while another one leaves it (Stern et al., Multi-Agent
+    Pathfinding: Definitions, Variants, and Benchmarks, SoCS 2019).
     """
     count, lanes = len(roadmap.places), len(roadmap.lanes)
     blocked = np.column_stack([roadmap.lanes[:, 1], count + ways(roadmap)]).reshape(-1)
@@ -64,7 +64,6 @@ def spatial_conflicts(roadmap: Roadmap, apart: float) -> Conflicts:
     limit = max(apart - TINY, 0.0)
     number = ways(roadmap)
     first = np.unique(number, return_index=True)[1]
-    count = len(roadmap.places)
     begin, end = roadmap.places[roadmap.lanes[:, 0]], roadmap.places[roadmap.lanes[:, 1]]
     # A place is a lane of no length, so one calculation does for both.
     from_ = np.vstack([roadmap.places, begin])

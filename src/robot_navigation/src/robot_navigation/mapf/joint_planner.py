@@ -2,8 +2,8 @@
 """Plans paths for all robots at once, so that no two are in one place at one time.
 
 Robots are planned one after the other, each the fastest way past those before it (`sipp.py`) and
-moving aside those after it (`pushing.py`). docs/decisions/012-joint-planning.md tells what else was
-tried.
+moving aside those after it (`pushing.py`). docs/decisions/012-joint-planning.md tells what else
+was tried.
 """
 
 from __future__ import annotations

@@ -149,7 +149,9 @@ def step(
         after: Where each goes, -1 if that is open.
         here: Who is at each place, -1 for nobody.
         there: Who goes to each place, -1 for nobody.
-        begins: See `solve`, as `to` and `times`.
+        begins: See `solve`.
+        to: See there.
+        times: See there.
         draws: (robots, lanes) numbers that decide between places equally far from the goal.
     """
     place = at[robot]
@@ -197,8 +199,6 @@ def all_step(
 ) -> bool:
     """Choose where all robots go; return whether they can. See `step`."""
     for robot in order:
-        if after[robot] < 0 and not step(
-            robot, at, after, here, there, begins, to, times, draws
-        ):
+        if after[robot] < 0 and not step(robot, at, after, here, there, begins, to, times, draws):
             return False
     return True

@@ -2,7 +2,7 @@
 """Shortens a plan: takes a few robots out that hinder each other and plans them in another order.
 
 This is large neighbourhood search (Li et al., Anytime Multi-Agent Path Finding via Large
-Neighborhood Search, IJCAI 2021). A neighbourhood is a robot that loses time and those that stand in
+Neighborhood Search, IJCAI 2021). A neighbourhood is a robot that loses time and those that are in
 its way if it goes as if alone. The new plans are kept if they are better together.
 """
 
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 LEAST = 1e-3  # a gain that counts [s]
 SMALLEST, LARGEST = 2, 8  # robots of a neighbourhood
-TRIED = 0.5  # how much less likely a robot is chosen again each time it did not help
+TRIED = 0.7  # how much less likely a robot is chosen again each time it did not help
+RARELY = 0.05  # and not less likely than this
 
 
 def improve(fleet: Fleet, movable: Sequence[int], tries: int) -> None:
@@ -31,25 +32,32 @@ def improve(fleet: Fleet, movable: Sequence[int], tries: int) -> None:
         tries: How many neighbourhoods to look at.
     """
     chance = random.Random(len(movable))  # noqa: S311  (the same plan for the same robots)
-    weights = {robot: 1.0 for robot in movable}
+    weights = dict.fromkeys(movable, 1.0)
     for _ in range(tries):
         delays = [fleet.delay(robot) * weights[robot] for robot in movable]
         if sum(delays) < LEAST:
             return
         seed = chance.choices(movable, delays)[0]
         robots = _neighbours(fleet, seed, movable, chance)
-        weights[seed] = 1.0 if _replan(fleet, robots, chance) else weights[seed] * TRIED
+        better = _replan(fleet, robots, chance)
+        weights[seed] = 1.0 if better else max(weights[seed] * TRIED, RARELY)
 
 
 def _neighbours(
     fleet: Fleet, seed: int, movable: Sequence[int], chance: random.Random
 ) -> list[int]:
     """Return a robot and some of those that hinder it."""
-    others = [robot for robot in fleet.hinder(seed) if robot in set(movable)]
-    chance.shuffle(others)
-    robots = [seed, *others[: chance.randint(SMALLEST, LARGEST) - 1]]
-    if len(robots) < SMALLEST and len(movable) > 1:
-        robots.append(chance.choice([robot for robot in movable if robot != seed]))
+    size = min(chance.randint(SMALLEST, LARGEST), len(movable))
+    allowed = set(movable)
+    robots = [seed]
+    for robot in robots:
+        others = [k for k in fleet.hinder(robot) if k in allowed and k not in robots]
+        chance.shuffle(others)
+        robots += others[: size - len(robots)]
+    while len(robots) < size:
+        robot = chance.choice(movable)
+        if robot not in robots:
+            robots.append(robot)
     return robots
 
 
@@ -60,7 +68,7 @@ def _replan(fleet: Fleet, robots: Sequence[int], chance: random.Random) -> bool:
     for robot in robots:
         before[robot] = fleet.take(robot)
     order = list(robots)
-    if chance.random() < TRIED:
+    if chance.random() < 0.5:  # noqa: PLR2004  (evenly)
         chance.shuffle(order)
     spent = 0.0
     for robot in order:

@@ -67,7 +67,9 @@ class Fleet:
         """Start with no robot planned.
 
         Args:
-            tasks: See the attributes, as `sizes` and `searches`.
+            tasks: What each robot is planned for.
+            sizes: The number of each robot's size in the reservations.
+            searches: How each robot's paths are found.
             reservations: Of nobody yet.
             horizon: From when on a path may end anywhere [s].
             effort: Most searches.

@@ -227,9 +227,7 @@ def all_free(heads: Indices, spans: Array, links: Indices, things: Indices, time
     return True
 
 
-@compiled(
-    "int64[::1](int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], float64[:, ::1])"
-)
+@compiled("int64[::1](int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], float64[:, ::1])")
 def all_blockers(
     heads: Indices, spans: Array, links: Indices, things: Indices, times: Array
 ) -> Indices:
