@@ -2,19 +2,22 @@
 """Plans paths for all robots at once, so that no two are in one place at one time.
 
 Robots are planned one after the other, each the fastest way past those before it (`sipp.py`) and
-moving aside those after it (`pushing.py`). docs/decisions/012-joint-planning.md tells what else was
-tried.
+moving aside those after it (`pushing.py`). docs/decisions/012-joint-planning.md tells what else
+was tried.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robot_navigation.mapf.conflicts import classical_conflicts, spatial_conflicts, ways
+from robot_navigation.mapf.lacam import solve
+from robot_navigation.mapf.neighbourhood_search import improve
 from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
 from robot_navigation.mapf.pushing import Fleet
 from robot_navigation.mapf.reservations import Reservations
@@ -146,13 +149,45 @@ class JointPlanner:
         order = sorted(range(len(agents)), key=lambda k: _rank(agents[k], k))
         fleet = self._fleet(agents)
         self._keep(fleet, agents, before, order)
-        if not fleet.settle_all(order):
+        fixed = {robot for robot in order if agents[robot].stays}
+        if not fleet.settle_freely(order, fixed) and not self._step_by_step(fleet, agents):
             fleet = self._fleet(agents)
             self._keep(fleet, agents, (), order)
             fleet.settle_all(order)
         # Bodies may keep a robot from getting out of the way; it waits for the next plan.
-        paths = [path or fleet.stand(robot) for robot, path in enumerate(fleet.paths)]
+        for robot, path in enumerate(fleet.paths):
+            if path is None:
+                fleet.put(robot, fleet.stand(robot))
+        movable = [robot for robot in order if robot not in fixed]
+        improve(fleet, movable, self.settings.improvements)
+        paths = [path for path in fleet.paths if path is not None]
         return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
+
+    def _step_by_step(self, fleet: Fleet, agents: Sequence[Agent]) -> bool:
+        """Plan all robots of a classical problem that has no horizon; return whether it worked."""
+        settings = self.settings
+        if not settings.classical or math.isfinite(settings.horizon):
+            return False
+        if any(agent.stays for agent in agents):
+            return False
+        times = np.array([self._search(agent).times_from(agent.goal) for agent in agents])
+        trail = solve(
+            self.roadmap.begins.astype(np.intp),
+            np.ascontiguousarray(self.roadmap.lanes[:, 1], dtype=np.intp),
+            [agent.start for agent in agents],
+            [agent.goal for agent in agents],
+            times,
+        )
+        if trail is None:
+            return False
+        fleet.forget()
+        for robot, line in enumerate(np.array(trail).T.tolist()):
+            moves = [k for k in range(1, len(line)) if line[k] != line[k - 1]]
+            places = [line[0], *(line[k] for k in moves)]
+            arrives = [0.0, *(float(k) for k in moves)]
+            leaves = [*(float(k - 1) for k in moves), math.inf]
+            fleet.put(robot, self._path(places, arrives, leaves, 0.0, complete=True))
+        return True
 
     def _fleet(self, agents: Sequence[Agent]) -> Fleet:
         """Return the robots, with nobody planned yet."""
@@ -230,18 +265,32 @@ class JointPlanner:
         else:
             complete = places[-1] == agent.goal
             holds = complete or table.arrives[-1] >= RENEW * self.settings.horizon
-        lanes = [self._lane_of.get(pair, -1) for pair in zip(places, places[1:], strict=False)]
-        if not holds or -1 in lanes or agent.ready > table.leaves[first] + LATE:
+        lost = any(pair not in self._lane_of for pair in pairwise(places))
+        if not holds or lost or agent.ready > table.leaves[first] + LATE:
             return None
-        actions = np.empty(2 * len(places) - 1, dtype=np.intp)
-        actions[0::2], actions[1::2] = places, np.array(lanes, dtype=np.intp) + self._count
-        times = np.empty((len(actions), 2))
-        times[0::2, 0], times[0::2, 1] = table.arrives[first:], table.leaves[first:]
-        times[0] = -math.inf, max(table.leaves[first], agent.ready)
-        times[1::2, 0], times[1::2, 1] = times[:-1:2, 1], times[2::2, 0]
         left = 0.0
         if not complete:
             left = float(self._search(agent).times_from(agent.goal)[places[-1]])
+        leaves = [max(table.leaves[first], agent.ready), *table.leaves[first + 1 :]]
+        return self._path(places, table.arrives[first:], leaves, left, complete=complete)
+
+    def _path(
+        self,
+        places: Sequence[int],
+        arrives: Sequence[float],
+        leaves: Sequence[float],
+        left: float,
+        *,
+        complete: bool,
+    ) -> Path:
+        """Return what a robot does that passes some places at some times [s]; see `Path`."""
+        lanes = [self._lane_of[pair] + self._count for pair in pairwise(places)]
+        actions = np.empty(2 * len(places) - 1, dtype=np.intp)
+        actions[0::2], actions[1::2] = places, lanes
+        times = np.empty((len(actions), 2))
+        times[0::2, 0], times[0::2, 1] = arrives, leaves
+        times[0, 0] = -math.inf
+        times[1::2, 0], times[1::2, 1] = times[:-1:2, 1], times[2::2, 0]
         return Path(actions, times, complete, left)
 
     def _timetable(self, path: Path, agent: Agent) -> Timetable:

@@ -15,18 +15,19 @@ first robot waits only for what cannot move out of its way.
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robot_navigation.mapf.path_search import Path
+from robot_navigation.mapf.reservations import Reservations
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
-    from hive_common.geometry import Indices
+    from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.path_search import PathSearch, Task
-    from robot_navigation.mapf.reservations import Reservations
 
 PATIENCE = (0.0, 1.0, 4.0, math.inf)
 """For how long a robot that has to move aside is taken to stand, in lanes that it could drive.
@@ -36,6 +37,9 @@ A robot that has to turn or to speed up never clears its start at once, so it be
 
 DEPTH = 12  # most robots that push each other in a row
 TRIES = 8  # most plans of one robot for those that it has to push
+BUMPS = 5  # how often a robot takes out those in its way, on average
+IDLE = 0.01  # what the time of a robot counts that only makes way, beside that of others
+NEVER = 1e5  # when a robot that does not get to its goal is taken to go on, without a horizon [s]
 SHARE = 60  # most searches for one robot and all those that it has to push
 
 
@@ -64,7 +68,9 @@ class Fleet:
         """Start with no robot planned.
 
         Args:
-            tasks: See the attributes, as `sizes` and `searches`.
+            tasks: What each robot is planned for.
+            sizes: The number of each robot's size in the reservations.
+            searches: How each robot's paths are found.
             reservations: Of nobody yet.
             horizon: From when on a path may end anywhere [s].
             effort: Most searches.
@@ -81,6 +87,8 @@ class Fleet:
         self._states = states
         self._stood: dict[int, float] = {}
         self._budget = 0
+        self._nobody = Reservations.like(reservations)
+        self._ideals: dict[int, Path | None] = {}
         self._settled: list[int] = []
         self._sizes = np.array(sizes, dtype=np.intp)
         self._starts = np.array([task.start for task in tasks], dtype=np.intp)
@@ -107,14 +115,24 @@ class Fleet:
         self._settled.remove(robot)
         return path
 
+    def forget(self) -> None:
+        """Forget all plans."""
+        for robot, path in enumerate(self.paths):
+            if path is not None:
+                self.take(robot)
+
     def fits(self, robot: int, path: Path) -> bool:
         """Return whether a path meets none of the others."""
+        return self.reservations.are_free(self.sizes[robot], *self._needs(robot, path))
+
+    def _needs(self, robot: int, path: Path) -> tuple[Indices, Array]:
+        """Return which places and ways a path needs, and when."""
         things = path.actions.copy()
         things[1::2] = self.searches[robot].ways_of(path.actions[1::2])
         # A place has to be free from when the robot sets out to it.
         times = path.times.copy()
         times[2::2, 0] = times[1::2, 0]
-        return self.reservations.are_free(self.sizes[robot], things, times)
+        return things, times
 
     def stand(self, robot: int) -> Path:
         """Return the path of a robot that stays where it is."""
@@ -128,12 +146,78 @@ class Fleet:
 
     def find(self, robot: int) -> Path | None:
         """Return the fastest path of a robot among the others, or None."""
+        return self._found(robot, self.reservations)
+
+    def _found(self, robot: int, reservations: Reservations) -> Path | None:
+        """Return the fastest path of a robot among reservations, or None."""
         return self.searches[robot].find(
-            self.tasks[robot],
-            self.sizes[robot],
-            self.reservations,
-            self._horizon,
-            self._states,
+            self.tasks[robot], self.sizes[robot], reservations, self._horizon, self._states
+        )
+
+    def cost(self, robot: int) -> float:
+        """Return when a robot gets to its goal by its plan, at least [s]."""
+        path = self.paths[robot]
+        if path is None:
+            raise ValueError(f"robot {robot} is not planned")
+        if self.tasks[robot].goal < 0:
+            return IDLE * max(path.end, 0.0)
+        if path.complete:
+            return path.end
+        return max(path.end, min(self._horizon, NEVER)) + path.left
+
+    def delay(self, robot: int) -> float:
+        """Return how much later a robot gets to its goal than if it were alone [s]."""
+        task = self.tasks[robot]
+        if task.goal < 0:
+            return 0.0
+        return max(self.cost(robot) - task.ready - self.searches[robot].alone(task), 0.0)
+
+    def hinder(self, robot: int) -> list[int]:
+        """Return who is in a robot's way if it goes as if it were alone."""
+        if robot not in self._ideals:
+            self._ideals[robot] = self._found(robot, self._nobody)
+        path = self._ideals[robot]
+        if path is None:
+            return []
+        things, times = self._needs(robot, path)
+        found = self.reservations.blockers(self.sizes[robot], things, times)
+        return [int(other) for other in found if other != robot]
+
+    def settle_freely(self, order: Sequence[int], fixed: Collection[int]) -> bool:
+        """Plan robots in some order as if those that are not planned yet were not there.
+
+        One that finds no way to its goal takes out whoever is in its way, and goes before them.
+
+        Args:
+            order: In which they are planned.
+            fixed: Those that may not be taken out.
+
+        Returns:
+            Whether there is a plan for all; where there are many robots, there may be none.
+        """
+        waiting = deque(robot for robot in order if self.paths[robot] is None)
+        bumps = dict.fromkeys(order, 0)
+        left = BUMPS * len(order)
+        while waiting:
+            robot = waiting.popleft()
+            path = self.find(robot)
+            if not self._satisfies(robot, path) and left > 0:
+                left -= 1
+                bumps[robot] += 1
+                others = [other for other in self.hinder(robot) if other not in fixed]
+                for other in others:
+                    self.take(other)
+                path = self.find(robot)
+                waiting.extendleft(sorted(others, key=bumps.__getitem__))
+            if path is None:
+                return False
+            self.put(robot, path)
+        return True
+
+    def _satisfies(self, robot: int, path: Path | None) -> bool:
+        """Return whether a path leads to a robot's goal or up to the horizon."""
+        return path is not None and (
+            path.complete or path.end >= self._horizon or self.tasks[robot].goal < 0
         )
 
     def settle_all(self, order: Sequence[int]) -> bool:
@@ -151,8 +235,19 @@ class Fleet:
                 return False
         for robot in order:
             if self.paths[robot] is None and not self._settle_within(robot):
-                self.put(robot, self.stand(robot))
+                self.put(robot, self._around_all(robot))
         return True
+
+    def _around_all(self, robot: int) -> Path:
+        """Return the path of a robot that pushes nobody."""
+        stood = dict(self._stood)
+        self._get_up(robot)
+        for other in list(self._stood):
+            self._stand_until(other, math.inf)
+        path = self.find(robot)
+        for other, until in stood.items():
+            self._stand_until(other, until)
+        return self.stand(robot) if path is None else path
 
     def _settle_within(self, robot: int) -> bool:
         """Plan a robot and those in its way with its share of the effort."""
