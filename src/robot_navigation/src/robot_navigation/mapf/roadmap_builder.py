@@ -7,12 +7,14 @@ and what is missing (`repair.py`). All sizes share it: `room` and `widths` tell 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import spatial
 
 from robot_navigation.mapf.lattice import COMFORT, CROWDED, GAP, fitted, roomier
+from robot_navigation.mapf.parking import may_park
 from robot_navigation.mapf.repair import Net, connect_all, cover_all
 from robot_navigation.mapf.roadmap import assembled, need
 from robot_navigation.mapf.zones import with_zones
@@ -53,7 +55,8 @@ def build_roadmap(
         connect_all(net, field, clearance, lattice.spacing)
     pairs, first = np.unique(np.sort(net.pairs, axis=1), axis=0, return_index=True)
     roadmap = assembled(net.places, net.room, pairs, net.widths[first], lattice.spacing)
-    return with_zones(roadmap, zones)
+    parking = may_park(field, roadmap.places, max(radii))
+    return with_zones(replace(roadmap, may_park=parking), zones)
 
 
 def _lay(net: Net, field: ClearanceField, lattice: Lattice, radii: Sequence[float]) -> None:
