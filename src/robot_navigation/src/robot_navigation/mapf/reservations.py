@@ -111,7 +111,6 @@ class Reservations:
             np.tile([begin, end], (count, 1)),
             np.arange(count + 1),
             things,
-            np.tile([0.0, 1.0], (count, 1)),
         )
 
     def unblock(self, who: int, size: int, things: Indices) -> None:
