@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.path_search import PathSearch, Task
 
-PATIENCE = (0.0, 1.0, 4.0, math.inf)
+PATIENCE = (0.0, 1.5, 4.0, math.inf)
 """For how long a robot that has to move aside is taken to stand, in lanes that it could drive.
 
 A robot that has to turn or to speed up never clears its start at once, so it begins with the next.
@@ -40,6 +41,7 @@ TRIES = 8  # most plans of one robot for those that it has to push
 BUMPS = 5  # how often a robot takes out those in its way, on average
 IDLE = 0.01  # what the time of a robot counts that only makes way, beside that of others
 NEVER = 1e5  # when a robot that does not get to its goal is taken to go on, without a horizon [s]
+REFUGES = 24  # places to which a robot may be let out
 SHARE = 60  # most searches for one robot and all those that it has to push
 
 
@@ -190,14 +192,18 @@ class Fleet:
         """
         waiting = deque(robot for robot in order if self.paths[robot] is None)
         bumps = dict.fromkeys(order, 0)
-        left = BUMPS * len(order)
+        left = BUMPS * len(waiting)
         while waiting:
             robot = waiting.popleft()
             path = self.find(robot)
-            if not self._satisfies(robot, path) and left > 0:
-                left -= 1
-                bumps[robot] += 1
+            others: list[int] = []
+            if not self._satisfies(robot, path):
                 others = [other for other in self.hinder(robot) if other not in fixed]
+            if others:
+                left -= 1
+                if left < 0:
+                    return False
+                bumps[robot] += 1
                 for other in others:
                     self.take(other)
                 path = self.find(robot)
@@ -282,7 +288,49 @@ class Fleet:
                     self._stand_until(other, stood[other])
             more = 1 if attempt < TRIES // 2 else len(PATIENCE)
             patient[stuck] = patient.get(stuck, 0) + more
-            self._stand_until(stuck, self._until(stuck, patient[stuck]))
+            until = self._until(stuck, patient[stuck])
+            if depth == 0 and math.isinf(until) and self._let_out(robot, stuck):
+                return True
+            self._stand_until(stuck, until)
+        return False
+
+    def _let_out(self, robot: int, stuck: int) -> bool:
+        """Plan a robot that is stuck behind another one out of its way first.
+
+        That other one goes aside for it and then to its goal. The one that was stuck goes on from
+        where it let the other one pass in a later plan.
+        """
+        ideal = self._found(robot, self._nobody)
+        if ideal is None:
+            return False
+        until, task = self._stood[stuck], self.tasks[stuck]
+        times = self.searches[stuck].times_from(task.start)
+        refuges = np.argsort(times, kind="stable")
+        refuges = refuges[~np.isin(refuges, ideal.actions[0::2]) & np.isfinite(times[refuges])]
+        self._get_up(stuck)
+        for refuge in refuges[:REFUGES].tolist():
+            mark = len(self._settled)
+            stood = dict(self._stood)
+            self.tasks[stuck] = task._replace(goal=refuge)
+            # The other one needs some time to clear its start.
+            self._stand_until(robot, self._until(robot, 0))
+            out = self.find(stuck)
+            self._get_up(robot)
+            self.tasks[stuck] = task
+            if out is None or not out.complete:
+                continue
+            left = float(self.searches[stuck].times_from(task.goal)[refuge])
+            self.put(stuck, replace(out, complete=False, left=left))
+            path = self.find(robot)
+            if path is not None and self._satisfies(robot, path):
+                self.put(robot, path)
+                if self._push(stuck, 1) is None and self._push(robot, 1) is None:
+                    return True
+            for other in reversed(self._settled[mark:]):
+                self.take(other)
+                if other in stood:
+                    self._stand_until(other, stood[other])
+        self._stand_until(stuck, until)
         return False
 
     def _push(self, robot: int, depth: int) -> int | None:
