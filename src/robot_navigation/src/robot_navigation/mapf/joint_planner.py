@@ -19,7 +19,7 @@ from robot_navigation.mapf.conflicts import classical_conflicts, spatial_conflic
 from robot_navigation.mapf.lacam import solve
 from robot_navigation.mapf.neighbourhood_search import improve
 from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
-from robot_navigation.mapf.pushing import Fleet
+from robot_navigation.mapf.pushing import PushingFleet
 from robot_navigation.mapf.reservations import Reservations
 from robot_navigation.mapf.segments import segments_near
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Indices
     from robot_navigation.mapf.conflicts import Conflicts
+    from robot_navigation.mapf.fleet import Fleet
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.planning.path import Point
 
@@ -189,7 +190,7 @@ class JointPlanner:
             fleet.put(robot, self._path(places, arrives, leaves, 0.0, complete=True))
         return True
 
-    def _fleet(self, agents: Sequence[Agent]) -> Fleet:
+    def _fleet(self, agents: Sequence[Agent]) -> PushingFleet:
         """Return the robots, with nobody planned yet."""
         settings = self.settings
         searches = [self._search(agent) for agent in agents]
@@ -203,7 +204,7 @@ class JointPlanner:
             if agent.goal == agent.start or not math.isfinite(search.alone(task)):
                 task = task._replace(goal=-1)
             tasks.append(task)
-        fleet = Fleet(
+        fleet = PushingFleet(
             tasks,
             [radii.index(agent.radius) for agent in agents],
             searches,

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from robot_navigation.mapf.fleet import Fleet
     from robot_navigation.mapf.path_search import Path
-    from robot_navigation.mapf.pushing import Fleet
 
 LEAST = 1e-3  # a gain that counts [s]
 SMALLEST, LARGEST = 2, 8  # robots of a neighbourhood

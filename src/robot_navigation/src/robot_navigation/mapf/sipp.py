@@ -151,7 +151,7 @@ def safe_after(
     Returns:
         The same of the one that was looked for; it begins at infinity if there is none.
     """
-    while high <= max(soonest, low) and low < np.inf:
+    while high <= max(soonest, low) and high < np.inf and low < np.inf:
         if high > -np.inf:
             low = max(low, spans[at, 1])
             at = entries[at, 0]
