@@ -159,7 +159,8 @@ class Fleet:
             return []
         things, times = self._needs(robot, path)
         found = self.reservations.blockers(self.sizes[robot], things, times)
-        return [int(other) for other in found if other != robot]
+        # Bodies on their way to a start have numbers behind those of the robots.
+        return [int(other) for other in found if other < len(self.tasks) and other != robot]
 
     def _stand_until(self, robot: int, until: float) -> None:
         """Take a robot that is not planned yet to stand where it is until some time [s]."""
