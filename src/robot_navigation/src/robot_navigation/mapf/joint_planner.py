@@ -26,7 +26,7 @@ from robot_navigation.mapf.segments import segments_near
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hive_common.geometry import Indices
+    from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.conflicts import Conflicts
     from robot_navigation.mapf.fleet import Fleet
     from robot_navigation.mapf.roadmap import Roadmap
@@ -305,9 +305,15 @@ class JointPlanner:
             path.complete,
         )
 
+    def times_to(self, goal: int, motion: Motion) -> Array:
+        """Return the time from each place to a goal for a robot that is alone [s], (n,)."""
+        return self._mover(motion).times_from(goal)
+
     def _search(self, agent: Agent) -> PathSearch:
         """Return what finds paths for a robot."""
-        motion = Motion(agent.radius, agent.speed, agent.acceleration, agent.yaw_rate)
+        return self._mover(Motion(agent.radius, agent.speed, agent.acceleration, agent.yaw_rate))
+
+    def _mover(self, motion: Motion) -> PathSearch:
         if motion not in self._searches:
             self._searches[motion] = PathSearch(self.roadmap, self._ways, motion)
         return self._searches[motion]

@@ -17,15 +17,19 @@ from scipy.spatial import cKDTree
 from robot_navigation.mapf.dependency_graph import Course, dependencies
 from robot_navigation.mapf.ends import nearest_places
 from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
+from robot_navigation.mapf.path_search import Motion
+from robot_navigation.mapf.roadmap import need
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.route import PlanNumber, Route, Wait
+from robot_navigation.mapf.segments import segments_near
 from robot_navigation.mapf.zones import roadmap_with
-from robot_navigation.traffic.committed import Drive, Tracked
+from robot_navigation.traffic.committed import HELD, STANDS, Drive, Tracked
 from robot_navigation.traffic.right_of_way import GAP
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hive_common.geometry import Indices
     from hive_common.zone import Zone
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.planning.clearance import ClearanceField
@@ -33,7 +37,9 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.committed import Committed
     from robot_navigation.traffic.right_of_way import Announcement
 
-MOST_ENTRIES = 10_000  # entries to the roadmap that are remembered
+MOST_EXITS = 10_000  # goals whose nearest places are remembered
+ENTRIES = 8  # places that are looked at for a robot that is off the roadmap
+BLOCKED = 60.0  # what it costs if another robot stands on the way to such a place [s]
 
 
 @dataclass(frozen=True)
@@ -91,7 +97,7 @@ class Coordinator:
         self.roadmap = roadmap
         self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP))
         self._places = cKDTree(roadmap.places)
-        self._entries: dict[tuple[Point, float], int | None] = {}
+        self._exits: dict[tuple[Point, float], int | None] = {}
         self._planned_at = -math.inf
         for robot in self._robots.values():
             robot.drive = None  # its places have other numbers now
@@ -180,8 +186,8 @@ class Coordinator:
         """Return what is asked of the planner for a robot."""
         said, speed = robot.said, robot.said.limits.speed
         end = begun.points[-1]
-        start = begun.places[-1] if begun.places[-1] >= 0 else self._entry(end, said.radius)
-        goal = None if said.goal is None else self._entry(said.goal, said.radius)
+        goal = None if said.goal is None else self._exit(said.goal, said.radius)
+        start = self._start(robot, begun, goal, now)
         stays = (
             start is None
             or said.stationary
@@ -195,9 +201,9 @@ class Coordinator:
         before = None
         ready = begun.ahead / speed
         if not stays:
-            before = _later(begun.rest, now, ready, said.goal)
             if begun.places[-1] < 0:
                 ready += math.dist(end, self._point(start)) / speed
+            before = _later(begun.rest, start, now, ready, said.goal)
         agent = Agent(
             start=start,
             ready=ready,
@@ -273,6 +279,12 @@ class Coordinator:
             arrives.append(arrives[-1] + math.dist(points[-2], said.goal) / agent.speed)
             leaves.append(math.inf)
         leaves[-1] = math.inf
+        for index in (known, len(points) - 2):
+            if known - 1 < index < len(points) - 1 and self._is_detour(
+                points, places, index, said.radius
+            ):
+                for each in (points, places, arrives, leaves):
+                    del each[index]
         return Drive(
             plan=plan,
             given=now,
@@ -284,6 +296,14 @@ class Coordinator:
             complete=complete,
             goal=said.goal,
         )
+
+    def _is_detour(
+        self, points: Sequence[Point], places: Sequence[int], index: int, radius: float
+    ) -> bool:
+        """Return whether a robot can leave out a place between the roadmap and a point off it."""
+        if places[index - 1] >= 0 and places[index + 1] >= 0:
+            return False
+        return self._field.line_is_clear(points[index - 1], points[index + 1], need(radius))
 
     def _waits(
         self,
@@ -320,18 +340,58 @@ class Coordinator:
         x, y = self.roadmap.places[place]
         return float(x), float(y)
 
-    def _entry(self, point: Point, radius: float) -> int | None:
-        """Return the nearest place to which a robot can go straight; None if there is none."""
-        key = (point, radius)
-        if key not in self._entries:
-            if len(self._entries) > MOST_ENTRIES:
-                self._entries.clear()
-            self._entries[key] = self._found_entry(point, radius)
-        return self._entries[key]
+    def _start(self, robot: Tracked, begun: Committed, goal: int | None, now: float) -> int | None:
+        """Return the place from which a robot is planned; None if it can go to none."""
+        if begun.places[-1] >= 0:
+            return begun.places[-1]
+        said, here, rest = robot.said, begun.points[-1], begun.rest
+        if rest is not None and rest.places[0] < 0 and now - robot.stands_since < HELD:
+            onward = next((place for place in rest.places if place >= 0), -1)
+            if onward >= 0:
+                return onward
+        found = self._reached(here, said.radius, ENTRIES)
+        if not len(found):
+            return None
+        legs = np.hypot(*(self.roadmap.places[found] - here).T)
+        costs = legs / said.limits.speed
+        if goal is not None:
+            costs = costs + self._planner.times_to(goal, Motion(said.radius, *said.limits))[found]
+        blocked = [self._is_blocked(said, here, self._point(int(place))) for place in found]
+        return int(found[np.argmin(costs + BLOCKED * np.array(blocked))])
 
-    def _found_entry(self, point: Point, radius: float) -> int | None:
-        found = nearest_places(self.roadmap, self._field, np.array([point]), np.array([radius]))
-        return None if found[0, 0] < 0 else int(found[0, 0])
+    def _is_blocked(self, said: Announcement, here: Point, there: Point) -> bool:
+        """Return whether another robot stands where one would go."""
+        for name, other in self._robots.items():
+            if name == said.name or other.said.claim >= STANDS:
+                continue
+            body = (other.said.x, other.said.y)
+            apart = said.radius + other.said.radius + GAP
+            near = segments_near(
+                np.array([here]),
+                np.array([there]),
+                np.array([body]),
+                min(apart, math.dist(here, body)),
+            )
+            if len(near):
+                return True
+        return False
+
+    def _exit(self, point: Point, radius: float) -> int | None:
+        """Return the place from which a robot can go straight to its goal; None if there is none."""
+        key = (point, radius)
+        if key not in self._exits:
+            if len(self._exits) > MOST_EXITS:
+                self._exits.clear()
+            found = self._reached(point, radius, 1)
+            self._exits[key] = int(found[0]) if len(found) else None
+        return self._exits[key]
+
+    def _reached(self, point: Point, radius: float, most: int) -> Indices:
+        """Return the places nearest to a point to which a robot can go straight."""
+        found = nearest_places(
+            self.roadmap, self._field, np.array([point]), np.array([radius]), most
+        )[0]
+        return found[found >= 0]
 
 
 class _Asked(NamedTuple):
@@ -348,17 +408,20 @@ def _heading(begun: Committed, said: Announcement) -> float:
     return math.atan2(by - ay, bx - ax)
 
 
-def _later(rest: Drive | None, now: float, ready: float, goal: Point | None) -> Timetable | None:
-    """Return the rest of a course, begun `ready` from now [s], if it leads to the goal."""
-    if rest is None or rest.goal != goal:
+def _later(
+    rest: Drive | None, start: int, now: float, ready: float, goal: Point | None
+) -> Timetable | None:
+    """Return the rest of a course, begun at a place `ready` from now [s], if it leads to the goal."""
+    if rest is None or rest.goal != goal or start not in rest.places:
         return None
-    kept = [index for index, place in enumerate(rest.places) if place >= 0]
-    if not kept or kept != list(range(len(kept))):
-        return None
-    delay = now + ready - rest.arrives[0]
+    first = rest.places.index(start)
+    end = first
+    while end < len(rest.places) and rest.places[end] >= 0:
+        end += 1
+    delay = ready - rest.arrives[first]
     return Timetable(
-        places=tuple(rest.places[index] for index in kept),
-        arrives=tuple(rest.arrives[index] + delay - now for index in kept),
-        leaves=(*(rest.leaves[index] + delay - now for index in kept[:-1]), math.inf),
+        places=rest.places[first:end],
+        arrives=tuple(time + delay for time in rest.arrives[first:end]),
+        leaves=(*(time + delay for time in rest.leaves[first : end - 1]), math.inf),
         complete=rest.complete,
     )
