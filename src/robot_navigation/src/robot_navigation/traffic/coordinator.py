@@ -203,7 +203,7 @@ class Coordinator:
         if not stays:
             if begun.places[-1] < 0:
                 ready += math.dist(end, self._point(start)) / speed
-            before = _later(begun.rest, start, now, ready, said.goal)
+            before = _later(begun.rest, start, ready, said.goal)
         agent = Agent(
             start=start,
             ready=ready,
@@ -362,7 +362,7 @@ class Coordinator:
     def _is_blocked(self, said: Announcement, here: Point, there: Point) -> bool:
         """Return whether another robot stands where one would go."""
         for name, other in self._robots.items():
-            if name == said.name or other.said.claim >= STANDS:
+            if name == said.name or other.claim >= STANDS:
                 continue
             body = (other.said.x, other.said.y)
             apart = said.radius + other.said.radius + GAP
@@ -377,7 +377,7 @@ class Coordinator:
         return False
 
     def _exit(self, point: Point, radius: float) -> int | None:
-        """Return the place from which a robot can go straight to its goal; None if there is none."""
+        """Return the place from which a robot goes straight to its goal; None if there is none."""
         key = (point, radius)
         if key not in self._exits:
             if len(self._exits) > MOST_EXITS:
@@ -408,10 +408,8 @@ def _heading(begun: Committed, said: Announcement) -> float:
     return math.atan2(by - ay, bx - ax)
 
 
-def _later(
-    rest: Drive | None, start: int, now: float, ready: float, goal: Point | None
-) -> Timetable | None:
-    """Return the rest of a course, begun at a place `ready` from now [s], if it leads to the goal."""
+def _later(rest: Drive | None, start: int, ready: float, goal: Point | None) -> Timetable | None:
+    """Return the rest of a course to a goal, from a place on that is reached `ready` from now [s]."""
     if rest is None or rest.goal != goal or start not in rest.places:
         return None
     first = rest.places.index(start)
