@@ -8,10 +8,11 @@ was tried.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -68,6 +69,18 @@ class Agent:
     stays: bool = False
     body: tuple[tuple[float, float, float], ...] = ()
     end: Point | None = None
+
+
+class Body(NamedTuple):
+    """What takes up space off the roadmap.
+
+    Attributes:
+        radius: Of the circle around it [m].
+        track: x, y [m, frame map], and when it has left each point behind [s].
+    """
+
+    radius: float
+    track: tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -134,7 +147,10 @@ class JointPlanner:
         self._searches: dict[Motion, PathSearch] = {}
 
     def plan(
-        self, agents: Sequence[Agent], before: Sequence[Timetable | None] = ()
+        self,
+        agents: Sequence[Agent],
+        before: Sequence[Timetable | None] = (),
+        bodies: Sequence[Body] = (),
     ) -> list[Timetable]:
         """Return what each robot is to do, so that no two come too near to each other.
 
@@ -146,13 +162,14 @@ class JointPlanner:
                 nearest place where it may park. One that cannot get to its goal does the same.
             before: What each robot had to do so far, with times from now on; kept where it still
                 holds. None, or nothing at all, for robots without.
+            bodies: What else is in the way, for ever at its last point.
         """
         order = sorted(range(len(agents)), key=lambda k: _rank(agents[k], k))
-        fleet = self._fleet(agents)
+        fleet = self._fleet(agents, bodies)
         self._keep(fleet, agents, before, order)
         fixed = {robot for robot in order if agents[robot].stays}
         if not fleet.settle_freely(order, fixed) and not self._step_by_step(fleet, agents):
-            fleet = self._fleet(agents)
+            fleet = self._fleet(agents, bodies)
             self._keep(fleet, agents, (), order)
             fleet.settle_all(order)
         # Bodies may keep a robot from getting out of the way; it waits for the next plan.
@@ -190,7 +207,7 @@ class JointPlanner:
             fleet.put(robot, self._path(places, arrives, leaves, 0.0, complete=True))
         return True
 
-    def _fleet(self, agents: Sequence[Agent]) -> PushingFleet:
+    def _fleet(self, agents: Sequence[Agent], bodies: Sequence[Body]) -> PushingFleet:
         """Return the robots, with nobody planned yet."""
         settings = self.settings
         searches = [self._search(agent) for agent in agents]
@@ -213,23 +230,33 @@ class JointPlanner:
             settings.searches * len(agents),
             settings.states,
         )
-        self._place_bodies(fleet, agents, radii)
+        moving = [Body(agent.radius, agent.body) for agent in agents]
+        starts = np.array([agent.start for agent in agents], dtype=np.intp)
+        for number, body in enumerate([*moving, *bodies]):
+            others = np.delete(starts, number) if number < len(agents) else starts
+            self._place(fleet, len(agents) + number, body, radii, others)
+        for robot, agent in enumerate(agents):
+            if agent.end is not None:
+                fleet.ends[robot] = [
+                    self._near([agent.end], agent.radius + radius + self.settings.gap)
+                    for radius in radii
+                ]
         return fleet
 
-    def _place_bodies(self, fleet: Fleet, agents: Sequence[Agent], radii: Sequence[float]) -> None:
-        """Block what robots come near on their way to their starts, and beside their goals."""
-        starts = np.array([agent.start for agent in agents], dtype=np.intp)
-        for robot, agent in enumerate(agents):
-            for size, radius in enumerate(radii):
-                apart = agent.radius + radius + self.settings.gap
-                for here, after in zip(agent.body, agent.body[1:] or agent.body, strict=False):
-                    near = self._near([here[:2], after[:2]], apart)
-                    others = np.delete(starts, robot)
-                    # Where two starts come too near, the robots keep apart by themselves.
-                    free = near[~np.isin(near, others)]
-                    fleet.reservations.block(robot + len(agents), size, free, -math.inf, after[2])
-                if agent.end is not None:
-                    fleet.ends.setdefault(robot, []).append(self._near([agent.end], apart))
+    def _place(
+        self, fleet: Fleet, who: int, body: Body, radii: Sequence[float], others: Indices
+    ) -> None:
+        """Block what a body comes near, but for the starts of others.
+
+        Where a start and a body come too near, the robots keep apart by themselves.
+        """
+        legs = list(itertools.pairwise(body.track)) or [(each, each) for each in body.track]
+        for size, radius in enumerate(radii):
+            apart = body.radius + radius + self.settings.gap
+            for here, after in legs:
+                near = self._near([here[:2], after[:2]], apart)
+                free = near[~np.isin(near, others)]
+                fleet.reservations.block(who, size, free, -math.inf, after[2])
 
     def _near(self, points: Sequence[Point], apart: float) -> Indices:
         """Return the places and ways that are nearer than `apart` [m] to a polyline."""

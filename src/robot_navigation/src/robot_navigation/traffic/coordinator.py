@@ -12,34 +12,33 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from robot_navigation.mapf.dependency_graph import Course, dependencies
-from robot_navigation.mapf.ends import nearest_places
-from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
+from robot_navigation.mapf.joint_planner import (
+    Agent,
+    Body,
+    JointPlanner,
+    PlannerSettings,
+    Timetable,
+)
 from robot_navigation.mapf.path_search import Motion
 from robot_navigation.mapf.roadmap import need
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.route import PlanNumber, Route, Wait
-from robot_navigation.mapf.segments import segments_near
 from robot_navigation.mapf.zones import roadmap_with
-from robot_navigation.traffic.committed import HELD, STANDS, Drive, Tracked
+from robot_navigation.traffic.committed import HELD, Drive, Tracked
+from robot_navigation.traffic.ends import Ends, Standing
 from robot_navigation.traffic.right_of_way import GAP
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hive_common.geometry import Indices
     from hive_common.zone import Zone
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.traffic.committed import Committed
     from robot_navigation.traffic.right_of_way import Announcement
-
-MOST_EXITS = 10_000  # goals whose nearest places are remembered
-ENTRIES = 8  # places that are looked at for a robot that is off the roadmap
-BLOCKED = 60.0  # what it costs if another robot stands on the way to such a place [s]
 
 
 @dataclass(frozen=True)
@@ -96,8 +95,7 @@ class Coordinator:
     def _take_roadmap(self, roadmap: Roadmap) -> None:
         self.roadmap = roadmap
         self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP))
-        self._places = cKDTree(roadmap.places)
-        self._exits: dict[tuple[Point, float], int | None] = {}
+        self._ends = Ends(roadmap, self._field)
         self._planned_at = -math.inf
         for robot in self._robots.values():
             robot.drive = None  # its places have other numbers now
@@ -155,12 +153,14 @@ class Coordinator:
     def _plan(self, now: float) -> tuple[Route, ...]:
         robots = list(self._robots.values())
         begun = [robot.committed(now) for robot in robots]
-        asked = [
-            self._asked(robot, start, now) for robot, start in zip(robots, begun, strict=True)
-        ]
-        tables = self._planner.plan(
-            [each.agent for each in asked], [each.before for each in asked]
+        asked = self._asked(robots, begun, now)
+        planned = self._planner.plan(
+            [each.agent for each in asked if each.agent is not None],
+            [each.before for each in asked if each.agent is not None],
+            [each.body for each in asked if each.agent is None],
         )
+        timetables = iter(planned)
+        tables = [None if each.agent is None else next(timetables) for each in asked]
         plan = PlanNumber(self._epoch, self._number)
         drives = [
             self._drive(robot, start, each, table, plan, now)
@@ -182,101 +182,109 @@ class Coordinator:
             for robot, drive, waiting in zip(robots, drives, waits, strict=True)
         )
 
-    def _asked(self, robot: Tracked, begun: Committed, now: float) -> _Asked:
-        """Return what is asked of the planner for a robot."""
-        said, speed = robot.said, robot.said.limits.speed
-        end = begun.points[-1]
-        goal = None if said.goal is None else self._exit(said.goal, said.radius)
-        start = self._start(robot, begun, goal, now)
-        stays = (
-            start is None
-            or said.stationary
-            or not robot.is_planned(now)
-            or (said.goal is not None and goal is None)
+    def _asked(
+        self, robots: Sequence[Tracked], begun: Sequence[Committed], now: float
+    ) -> list[_Asked]:
+        """Return what is asked of the planner for each robot."""
+        ends = [
+            Standing(start.points[-1], robot.said.radius)
+            for robot, start in zip(robots, begun, strict=True)
+        ]
+        asked = []
+        for number, (robot, start) in enumerate(zip(robots, begun, strict=True)):
+            others = [end for other, end in enumerate(ends) if other != number]
+            each = self._asked_for(robot, start, others, now)
+            if each.agent is not None:
+                ends[number] = Standing(self._point(each.agent.start), robot.said.radius)
+            asked.append(each)
+        return asked
+
+    def _asked_for(
+        self, robot: Tracked, begun: Committed, others: Sequence[Standing], now: float
+    ) -> _Asked:
+        """Return what is asked of the planner for a robot; `others` are where the others begin."""
+        said = robot.said
+        goal = None if said.goal is None else self._ends.exit(said.goal, said.radius)
+        start = None
+        leads = said.goal is None or goal is not None
+        if robot.is_planned(now) and not said.stationary and leads:
+            start = self._start(robot, begun, goal, others, now)
+        arrives = said.goal is not None and (
+            begun.points[-1] == said.goal or (start is not None and start == goal)
         )
-        if start is None:
-            start = int(self._places.query(end)[1])
-        arrives = not stays and said.goal is not None and (start == goal or end == said.goal)
-        stays = stays or arrives
-        before = None
-        ready = begun.ahead / speed
-        if not stays:
-            if begun.places[-1] < 0:
-                ready += math.dist(end, self._point(start)) / speed
-            before = _later(begun.rest, start, ready, said.goal)
+        if start is None or arrives:
+            rest = [said.goal] if arrives and said.goal is not None else []
+            track = _track(said, [*begun.points[1:], *rest], math.inf)
+            return _Asked(None, None, Body(said.radius, track), arrives)
+        joins = [] if begun.places[-1] >= 0 else [self._point(start)]
+        track = _track(said, [*begun.points[1:], *joins])
+        ready = track[-1][2]
         agent = Agent(
             start=start,
             ready=ready,
             heading=_heading(begun, said),
-            goal=start if goal is None or stays else goal,
+            goal=start if goal is None else goal,
             radius=said.radius,
-            speed=speed,
+            speed=said.limits.speed,
             acceleration=said.limits.acceleration,
             yaw_rate=said.limits.yaw_rate,
             priority=said.right.since,
-            stays=stays,
-            body=self._body(said, begun, None if stays else start, ready, arrives=arrives),
+            body=track,
             end=said.goal,
         )
-        return _Asked(agent, before, arrives)
+        before = _later(begun.rest, start, ready, said.goal)
+        return _Asked(agent, before, Body(said.radius, track), arrives)
 
-    def _body(
+    def _start(
         self,
-        said: Announcement,
+        robot: Tracked,
         begun: Committed,
-        start: int | None,
-        ready: float,
-        *,
-        arrives: bool,
-    ) -> tuple[tuple[float, float, float], ...]:
-        """Return where a robot is until it is at its start; see `Agent`.
-
-        One that has no start stays at the end of what is decided, or at its goal if it `arrives`.
-        """
-        points = list(begun.points[1:])
-        if arrives and said.goal is not None:
-            points.append(said.goal)
-        if start is not None and begun.places[-1] < 0:
-            points.append(self._point(start))
-        body = [(said.x, said.y, 0.0)]
-        for x, y in points:
-            leg = math.dist(body[-1][:2], (x, y))
-            body.append((x, y, body[-1][2] + leg / said.limits.speed))
-        until = math.inf if start is None else ready
-        body = [(x, y, min(when, until)) for x, y, when in body]
-        return (*body, (*body[-1][:2], until))
+        goal: int | None,
+        others: Sequence[Standing],
+        now: float,
+    ) -> int | None:
+        """Return the place from which a robot is planned; None if it can go to none."""
+        if begun.places[-1] >= 0:
+            return begun.places[-1]
+        said, rest = robot.said, begun.rest
+        keep = None
+        if rest is not None and rest.places[0] < 0 and now - robot.stands_since < HELD:
+            keep = next((place for place in rest.places if place >= 0), None)
+        motion = Motion(said.radius, *said.limits)
+        times = None if goal is None else self._planner.times_to(goal, motion)
+        return self._ends.entry(begun.points[-1], motion, times, others, keep)
 
     def _drive(
         self,
         robot: Tracked,
         begun: Committed,
         asked: _Asked,
-        table: Timetable,
+        table: Timetable | None,
         plan: PlanNumber,
         now: float,
     ) -> Drive:
         """Return the course of a robot: what is decided already, the timetable, and its goal."""
-        said, agent = robot.said, asked.agent
+        said = robot.said
         known = len(begun.points)
-        pace = agent.ready / max(1, known - 1)
         points, places = list(begun.points), list(begun.places)
-        arrives = [now + pace * index for index in range(known)]
+        arrives = [now + when for _, _, when in asked.body.track[:known]]
         leaves = list(arrives)
-        skip = 1 if begun.places[-1] >= 0 else 0
-        if agent.stays:
-            skip = len(table.places)
-        leaves[-1] = now + table.leaves[0] if skip == 1 else leaves[-1]
-        for index in range(skip, len(table.places)):
-            points.append(self._point(table.places[index]))
-            places.append(table.places[index])
-            arrives.append(now + table.arrives[index])
-            leaves.append(now + table.leaves[index])
-        complete = asked.arrives or (table.complete and not agent.stays)
+        complete = asked.arrives
+        if table is not None:
+            complete = table.complete
+            skip = 1 if begun.places[-1] >= 0 else 0
+            if skip:
+                leaves[-1] = now + table.leaves[0]
+            points += [self._point(place) for place in table.places[skip:]]
+            places += table.places[skip:]
+            arrives += [now + when for when in table.arrives[skip:]]
+            leaves += [now + when for when in table.leaves[skip:]]
         if complete and said.goal is not None and points[-1] != said.goal:
             leaves[-1] = arrives[-1]
             points.append(said.goal)
             places.append(-1)
-            arrives.append(arrives[-1] + math.dist(points[-2], said.goal) / agent.speed)
+            leg = math.dist(points[-2], said.goal)
+            arrives.append(arrives[-1] + leg / said.limits.speed)
             leaves.append(math.inf)
         leaves[-1] = math.inf
         for index in (known, len(points) - 2):
@@ -340,64 +348,28 @@ class Coordinator:
         x, y = self.roadmap.places[place]
         return float(x), float(y)
 
-    def _start(self, robot: Tracked, begun: Committed, goal: int | None, now: float) -> int | None:
-        """Return the place from which a robot is planned; None if it can go to none."""
-        if begun.places[-1] >= 0:
-            return begun.places[-1]
-        said, here, rest = robot.said, begun.points[-1], begun.rest
-        if rest is not None and rest.places[0] < 0 and now - robot.stands_since < HELD:
-            onward = next((place for place in rest.places if place >= 0), -1)
-            if onward >= 0:
-                return onward
-        found = self._reached(here, said.radius, ENTRIES)
-        if not len(found):
-            return None
-        legs = np.hypot(*(self.roadmap.places[found] - here).T)
-        costs = legs / said.limits.speed
-        if goal is not None:
-            costs = costs + self._planner.times_to(goal, Motion(said.radius, *said.limits))[found]
-        blocked = [self._is_blocked(said, here, self._point(int(place))) for place in found]
-        return int(found[np.argmin(costs + BLOCKED * np.array(blocked))])
-
-    def _is_blocked(self, said: Announcement, here: Point, there: Point) -> bool:
-        """Return whether another robot stands where one would go."""
-        for name, other in self._robots.items():
-            if name == said.name or other.claim >= STANDS:
-                continue
-            body = (other.said.x, other.said.y)
-            apart = said.radius + other.said.radius + GAP
-            near = segments_near(
-                np.array([here]),
-                np.array([there]),
-                np.array([body]),
-                min(apart, math.dist(here, body)),
-            )
-            if len(near):
-                return True
-        return False
-
-    def _exit(self, point: Point, radius: float) -> int | None:
-        """Return the place from which a robot goes straight to its goal; None if there is none."""
-        key = (point, radius)
-        if key not in self._exits:
-            if len(self._exits) > MOST_EXITS:
-                self._exits.clear()
-            found = self._reached(point, radius, 1)
-            self._exits[key] = int(found[0]) if len(found) else None
-        return self._exits[key]
-
-    def _reached(self, point: Point, radius: float, most: int) -> Indices:
-        """Return the places nearest to a point to which a robot can go straight."""
-        found = nearest_places(
-            self.roadmap, self._field, np.array([point]), np.array([radius]), most
-        )[0]
-        return found[found >= 0]
-
 
 class _Asked(NamedTuple):
-    agent: Agent
+    agent: Agent | None  # None for a robot that is not planned
     before: Timetable | None
+    body: Body
     arrives: bool  # only its goal is left
+
+
+def _track(
+    said: Announcement, points: Sequence[Point], until: float | None = None
+) -> tuple[tuple[float, float, float], ...]:
+    """Return where a robot is when on its way through some points; see `Body`.
+
+    It stays at the last one until some time [s], or drives on at once.
+    """
+    track = [(said.x, said.y, 0.0)]
+    for x, y in points:
+        leg = math.dist(track[-1][:2], (x, y))
+        track.append((x, y, track[-1][2] + leg / said.limits.speed))
+    if until is not None:
+        track.append((*track[-1][:2], until))
+    return tuple(track)
 
 
 def _heading(begun: Committed, said: Announcement) -> float:
@@ -409,7 +381,7 @@ def _heading(begun: Committed, said: Announcement) -> float:
 
 
 def _later(rest: Drive | None, start: int, ready: float, goal: Point | None) -> Timetable | None:
-    """Return the rest of a course to a goal, from a place on that is reached `ready` from now [s]."""
+    """Return the rest of a course to a goal from a place on, reached `ready` from now [s]."""
     if rest is None or rest.goal != goal or start not in rest.places:
         return None
     first = rest.places.index(start)
