@@ -186,16 +186,17 @@ class Coordinator:
         self, robots: Sequence[Tracked], begun: Sequence[Committed], now: float
     ) -> list[_Asked]:
         """Return what is asked of the planner for each robot."""
-        ends = [
+        begins = [
             Standing(start.points[-1], robot.said.radius)
             for robot, start in zip(robots, begun, strict=True)
         ]
+        entries: list[Standing] = []
         asked = []
         for number, (robot, start) in enumerate(zip(robots, begun, strict=True)):
-            others = [end for other, end in enumerate(ends) if other != number]
+            others = [*begins[:number], *begins[number + 1 :], *entries]
             each = self._asked_for(robot, start, others, now)
-            if each.agent is not None:
-                ends[number] = Standing(self._point(each.agent.start), robot.said.radius)
+            if each.agent is not None and start.places[-1] < 0:
+                entries.append(Standing(self._point(each.agent.start), robot.said.radius))
             asked.append(each)
         return asked
 
