@@ -10,16 +10,19 @@ an order of robots at places can ensure (`dependency_graph.py`).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import spatial
+
+from hive_common.compiled import compiled
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.roadmap import Roadmap
 
+ROW = 0.5  # height of the rows in which segments are looked up [m]
 TINY = 1e-6  # robots that are this much too near to each other do not touch [m]
 
 
@@ -70,49 +73,100 @@ def spatial_conflicts(roadmap: Roadmap, apart: float) -> Conflicts:
     to = np.vstack([roadmap.places, end])
     one_end = np.vstack([roadmap.places, begin[first]])
     other_end = np.vstack([roadmap.places, end[first]])
-    actions, things = _near(from_, to, one_end, other_end, limit)
-    hit = _apart(from_[actions], to[actions], one_end[things], other_end[things]) < limit
-    actions, things = actions[hit], things[hit]
+    middles = (one_end + other_end) / 2
+    rows = np.floor(middles[:, 1] / ROW).astype(np.int64)
+    order = np.lexsort((middles[:, 0], rows))
+    lines = np.hstack([one_end, other_end])[order]
+    actions, things = _nearer(np.hstack([from_, to]), lines, limit)
+    things = order[things]
+    order = np.lexsort((things, actions))
+    actions, things = actions[order], things[order]
     begins = np.searchsorted(actions, np.arange(len(from_) + 1))
     return Conflicts(begins.astype(np.intp), things.astype(np.intp))
 
 
-def _near(
-    from_: Array, to: Array, one_end: Array, other_end: Array, limit: float
-) -> tuple[Indices, Indices]:
-    """Return which two segments may be nearer than `limit`, ordered by the first."""
-    half = np.hypot(*(to - from_).T) / 2
-    length = np.hypot(*(other_end - one_end).T) / 2
-    tree = spatial.cKDTree((one_end + other_end) / 2)
-    found = tree.query_ball_point(
-        (from_ + to) / 2, half + length.max(initial=0.0) + limit, return_sorted=True
+@compiled("float64(float64, float64, float64, float64, float64, float64)")
+def _to_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Return the distance of a point from a segment ab [m]."""
+    along_x, along_y = bx - ax, by - ay
+    squared = along_x * along_x + along_y * along_y
+    share = 0.0
+    if squared > 0:
+        share = min(1.0, max(0.0, ((x - ax) * along_x + (y - ay) * along_y) / squared))
+    return math.hypot(x - ax - share * along_x, y - ay - share * along_y)
+
+
+@compiled("float64(float64, float64, float64, float64, float64, float64)")
+def _side(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
+    """Return on which side of the line ab a point is: positive on the left."""
+    return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+
+
+@compiled(
+    "float64(float64, float64, float64, float64, float64, float64, float64, float64, float64)"
+)
+def _apart(
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    cx: float,
+    cy: float,
+    dx: float,
+    dy: float,
+    limit: float,
+) -> float:
+    """Return the distance of segments ab and cd [m]; `limit` where it is more."""
+    if max(ay, by) + limit < min(cy, dy) or max(cy, dy) + limit < min(ay, by):
+        return limit
+    if max(ax, bx) + limit < min(cx, dx) or max(cx, dx) + limit < min(ax, bx):
+        return limit
+    if (
+        _side(ax, ay, bx, by, cx, cy) * _side(ax, ay, bx, by, dx, dy) < 0
+        and _side(cx, cy, dx, dy, ax, ay) * _side(cx, cy, dx, dy, bx, by) < 0
+    ):
+        return 0.0
+    return min(
+        _to_segment(ax, ay, cx, cy, dx, dy),
+        _to_segment(bx, by, cx, cy, dx, dy),
+        _to_segment(cx, cy, ax, ay, bx, by),
+        _to_segment(dx, dy, ax, ay, bx, by),
+        limit,
     )
-    counts = np.fromiter((len(near) for near in found), np.intp, len(found))
-    actions: Indices = np.repeat(np.arange(len(found)), counts)
-    things: Indices = np.concatenate([np.asarray(near, dtype=np.intp) for near in found])
-    return actions, things
 
 
-def _apart(a: Array, b: Array, c: Array, d: Array) -> Array:
-    """Return the distances of segments ab from segments cd [m], (k,)."""
-    ends = ((a, c, d), (b, c, d), (c, a, b), (d, a, b))
-    least: Array = np.min([_to_segment(*three) for three in ends], axis=0)
-    crossing = (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
-    return np.where(crossing, 0.0, least)
+@compiled("Tuple((int64[::1], int64[::1]))(float64[:, ::1], float64[:, ::1], float64)")
+def _nearer(segments: Array, others: Array, limit: float) -> tuple[Indices, Indices]:
+    """Return which segments (k, 4) are nearer than `limit` [m] to which others.
 
-
-def _to_segment(point: Array, begin: Array, end: Array) -> Array:
-    """Return the distances of points from segments [m], (k,)."""
-    along = end - begin
-    squared = (along * along).sum(axis=1)
-    share = ((point - begin) * along).sum(axis=1) / np.where(squared > 0, squared, 1.0)
-    off = point - begin - np.clip(share, 0.0, 1.0)[:, None] * along
-    distance: Array = np.hypot(off[:, 0], off[:, 1])
-    return distance
-
-
-def _side(begin: Array, end: Array, point: Array) -> Array:
-    """Return on which side of lines points are: positive on the left, (k,)."""
-    along, off = end - begin, point - begin
-    side: Array = along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0]
-    return side
+    The others are ordered by the rows, `ROW` high, and by the x of their middles.
+    """
+    middles = (others[:, 0] + others[:, 2]) / 2
+    rows = np.floor((others[:, 1] + others[:, 3]) / 2 / ROW)
+    wide, high = 0.0, 0.0
+    for k in range(len(others)):
+        wide = max(wide, abs(others[k, 0] - others[k, 2]) / 2)
+        high = max(high, abs(others[k, 1] - others[k, 3]) / 2)
+    size, found = 1024, 0
+    first, second = np.empty(size, np.int64), np.empty(size, np.int64)
+    for i in range(len(segments)):
+        ax, ay, bx, by = segments[i]
+        reach = abs(ax - bx) / 2 + wide + limit
+        up = abs(ay - by) / 2 + high + limit
+        x, y = (ax + bx) / 2, (ay + by) / 2
+        row, last = np.floor((y - up) / ROW), np.floor((y + up) / ROW)
+        while row <= last:
+            begin, end = np.searchsorted(rows, row), np.searchsorted(rows, row, side="right")
+            k = begin + np.searchsorted(middles[begin:end], x - reach)
+            while k < end and middles[k] <= x + reach:
+                cx, cy, dx, dy = others[k]
+                if _apart(ax, ay, bx, by, cx, cy, dx, dy, limit) < limit:
+                    if found == size:
+                        size *= 2
+                        first = np.concatenate((first, np.empty_like(first)))
+                        second = np.concatenate((second, np.empty_like(second)))
+                    first[found], second[found] = i, k
+                    found += 1
+                k += 1
+            row += 1
+    return first[:found].copy(), second[:found].copy()
