@@ -24,11 +24,12 @@ from blackboard.domain.settings import (  # noqa: E402  (needs the path above)
     RaftSettings,
     RobotSettings,
     StartSettings,
+    TrafficSettings,
 )
 
 MEMBERS = "What follows holds for every member of the hive; robots read it here, too."
 FILES = {
-    "blackboard": (PathSettings, BlackboardSettings, RaftSettings),
+    "blackboard": (PathSettings, TrafficSettings, BlackboardSettings, RaftSettings),
     "robot": (StartSettings, PathSettings, RobotSettings, ControllerSettings),
 }
 """The parameter files, and the settings that each holds."""

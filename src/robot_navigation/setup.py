@@ -8,6 +8,7 @@ setup(
             "robot_navigation",
             "robot_navigation.control",
             "robot_navigation.localization",
+            "robot_navigation.mapf",
             "robot_navigation.mapping",
             "robot_navigation.planning",
             "robot_navigation.ros",

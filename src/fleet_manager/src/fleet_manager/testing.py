@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
+    from fleet_manager.client.traffic import ZoneCommand
 
 
 class FakeLink:
@@ -28,6 +29,8 @@ class FakeLink:
         cancelled: Every id published on `task_cancel`.
         on_post: Called with each published task; the test's hive answers from it.
         on_cancel: Called with each cancelled id.
+        switched: Every command published on `zone_command`.
+        on_switch: Called with each of them.
         robots: Those that are known to be there; None while nobody knows.
     """
 
@@ -36,6 +39,8 @@ class FakeLink:
         self.cancelled: list[str] = []
         self.on_post: Callable[[Task], None] = lambda _task: None
         self.on_cancel: Callable[[str], None] = lambda _task_id: None
+        self.switched: list[ZoneCommand] = []
+        self.on_switch: Callable[[ZoneCommand], None] = lambda _command: None
         self.robots: set[str] | None = None
         self._heard: set[str] = set()
         self._time = 0.0
@@ -74,6 +79,11 @@ class FakeLink:
         """Record a cancellation, and let the test's hive answer."""
         self.cancelled.append(task_id)
         self.on_cancel(task_id)
+
+    def switch(self, command: ZoneCommand) -> None:
+        """Record a command, and let the test's planner answer."""
+        self.switched.append(command)
+        self.on_switch(command)
 
     def receive(self, timeout: float) -> Report | None:
         """Return the next report due within `timeout` [s]; time passes until then."""

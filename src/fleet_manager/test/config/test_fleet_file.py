@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import re
 import xml.etree.ElementTree as ET
 
 import pytest
@@ -7,6 +8,8 @@ import yaml
 from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.fleet_launch import launch_text
 from hive_common.errors import FileError
+from hive_common.structuring import structure
+from hive_common.zone import Zone
 
 GOOD = """\
 cost_model: time
@@ -82,6 +85,11 @@ def test_a_path_that_is_no_file_is_said(tmp_path):
         ("cost_model: time", "stand_by: 1", ["/mine.yaml:1: stand_by", "1", "at least 2"]),
         ("cost_model: time", "processes: two", ["/mine.yaml:1: processes", "two", "shared"]),
         ("cost_model: time", "colour: red", ["/mine.yaml:1:", "colour"]),
+        (
+            "cost_model: time",
+            "traffic: wild",
+            ["/mine.yaml:1: traffic", "wild", "local | planned"],
+        ),
     ],
 )
 def test_a_mistake_is_one_line_with_file_line_key_and_what_is_allowed(refusal, old, new, words):
@@ -123,6 +131,7 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
         "improve_by": "waiting",
         "distance": "path",
         "bid_timeout": "2",
+        "traffic": "local",
     }
     assert [one["name"] for one in values[1:]] == [robot.name for robot in fleet.robots]
     assert values[1]["model"] == "mir100"
@@ -170,6 +179,65 @@ def test_a_bad_battery_or_charger_is_refused_with_its_line(tmp_path, text, messa
 
     with pytest.raises(FileError, match=message):
         read_fleet(str(path))
+
+
+ZONES = """\
+zones:
+  - {name: north aisle, kind: one-way, corners: [[1, 1], [9, 1], [9, 2], [1, 2]], direction: 3.14}
+  - name: door
+    kind: at-most
+    corners: [[4, 4], [5, 4], [5, 5]]
+    robots: 1
+    closed: true
+"""
+
+
+def test_a_fleet_file_names_zones(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(ZONES + GOOD, encoding="utf-8")
+
+    aisle, door = read_fleet(str(path)).zones
+
+    assert (aisle.name, aisle.kind, aisle.direction, aisle.closed) == (
+        "north aisle", "one-way", 3.14, False,
+    )  # fmt: skip
+    assert (door.kind, door.robots, door.closed) == ("at-most", 1, True)
+    assert door.corners == ((4, 4), (5, 4), (5, 5))
+
+
+def test_the_traffic_planner_is_told_the_zones_as_they_were_read(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(ZONES + GOOD, encoding="utf-8")
+    fleet = read_fleet(str(path))
+
+    root = ET.fromstring(launch_text(fleet, sim=False))  # noqa: S314  (made here)
+
+    told = yaml.safe_load(root.find("rosparam[@param='/traffic_planner/zones']").text)
+    assert tuple(structure(each, Zone) for each in told) == fleet.zones
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("at-most", "fast", r":4: zones\[1\].kind: 'fast'; allowed: one-way \| keep-out \| slow"),
+        ("robots: 1", "robots: 0", r":6: zones\[1\].robots: 0; allowed: a number of robots, at"),
+        ("    robots: 1\n", "", r":3: zones\[1\].robots: missing; allowed: a number of robots"),
+        ("robots: 1", "robots: 1\n    speed: 0.3", r":7: zones\[1\].speed: 0.3; .*in a slow zone"),
+        ("direction: 3.14", "direction: 90", r":2: zones\[0\].direction: 90; .*\[rad\]"),
+        ("[5, 4], [5, 5]", "[5, 4]", r":5: zones\[1\].corners: .*at least 3 corners \[x, y\]"),
+        ("[5, 5]", "[5]", r":5: zones\[1\].corners\[2\]: .*\[x, y\] in the map frame \[m\]"),
+        ("[5, 5]", "[6, 4]", r":5: zones\[1\].corners: an area of 0 m\^2"),
+        ("[9, 2], [1, 2]", "[1, 2], [9, 2]", r":2: zones\[0\].corners: .*edges that cross"),
+        ("name: door", "name: north aisle", r":3: zones\[1\].name: .*the name of zones\[0\]"),
+        ("closed: true", "closed: maybe", r":7: zones\[1\].closed: .*true or false"),
+        ("closed: true", "colour: red", r":7: zones\[1\].colour: unknown; .*name, kind, corners"),
+    ],
+)
+def test_a_bad_zone_is_one_line_with_file_line_key_and_what_is_allowed(refusal, old, new, message):
+    said = refusal(ZONES.replace(old, new) + GOOD)
+
+    assert "\n" not in said
+    assert re.search(f"^/mine.yaml{message}", said), said
 
 
 def test_what_is_special_in_xml_stays_what_it_is(tmp_path):

@@ -29,11 +29,18 @@ PARKING = "parking"
 
 KINDS = (ONE_WAY, KEEP_OUT, SLOW, AT_MOST, NO_STOPPING, PARKING)
 
-FIGURES = {ONE_WAY: "direction", SLOW: "speed", AT_MOST: "robots"}
-"""The key that a kind of zone needs, and that zones of other kinds do not have."""
-
 MIN_AREA = 0.01  # of a zone [m^2]
-MAX_SPEED = 5.0  # in a slow zone [m/s]
+
+_DIRECTION = between(-2 * pi, 2 * pi, "an angle in the map frame [rad]")
+_SPEED = positive("a speed [m/s]", 5)
+_ROBOTS = at_least(1, "a number of robots")
+
+FIGURES = {
+    ONE_WAY: ("direction", _DIRECTION),
+    SLOW: ("speed", _SPEED),
+    AT_MOST: ("robots", _ROBOTS),
+}
+"""The key that a kind of zone needs, and that no other kind has, and what is allowed for it."""
 
 Corner = tuple[float, float]
 
@@ -60,18 +67,18 @@ class Zone:
         Annotated[float, between(-2 * pi, 2 * pi, "an angle in the map frame [rad]")] | None
     ) = None
     """In which robots drive through a one-way zone."""
-    speed: Annotated[float, positive("a speed [m/s]", MAX_SPEED)] | None = None
+    speed: Annotated[float, _SPEED] | None = None
     """Highest speed in a slow zone."""
-    robots: Annotated[int, at_least(1, "a number of robots")] | None = None
+    robots: Annotated[int, _ROBOTS] | None = None
     """How many may be in an at-most zone at once."""
     closed: bool = False
     """Whether it is closed at the start: a closed zone keeps robots out, whatever its kind."""
 
     def __attrs_post_init__(self) -> None:
-        for kind, key in FIGURES.items():
+        for kind, (key, rule) in FIGURES.items():
             given = getattr(self, key)
             if kind == self.kind and given is None:
-                raise NotAllowedError((key,), f"missing; a {kind} zone needs it")
+                raise NotAllowedError((key,), f"missing; allowed: {rule.text}")
             if kind != self.kind and given is not None:
                 problem = f"{given:g}; allowed: only in a {kind} zone, and this one is {self.kind}"
                 raise NotAllowedError((key,), problem)

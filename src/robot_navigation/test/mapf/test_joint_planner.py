@@ -4,6 +4,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -227,6 +228,105 @@ def test_a_plan_that_still_holds_is_kept():
     tables = planner.plan(agents)
 
     assert planner.plan(agents, tables) == tables
+
+
+def total(tables):
+    return sum(table.arrives[-1] for table in tables)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_improvements_make_a_plan_shorter_and_nobody_meets(seed):
+    roadmap, _ = grid_map(AISLES, cell=1.0)
+    chance = random.Random(seed)
+    starts, goals = (chance.sample(range(len(roadmap.places)), 12) for _ in range(2))
+    agents = [point(start, goal) for start, goal in zip(starts, goals, strict=True)]
+    settings = PlannerSettings(horizon=math.inf, classical=True)
+
+    first = JointPlanner(roadmap, settings).plan(agents)
+    better = JointPlanner(roadmap, replace(settings, improvements=100)).plan(agents)
+
+    assert meetings(better) == 0
+    assert all(table.complete for table in better)
+    assert not all(table.complete for table in first) or total(better) <= total(first)
+
+
+def test_points_that_fill_most_of_a_map_all_arrive():
+    roadmap, _ = grid_map(OPEN, cell=1.0)
+    chance = random.Random(1)
+    starts, goals = (chance.sample(range(len(roadmap.places)), 40) for _ in range(2))
+    agents = [point(start, goal) for start, goal in zip(starts, goals, strict=True)]
+
+    tables = JointPlanner(roadmap, PlannerSettings(horizon=math.inf, classical=True)).plan(agents)
+
+    assert meetings(tables) == 0
+    assert [table.places[-1] for table in tables] == goals
+
+
+def test_two_robots_change_places_in_a_dead_end():
+    roadmap, number = grid_map([".......", "##.####"])
+    agents = [
+        robot(number[0, 5], number[0, 6]),
+        robot(number[0, 6], number[0, 5], heading=math.pi),
+    ]
+    planner = JointPlanner(roadmap)
+    tables = [None, None]
+
+    for _ in range(20):
+        tables = planner.plan(agents, tables)
+        assert nearest(roadmap, agents, tables) >= 0.1 - 1e-5
+        agents, tables = later(agents, tables, roadmap, 5.0)
+
+    assert [agent.start for agent in agents] == [number[0, 6], number[0, 5]]
+
+
+def test_a_robot_whose_goal_is_taken_for_ever_ends_near_it():
+    roadmap, number = grid_map(["......"])
+    agents = [
+        robot(number[0, 0], number[0, 5]),
+        robot(number[0, 5], number[0, 5], stays=True),
+    ]
+
+    first, _ = JointPlanner(roadmap).plan(agents)
+
+    assert not first.complete
+    assert first.places[-1] == number[0, 4]
+
+
+def test_robots_that_cannot_move_stand_still():
+    roadmap, number = grid_map(["...."])
+    agents = [
+        robot(number[0, k], number[0, 3 - k], heading=math.pi * (k > 1), priority=k)
+        for k in range(4)
+    ]
+
+    tables = JointPlanner(roadmap).plan(agents)
+
+    assert [table.places for table in tables] == [(number[0, k],) for k in range(4)]
+    assert not any(table.complete for table in tables)
+
+
+def test_a_robot_takes_no_lane_that_is_too_narrow_for_it():
+    roadmap, number = grid_map(["...", "..."])
+    lane = [tuple(pair) for pair in roadmap.lanes].index((number[0, 0], number[0, 1]))
+    widths = roadmap.widths.copy()
+    widths[lane] = 0.35
+    roadmap = replace(roadmap, widths=widths)
+    agents = [robot(number[0, 0], number[0, 2], radius) for radius in (0.3, 0.4)]
+
+    small, large = (JointPlanner(roadmap).plan([agent])[0] for agent in agents)
+
+    assert number[0, 1] in small.places[:2]
+    assert large.places[1] == number[1, 0]
+
+
+def test_a_robot_drives_no_further_than_to_the_horizon():
+    roadmap, number = grid_map(["." * 60])
+    agent = robot(number[0, 0], number[0, 59])
+
+    (table,) = JointPlanner(roadmap, PlannerSettings(horizon=20.0)).plan([agent])
+
+    assert not table.complete
+    assert 20.0 <= table.arrives[-1] < 20.0 + CELL + 1e-6
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -38,6 +38,9 @@ DECISIONS = ("distributed", "centralized")
 DISTANCES = ("path", "euclidean")
 """How the length of a path is measured: on the map, or as the crow flies."""
 
+TRAFFIC = ("local", "planned")
+"""Who says who goes first where robots meet: the robots among themselves, or a traffic planner."""
+
 T = TypeVar("T")
 
 
@@ -365,4 +368,18 @@ class PathSettings(Settings):
         "path: on the map. euclidean: as the crow flies, without a map. The blackboard needs it "
         "only to refuse goals outside the map or inside a wall.",
         names=DISTANCES,
+    )
+
+
+@attrs.frozen
+class TrafficSettings(Settings):
+    """Who says who goes first where robots meet; every member that can lead reads it."""
+
+    traffic: str = setting(
+        "local",
+        "",
+        "Who says who goes first where robots meet",
+        "local: the robots among themselves, by right of way. planned: a traffic planner, which "
+        "runs beside the blackboard and plans for all robots together.",
+        names=TRAFFIC,
     )

@@ -5,7 +5,12 @@ from __future__ import annotations
 
 import rospy
 
-from blackboard.domain.settings import BlackboardSettings, PathSettings, RaftSettings
+from blackboard.domain.settings import (
+    BlackboardSettings,
+    PathSettings,
+    RaftSettings,
+    TrafficSettings,
+)
 from blackboard.ros import membership
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.startup import run_node
@@ -26,7 +31,8 @@ def main() -> None:
 
 
 def _run() -> None:
-    params.refuse_unknown((BlackboardSettings, RaftSettings, PathSettings), ["journal"])
+    kinds = (BlackboardSettings, RaftSettings, PathSettings, TrafficSettings)
+    params.refuse_unknown(kinds, ["journal"])
     hive = rospy.get_namespace()
     journal = membership.open_journal(rospy.get_name())
     talker = RosTalker(hive, membership.VOTER_TOPICS)

@@ -15,10 +15,11 @@ from blackboard.consensus.journal import SqliteJournal
 from blackboard.consensus.no_quorum import NoQuorum
 from blackboard.consensus.node import RaftNode
 from blackboard.domain import talker as topics
-from blackboard.domain.settings import BlackboardSettings, RaftSettings
+from blackboard.domain.settings import BlackboardSettings, RaftSettings, TrafficSettings
 from blackboard.errors import SettingsError
 from blackboard.ros.diagnostics import Diagnostics
 from blackboard.ros.journals import default_folder
+from blackboard.ros.planner_process import keep_planner
 from hive_common.ros import params
 
 if TYPE_CHECKING:
@@ -123,6 +124,8 @@ def join(
         Blackboard(
             talker, node, lengths_of(0.0), settings, note=log.note, path_lengths_for=lengths_of
         ).start()
+        if params.read(TrafficSettings, namespace).traffic == "planned":
+            keep_planner(talker, node, hive)
     no_quorum = NoQuorum(talker, lambda: node.member, str(_file(talker.name, ".sqlite3")))
     talker.every(_CHECK_PERIOD, no_quorum.look)
     Diagnostics(talker, node, no_quorum).start()

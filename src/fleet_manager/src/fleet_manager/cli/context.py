@@ -95,6 +95,11 @@ def _robots(client: HiveClient) -> Iterable[str]:
     return sorted(client.state.robots)
 
 
+def _zones(client: HiveClient) -> Iterable[str]:
+    return client.fetch_traffic().zones
+
+
 TASK_ID = _OfHive("text", _tasks)
 OPEN_TASK_ID = _OfHive("text", _open_tasks)
 ROBOT_NAME = _OfHive("text", _robots)
+ZONE_NAME = _OfHive("text", _zones)

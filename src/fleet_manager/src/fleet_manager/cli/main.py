@@ -40,6 +40,8 @@ _MODULES = MappingProxyType(
         "robots": "watch",
         "watch": "watch",
         "events": "watch",
+        "traffic": "traffic",
+        "zone": "traffic",
         "why": "why",
         "replay": "why",
         "demo": "demo",

@@ -16,7 +16,8 @@ from blackboard.domain import talker as topics
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import TaskState
 from fleet_manager.client.hive_state import HiveState
-from fleet_manager.errors import NoHiveError, NotDoneError, TimeUpError
+from fleet_manager.client.traffic import ZoneCommand
+from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskUpdate
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
+    from fleet_manager.client.traffic import TrafficState
     from fleet_manager.client.words import Event
     from fleet_manager.config.scenario import PlannedTask
 
@@ -37,6 +39,9 @@ ANSWER_WITHIN = 6.0
 
 STATUS_PERIOD = 1.5
 """Every robot in service reports within this time [s]; robot_status comes at 1 Hz."""
+
+TRAFFIC_STATE = "traffic_state"
+"""The topic on which the traffic planner tells who waits, once a second."""
 
 _AT_ONCE = 1.0  # time in which what is latched arrives unless something is wrong [s]
 
@@ -61,6 +66,9 @@ class ClientLink(Protocol):
 
     def cancel(self, task_id: str) -> None:
         """Publish a task's id on `task_cancel`, once."""
+
+    def switch(self, command: ZoneCommand) -> None:
+        """Publish a command on `zone_command`, once."""
 
     def receive(self, timeout: float) -> Report | None:
         """Return the next report, or None after `timeout` [s]."""
@@ -164,6 +172,43 @@ class HiveClient:
         self._pump(self.link.has_heard_robots, STATUS_PERIOD)
         if not self.pump(lambda: bool(self.state.robots or self.state.heartbeat), ANSWER_WITHIN):
             raise self._no_answer("no robot was heard either")
+
+    def fetch_traffic(self) -> TrafficState:
+        """Wait for the traffic planner's word, and return it.
+
+        Raises:
+            NoHiveError: None was heard.
+        """
+        self.link.listen(TRAFFIC_STATE)
+        self._pump(lambda: self.state.traffic is not None, ANSWER_WITHIN)
+        if self.state.traffic is None:
+            raise NoHiveError(
+                f"no traffic planner is heard within {ANSWER_WITHIN:g} s; does the fleet file say "
+                "`traffic: planned`, and is the hive running?"
+            )
+        return self.state.traffic
+
+    def switch_zone(self, name: str, *, closed: bool) -> None:
+        """Close or open a zone, and wait until the traffic planner has.
+
+        Raises:
+            InputError: There is no such zone.
+            NoHiveError: No traffic planner answered.
+        """
+        state = self.fetch_traffic()
+        if name not in state.zones:
+            allowed = ", ".join(state.zones) or "none; name some under `zones` in the fleet file"
+            raise InputError(f"there is no zone '{name}'; allowed: {allowed}")
+
+        def is_so() -> bool:
+            return (name in self.fetch_traffic().closed) is closed
+
+        self._repeat(lambda: self.link.switch(ZoneCommand(name, closed)), is_so)
+        if not is_so():
+            raise NoHiveError(
+                f"no traffic planner answers within {ANSWER_WITHIN:g} s; zone {name} may not be "
+                f"{'closed' if closed else 'open'}"
+            )
 
     def follow(self, ids: Iterable[str], timeout: float | None) -> dict[str, TaskState]:
         """Wait until tasks that the blackboard has answered have ended; return their final states.

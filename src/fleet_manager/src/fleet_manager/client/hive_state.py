@@ -24,6 +24,7 @@ from fleet_manager.client import words
 from fleet_manager.client.bids import BidBook
 from fleet_manager.client.leadership import Leadership, Standing
 from fleet_manager.client.rows import Changes, RobotRow, TaskRow
+from fleet_manager.client.traffic import TrafficState, traffic_change
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from fleet_manager.client.reports import Report
 
 ROBOT_SILENCE = 5.0  # [s, wall]; a robot reports once a second
+PLANNER_SILENCE = 10.0  # [s, wall]; the traffic planner tells its state once a second
 MAX_AT_ONCE = 400  # tasks reported as changed together, so that a window serves keys in between
 MAX_REMEMBERED = 200  # posted tasks kept until the hive answers; refused tasks that are shown
 MAX_ANSWERS = 10_000  # last words on tasks that are on no list; the oldest make way
@@ -53,6 +55,8 @@ class HiveState:
         self._answers: dict[str, TaskUpdate] = {}
         self._posted: dict[str, Task] = {}
         self._newest: TaskList | None = None
+        self.traffic: TrafficState | None = None  # the planner's last word; None before the first
+        self._traffic_heard = 0.0  # [s, wall]
         self._standing = Standing.NOBODY
         self._changes = Changes()
 
@@ -118,6 +122,8 @@ class HiveState:
             self.add_bids(report)
         elif isinstance(report, Task):
             self._take_posted(report)
+        elif isinstance(report, TrafficState):
+            self._take_traffic(report, now)
 
     def take_changes(self) -> Changes:
         """Return what changed since the last call; of a long list only a part at a time."""
@@ -145,6 +151,11 @@ class HiveState:
                 self._robots[name] = replace(row, is_silent=True)
                 self._changes.robots.add(name)
                 self.note(words.robot_silent(name, silence))
+        if self.traffic is not None and now - self._traffic_heard > PLANNER_SILENCE:
+            self.traffic = None
+            self._show_waits(TrafficState(0, 0.0))
+            text = "the traffic planner is silent; robots drive by right of way"
+            self.note(words.Event(text, words.Severity.WARNING))
         self._note_standing(now)
 
     def _take_list(self, task_list: TaskList, stamp: float) -> None:
@@ -258,12 +269,28 @@ class HiveState:
 
     def _take_status(self, status: RobotStatus, now: float) -> None:
         name, before = status.robot_id, self._robots.get(status.robot_id)
-        self._robots[name] = RobotRow(status, now)
+        waits = self.traffic.words_of(name) if self.traffic else ""
+        self._robots[name] = RobotRow(status, now, waits=waits)
         if before is None or before.is_silent or before.status != status:
             self._changes.robots.add(name)
         self.note(*words.robot_change(before.status if before else None, status))
         if before and before.is_silent:
             self.note(words.robot_back(name))
+
+    def _take_traffic(self, state: TrafficState, now: float) -> None:
+        before = self.traffic
+        if before is not None and state.epoch < before.epoch:
+            return
+        self.traffic, self._traffic_heard = state, now
+        self._show_waits(state)
+        self.note(*traffic_change(before, state))
+
+    def _show_waits(self, state: TrafficState) -> None:
+        for name, row in self._robots.items():
+            waits = state.words_of(name)
+            if waits != row.waits:
+                self._robots[name] = replace(row, waits=waits)
+                self._changes.robots.add(name)
 
     def _take_heartbeat(self, beat: Heartbeat, now: float) -> None:
         before = self.leadership.heartbeat

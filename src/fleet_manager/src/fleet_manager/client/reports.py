@@ -11,8 +11,9 @@ from blackboard.costing.bid_basis import Bids
 from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import Task
+from fleet_manager.client.traffic import TrafficState
 
-HiveReport = Task | TaskList | TaskUpdate | Bids | RobotStatus | Heartbeat
+HiveReport = Task | TaskList | TaskUpdate | Bids | RobotStatus | Heartbeat | TrafficState
 """What is said on the hive's topics; a Task has been posted by somebody."""
 
 

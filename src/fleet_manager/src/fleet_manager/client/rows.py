@@ -52,6 +52,12 @@ class RobotRow:
     status: RobotStatus  # the robot's last report
     heard: float  # when the report came [s, wall]
     is_silent: bool = False  # whether the next report is overdue
+    waits: str = ""  # whom it waits for and where, in words; empty if it does not wait
+
+    @property
+    def reason(self) -> str:
+        """Why it does not do what it might: by its report, else because it waits."""
+        return self.status.reason or ("" if self.is_silent else self.waits)
 
     @property
     def state(self) -> RobotState:

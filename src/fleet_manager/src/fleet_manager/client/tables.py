@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from blackboard.auction.decision import ranked
 from blackboard.domain.task import TaskType
 from fleet_manager.client.formats import member
+from fleet_manager.client.traffic import place_rows, wait_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -17,10 +18,13 @@ if TYPE_CHECKING:
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
     from fleet_manager.client.hive_state import HiveState
+    from fleet_manager.client.traffic import TrafficState
     from hive_common.pose import Pose
 
 _TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "ETA", "REASON")
 _BID_HEAD = ("ROBOT", "COST", "WAY", "PLACE", "ENERGY", "LEFT", "DONE IN", "REASON")
+_WAIT_HEAD = ("ROBOT", "WAITS FOR", "PLACE", "FOR")
+_SLOW_HEAD = ("SLOW PLACE", "WAITED", "WAITS")
 _ROBOT_HEAD = ("ROBOT", "STATE", "BATTERY", "LOAD", "PLACE", "TASK", "QUEUE", "REASON")
 
 
@@ -59,6 +63,16 @@ def robots_table(robots: Iterable[RobotStatus]) -> list[str]:
         for robot in robots
     ]
     return _table(_ROBOT_HEAD, rows)
+
+
+def waits_table(state: TrafficState) -> list[str]:
+    """Return a table of the robots that wait, the longest first."""
+    return _table(_WAIT_HEAD, wait_rows(state))
+
+
+def slow_places_table(state: TrafficState) -> list[str]:
+    """Return a table of the places where robots have waited, the slowest first."""
+    return _table(_SLOW_HEAD, place_rows(state))
 
 
 def bids_table(bids: Iterable[Bid]) -> list[str]:

@@ -13,12 +13,19 @@ from typing import Annotated
 import attrs
 
 from blackboard.costing.cost import COST_MODELS
-from blackboard.domain.settings import DECISIONS, DISTANCES, STANDING_BY, ChargingSettings
+from blackboard.domain.settings import (
+    DECISIONS,
+    DISTANCES,
+    STANDING_BY,
+    TRAFFIC,
+    ChargingSettings,
+)
 from hive_common.checked_yaml import error_at, read_checked
 from hive_common.errors import FileError
 from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
 from hive_common.structuring import Allowed, Name, at_least, between, listed, one_of
+from hive_common.zone import Zone
 from robot_description.models import RobotModel, load_model
 
 TAKEN_NAMES = frozenset({
@@ -78,6 +85,10 @@ class FleetContent:
     """None: those of the simulator's world."""
     processes: Annotated[str, one_of(*PROCESSES)] | None = None
     """None: `shared` in simulation; real robots have `each` in any case."""
+    traffic: Annotated[str, one_of(*TRAFFIC)] = "local"
+    """Who says who goes first where robots meet: the robots, or a traffic planner."""
+    zones: tuple[Zone, ...] = ()
+    """Areas in which a traffic planner limits how robots drive."""
     stand_by: Annotated[int, at_least(2, "a number of robots")] = STANDING_BY
     """How many robots, the first ones, stand by to carry the blackboard."""
     robots: Annotated[tuple[FleetRobot, ...], listed("at least one robot", 1)]
@@ -104,6 +115,7 @@ def read_fleet(name: str) -> Fleet:
         attrs.evolve(robot, model=beside(path, robot.model)) for robot in content.robots
     )
     _check_names(path, robots)
+    _check_zones(path, content.zones)
     _check_starts(path, robots, _models(path, robots))
     given = attrs.asdict(content, recurse=False) | {"robots": robots}
     return Fleet(path=path, **given)
@@ -124,6 +136,19 @@ def _check_names(path: Path, robots: tuple[FleetRobot, ...]) -> None:
             )
             raise error_at(path, keys, problem)
         seen[robot.name] = index
+
+
+def _check_zones(path: Path, zones: tuple[Zone, ...]) -> None:
+    """Refuse a name that two zones have."""
+    names = [zone.name for zone in zones]
+    for index, name in enumerate(names):
+        first = names.index(name)
+        if first != index:
+            problem = (
+                f"'{name}' is already the name of zones[{first}]; "
+                "every zone needs a name of its own"
+            )
+            raise error_at(path, ("zones", index, "name"), problem)
 
 
 def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel]:

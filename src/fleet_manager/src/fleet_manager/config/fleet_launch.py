@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from fleet_manager.config.fleet_file import Fleet, FleetRobot
+    from hive_common.zone import Zone
 
 
 MOST_HOSTED = 10
@@ -33,11 +34,13 @@ def launch_text(fleet: Fleet, *, sim: bool) -> str:
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
         lines.append(f'  <param name="/fleet/{name}" type="str" value="{value}"/>')
     lines += _charging(fleet)
+    lines.append(_yaml("/traffic_planner/zones", [_zone(zone) for zone in fleet.zones]))
     blackboard = {
         "decision": fleet.decision,
         "improve_by": measure_for(fleet.cost_model),
         "distance": fleet.distance,
         "bid_timeout": f"{fleet.bid_timeout:g}",
+        "traffic": fleet.traffic,
     }
     lines += _include("$(find blackboard)/launch/blackboard.launch", blackboard)
     if sim and fleet.processes != "each":
@@ -140,6 +143,12 @@ def _charging(fleet: Fleet) -> list[str]:
     lines = [f'  <param name="/charging/{name}" value="{level:g}"/>' for name, level in levels]
     places = [{"name": c.name, "pose": c.pose} for c in fleet.chargers or ()]
     return [*lines, _yaml("/charging/chargers", places)]
+
+
+def _zone(zone: Zone) -> dict[str, object]:
+    """Return a zone as plain data, without what it does not say."""
+    given = attrs.asdict(zone, recurse=False)
+    return {key: value for key, value in given.items() if value is not None}
 
 
 def _include(file: str, values: Mapping[str, str]) -> list[str]:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
+from fleet_manager.client.traffic import ZoneCommand
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -133,7 +135,8 @@ class ReadDecisions:
     task_id: str
 
 
-Request = PostTask | CancelTask | SetRobotState  # what the hive is asked on its topics
+Request = PostTask | CancelTask | SetRobotState | ZoneCommand
+"""What the hive is asked on its topics."""
 
 Command = Request | ReadDecisions
 

@@ -86,7 +86,7 @@ def robot_columns(places: Callable[[], tuple[Place, ...]]) -> tuple[Column, ...]
         Column("Queue", _queue, lambda r: queued(r.status), letters=11),
         Column("Load", lambda r: mass(_load(r)), _load, to_right=True, letters=7),
         Column("Place", place, place, letters=28),
-        Column("Reason", lambda r: r.status.reason, lambda r: r.status.reason, letters=8),
+        Column("Reason", lambda r: r.reason, lambda r: r.reason, letters=8),
     )
 
 

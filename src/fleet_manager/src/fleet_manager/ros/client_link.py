@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
+    from fleet_manager.client.traffic import ZoneCommand
     from fleet_manager.desk.facts import Fact
 
 _NO_ROBOT = "blackboard"  # the node that may tell other robots' status, and has none itself
@@ -138,6 +139,10 @@ class RosClientLink:
     def cancel(self, task_id: str) -> None:
         """Publish a task's id on `task_cancel`, once."""
         self._topics.speak(CancelTask(task_id))
+
+    def switch(self, command: ZoneCommand) -> None:
+        """Publish a command on `zone_command`, once."""
+        self._topics.speak(command)
 
     def receive(self, timeout: float) -> Report | None:
         """Return the next report, or None after `timeout` [s]."""

@@ -17,15 +17,19 @@ import rospy
 from blackboard.domain import talker as topics
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.ros.codec.tables import WIRES
+from fleet_manager.client.client import TRAFFIC_STATE
+from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping
 
+    from blackboard.ros.codec.tables import Wire
     from fleet_manager.desk.facts import Fact, Request
 
 QUEUE_SIZE = 1000
-_CHANGES = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP)
+_ZONE_COMMAND = "zone_command"
+_CHANGES = (topics.TASK_STATE, topics.ROBOT_STATUS, topics.BACKUP, TRAFFIC_STATE)
 STATE = (*_CHANGES, topics.SYNC)
 """The topics that tell the hive's state."""
 
@@ -53,12 +57,13 @@ class HiveTopics:
         robots_of: The robots of each node that has told which it speaks for.
 
     ROS Subscribers:
-        bb_sync, task_state, robot_status, bb_backup: the hive's state.
+        bb_sync, task_state, robot_status, bb_backup, traffic_state: the hive's state.
         new_task, task_cost: what is posted and bid.
 
     ROS Publishers:
-        new_task (blackboard/TaskMsg), task_cancel (std_msgs/String), and
-        ROBOT/set_state (std_msgs/String) of every robot in `advertise_to`.
+        new_task (blackboard/TaskMsg), task_cancel (std_msgs/String), zone_command
+        (robot_description/ZoneCommand), and ROBOT/set_state (std_msgs/String) of every robot in
+        `advertise_to`.
     """
 
     def __init__(self, put: FactSink, met: Callable[[str], None] = lambda _robot: None) -> None:
@@ -82,7 +87,7 @@ class HiveTopics:
             if topic in self._followed:
                 continue
             self._followed.add(topic)
-            message = WIRES[topic].message
+            message = _wire(topic).message
             rospy.Subscriber(topic, message, partial(self._hear, topic), queue_size=QUEUE_SIZE)
 
     def read_list(self) -> None:
@@ -115,24 +120,26 @@ class HiveTopics:
             self._publish(topics.NEW_TASK, topics.NEW_TASK, request.task)
         elif isinstance(request, CancelTask):
             self._publish(topics.TASK_CANCEL, topics.TASK_CANCEL, request.task_id)
+        elif isinstance(request, ZoneCommand):
+            self._publish(_ZONE_COMMAND, _ZONE_COMMAND, request)
         else:
             name = f"{request.robot}/{topics.SET_STATE}"
             self._publish(name, topics.SET_STATE, request.state.name.lower())
 
     def _advertise(self, name: str, topic: str) -> None:
         late = self._late[name] = LateSubscribers()
-        message = WIRES[topic].message
+        message = _wire(topic).message
         self._publishers[name] = rospy.Publisher(name, message, late, queue_size=QUEUE_SIZE)
 
     def _publish(self, name: str, topic: str, value: object) -> None:
         if name == topic and name not in self._publishers:
             self._advertise(name, topic)
         if name in self._publishers:
-            self._late[name].publish(self._publishers[name].publish, WIRES[topic].to_msg(value))
+            self._late[name].publish(self._publishers[name].publish, _wire(topic).to_msg(value))
 
     def _hear(self, topic: str, msg: Any) -> None:  # noqa: ANN401  (of the topic's type)
         try:
-            report = WIRES[topic].from_msg(msg)
+            report = _wire(topic).from_msg(msg)
         except ValueError as error:
             rospy.logerr_throttle_identical(10, f"a message on {topic} was refused: {error}")
             return
@@ -154,11 +161,20 @@ class HiveTopics:
         self._raw_list = raw
 
 
+def _wire(topic: str) -> Wire:
+    """Return the messages of a topic; most commands need none of the traffic planner's."""
+    if topic in WIRES:
+        return WIRES[topic]
+    from fleet_manager.ros.traffic_messages import TRAFFIC_WIRES  # noqa: PLC0415  (see above)
+
+    return TRAFFIC_WIRES[topic]
+
+
 def _superseded(topic: str, report: object) -> Hashable:
     """Return the name under which a newer report replaces an older one; None where all count."""
     if isinstance(report, RobotStatus):
         return topic, report.robot_id
-    return topic if topic in {topics.SYNC, topics.BACKUP} else None
+    return topic if topic in {topics.SYNC, topics.BACKUP, TRAFFIC_STATE} else None
 
 
 class LateSubscribers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy is not typed

@@ -8,6 +8,7 @@ import sys
 import click
 from attrs import evolve
 
+from blackboard.domain.settings import TRAFFIC
 from fleet_manager.config.fleet_file import PROCESSES, Charger, read_fleet
 from fleet_manager.config.fleet_launch import launch_text
 from fleet_manager.ros.launch_checked import become_roslaunch
@@ -29,9 +30,21 @@ _BAD_INPUT = 2
     default="",
     help="In place of the fleet's: each node a process, or simulated robots share a few.",
 )
+@click.option(
+    "--traffic",
+    type=click.Choice(["", *TRAFFIC]),
+    default="",
+    help="In place of the fleet's: robots give way to each other, or a traffic planner plans.",
+)
 @click.option("--map", "chart", help="A map to check as well: name in maps/ or a path.")
 def launch_fleet(
-    fleet: str, sim: bool, check: bool, world: str | None, processes: str, chart: str | None
+    fleet: str,
+    sim: bool,
+    check: bool,
+    world: str | None,
+    processes: str,
+    traffic: str,
+    chart: str | None,
 ) -> None:
     """Start the blackboard and every robot of FLEET, a name in fleets/ or a path.
 
@@ -39,7 +52,11 @@ def launch_fleet(
     """
     try:
         wanted = read_fleet(fleet)
-        wanted = evolve(wanted, processes=processes or wanted.processes)
+        wanted = evolve(
+            wanted,
+            processes=processes or wanted.processes,
+            traffic=traffic or wanted.traffic,
+        )
         if world is not None and sim:
             there = tuple(Charger(name=p.name, pose=p.pose) for p in load_world(world).chargers)
             wanted = evolve(wanted, chargers=wanted.chargers or there)

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from robot_navigation.mapf.roadmap_builder import build_roadmap
-
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
 from robot_navigation.planning.clearance import ClearanceField
@@ -25,11 +23,10 @@ class CoordinatorMaker:
     def __init__(self, site: Site, models: Sequence[str]) -> None:
         self._field = ClearanceField.of(site.grid)
         self._radii = sorted({load_model(name).base.circumscribed_radius for name in models})
-        self._roadmap = build_roadmap(self._field, self._radii)
 
     def coordinator(self, epoch: int = 1) -> Coordinator:
         """Return a coordinator that knows no robot yet."""
-        return Coordinator(self._field, self._radii, epoch, roadmap=self._roadmap)
+        return Coordinator(self._field, self._radii, epoch=epoch)
 
 
 def by_a_plan(models: Sequence[str], simulation: Simulation, site: Site) -> Traffic:

@@ -12,13 +12,13 @@ Hoenig et al., Persistent and Robust Execution of MAPF Schedules in Warehouses, 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hive_common.compiled import compiled
+from robot_navigation.mapf.segments import segments_apart
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,34 +66,6 @@ def dependencies(courses: Sequence[Course], gap: float) -> Indices:
     )
 
 
-@compiled("float64(float64, float64, float64, float64, float64, float64)")
-def _to_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Return the distance of a point from a segment [m]."""
-    dx, dy = bx - ax, by - ay
-    length = dx * dx + dy * dy
-    share = 0.0
-    if length > 0.0:
-        share = min(max(((x - ax) * dx + (y - ay) * dy) / length, 0.0), 1.0)
-    return math.hypot(ax + share * dx - x, ay + share * dy - y)
-
-
-@compiled("float64(float64[::1], float64[::1], float64[::1], float64[::1])")
-def _apart(a: Array, b: Array, c: Array, d: Array) -> float:
-    """Return the distance of the segments ab and cd [m]."""
-    one = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    two = (b[0] - a[0]) * (d[1] - a[1]) - (b[1] - a[1]) * (d[0] - a[0])
-    three = (d[0] - c[0]) * (a[1] - c[1]) - (d[1] - c[1]) * (a[0] - c[0])
-    four = (d[0] - c[0]) * (b[1] - c[1]) - (d[1] - c[1]) * (b[0] - c[0])
-    if one * two < 0.0 and three * four < 0.0:
-        return 0.0
-    return min(
-        _to_segment(a[0], a[1], c[0], c[1], d[0], d[1]),
-        _to_segment(b[0], b[1], c[0], c[1], d[0], d[1]),
-        _to_segment(c[0], c[1], a[0], a[1], b[0], b[1]),
-        _to_segment(d[0], d[1], a[0], a[1], b[0], b[1]),
-    )
-
-
 @compiled("int64(float64[:, ::1], float64[::1], int64, int64, int64, float64, boolean)")
 def _last_before(
     points: Array, begins: Array, mine: int, first: int, end: int, apart: float, yields: bool
@@ -107,7 +79,7 @@ def _last_before(
         if begins[its] > begins[mine] or (begins[its] == begins[mine] and not yields):
             break
         after = min(its + 1, end - 1)
-        if _apart(points[mine], points[mine + 1], points[its], points[after]) < apart:
+        if segments_apart(points[mine], points[mine + 1], points[its], points[after]) < apart:
             last = its
     return last
 

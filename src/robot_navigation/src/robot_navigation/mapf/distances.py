@@ -115,7 +115,10 @@ def times_by_lane(
     """Return the time to the goal from the end of each lane, for a robot that came along it [s].
 
     Args:
-        into: See `times_by_place`, as all up to `durations`.
+        into: See `times_by_place`.
+        lanes_in: See there.
+        from_: See there.
+        durations: See there.
         angles: (m,) direction of each lane [rad].
         goal: The place.
         turn: Time to turn [s/rad].

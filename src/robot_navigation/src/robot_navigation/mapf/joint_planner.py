@@ -2,28 +2,36 @@
 """Plans paths for all robots at once, so that no two are in one place at one time.
 
 Robots are planned one after the other, each the fastest way past those before it (`sipp.py`) and
-moving aside those after it (`pushing.py`). docs/decisions/012-joint-planning.md tells what else was
-tried.
+moving aside those after it (`pushing.py`). docs/decisions/012-joint-planning.md tells what else
+was tried.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from robot_navigation.mapf.conflicts import classical_conflicts, spatial_conflicts, ways
+from robot_navigation.mapf.lacam import solve
+from robot_navigation.mapf.neighbourhood_search import improve
 from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
-from robot_navigation.mapf.pushing import Fleet
+from robot_navigation.mapf.pushing import PushingFleet
 from robot_navigation.mapf.reservations import Reservations
+from robot_navigation.mapf.segments import segments_near
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.conflicts import Conflicts
+    from robot_navigation.mapf.fleet import Fleet
     from robot_navigation.mapf.roadmap import Roadmap
+    from robot_navigation.planning.path import Point
 
 RENEW = 0.5  # a path that ends before this share of the horizon, and not at the goal, is made anew
 LATE = 0.05  # a robot that is this late still has the plan that it had [s]
@@ -44,6 +52,9 @@ class Agent:
         yaw_rate: Its highest turning speed [rad/s].
         priority: The lesser of two is planned first.
         stays: Whether it cannot be moved: it picks, charges, is defect or follows no plan.
+        body: Where it is until it is at its start, x, y [m] and when it leaves each point [s]; its
+            start may lie beside it, and is left out.
+        end: Where exactly it stands when it has got to its goal, frame map [m]; None for there.
     """
 
     start: int
@@ -56,6 +67,20 @@ class Agent:
     yaw_rate: float
     priority: float
     stays: bool = False
+    body: tuple[tuple[float, float, float], ...] = ()
+    end: Point | None = None
+
+
+class Body(NamedTuple):
+    """What takes up space off the roadmap.
+
+    Attributes:
+        radius: Of the circle around it [m].
+        track: x, y [m, frame map], and when it has left each point behind [s].
+    """
+
+    radius: float
+    track: tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -113,12 +138,19 @@ class JointPlanner:
         self._ways = ways(roadmap)
         self._count = len(roadmap.places)
         self._things = self._count + int(self._ways.max(initial=-1)) + 1
+        first = np.unique(self._ways, return_index=True)[1]
+        ends = roadmap.places[roadmap.lanes[first]]
+        self._one_end = np.ascontiguousarray(np.vstack([roadmap.places, ends[:, 0]]))
+        self._other_end = np.ascontiguousarray(np.vstack([roadmap.places, ends[:, 1]]))
         self._lane_of = {(int(p), int(q)): k for k, (p, q) in enumerate(roadmap.lanes)}
         self._conflicts: dict[float, Conflicts] = {}
         self._searches: dict[Motion, PathSearch] = {}
 
     def plan(
-        self, agents: Sequence[Agent], before: Sequence[Timetable | None] = ()
+        self,
+        agents: Sequence[Agent],
+        before: Sequence[Timetable | None] = (),
+        bodies: Sequence[Body] = (),
     ) -> list[Timetable]:
         """Return what each robot is to do, so that no two come too near to each other.
 
@@ -130,18 +162,52 @@ class JointPlanner:
                 nearest place where it may park. One that cannot get to its goal does the same.
             before: What each robot had to do so far, with times from now on; kept where it still
                 holds. None, or nothing at all, for robots without.
+            bodies: What else is in the way, for ever at its last point.
         """
         order = sorted(range(len(agents)), key=lambda k: _rank(agents[k], k))
-        fleet = self._fleet(agents)
+        fleet = self._fleet(agents, bodies)
         self._keep(fleet, agents, before, order)
-        if not fleet.settle_all(order):
-            fleet = self._fleet(agents)
+        fixed = {robot for robot in order if agents[robot].stays}
+        if not fleet.settle_freely(order, fixed) and not self._step_by_step(fleet, agents):
+            fleet = self._fleet(agents, bodies)
             self._keep(fleet, agents, (), order)
             fleet.settle_all(order)
+        # Bodies may keep a robot from getting out of the way; it waits for the next plan.
+        for robot, path in enumerate(fleet.paths):
+            if path is None:
+                fleet.put(robot, fleet.stand(robot))
+        movable = [robot for robot in order if robot not in fixed]
+        improve(fleet, movable, self.settings.improvements)
         paths = [path for path in fleet.paths if path is not None]
         return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
 
-    def _fleet(self, agents: Sequence[Agent]) -> Fleet:
+    def _step_by_step(self, fleet: Fleet, agents: Sequence[Agent]) -> bool:
+        """Plan all robots of a classical problem that has no horizon; return whether it worked."""
+        settings = self.settings
+        if not settings.classical or math.isfinite(settings.horizon):
+            return False
+        if any(agent.stays for agent in agents):
+            return False
+        times = np.array([self._search(agent).times_from(agent.goal) for agent in agents])
+        trail = solve(
+            self.roadmap.begins.astype(np.intp),
+            np.ascontiguousarray(self.roadmap.lanes[:, 1], dtype=np.intp),
+            [agent.start for agent in agents],
+            [agent.goal for agent in agents],
+            times,
+        )
+        if trail is None:
+            return False
+        fleet.forget()
+        for robot, line in enumerate(np.array(trail).T.tolist()):
+            moves = [k for k in range(1, len(line)) if line[k] != line[k - 1]]
+            places = [line[0], *(line[k] for k in moves)]
+            arrives = [0.0, *(float(k) for k in moves)]
+            leaves = [*(float(k - 1) for k in moves), math.inf]
+            fleet.put(robot, self._path(places, arrives, leaves, 0.0, complete=True))
+        return True
+
+    def _fleet(self, agents: Sequence[Agent], bodies: Sequence[Body]) -> PushingFleet:
         """Return the robots, with nobody planned yet."""
         settings = self.settings
         searches = [self._search(agent) for agent in agents]
@@ -155,7 +221,7 @@ class JointPlanner:
             if agent.goal == agent.start or not math.isfinite(search.alone(task)):
                 task = task._replace(goal=-1)
             tasks.append(task)
-        return Fleet(
+        fleet = PushingFleet(
             tasks,
             [radii.index(agent.radius) for agent in agents],
             searches,
@@ -164,6 +230,37 @@ class JointPlanner:
             settings.searches * len(agents),
             settings.states,
         )
+        moving = [Body(agent.radius, agent.body) for agent in agents]
+        starts = np.array([agent.start for agent in agents], dtype=np.intp)
+        for number, body in enumerate([*moving, *bodies]):
+            others = np.delete(starts, number) if number < len(agents) else starts
+            self._place(fleet, len(agents) + number, body, radii, others)
+        for robot, agent in enumerate(agents):
+            if agent.end is not None:
+                fleet.ends[robot] = [
+                    self._near([agent.end], agent.radius + radius + self.settings.gap)
+                    for radius in radii
+                ]
+        return fleet
+
+    def _place(
+        self, fleet: Fleet, who: int, body: Body, radii: Sequence[float], others: Indices
+    ) -> None:
+        """Block what a body comes near, but for the starts of others.
+
+        Where a start and a body come too near, the robots keep apart by themselves.
+        """
+        legs = list(itertools.pairwise(body.track)) or [(each, each) for each in body.track]
+        for size, radius in enumerate(radii):
+            apart = body.radius + radius + self.settings.gap
+            for here, after in legs:
+                near = self._near([here[:2], after[:2]], apart)
+                free = near[~np.isin(near, others)]
+                fleet.reservations.block(who, size, free, -math.inf, after[2])
+
+    def _near(self, points: Sequence[Point], apart: float) -> Indices:
+        """Return the places and ways that are nearer than `apart` [m] to a polyline."""
+        return segments_near(self._one_end, self._other_end, np.array(points, dtype=float), apart)
 
     def _keep(
         self,
@@ -196,18 +293,32 @@ class JointPlanner:
         else:
             complete = places[-1] == agent.goal
             holds = complete or table.arrives[-1] >= RENEW * self.settings.horizon
-        lanes = [self._lane_of.get(pair, -1) for pair in zip(places, places[1:], strict=False)]
-        if not holds or -1 in lanes or agent.ready > table.leaves[first] + LATE:
+        lost = any(pair not in self._lane_of for pair in pairwise(places))
+        if not holds or lost or agent.ready > table.leaves[first] + LATE:
             return None
-        actions = np.empty(2 * len(places) - 1, dtype=np.intp)
-        actions[0::2], actions[1::2] = places, np.array(lanes, dtype=np.intp) + self._count
-        times = np.empty((len(actions), 2))
-        times[0::2, 0], times[0::2, 1] = table.arrives[first:], table.leaves[first:]
-        times[0] = -math.inf, max(table.leaves[first], agent.ready)
-        times[1::2, 0], times[1::2, 1] = times[:-1:2, 1], times[2::2, 0]
         left = 0.0
         if not complete:
             left = float(self._search(agent).times_from(agent.goal)[places[-1]])
+        leaves = [max(table.leaves[first], agent.ready), *table.leaves[first + 1 :]]
+        return self._path(places, table.arrives[first:], leaves, left, complete=complete)
+
+    def _path(
+        self,
+        places: Sequence[int],
+        arrives: Sequence[float],
+        leaves: Sequence[float],
+        left: float,
+        *,
+        complete: bool,
+    ) -> Path:
+        """Return what a robot does that passes some places at some times [s]; see `Path`."""
+        lanes = [self._lane_of[pair] + self._count for pair in pairwise(places)]
+        actions = np.empty(2 * len(places) - 1, dtype=np.intp)
+        actions[0::2], actions[1::2] = places, lanes
+        times = np.empty((len(actions), 2))
+        times[0::2, 0], times[0::2, 1] = arrives, leaves
+        times[0, 0] = -math.inf
+        times[1::2, 0], times[1::2, 1] = times[:-1:2, 1], times[2::2, 0]
         return Path(actions, times, complete, left)
 
     def _timetable(self, path: Path, agent: Agent) -> Timetable:
@@ -221,9 +332,15 @@ class JointPlanner:
             path.complete,
         )
 
+    def times_to(self, goal: int, motion: Motion) -> Array:
+        """Return the time from each place to a goal for a robot that is alone [s], (n,)."""
+        return self._mover(motion).times_from(goal)
+
     def _search(self, agent: Agent) -> PathSearch:
         """Return what finds paths for a robot."""
-        motion = Motion(agent.radius, agent.speed, agent.acceleration, agent.yaw_rate)
+        return self._mover(Motion(agent.radius, agent.speed, agent.acceleration, agent.yaw_rate))
+
+    def _mover(self, motion: Motion) -> PathSearch:
         if motion not in self._searches:
             self._searches[motion] = PathSearch(self.roadmap, self._ways, motion)
         return self._searches[motion]

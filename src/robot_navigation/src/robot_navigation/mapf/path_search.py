@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from robot_navigation.mapf.distances import times_by_lane, times_by_place
+from robot_navigation.mapf.roadmap import need
 from robot_navigation.mapf.sipp import (
     FOUND,
     NOTHING,
@@ -91,10 +92,10 @@ class Path:
 class PathSearch:
     """Finds paths for robots that move alike.
 
-    A robot drives a lane at its speed or the lane's, whichever is less. To stop and drive on costs
-    the time v/a, half of it for each. A bend by 90 degrees or more costs that and the time to turn,
-    a slighter one its share of it. A wait that is shorter than v/a needs no stop: the robot comes
-    slower, so it loses no more than it waits.
+    A robot drives a lane at its speed or the lane's, whichever is less. To stop and drive on
+    costs the time v/a, half of it for each. A bend by 90 degrees or more costs that and the time
+    to turn, a slighter one its share of it. A wait that is shorter than v/a needs no stop: the
+    robot comes slower, so it loses no more than it waits.
 
     Attributes:
         motion: How the robots move.
@@ -109,7 +110,9 @@ class PathSearch:
         self._from = np.ascontiguousarray(lanes[:, 0]).astype(np.intp)
         to = np.ascontiguousarray(lanes[:, 1]).astype(np.intp)
         speed = np.minimum(roadmap.speeds, motion.speed)
-        durations = np.where(roadmap.widths >= motion.radius, roadmap.lengths / speed, np.inf)
+        durations = np.where(
+            roadmap.widths >= need(motion.radius), roadmap.lengths / speed, np.inf
+        )
         along = roadmap.places[to] - roadmap.places[self._from]
         self._turn = 1 / motion.yaw_rate
         self._stand = motion.speed / motion.acceleration

@@ -15,19 +15,20 @@ first robot waits only for what cannot move out of its way.
 from __future__ import annotations
 
 import math
+from collections import deque
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_navigation.mapf.path_search import Path
+from robot_navigation.mapf.fleet import Fleet
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
-    from robot_navigation.mapf.path_search import PathSearch, Task
-    from robot_navigation.mapf.reservations import Reservations
+    from robot_navigation.mapf.path_search import Path
 
-PATIENCE = (0.0, 1.0, 4.0, math.inf)
+PATIENCE = (0.0, 1.5, 4.0, math.inf)
 """For how long a robot that has to move aside is taken to stand, in lanes that it could drive.
 
 A robot that has to turn or to speed up never clears its start at once, so it begins with the next.
@@ -35,97 +36,53 @@ A robot that has to turn or to speed up never clears its start at once, so it be
 
 DEPTH = 12  # most robots that push each other in a row
 TRIES = 8  # most plans of one robot for those that it has to push
+BUMPS = 5  # how often a robot takes out those in its way, on average
+REFUGES = 24  # places to which a robot may be let out
 SHARE = 60  # most searches for one robot and all those that it has to push
 
 
-class Fleet:
-    """The robots of one plan, and what each is to do as far as it is planned.
+class PushingFleet(Fleet):
+    """Robots that are planned one after the other; see the module."""
 
-    Attributes:
-        tasks: What each robot is planned for.
-        sizes: The number of each robot's size in the reservations.
-        searches: How each robot's paths are found.
-        paths: What each robot does; None if it is not planned yet.
-        effort: How many searches are left.
-    """
+    def settle_freely(self, order: Sequence[int], fixed: Collection[int]) -> bool:
+        """Plan robots in some order as if those that are not planned yet were not there.
 
-    def __init__(
-        self,
-        tasks: Sequence[Task],
-        sizes: Sequence[int],
-        searches: Sequence[PathSearch],
-        reservations: Reservations,
-        horizon: float,
-        effort: int,
-        states: int,
-    ) -> None:
-        """Start with no robot planned.
+        One that finds no way to its goal takes out whoever is in its way, and goes before them.
 
         Args:
-            tasks: See the attributes, as `sizes` and `searches`.
-            reservations: Of nobody yet.
-            horizon: From when on a path may end anywhere [s].
-            effort: Most searches.
-            states: Most states of one search.
+            order: In which they are planned.
+            fixed: Those that may not be taken out.
+
+        Returns:
+            Whether there is a plan for all; where there are many robots, there may be none.
         """
-        self.tasks = list(tasks)
-        self.sizes = sizes
-        self.searches = searches
-        self.paths: list[Path | None] = [None] * len(tasks)
-        self.effort = effort
-        self.reservations = reservations
-        self._horizon = horizon
-        self._states = states
-        self._stood: dict[int, float] = {}
-        self._budget = 0
-        self._settled: list[int] = []
-        self._sizes = np.array(sizes, dtype=np.intp)
-        self._starts = np.array([task.start for task in tasks], dtype=np.intp)
+        waiting = deque(robot for robot in order if self.paths[robot] is None)
+        bumps = dict.fromkeys(order, 0)
+        left = BUMPS * len(waiting)
+        while waiting:
+            robot = waiting.popleft()
+            path = self.find(robot)
+            others: list[int] = []
+            if not self._satisfies(robot, path):
+                others = [other for other in self.hinder(robot) if other not in fixed]
+            if others:
+                left -= 1
+                if left < 0:
+                    return False
+                bumps[robot] += 1
+                for other in others:
+                    self.take(other)
+                path = self.find(robot)
+                waiting.extendleft(sorted(others, key=bumps.__getitem__))
+            if path is None:
+                return False
+            self.put(robot, path)
+        return True
 
-    def put(self, robot: int, path: Path) -> None:
-        """Plan a robot."""
-        self._get_up(robot)
-        self.paths[robot] = path
-        self.reservations.add(robot, self.sizes[robot], path.actions, path.times)
-        self._settled.append(robot)
-
-    def take(self, robot: int) -> Path:
-        """Forget a robot's plan and return it."""
-        path = self.paths[robot]
-        if path is None:
-            raise ValueError(f"robot {robot} is not planned")
-        self.reservations.remove(robot, self.sizes[robot], path.actions)
-        self.paths[robot] = None
-        self._settled.remove(robot)
-        return path
-
-    def fits(self, robot: int, path: Path) -> bool:
-        """Return whether a path meets none of the others."""
-        things = path.actions.copy()
-        things[1::2] = self.searches[robot].ways_of(path.actions[1::2])
-        # A place has to be free from when the robot sets out to it.
-        times = path.times.copy()
-        times[2::2, 0] = times[1::2, 0]
-        return self.reservations.are_free(self.sizes[robot], things, times)
-
-    def stand(self, robot: int) -> Path:
-        """Return the path of a robot that stays where it is."""
-        task = self.tasks[robot]
-        return Path(
-            np.array([task.start], dtype=np.intp),
-            np.array([[-math.inf, math.inf]]),
-            complete=task.start == task.goal,
-            left=0.0 if task.goal < 0 else self.searches[robot].alone(task),
-        )
-
-    def find(self, robot: int) -> Path | None:
-        """Return the fastest path of a robot among the others, or None."""
-        return self.searches[robot].find(
-            self.tasks[robot],
-            self.sizes[robot],
-            self.reservations,
-            self._horizon,
-            self._states,
+    def _satisfies(self, robot: int, path: Path | None) -> bool:
+        """Return whether a path leads to a robot's goal or up to the horizon."""
+        return path is not None and (
+            path.complete or path.end >= self._horizon or self.tasks[robot].goal < 0
         )
 
     def settle_all(self, order: Sequence[int]) -> bool:
@@ -143,8 +100,19 @@ class Fleet:
                 return False
         for robot in order:
             if self.paths[robot] is None and not self._settle_within(robot):
-                self.put(robot, self.stand(robot))
+                self.put(robot, self._around_all(robot))
         return True
+
+    def _around_all(self, robot: int) -> Path:
+        """Return the path of a robot that pushes nobody."""
+        stood = dict(self._stood)
+        self._get_up(robot)
+        for other in list(self._stood):
+            self._stand_until(other, math.inf)
+        path = self.find(robot)
+        for other, until in stood.items():
+            self._stand_until(other, until)
+        return self.stand(robot) if path is None else path
 
     def _settle_within(self, robot: int) -> bool:
         """Plan a robot and those in its way with its share of the effort."""
@@ -186,7 +154,49 @@ class Fleet:
                     self._stand_until(other, stood[other])
             more = 1 if attempt < TRIES // 2 else len(PATIENCE)
             patient[stuck] = patient.get(stuck, 0) + more
-            self._stand_until(stuck, self._until(stuck, patient[stuck]))
+            until = self._until(stuck, patient[stuck])
+            if depth == 0 and math.isinf(until) and self._let_out(robot, stuck):
+                return True
+            self._stand_until(stuck, until)
+        return False
+
+    def _let_out(self, robot: int, stuck: int) -> bool:
+        """Plan a robot that is stuck behind another one out of its way first.
+
+        That other one goes aside for it and then to its goal. The one that was stuck goes on from
+        where it let the other one pass in a later plan.
+        """
+        ideal = self._found(robot, self._nobody)
+        if ideal is None:
+            return False
+        until, task = self._stood[stuck], self.tasks[stuck]
+        times = self.searches[stuck].times_from(task.start)
+        refuges = np.argsort(times, kind="stable")
+        refuges = refuges[~np.isin(refuges, ideal.actions[0::2]) & np.isfinite(times[refuges])]
+        self._get_up(stuck)
+        for refuge in refuges[:REFUGES].tolist():
+            mark = len(self._settled)
+            stood = dict(self._stood)
+            self.tasks[stuck] = task._replace(goal=refuge)
+            # The other one needs some time to clear its start.
+            self._stand_until(robot, self._until(robot, 0))
+            out = self.find(stuck)
+            self._get_up(robot)
+            self.tasks[stuck] = task
+            if out is None or not out.complete:
+                continue
+            left = float(self.searches[stuck].times_from(task.goal)[refuge])
+            self.put(stuck, replace(out, complete=False, left=left))
+            path = self.find(robot)
+            if path is not None and self._satisfies(robot, path):
+                self.put(robot, path)
+                if self._push(stuck, 1) is None and self._push(robot, 1) is None:
+                    return True
+            for other in reversed(self._settled[mark:]):
+                self.take(other)
+                if other in stood:
+                    self._stand_until(other, stood[other])
+        self._stand_until(stuck, until)
         return False
 
     def _push(self, robot: int, depth: int) -> int | None:
@@ -216,16 +226,3 @@ class Fleet:
         search = self.searches[robot]
         factor = PATIENCE[min(patience + (1 if search.turns else 0), len(PATIENCE) - 1)]
         return self.tasks[robot].ready + factor * search.one_lane
-
-    def _stand_until(self, robot: int, until: float) -> None:
-        """Take a robot that is not planned yet to stand where it is until some time [s]."""
-        self._get_up(robot)
-        self._stood[robot] = until
-        start = self._starts[robot : robot + 1]
-        self.reservations.add(robot, self.sizes[robot], start, np.array([[-math.inf, until]]))
-
-    def _get_up(self, robot: int) -> None:
-        """Forget that a robot that is not planned yet stands at its start."""
-        if self._stood.pop(robot, None) is not None:
-            start = self._starts[robot : robot + 1]
-            self.reservations.remove(robot, self.sizes[robot], start)

@@ -47,10 +47,10 @@ class Reservations:
         self.links: Indices = np.empty((FIRST_SPANS, 2), dtype=np.intp)
         self._free = np.array([0, -1], dtype=np.intp)  # spans in use, head of those given back
 
-    def clear(self) -> None:
-        """Free everything."""
-        self.heads.fill(-1)
-        self._free[:] = (0, -1)
+    @classmethod
+    def like(cls, other: Reservations) -> Reservations:
+        """Return reservations of the same things for the same sizes, with everything free."""
+        return cls(other.heads.shape[1], other._conflicts)
 
     def add(self, who: int, size: int, actions: Indices, times: Array) -> None:
         """Reserve what a robot blocks.
@@ -74,7 +74,6 @@ class Reservations:
                 times,
                 conflicts.begins,
                 conflicts.blocked,
-                conflicts.spans,
             )
 
     def remove(self, who: int, size: int, actions: Indices) -> None:
@@ -89,6 +88,43 @@ class Reservations:
                 conflicts.begins,
                 conflicts.blocked,
             )
+
+    def block(self, who: int, size: int, things: Indices, begin: float, end: float) -> None:
+        """Reserve some places and ways (k,) for robots of one size.
+
+        Args:
+            who: Number of the robot.
+            size: Number of the size for which they are blocked.
+            things: Their numbers.
+            begin: From when [s].
+            end: Until when [s].
+        """
+        self._grow(len(things))
+        count = len(things)
+        add_spans(
+            self.heads[size],
+            self.spans,
+            self.links,
+            self._free,
+            who,
+            np.arange(count),
+            np.tile([begin, end], (count, 1)),
+            np.arange(count + 1),
+            things,
+        )
+
+    def unblock(self, who: int, size: int, things: Indices) -> None:
+        """Free what `block` reserved."""
+        count = len(things)
+        remove_spans(
+            self.heads[size],
+            self.links,
+            self._free,
+            who,
+            np.arange(count),
+            np.arange(count + 1),
+            things,
+        )
 
     def blocked_for_ever(self, size: int, thing: int) -> bool:
         """Return whether a place or way is blocked for ever, from some time on."""
@@ -107,6 +143,10 @@ class Reservations:
         """Return whether some things (k,) are free during times (k, 2) [s]."""
         return bool(all_free(self.heads[size], self.spans, self.links, things, times))
 
+    def blockers(self, size: int, things: Indices, times: Array) -> Indices:
+        """Return who blocks any of some things (k,) during times (k, 2) [s]."""
+        return np.unique(all_blockers(self.heads[size], self.spans, self.links, things, times))
+
     def _grow(self, need: int) -> None:
         """Make room for this many spans more."""
         if self._free[0] + need > len(self.spans):
@@ -117,7 +157,7 @@ class Reservations:
 
 @compiled(
     "void(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], int64, int64[::1],"
-    " float64[:, ::1], int64[::1], int64[::1], float64[:, ::1])"
+    " float64[:, ::1], int64[::1], int64[::1])"
 )
 def add_spans(
     heads: Indices,
@@ -129,7 +169,6 @@ def add_spans(
     times: Array,
     begins: Indices,
     blocked: Indices,
-    parts: Array,
 ) -> None:
     """Add what a robot blocks; see `Reservations.add`.
 
@@ -139,17 +178,12 @@ def add_spans(
         begin, end = times[k, 0], times[k, 1]
         for item in range(begins[actions[k]], begins[actions[k] + 1]):
             thing = blocked[item]
-            from_, to = begin, end
-            if parts[item, 0] > 0.0:
-                from_ = begin + parts[item, 0] * (end - begin)
-            if parts[item, 1] < 1.0:
-                to = begin + parts[item, 1] * (end - begin)
             before = -1
             at = heads[thing]
             joined = False
-            while at >= 0 and spans[at, 0] <= from_:
-                if links[at, 1] == who and spans[at, 1] >= from_ - 1e-9:
-                    spans[at, 1] = max(spans[at, 1], to)
+            while at >= 0 and spans[at, 0] <= begin:
+                if links[at, 1] == who and spans[at, 1] >= begin - 1e-9:
+                    spans[at, 1] = max(spans[at, 1], end)
                     joined = True
                     break
                 before = at
@@ -162,7 +196,7 @@ def add_spans(
             else:
                 new = free[0]
                 free[0] += 1
-            spans[new, 0], spans[new, 1] = from_, to
+            spans[new, 0], spans[new, 1] = begin, end
             links[new, 0], links[new, 1] = at, who
             if before < 0:
                 heads[thing] = new
@@ -228,3 +262,20 @@ def all_free(heads: Indices, spans: Array, links: Indices, things: Indices, time
                 return False
             at = links[at, 0]
     return True
+
+
+@compiled("int64[::1](int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], float64[:, ::1])")
+def all_blockers(
+    heads: Indices, spans: Array, links: Indices, things: Indices, times: Array
+) -> Indices:
+    """Return who blocks things during times, some more than once; see `Reservations.blockers`."""
+    found = np.empty(1024, dtype=np.int64)
+    count = 0
+    for k in range(len(things)):
+        at = heads[things[k]]
+        while at >= 0 and spans[at, 0] < times[k, 1] - 1e-9:
+            if spans[at, 1] > times[k, 0] + 1e-9 and count < len(found):
+                found[count] = links[at, 1]
+                count += 1
+            at = links[at, 0]
+    return found[:count]

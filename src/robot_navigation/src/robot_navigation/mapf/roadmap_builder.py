@@ -7,15 +7,18 @@ and what is missing (`repair.py`). All sizes share it: `room` and `widths` tell 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import spatial
 
+from hive_common.zone import PARKING
 from robot_navigation.mapf.lattice import COMFORT, CROWDED, GAP, fitted, roomier
+from robot_navigation.mapf.parking import may_park
 from robot_navigation.mapf.repair import Net, connect_all, cover_all
 from robot_navigation.mapf.roadmap import assembled, need
-from robot_navigation.mapf.zones import with_zones
+from robot_navigation.mapf.zones import inside, with_zones
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,12 +51,16 @@ def build_roadmap(
     lattice = fitted(field, min(radii), least)
     net = Net(field, lattice.spacing, least)
     _lay(net, field, lattice, radii)
+    for zone in zones:
+        if zone.kind == PARKING:
+            _add_parking(net, field, zone, least)
     for clearance in sorted({need(radius) for radius in radii}, reverse=True):
         cover_all(net, field, clearance, lattice.spacing)
         connect_all(net, field, clearance, lattice.spacing)
     pairs, first = np.unique(np.sort(net.pairs, axis=1), axis=0, return_index=True)
     roadmap = assembled(net.places, net.room, pairs, net.widths[first], lattice.spacing)
-    return with_zones(roadmap, zones)
+    parking = may_park(field, roadmap.places, max(radii))
+    return with_zones(replace(roadmap, may_park=parking), zones)
 
 
 def _lay(net: Net, field: ClearanceField, lattice: Lattice, radii: Sequence[float]) -> None:
@@ -80,6 +87,20 @@ def _lay(net: Net, field: ClearanceField, lattice: Lattice, radii: Sequence[floa
     net.join(pairs[(pairs >= 0).all(axis=1)])
     shifted = np.hypot(*(moved - points).T) > SHIFTED * lattice.spacing
     net.join_around(number[keep & shifted])
+
+
+def _add_parking(net: Net, field: ClearanceField, zone: Zone, least: float) -> None:
+    """Add a place to a parking zone that has none, where it has most room."""
+    corners = np.array(zone.corners, dtype=float)
+    step, left, low = field.scale
+    if inside(corners, net.places).any():
+        return
+    rows, columns = np.nonzero(field.clearance >= least)
+    cells = np.column_stack([left + (columns + 0.5) * step, low + (rows + 0.5) * step])
+    here = np.flatnonzero(inside(corners, cells))
+    if len(here):
+        roomiest = here[np.argmax(field.clearance[rows[here], columns[here]])]
+        net.add_joined(cells[[roomiest]])
 
 
 def _in_sight(field: ClearanceField, points: Array, apart: float, least: float) -> Indices:

@@ -73,8 +73,8 @@ def turning(angle: float, turn: float, stand: float) -> float:
     Args:
         angle: By which it turns [rad].
         turn: Time to turn [s/rad].
-        stand: What it costs to stop and drive on [s]; a bend by 90 degrees needs a stop, a slighter
-            one is driven through at a lower speed.
+        stand: What it costs to stop and drive on [s]; a bend by 90 degrees needs a stop, a
+            slighter one is driven through at a lower speed.
     """
     if angle < STRAIGHT:
         return 0.0
@@ -118,13 +118,57 @@ def pop(keys: Array, heap: Indices, size: int) -> int:
     return size
 
 
+@compiled("UniTuple(float64, 2)(int64, float64[:, ::1], int64[:, ::1], float64)")
+def safe_interval(at: int, spans: Array, entries: Indices, time: float) -> tuple[float, float]:
+    """Return the safe interval that a time is in; its begin is later if the time is in none."""
+    low, high = -np.inf, np.inf
+    while at >= 0:
+        if spans[at, 0] > time and spans[at, 0] > low:
+            high = spans[at, 0]
+            break
+        low = max(low, spans[at, 1])
+        at = entries[at, 0]
+    return low, high
+
+
+@compiled(
+    "Tuple((int64, float64, float64))(float64[:, ::1], int64[:, ::1], float64, int64, float64,"
+    " float64)"
+)
+def safe_after(
+    spans: Array, entries: Indices, soonest: float, at: int, low: float, high: float
+) -> tuple[int, float, float]:
+    """Return the first safe interval of a list that ends after a time.
+
+    Args:
+        spans: See `Reservations`.
+        entries: Its `links`.
+        soonest: The time [s].
+        at: The span with which the last safe interval ended, at first the head of the list.
+        low: When that interval began, at first minus infinity [s].
+        high: When it ended, at first minus infinity [s].
+
+    Returns:
+        The same of the one that was looked for; it begins at infinity if there is none.
+    """
+    while high <= max(soonest, low) and high < np.inf and low < np.inf:
+        if high > -np.inf:
+            low = max(low, spans[at, 1])
+            at = entries[at, 0]
+        while at >= 0 and spans[at, 0] <= low:
+            low = max(low, spans[at, 1])
+            at = entries[at, 0]
+        high = spans[at, 0] if at >= 0 else np.inf
+    return at, low, high
+
+
 @compiled(
     "UniTuple(int64, 2)(int64[::1], int64[::1], int64[::1], int64[::1], float64[::1],"
     " float64[::1], boolean[::1], int64[::1], float64[:, ::1], int64[:, ::1], int64[::1],"
     " float64[:, ::1], int64[:, ::1], float64[:, ::1], int64[::1], boolean[::1], float64[::1],"
     " int64, int64, float64, float64, float64, float64, float64, int64)"
 )
-def search(
+def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with less hide its order)
     begins: Indices,
     to: Indices,
     way: Indices,
@@ -173,8 +217,8 @@ def search(
         limit: Most states to look at.
 
     Returns:
-        FOUND, PARTIAL (it cannot get to a goal in time, and ends as near as it can) or NOTHING, and
-        the last state.
+        FOUND, PARTIAL (it cannot get to a goal in time, and ends as near as it can) or NOTHING,
+        and the last state.
     """
     count = 0
     size = 0
@@ -183,15 +227,7 @@ def search(
     done = 0
     last = -1
     status = NOTHING
-    # The safe interval of the start.
-    low, high = -np.inf, np.inf
-    at = heads[start]
-    while at >= 0:
-        if spans[at, 0] > ready and spans[at, 0] > low:
-            high = spans[at, 0]
-            break
-        low = max(low, spans[at, 1])
-        at = entries[at, 0]
+    low, high = safe_interval(heads[start], spans, entries, ready)
     if low <= ready:
         times[0, 0], times[0, 1], times[0, 2], times[0, 3] = ready, low, high, ready
         links[0, 0], links[0, 1], links[0, 2] = -1, -1, start
@@ -235,28 +271,13 @@ def search(
             place_high = -np.inf
             way_high = -np.inf
             while True:
-                while place_high <= max(soonest, place_low) and place_high < np.inf:
-                    # The next safe interval of the place.
-                    if place_high > -np.inf:
-                        place_low = max(place_low, spans[place_at, 1])
-                        place_at = entries[place_at, 0]
-                    while place_at >= 0 and spans[place_at, 0] <= place_low:
-                        place_low = max(place_low, spans[place_at, 1])
-                        place_at = entries[place_at, 0]
-                    place_high = spans[place_at, 0] if place_at >= 0 else np.inf
-                    if place_low == np.inf:
-                        break
-                while way_high <= max(soonest, way_low) and way_high < np.inf:
-                    if way_high > -np.inf:
-                        way_low = max(way_low, spans[way_at, 1])
-                        way_at = entries[way_at, 0]
-                    while way_at >= 0 and spans[way_at, 0] <= way_low:
-                        way_low = max(way_low, spans[way_at, 1])
-                        way_at = entries[way_at, 0]
-                    way_high = spans[way_at, 0] if way_at >= 0 else np.inf
-                    if way_low == np.inf:
-                        break
-                depart = max(soonest, max(place_low, way_low))
+                place_at, place_low, place_high = safe_after(
+                    spans, entries, soonest, place_at, place_low, place_high
+                )
+                way_at, way_low, way_high = safe_after(
+                    spans, entries, soonest, way_at, way_low, way_high
+                )
+                depart = max(soonest, place_low, way_low)
                 if depart > end or depart == np.inf or (depart > at_once + 1e-9 and not waits):
                     break
                 lost = max(0.0, min(depart - at_once, stand - turned))
@@ -304,7 +325,8 @@ def trace(times: Array, links: Indices, last: int, places: int) -> tuple[Indices
     """Return what the robot does up to the last state of a search, and when.
 
     Args:
-        times: See `search`, as `links`.
+        times: See `search`.
+        links: See `search`.
         last: The last state.
         places: Number of places of the roadmap.
 

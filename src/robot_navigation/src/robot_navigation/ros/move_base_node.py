@@ -102,6 +102,9 @@ class MoveBase:
         rospy.Subscriber(simple_goal, PoseStamped, self._pass_on, queue_size=1)
         rospy.Service(self._names.of("move_base/make_plan"), GetPlan, self._make_plan)
         rospy.on_shutdown(lambda: self._cmd_vel.publish(Twist()))
+        self._surroundings.give_routes_to(
+            lambda routes: self._navigator.take_routes(routes, rospy.get_time())
+        )
         self._surroundings.every(1 / self._settings.control_rate, self._round)
 
     def _round(self) -> None:

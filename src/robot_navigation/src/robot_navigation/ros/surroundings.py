@@ -13,12 +13,16 @@ from typing import TYPE_CHECKING
 
 import rospy
 import tf2_ros
-from robot_description.msg import Traffic
+from robot_description.msg import Routes, Traffic
 
 from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
 from robot_navigation.planning.ompl_planner import OmplPlanner
-from robot_navigation.ros.conversions import traffic_from_msg, traffic_to_msg
+from robot_navigation.ros.conversions import (
+    routes_from_msg,
+    traffic_from_msg,
+    traffic_to_msg,
+)
 from robot_navigation.ros.startup import wait_for_map
 from robot_navigation.traffic.neighbourhood import Neighbourhood
 
@@ -27,6 +31,7 @@ if TYPE_CHECKING:
 
     from nav_msgs.msg import OccupancyGrid
 
+    from robot_navigation.mapf.route import Route
     from robot_navigation.traffic.right_of_way import Announcement
 
 
@@ -43,8 +48,8 @@ class Surroundings:
         transforms: The transforms of the last five seconds.
         heard: What every robot announces, those of this process included.
 
-    ROS Subscribers: `map` (nav_msgs/OccupancyGrid), `traffic` (robot_description/Traffic), of the
-        hive; tf.
+    ROS Subscribers: `map` (nav_msgs/OccupancyGrid), `traffic` (robot_description/Traffic),
+        `routes` (robot_description/Routes), of the hive; tf.
     ROS Publishers: `traffic`.
     """
 
@@ -57,9 +62,11 @@ class Surroundings:
         self._chart: OccupancyGrid | None = None
         self._planners: dict[float, OmplPlanner] = {}
         self._rounds: list[_Rounds] = []
+        self._route_takers: list[Callable[[tuple[Route, ...]], None]] = []
         self._listener = tf2_ros.TransformListener(self.transforms)
         self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
+        rospy.Subscriber(f"{hive}routes", Routes, self._hear_routes, queue_size=10)
 
     def chart(self) -> OccupancyGrid:
         """Return the map; wait for it the first time.
@@ -95,6 +102,22 @@ class Surroundings:
             rospy.logwarn_throttle_identical(10, str(error))
             return
         self.inbox.put(lambda: self.heard.hear(announcement))
+
+    def give_routes_to(self, take: Callable[[tuple[Route, ...]], None]) -> None:
+        """Pass on each plan of the traffic planner from now on, in the control loop's thread."""
+        self._route_takers.append(take)
+
+    def _hear_routes(self, msg: Routes) -> None:
+        try:
+            _, routes = routes_from_msg(msg)
+        except ValueError as error:
+            rospy.logwarn_throttle_identical(10, str(error))
+            return
+        self.inbox.put(lambda: self._pass_on(routes))
+
+    def _pass_on(self, routes: tuple[Route, ...]) -> None:
+        for take in self._route_takers:
+            take(routes)
 
     def every(self, period: float, action: Callable[[], None]) -> None:
         """Have the control loop do something repeatedly, first at once [s, ROS time].

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -89,6 +90,7 @@ class Tracked:
 
     def __init__(self, said: Announcement) -> None:
         self.said = said
+        self.claim = _claim(said)  # at most what is left of its path [m]
         self.drive: Drive | None = None
         self.stands_since = said.time  # [s]
         self.refuses_since: float | None = None  # [s]; None if it follows what it was given
@@ -96,7 +98,8 @@ class Tracked:
     def hear(self, said: Announcement) -> None:
         """Take in what the robot announces."""
         self.said = said
-        if said.claim >= STANDS:
+        self.claim = _claim(said)
+        if self.claim >= STANDS:
             self.stands_since = said.time
         if self.drive is None or said.plan.epoch == self.drive.plan.epoch:
             self.refuses_since = None
@@ -127,12 +130,12 @@ class Tracked:
         if said.plan.epoch != self.drive.plan.epoch:  # it has not begun
             return Committed(0, (here,), (-1,), 0.0, self.drive if self._is_fresh() else None)
         left = self.drive.after(said.passed)
-        if said.claim < STANDS:
+        if self.claim < STANDS:
             if math.dist(here, left.points[0]) < AT_PLACE:
                 return Committed(left.first, left.points[:1], left.places[:1], 0.0, left)
             if len(left.points) == 1 or now - self.stands_since > HELD:
                 return Committed(left.first, (here,), (-1,), 0.0, None)
-        wanted = said.claim + _speed(said) * LATENCY
+        wanted = self.claim + _speed(said) * LATENCY
         last, ahead, before = 0, 0.0, here
         while last + 1 < len(left.points) and (last == 0 or ahead < wanted):
             last += 1
@@ -149,15 +152,15 @@ class Tracked:
     def _is_fresh(self) -> bool:
         assert self.drive is not None  # noqa: S101  (its caller has looked)
         here = (self.said.x, self.said.y)
-        return math.dist(here, self.drive.points[0]) < AT_PLACE and self.said.claim < STANDS
+        return math.dist(here, self.drive.points[0]) < AT_PLACE and self.claim < STANDS
 
     def _announced(self) -> Committed:
         """Return the claimed stretch of the path that a robot without a route announces."""
         said = self.said
         here = (said.x, said.y)
-        if said.claim < STANDS:
+        if self.claim < STANDS:
             return Committed(said.passed + 1, (here,), (-1,), 0.0, None)
-        wanted = said.claim + _speed(said) * LATENCY
+        wanted = self.claim + _speed(said) * LATENCY
         points, ahead = [here], 0.0
         for point in said.path[1:]:
             leg = math.dist(points[-1], point)
@@ -170,6 +173,12 @@ class Tracked:
             points.append(point)
             ahead += leg
         return Committed(said.passed + 1, tuple(points), (-1,) * len(points), ahead, None)
+
+
+def _claim(said: Announcement) -> float:
+    """Return how much of the path that a robot announces it claims [m]."""
+    length = sum(math.dist(*leg) for leg in itertools.pairwise(said.path))
+    return min(said.claim, length)
 
 
 def _speed(said: Announcement) -> float:

@@ -12,15 +12,22 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from robot_navigation.mapf.dependency_graph import Course, dependencies
-from robot_navigation.mapf.ends import nearest_places
-from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
+from robot_navigation.mapf.joint_planner import (
+    Agent,
+    Body,
+    JointPlanner,
+    PlannerSettings,
+    Timetable,
+)
+from robot_navigation.mapf.path_search import Motion
+from robot_navigation.mapf.roadmap import need
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.route import PlanNumber, Route, Wait
 from robot_navigation.mapf.zones import roadmap_with
-from robot_navigation.traffic.committed import Drive, Tracked
+from robot_navigation.traffic.committed import HELD, Drive, Tracked
+from robot_navigation.traffic.ends import Ends, Standing
 from robot_navigation.traffic.right_of_way import GAP
 
 if TYPE_CHECKING:
@@ -32,8 +39,6 @@ if TYPE_CHECKING:
     from robot_navigation.planning.path import Point
     from robot_navigation.traffic.committed import Committed
     from robot_navigation.traffic.right_of_way import Announcement
-
-MOST_ENTRIES = 10_000  # entries to the roadmap that are remembered
 
 
 @dataclass(frozen=True)
@@ -90,8 +95,7 @@ class Coordinator:
     def _take_roadmap(self, roadmap: Roadmap) -> None:
         self.roadmap = roadmap
         self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP))
-        self._places = cKDTree(roadmap.places)
-        self._entries: dict[tuple[Point, float], int | None] = {}
+        self._ends = Ends(roadmap, self._field)
         self._planned_at = -math.inf
         for robot in self._robots.values():
             robot.drive = None  # its places have other numbers now
@@ -149,12 +153,14 @@ class Coordinator:
     def _plan(self, now: float) -> tuple[Route, ...]:
         robots = list(self._robots.values())
         begun = [robot.committed(now) for robot in robots]
-        asked = [
-            self._asked(robot, start, now) for robot, start in zip(robots, begun, strict=True)
-        ]
-        tables = self._planner.plan(
-            [each.agent for each in asked], [each.before for each in asked]
+        asked = self._asked(robots, begun, now)
+        planned = self._planner.plan(
+            [each.agent for each in asked if each.agent is not None],
+            [each.before for each in asked if each.agent is not None],
+            [each.body for each in asked if each.agent is None],
         )
+        timetables = iter(planned)
+        tables = [None if each.agent is None else next(timetables) for each in asked]
         plan = PlanNumber(self._epoch, self._number)
         drives = [
             self._drive(robot, start, each, table, plan, now)
@@ -176,73 +182,118 @@ class Coordinator:
             for robot, drive, waiting in zip(robots, drives, waits, strict=True)
         )
 
-    def _asked(self, robot: Tracked, begun: Committed, now: float) -> _Asked:
-        """Return what is asked of the planner for a robot."""
+    def _asked(
+        self, robots: Sequence[Tracked], begun: Sequence[Committed], now: float
+    ) -> list[_Asked]:
+        """Return what is asked of the planner for each robot."""
+        begins = [
+            Standing(start.points[-1], robot.said.radius)
+            for robot, start in zip(robots, begun, strict=True)
+        ]
+        entries: list[Standing] = []
+        asked = []
+        for number, (robot, start) in enumerate(zip(robots, begun, strict=True)):
+            others = [*begins[:number], *begins[number + 1 :], *entries]
+            each = self._asked_for(robot, start, others, now)
+            if each.agent is not None and start.places[-1] < 0:
+                entries.append(Standing(self._point(each.agent.start), robot.said.radius))
+            asked.append(each)
+        return asked
+
+    def _asked_for(
+        self, robot: Tracked, begun: Committed, others: Sequence[Standing], now: float
+    ) -> _Asked:
+        """Return what is asked of the planner for a robot; `others` are where the others begin."""
         said = robot.said
-        end = begun.points[-1]
-        start = begun.places[-1] if begun.places[-1] >= 0 else self._entry(end, said.radius)
-        speed = said.limits.speed
-        goal = None if said.goal is None else self._entry(said.goal, said.radius)
-        before = None
-        if start is None:
-            stays, start, goal = True, self._nearest(end), self._nearest(end)
-        else:
-            stays = (
-                said.stationary
-                or not robot.is_planned(now)
-                or (said.goal is not None and goal is None)
-            )
-            off = 0.0 if begun.places[-1] >= 0 else math.dist(end, self._point(start))
-            ready = (begun.ahead + off) / speed
-            before = _later(begun.rest, now, ready, said.goal) if not stays else None
-        ready = begun.ahead / speed
+        goal = None if said.goal is None else self._ends.exit(said.goal, said.radius)
+        start = None
+        leads = said.goal is None or goal is not None
+        if robot.is_planned(now) and not said.stationary and leads:
+            start = self._start(robot, begun, goal, others, now)
+        arrives = said.goal is not None and (
+            begun.points[-1] == said.goal or (start is not None and start == goal)
+        )
+        if start is None or arrives:
+            rest = [said.goal] if arrives and said.goal is not None else []
+            track = _track(said, [*begun.points[1:], *rest], math.inf)
+            return _Asked(None, None, Body(said.radius, track), arrives)
+        joins = [] if begun.places[-1] >= 0 else [self._point(start)]
+        track = _track(said, [*begun.points[1:], *joins])
+        ready = track[-1][2]
         agent = Agent(
             start=start,
             ready=ready,
             heading=_heading(begun, said),
-            goal=start if goal is None or stays else goal,
+            goal=start if goal is None else goal,
             radius=said.radius,
-            speed=speed,
+            speed=said.limits.speed,
             acceleration=said.limits.acceleration,
             yaw_rate=said.limits.yaw_rate,
             priority=said.right.since,
-            stays=stays,
+            body=track,
+            end=said.goal,
         )
-        return _Asked(agent, before)
+        before = _later(begun.rest, start, ready, said.goal)
+        return _Asked(agent, before, Body(said.radius, track), arrives)
+
+    def _start(
+        self,
+        robot: Tracked,
+        begun: Committed,
+        goal: int | None,
+        others: Sequence[Standing],
+        now: float,
+    ) -> int | None:
+        """Return the place from which a robot is planned; None if it can go to none."""
+        if begun.places[-1] >= 0:
+            return begun.places[-1]
+        said, rest = robot.said, begun.rest
+        keep = None
+        if rest is not None and rest.places[0] < 0 and now - robot.stands_since < HELD:
+            keep = next((place for place in rest.places if place >= 0), None)
+        motion = Motion(said.radius, *said.limits)
+        times = None if goal is None else self._planner.times_to(goal, motion)
+        return self._ends.entry(begun.points[-1], motion, times, others, keep)
 
     def _drive(
         self,
         robot: Tracked,
         begun: Committed,
         asked: _Asked,
-        table: Timetable,
+        table: Timetable | None,
         plan: PlanNumber,
         now: float,
     ) -> Drive:
         """Return the course of a robot: what is decided already, the timetable, and its goal."""
-        said, agent = robot.said, asked.agent
+        said = robot.said
         known = len(begun.points)
-        pace = agent.ready / max(1, known - 1)
         points, places = list(begun.points), list(begun.places)
-        arrives = [now + pace * index for index in range(known)]
+        arrives = [now + when for _, _, when in asked.body.track[:known]]
         leaves = list(arrives)
-        skip = 1 if begun.places[-1] >= 0 else 0
-        if agent.stays:
-            skip = len(table.places)
-        leaves[-1] = now + table.leaves[0] if skip == 1 else leaves[-1]
-        for index in range(skip, len(table.places)):
-            points.append(self._point(table.places[index]))
-            places.append(table.places[index])
-            arrives.append(now + table.arrives[index])
-            leaves.append(now + table.leaves[index])
-        complete = table.complete and not agent.stays
+        complete = asked.arrives
+        if table is not None:
+            complete = table.complete
+            skip = 1 if begun.places[-1] >= 0 else 0
+            if skip:
+                leaves[-1] = now + table.leaves[0]
+            points += [self._point(place) for place in table.places[skip:]]
+            places += table.places[skip:]
+            arrives += [now + when for when in table.arrives[skip:]]
+            leaves += [now + when for when in table.leaves[skip:]]
         if complete and said.goal is not None and points[-1] != said.goal:
             leaves[-1] = arrives[-1]
             points.append(said.goal)
             places.append(-1)
-            arrives.append(arrives[-1] + math.dist(points[-2], said.goal) / agent.speed)
+            leg = math.dist(points[-2], said.goal)
+            arrives.append(arrives[-1] + leg / said.limits.speed)
             leaves.append(math.inf)
         leaves[-1] = math.inf
+        for index in (known, len(points) - 2):
+            if known - 1 < index < len(points) - 1 and self._is_detour(
+                points, places, index, said.radius
+            ):
+                for each in (points, places, arrives, leaves):
+                    del each[index]
         return Drive(
             plan=plan,
             given=now,
@@ -254,6 +305,14 @@ class Coordinator:
             complete=complete,
             goal=said.goal,
         )
+
+    def _is_detour(
+        self, points: Sequence[Point], places: Sequence[int], index: int, radius: float
+    ) -> bool:
+        """Return whether a robot can leave out a place between the roadmap and a point off it."""
+        if places[index - 1] >= 0 and places[index + 1] >= 0:
+            return False
+        return self._field.line_is_clear(points[index - 1], points[index + 1], need(radius))
 
     def _waits(
         self,
@@ -290,26 +349,28 @@ class Coordinator:
         x, y = self.roadmap.places[place]
         return float(x), float(y)
 
-    def _nearest(self, point: Point) -> int:
-        return int(self._places.query(point)[1])
-
-    def _entry(self, point: Point, radius: float) -> int | None:
-        """Return the nearest place to which a robot can go straight; None if there is none."""
-        key = (point, radius)
-        if key not in self._entries:
-            if len(self._entries) > MOST_ENTRIES:
-                self._entries.clear()
-            self._entries[key] = self._found_entry(point, radius)
-        return self._entries[key]
-
-    def _found_entry(self, point: Point, radius: float) -> int | None:
-        found = nearest_places(self.roadmap, self._field, np.array([point]), np.array([radius]))
-        return None if found[0, 0] < 0 else int(found[0, 0])
-
 
 class _Asked(NamedTuple):
-    agent: Agent
+    agent: Agent | None  # None for a robot that is not planned
     before: Timetable | None
+    body: Body
+    arrives: bool  # only its goal is left
+
+
+def _track(
+    said: Announcement, points: Sequence[Point], until: float | None = None
+) -> tuple[tuple[float, float, float], ...]:
+    """Return where a robot is when on its way through some points; see `Body`.
+
+    It stays at the last one until some time [s], or drives on at once.
+    """
+    track = [(said.x, said.y, 0.0)]
+    for x, y in points:
+        leg = math.dist(track[-1][:2], (x, y))
+        track.append((x, y, track[-1][2] + leg / said.limits.speed))
+    if until is not None:
+        track.append((*track[-1][:2], until))
+    return tuple(track)
 
 
 def _heading(begun: Committed, said: Announcement) -> float:
@@ -320,17 +381,18 @@ def _heading(begun: Committed, said: Announcement) -> float:
     return math.atan2(by - ay, bx - ax)
 
 
-def _later(rest: Drive | None, now: float, ready: float, goal: Point | None) -> Timetable | None:
-    """Return the rest of a course, begun `ready` from now [s], if it leads to the goal."""
-    if rest is None or rest.goal != goal:
+def _later(rest: Drive | None, start: int, ready: float, goal: Point | None) -> Timetable | None:
+    """Return the rest of a course to a goal from a place on, reached `ready` from now [s]."""
+    if rest is None or rest.goal != goal or start not in rest.places:
         return None
-    kept = [index for index, place in enumerate(rest.places) if place >= 0]
-    if not kept or kept != list(range(len(kept))):
-        return None
-    delay = now + ready - rest.arrives[0]
+    first = rest.places.index(start)
+    end = first
+    while end < len(rest.places) and rest.places[end] >= 0:
+        end += 1
+    delay = ready - rest.arrives[first]
     return Timetable(
-        places=tuple(rest.places[index] for index in kept),
-        arrives=tuple(rest.arrives[index] + delay - now for index in kept),
-        leaves=(*(rest.leaves[index] + delay - now for index in kept[:-1]), math.inf),
+        places=rest.places[first:end],
+        arrives=tuple(time + delay for time in rest.arrives[first:end]),
+        leaves=(*(time + delay for time in rest.leaves[first : end - 1]), math.inf),
         complete=rest.complete,
     )

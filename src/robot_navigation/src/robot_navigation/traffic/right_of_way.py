@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 STEP = 0.1  # distance between the points of paths that are compared [m]
 GAP = 0.10  # distance between the circles around two robots' footprints [m]
 MIN_GAP = 0.03  # the same between robots that are closer than `GAP` already [m]
+TOUCHING = 0.01  # robots nearer to each other than this only move apart [m]
 HOLD = 0.15  # distance before another robot's path at which a robot waits [m]
 
 BEHIND = 0.1
@@ -309,7 +310,9 @@ def _room_before(away: Array, marks: Array, apart: float) -> float:
     """
     if away[0] >= apart:
         return _first(away < apart, marks) - STEP
-    least = min(apart - GAP + MIN_GAP, away[0] - 0.005)
+    # Robots that try again and again must not come nearer bit by bit until they touch.
+    body = apart - GAP + TOUCHING
+    least = min(apart - GAP + MIN_GAP, max(away[0] - 0.005, min(away[0], body)))
     return _first(away < least, marks) - STEP
 
 

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The traffic planner's process beside the member that leads, and what it is told at its start.
+
+The planner keeps nothing on disk. The zones that an operator has closed are told to all on
+`traffic_state`; every member that can lead remembers them, and tells them to the planner that it
+starts. So they stay closed when the planner's machine is lost.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Any
+
+import rospy
+
+from blackboard.board.planner_keeper import PlannerKeeper
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from blackboard.consensus.node import RaftNode
+    from blackboard.ros.talker import MemberTalker
+
+_PROGRAM = "from robot_navigation.ros.traffic_planner_node import main; raise SystemExit(main())"
+"""Run by this node's interpreter: to look for an executable takes ROS half a second."""
+
+
+class PlannerProcess:
+    """A traffic planner that runs; see `blackboard.board.planner_keeper.Child`.
+
+    It ends when its standard input does, so it never outlives this process.
+    """
+
+    def __init__(self, hive: str, parameters: Sequence[str]) -> None:
+        """Start it in a hive's namespace; `parameters` are ROS's arguments `_name:=value`.
+
+        Raises:
+            OSError: The system allows no more processes.
+        """
+        self._process = subprocess.Popen(  # noqa: S603  (our own program)
+            [sys.executable, "-c", _PROGRAM, *parameters],
+            stdin=subprocess.PIPE,
+            env={**os.environ, "ROS_NAMESPACE": hive},
+        )
+
+    def ended(self) -> str:
+        """Return how it has ended; empty while it runs."""
+        code = self._process.poll()
+        if code is None:
+            return ""
+        return f"signal {-code}" if code < 0 else f"exit code {code}"
+
+    def end(self) -> None:
+        """Ask it to end."""
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+        self._process.terminate()
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._process.kill()
+
+
+class _LastWord:
+    """What the planner of the highest epoch has told last: the zones that are closed."""
+
+    def __init__(self, hive: str, closed: Sequence[str], now: Callable[[], float]) -> None:
+        from robot_description.msg import TrafficState  # noqa: PLC0415  (few hives need it)
+
+        self.closed = closed
+        self._epoch, self._at, self._now = 0, -math.inf, now
+        rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
+
+    def _hear(self, msg: Any) -> None:  # noqa: ANN401  (a TrafficState)
+        if msg.epoch >= self._epoch:
+            self._epoch, self._at, self.closed = msg.epoch, self._now(), tuple(msg.closed)
+
+    def at(self, epoch: int) -> float:
+        """Return when a planner of an epoch was heard last [s]; -inf if it was not."""
+        return self._at if self._epoch == epoch else -math.inf
+
+
+def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
+    """Have the traffic planner run while a member leads; `hive` ends in a slash.
+
+    ROS Subscribers: `traffic_state` (robot_description/TrafficState).
+    ROS Parameters: `traffic_planner/zones` of the hive, read once: a new master knows none.
+    """
+    zones = rospy.get_param(f"{hive}traffic_planner/zones", [])
+    shut = [str(zone["name"]) for zone in zones if zone.get("closed")]
+    last = _LastWord(hive, shut, talker.now)
+
+    def leads() -> int | None:
+        return node.epoch if node.may_act() else None
+
+    def launch(epoch: int) -> PlannerProcess:
+        known = {"epoch": epoch, "zones": zones, "closed": last.closed}
+        return PlannerProcess(hive, [f"_{k}:={json.dumps(v)}" for k, v in known.items()])
+
+    keeper = PlannerKeeper(talker, leads, last.at, launch)
+    keeper.start()
+    rospy.on_shutdown(keeper.stop)

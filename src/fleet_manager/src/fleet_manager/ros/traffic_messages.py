@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The messages between operators and the traffic planner, as `blackboard.ros.codec` has others."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import robot_description.msg as messages
+
+from blackboard.ros.codec.tables import Wire
+from fleet_manager.client.client import TRAFFIC_STATE
+from fleet_manager.client.traffic import RobotWait, SlowPlace, TrafficState, ZoneCommand
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+ZONE_COMMAND = "zone_command"
+
+
+def state_from_msg(msg: messages.TrafficState) -> TrafficState:
+    """Return what the traffic planner tells."""
+    return TrafficState(
+        epoch=msg.epoch,
+        time=msg.header.stamp.to_sec(),
+        robots=tuple(msg.robots),
+        zones=tuple(msg.zones),
+        closed=tuple(msg.closed),
+        waits=tuple(
+            RobotWait(each.robot, each.waits_for, each.place.x, each.place.y, each.since)
+            for each in msg.waits
+        ),
+        slowest=tuple(
+            SlowPlace(each.place.x, each.place.y, each.waited, each.waits) for each in msg.slowest
+        ),
+        deadlocks=msg.deadlocks,
+    )
+
+
+def command_to_msg(command: ZoneCommand) -> messages.ZoneCommand:
+    """Return a command as a message."""
+    return messages.ZoneCommand(command.zone, command.closed)
+
+
+TRAFFIC_WIRES: Mapping[str, Wire] = MappingProxyType(
+    {
+        TRAFFIC_STATE: Wire(
+            messages.TrafficState, lambda state: state, state_from_msg, latched=True
+        ),
+        ZONE_COMMAND: Wire(messages.ZoneCommand, command_to_msg, lambda msg: msg),
+    }
+)
+"""The messages of each topic."""

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The robots of one plan while it is made: who is planned, and what that blocks for the others."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robot_navigation.mapf.path_search import Path
+from robot_navigation.mapf.reservations import Reservations
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hive_common.geometry import Array, Indices
+    from robot_navigation.mapf.path_search import PathSearch, Task
+
+IDLE = 0.01  # what the time of a robot counts that only makes way, beside that of others
+NEVER = 1e5  # when a robot that does not get to its goal is taken to go on, without a horizon [s]
+
+
+class Fleet:
+    """The robots of one plan, and what each is to do as far as it is planned.
+
+    Attributes:
+        tasks: What each robot is planned for.
+        sizes: The number of each robot's size in the reservations.
+        searches: How each robot's paths are found.
+        paths: What each robot does; None if it is not planned yet.
+        effort: How many searches are left.
+        ends: What a robot blocks for each size beside its goal when it has got there, by robot.
+    """
+
+    def __init__(
+        self,
+        tasks: Sequence[Task],
+        sizes: Sequence[int],
+        searches: Sequence[PathSearch],
+        reservations: Reservations,
+        horizon: float,
+        effort: int,
+        states: int,
+    ) -> None:
+        """Start with no robot planned.
+
+        Args:
+            tasks: What each robot is planned for.
+            sizes: The number of each robot's size in the reservations.
+            searches: How each robot's paths are found.
+            reservations: Of nobody yet.
+            horizon: From when on a path may end anywhere [s].
+            effort: Most searches.
+            states: Most states of one search.
+        """
+        self.tasks = list(tasks)
+        self.sizes = sizes
+        self.searches = searches
+        self.paths: list[Path | None] = [None] * len(tasks)
+        self.effort = effort
+        self.ends: dict[int, list[Indices]] = {}
+        self.reservations = reservations
+        self._horizon = horizon
+        self._states = states
+        self._stood: dict[int, float] = {}
+        self._budget = 0
+        self._nobody = Reservations.like(reservations)
+        self._ideals: dict[int, Path | None] = {}
+        self._settled: list[int] = []
+        self._sizes = np.array(sizes, dtype=np.intp)
+        self._starts = np.array([task.start for task in tasks], dtype=np.intp)
+
+    def put(self, robot: int, path: Path) -> None:
+        """Plan a robot."""
+        self._get_up(robot)
+        self.paths[robot] = path
+        self.reservations.add(robot, self.sizes[robot], path.actions, path.times)
+        if path.complete:
+            for size, things in enumerate(self.ends.get(robot, ())):
+                self.reservations.block(robot, size, things, path.end, math.inf)
+        self._settled.append(robot)
+
+    def take(self, robot: int) -> Path:
+        """Forget a robot's plan and return it."""
+        path = self.paths[robot]
+        if path is None:
+            raise ValueError(f"robot {robot} is not planned")
+        self.reservations.remove(robot, self.sizes[robot], path.actions)
+        for size, things in enumerate(self.ends.get(robot, ())):
+            self.reservations.unblock(robot, size, things)
+        self.paths[robot] = None
+        self._settled.remove(robot)
+        return path
+
+    def forget(self) -> None:
+        """Forget all plans."""
+        for robot, path in enumerate(self.paths):
+            if path is not None:
+                self.take(robot)
+
+    def fits(self, robot: int, path: Path) -> bool:
+        """Return whether a path meets none of the others."""
+        return self.reservations.are_free(self.sizes[robot], *self._needs(robot, path))
+
+    def _needs(self, robot: int, path: Path) -> tuple[Indices, Array]:
+        """Return which places and ways a path needs, and when."""
+        things = path.actions.copy()
+        things[1::2] = self.searches[robot].ways_of(path.actions[1::2])
+        # A place has to be free from when the robot sets out to it.
+        times = path.times.copy()
+        times[2::2, 0] = times[1::2, 0]
+        return things, times
+
+    def stand(self, robot: int) -> Path:
+        """Return the path of a robot that stays where it is."""
+        task = self.tasks[robot]
+        return Path(
+            np.array([task.start], dtype=np.intp),
+            np.array([[-math.inf, math.inf]]),
+            complete=task.start == task.goal,
+            left=0.0 if task.goal < 0 else self.searches[robot].alone(task),
+        )
+
+    def find(self, robot: int) -> Path | None:
+        """Return the fastest path of a robot among the others, or None."""
+        return self._found(robot, self.reservations)
+
+    def _found(self, robot: int, reservations: Reservations) -> Path | None:
+        """Return the fastest path of a robot among reservations, or None."""
+        return self.searches[robot].find(
+            self.tasks[robot], self.sizes[robot], reservations, self._horizon, self._states
+        )
+
+    def cost(self, robot: int) -> float:
+        """Return when a robot gets to its goal by its plan, at least [s]."""
+        path = self.paths[robot]
+        if path is None:
+            raise ValueError(f"robot {robot} is not planned")
+        if self.tasks[robot].goal < 0:
+            return IDLE * max(path.end, 0.0)
+        if path.complete:
+            return path.end
+        return max(path.end, min(self._horizon, NEVER)) + path.left
+
+    def delay(self, robot: int) -> float:
+        """Return how much later a robot gets to its goal than if it were alone [s]."""
+        task = self.tasks[robot]
+        if task.goal < 0:
+            return 0.0
+        return max(self.cost(robot) - task.ready - self.searches[robot].alone(task), 0.0)
+
+    def hinder(self, robot: int) -> list[int]:
+        """Return who is in a robot's way if it goes as if it were alone."""
+        if robot not in self._ideals:
+            self._ideals[robot] = self._found(robot, self._nobody)
+        path = self._ideals[robot]
+        if path is None:
+            return []
+        things, times = self._needs(robot, path)
+        found = self.reservations.blockers(self.sizes[robot], things, times)
+        # Bodies on their way to a start have numbers behind those of the robots.
+        return [int(other) for other in found if other < len(self.tasks) and other != robot]
+
+    def _stand_until(self, robot: int, until: float) -> None:
+        """Take a robot that is not planned yet to stand where it is until some time [s]."""
+        self._get_up(robot)
+        self._stood[robot] = until
+        start = self._starts[robot : robot + 1]
+        self.reservations.add(robot, self.sizes[robot], start, np.array([[-math.inf, until]]))
+
+    def _get_up(self, robot: int) -> None:
+        """Forget that a robot that is not planned yet stands at its start."""
+        if self._stood.pop(robot, None) is not None:
+            start = self._starts[robot : robot + 1]
+            self.reservations.remove(robot, self.sizes[robot], start)
