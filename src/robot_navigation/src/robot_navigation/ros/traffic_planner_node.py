@@ -55,10 +55,6 @@ _LISTEN = 0.6
 
 _SILENT = 5.0  # a robot that has not announced itself for longer is no longer told of [s]
 
-_NICE = 5
-"""How much the planner lets others go first on a busy machine, as `nice` counts: a heartbeat and a
-robot's control loop cannot wait, a plan can."""
-
 _LAST_PATIENCE = 2.0  # time to shut down before the process ends anyway [s, wall clock]
 _HIGHEST = 2**31 - 1  # the highest number that a parameter can hold
 
@@ -241,7 +237,6 @@ def _end_with_parent() -> None:
 
 def main() -> int:
     """Run the traffic planner; see `TrafficPlanner`. Return the exit code."""
-    os.nice(_NICE)
     _end_with_parent()
     return run_node("traffic_planner", _run)
 
