@@ -159,4 +159,4 @@ def test_faults_are_drawn_of_all_kinds_and_again_the_same():
 
     assert {fault.kind for fault in drawn} == set(KINDS)
     assert all(fault.robots and 0.0 <= fault.begin < 60.0 for fault in drawn)
-    assert draw_faults([*"abcd"], 60.0, 7) == draw_faults("abcd", 60.0, 7)
+    assert draw_faults([*"abcd"], 60.0, 7) == draw_faults([*"abcd"], 60.0, 7)

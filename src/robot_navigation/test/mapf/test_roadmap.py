@@ -167,6 +167,22 @@ def test_a_lane_leads_through_the_middle_of_a_door_that_one_robot_fits() -> None
     assert (np.abs(stops[through][:, 1] - 2.03) < 0.1).all()
 
 
+def test_aisles_at_odd_distances_get_their_lanes_in_their_middle() -> None:
+    blocked = np.ones((240, 160), dtype=bool)
+    blocked[:, :30] = blocked[:, -30:] = False
+    middles = (1.0, 3.35, 5.1, 8.25, 10.9)
+    for middle in middles:
+        low = round((middle - 0.6) / 0.05)
+        blocked[low : low + 24] = False
+    field = ClearanceField.of(GridMap.of_blocked(blocked, 0.05))
+    roadmap = build_roadmap(field, (LD60,))
+    between = np.abs(roadmap.places[:, 0] - 4.0) < 1.5
+    off = np.abs(roadmap.places[between, 1:] - np.array(middles))
+
+    assert set(off.argmin(axis=1)) == set(range(len(middles)))
+    assert off.min(axis=1).max() <= 0.05
+
+
 def test_a_robot_too_wide_for_a_door_stays_in_its_room_on_the_same_roadmap() -> None:
     field = ClearanceField.of(rooms(0.95))
     roadmap = build_roadmap(field, (LD60, MIR100))

@@ -26,8 +26,8 @@ STAYS = 60.0
 """A planner that has run for this long counts as a good one: the next pause is the first [s]."""
 
 SILENT = 30.0
-"""A planner that says nothing for longer is stuck [s]; it speaks once a second, and on a busy machine
-takes some seconds for its first plan."""
+"""A planner that says nothing for longer is stuck [s]; it speaks once a second, but on a busy
+machine its first plan takes some seconds."""
 
 STARTS = 1000
 """So many planners may be started in one epoch of the blackboard; the last one's epoch is kept."""
