@@ -156,7 +156,7 @@ def keep_everyone_busy(operator):
     operator.all_idle()
     far, near = (18.9, 9.6, 0.0), (14.8, 3.0, 0.0)
     # One robot alone can do each: which of two bids less depends on what they have learned. Each
-    # takes a minute of simulated time and more: a busy machine lets the operator post slowly.
+    # takes about a minute of simulated time: a busy machine lets the operator post slowly.
     for robot in ("robot1", "robot4"):
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
     busy = [
