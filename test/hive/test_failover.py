@@ -40,13 +40,14 @@ def schedule(*happenings, robots=3, seed=1):
     return FaultSchedule(seed, robots, (*POSTS, *happenings))
 
 
-@pytest.mark.timeout(600)  # 40 s on two idle processors, of which there may be none
+@pytest.mark.timeout(1800)  # 40 s on two idle processors, of which there may be none
 def test_random_schedules_break_no_property():
     broken = [outcome for outcome in simulate(range(SCHEDULES)) if outcome.violation]
 
     assert not broken, broken[0].in_full()
 
 
+@pytest.mark.timeout(1800)  # as above
 def test_random_schedules_with_learners_break_no_property():
     drawn = [draw(seed) for seed in range(150)]
     aside = [tuple(f"robot{n}" for n in range(3, each.robots + 1)) for each in drawn]

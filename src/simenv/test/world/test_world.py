@@ -135,6 +135,7 @@ def test_every_model_finds_room_at_every_place_of_the_worlds(name):
     for model in map(load_model, model_names()):
         for place in (*world.stations, *world.chargers, *world.starts):
             simulation.add_robot("robot1", model, place.pose)
+            assert simulation.poses["robot1"] == place.pose
             simulation.remove_robot("robot1")
 
 

@@ -19,7 +19,7 @@ from hive_operator import ROBOTS, Operator, task
 from launching import Launches, pid_of, wait_until_empty
 
 MASTER = rosgraph.Master("/plan_start")
-WITHIN = 120.0
+WITHIN = 60.0
 """Time for the system to start [s, wall clock]; an idle machine needs 10."""
 
 ROBOT_TOPICS = {

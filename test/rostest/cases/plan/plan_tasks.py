@@ -155,15 +155,16 @@ def keep_everyone_busy(operator):
     """
     operator.all_idle()
     far, near = (18.9, 9.6, 0.0), (14.8, 3.0, 0.0)
-    # One robot alone can do each: which of two bids less depends on what they have learned. Each
-    # takes a minute of simulated time and more: a busy machine lets the operator post slowly.
-    for robot in ("robot1", "robot4"):
+    # One robot alone can do each: which of two bids less depends on what they have learned. Robot2
+    # has nothing on board: the urgent task may interrupt it however slowly the tasks are posted.
+    for robot in ("robot1", "robot3", "robot4"):
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
-    busy = [
-        task("P5-tour2", TaskMsg.GAB, *TOUR[::-1] * 4, payload=LOAD),
-        task("P5-arm3", TaskMsg.GPAB, *(near, far) * 4, payload=0.4),
-    ]
+    busy = [task("P5-tour2", TaskMsg.GAB, *TOUR[::-1] * 4)]
     start(operator, busy)
+    operator.set_state("robot3", "idle", RobotStatus.IDLE)
+    arm3 = [task("P5-arm3", TaskMsg.GPAB, *(near, far) * 4, payload=0.4)]
+    start(operator, arm3)
+    busy += arm3
     for robot in ("robot1", "robot4"):
         operator.set_state(robot, "idle", RobotStatus.IDLE)
     others = [

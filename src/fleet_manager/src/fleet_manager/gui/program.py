@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 SWITCH_INTERVAL = 0.0005  # [s]
-COLLECT_AFTER = (10_000, 20, 20)  # objects, collections of the young, of the middle-aged
+COLLECT_AFTER = (10_000, 20, 20)  # thresholds of the three generations, see gc.set_threshold
 _EXAMPLE = """example, with the stations of a world to choose from:
   rosrun fleet_manager {program} _world:=lab"""
 
@@ -69,7 +69,7 @@ def keep_responsive() -> None:
     Otherwise threads that read messages keep it for 5 ms at a time, and one repaint asks hundreds
     of times. The garbage collector stops all threads while it looks at every object, for 60 ms
     with 2,000 tasks, so it leaves the imported modules alone and seldom looks at the rest:
-    messages and records hold no reference cycles.
+    messages and records hold hardly any reference cycles.
     """
     sys.setswitchinterval(SWITCH_INTERVAL)
     gc.collect()

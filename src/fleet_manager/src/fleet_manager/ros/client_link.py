@@ -94,7 +94,7 @@ class RosClientLink:
         self._topics.listen(names or STATE)
 
     def has_heard_robots(self) -> bool:
-        """Return whether all robots have told their status.
+        """Return whether all robots have told their status, and `receive` has given it out.
 
         Only of a node that says for which robots it speaks, as ours do, this is known.
         """
@@ -103,9 +103,11 @@ class RosClientLink:
             nodes = publishers.get(rospy.resolve_name(ROBOT_STATUS), ())
             self._robots = {*nodes} - {rospy.resolve_name(_NO_ROBOT)}
         robots_of = self._topics.robots_of
-        return bool(self._robots) and all(
+        heard = bool(self._robots) and all(
             node in robots_of and robots_of[node] <= self._topics.heard for node in self._robots
         )
+        # What a callback has heard is in the queue before it counts as heard.
+        return heard and self._reports.empty()
 
     def record(self, robots: Sequence[str]) -> None:
         """Report, from now on, what the simulator and these robots tell a recorder."""

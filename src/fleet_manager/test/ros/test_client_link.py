@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import pytest
+
+pytest.importorskip("blackboard.msg", reason="needs the generated messages")
+
+import rosgraph
+
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.talker import ROBOT_STATUS
+from blackboard.ros.codec.tables import WIRES
+from fleet_manager.ros import client_link, hive_topics
+from hive_common.pose import Pose
+
+HOST = "/robot_host_1"
+
+
+class Master:
+    """A ROS master that knows of one process of two robots."""
+
+    def __init__(self, _name):
+        pass
+
+    def getSystemState(self):  # noqa: N802  (rosgraph's name)
+        return [["/robot_status", [HOST]]], [], []
+
+
+@pytest.fixture
+def tell(monkeypatch):
+    """Return a link, and what lets it hear the status of a robot."""
+    callbacks = []
+    monkeypatch.setattr(rosgraph, "Master", Master)
+    monkeypatch.setattr(
+        hive_topics.rospy, "Subscriber", lambda _topic, _type, hear, **_: callbacks.append(hear)
+    )
+    monkeypatch.setattr(client_link.rospy.rostime, "_rostime_initialized", True)
+    link = client_link.RosClientLink()
+    link.listen(ROBOT_STATUS)
+
+    def say(robot):
+        status = RobotStatus(robot, RobotState.IDLE, Pose(0.0, 0.0, 0.0), 1.0, 0.0, "", "", ())
+        msg = WIRES[ROBOT_STATUS].to_msg(status)
+        msg._connection_header = {  # noqa: SLF001  (rospy sets it)
+            "callerid": HOST,
+            "robots": "robot1 robot2",
+        }
+        callbacks[0](msg)
+
+    return link, say
+
+
+def test_robots_count_as_heard_once_all_reports_of_them_have_been_received(tell):
+    link, say = tell
+    say("robot1")
+    say("robot2")
+    assert not link.has_heard_robots()
+
+    received = {link.receive(0.0).robot_id, link.receive(0.0).robot_id}
+
+    assert received == {"robot1", "robot2"}
+    assert link.has_heard_robots()
+
+
+def test_robots_do_not_count_as_heard_while_one_is_missing(tell):
+    link, say = tell
+    say("robot2")
+    link.receive(0.0)
+
+    assert not link.has_heard_robots()
