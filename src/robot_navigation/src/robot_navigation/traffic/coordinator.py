@@ -25,7 +25,7 @@ from robot_navigation.mapf.joint_planner import (
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.route import PlanNumber, Route, Wait
 from robot_navigation.mapf.zones import roadmap_with
-from robot_navigation.traffic.committed import HELD, Drive, Tracked
+from robot_navigation.traffic.committed import Drive, Tracked
 from robot_navigation.traffic.right_of_way import GAP
 
 if TYPE_CHECKING:
@@ -249,9 +249,9 @@ class Coordinator:
             stays = math.inf
             if arrives and robot.is_planned(now) and not said.stationary:
                 stays = DWELL
-            track = _track(said, begun.points[1:], stays)
+            track = _track(said, begun, stays)
             return _Asked(None, None, Body(said.radius, track), arrives)
-        track = _track(said, begun.points[1:])
+        track = _track(said, begun)
         ready = track[-1][2]
         agent = Agent(
             start=start,
@@ -333,9 +333,9 @@ class Coordinator:
                 continue  # Nobody knows when it goes on; the claims keep them apart.
             waits[me].append(
                 Wait(
-                    at=drives[me].first + mine,
+                    at=drives[me].marks[mine],
                     robot=robots[other].said.name,
-                    passes=drives[other].first + its + 1,
+                    passes=drives[other].passed_after(its),
                 )
             )
         return waits
@@ -349,18 +349,22 @@ class _Asked(NamedTuple):
 
 
 def _track(
-    said: Announcement, points: Sequence[Point], until: float | None = None
+    said: Announcement, begun: Committed, until: float | None = None
 ) -> tuple[tuple[float, float, float], ...]:
-    """Return where a robot is when on its way through some points; see `Body`.
+    """Return where a robot is while it does what is decided; see `Body`.
 
-    It stays at the last one until some time [s], or drives on at once.
+    It stays at the end of it for some time [s], or drives on at once.
     """
     track = [(said.x, said.y, 0.0)]
-    for x, y in points:
+    for x, y in begun.points[1:]:
         leg = math.dist(track[-1][:2], (x, y))
         track.append((x, y, track[-1][2] + leg / said.limits.speed))
+    if begun.ahead == 0.0:
+        # It takes half of this to get up to speed, in which it drives half as far.
+        speeding = said.limits.speed / (2 * said.limits.acceleration)
+        track[-1] = (*track[-1][:2], track[-1][2] + speeding)
     if until is not None:
-        track.append((*track[-1][:2], until))
+        track.append((*track[-1][:2], track[-1][2] + until))
     return tuple(track)
 
 
