@@ -69,6 +69,7 @@ SLACK = 0.02  # clearance beyond the robot's radius at a passing place [m]
 HEARD_LATE = 0.2  # how far a robot may have driven since it announced where it is [m]
 MAX_ROUND = 0.5  # after a longer round of the control loop the base has stopped by itself [s]
 AT_HAND = 0.1  # a robot that may go no farther than this waits [m]
+SAME_PATH = 0.02  # how far corners of a path may be from those of another to be the same [m]
 ROUTE_WITHIN = 3.0  # how long a goal waits for a route while a planner is heard [s]
 
 
@@ -128,6 +129,7 @@ class Navigator:
             model.base.max_yaw_rate,
         )
         self._given_at = 0.0
+        self._ends_at_goal = False  # whether the route's path does
 
     @property
     def goal(self) -> Pose | None:
@@ -215,11 +217,25 @@ class Navigator:
         path = keeper.offer(self.goal, pose, claimed)
         if path is None or keeper.route is None:
             return
+        if self._goes_on(path) and self._ends_at_goal == keeper.route.complete:
+            keeper.go_on(self._follower.progress)
+            return
+        self._ends_at_goal = keeper.route.complete
         if self.path is None:
             self._settled_at = now + self._settings.settle
         goal = self.goal if keeper.route.complete else None
         self.path, self._moving_aside = path, False
         self._follower.start(path, None if goal is None else goal.yaw)
+
+    def _goes_on(self, path: Path) -> bool:
+        """Return whether a new path is what is left of the one that the robot drives along."""
+        if self.path is None or self._moving_aside:
+            return False
+        left = self.path.section(self._follower.progress, self.path.length)
+        points = path.section(0.0, path.length)
+        return len(left) == len(points) and all(
+            math.dist(*pair) < SAME_PATH for pair in zip(left, points, strict=True)
+        )
 
     def _plan_to_goal(self, now: float, pose: Pose, heard: Neighbourhood) -> GoalOutcome | None:
         """Plan to the goal, if there is one and the robot has no path."""

@@ -99,6 +99,10 @@ class RouteKeeper:
         self._begin = self.passed = offered.first + round(PER_METRE * begin)
         return Path(whole.section(begin, whole.length))
 
+    def go_on(self, progress: float) -> None:
+        """Take the new route as what is left, `progress` [m] along it, of the robot's path."""
+        self._begin -= round(PER_METRE * progress)
+
     def _stretch(self, offered: Route, length: float) -> tuple[float, float]:
         """Return from where to where on a new route the robot is [m].
 

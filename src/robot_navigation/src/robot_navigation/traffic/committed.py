@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 STANDS = 0.05  # a robot that claims less than this stands [m]
 AT_START = 0.2  # a robot this near to the first point of its course may yet begin it [m]
+AT_GOAL = 0.1  # a robot that has stopped this near to its goal is there [m]
 EXACT = 0.02  # a robot this near to a place is planned as if it stood there [m]
 AWAY = 1000  # how far a robot drives on that clears where it stood [mm]
 ROUND = 0.3  # what is decided may be this much longer, to end at a place of the roadmap [m]
@@ -73,12 +74,10 @@ class Drive:
 
     def cut(self, mark: int) -> Drive:
         """Return what is left of it from a mark on."""
-        index = bisect.bisect_left(self.marks, mark)
-        if index == len(self.marks):
-            return self._from(index - 1)
-        if self.marks[index] == mark or index == 0:
-            return self._from(index)
-        left = self._from(index - 1)
+        index = max(0, bisect.bisect_right(self.marks, mark) - 1)
+        left = self._from(index)
+        if len(left.marks) == 1 or left.marks[0] >= mark:
+            return left
         share = (mark - left.marks[0]) / (left.marks[1] - left.marks[0])
         (ax, ay), (bx, by) = left.points[:2]
         when = left.leaves[0] + share * (left.arrives[1] - left.leaves[0])
@@ -193,6 +192,8 @@ class Tracked:
 
     def _standing(self, left: Drive, here: Point) -> Committed:
         """Return where a robot goes on that has stopped; it can still do anything."""
+        if left.complete and math.dist(here, left.points[-1]) < AT_GOAL:
+            return Committed(left.first, left.points, left.places, 0.0, left.cut(left.marks[-1]))
         for index, point in enumerate(left.points[:2]):
             if math.dist(here, point) < EXACT:
                 rest = left.cut(left.marks[index])
