@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from robot_navigation.mapf.path_search import PathSearch, Task
 
 IDLE = 0.01  # what the time of a robot counts that only makes way, beside that of others
+STICK = 3.0  # how much faster a new way must be than the way that a robot has [s]
 NEVER = 1e5  # when a robot that does not get to its goal is taken to go on, without a horizon [s]
 
 
@@ -30,6 +31,7 @@ class Fleet:
         searches: How each robot's paths are found.
         paths: What each robot does; None if it is not planned yet.
         effort: How many searches are left.
+        habits: The lanes and legs that a robot was to drive along before, (k,), by robot.
     """
 
     def __init__(
@@ -60,6 +62,7 @@ class Fleet:
         self.searches = searches
         self.paths: list[Path | None] = [None] * len(tasks)
         self.effort = effort
+        self.habits: dict[int, Indices] = {}
         self.reservations = reservations
         self._horizon = horizon
         self._states = states
@@ -122,10 +125,25 @@ class Fleet:
         )
 
     def find(self, robot: int) -> Path | None:
-        """Return the fastest path of a robot among the others, or None."""
-        return self._found(robot, self.reservations)
+        """Return the fastest path of a robot among the others, or None.
 
-    def _found(self, robot: int, reservations: Reservations) -> Path | None:
+        It keeps to where it drove before unless another way is faster by `STICK`.
+        """
+        if robot not in self.habits:
+            return self._found(robot, self.reservations)
+        task = self.tasks[robot]
+        kept = self._found(robot, self.reservations, self.habits[robot])
+        if kept is not None and kept.complete:
+            if kept.end <= task.ready + self.searches[robot].alone(task) + STICK:
+                return kept
+        path = self._found(robot, self.reservations)
+        if kept is None or path is None or (path.complete and not kept.complete):
+            return path
+        return kept if kept.end + kept.left <= path.end + path.left + STICK else path
+
+    def _found(
+        self, robot: int, reservations: Reservations, only: Indices | None = None
+    ) -> Path | None:
         """Return the fastest path of a robot among reservations, or None."""
         return self.searches[robot].find(
             self.tasks[robot],
@@ -134,6 +152,7 @@ class Fleet:
             self._horizon,
             self._states,
             self._dwell,
+            only,
         )
 
     def cost(self, robot: int) -> float:

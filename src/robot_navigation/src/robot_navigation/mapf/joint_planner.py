@@ -296,6 +296,8 @@ class JointPlanner:
                 path = self._kept(agents[robot], table)
                 if path is not None and fleet.fits(robot, path):
                     fleet.put(robot, path)
+                elif path is not None:
+                    fleet.habits[robot] = path.actions[1::2]
 
     def _kept(self, agent: Agent, table: Timetable) -> Path | None:
         """Return the rest of the plan that a robot had, or None if it does not hold any more."""
@@ -430,7 +432,7 @@ class _Blocked:
             who: The robot whose body it is; -1 for none.
         """
         near = segments_near(self._one, self._other, np.array([here, after]), apart)
-        free = np.isin(near, np.delete(self._stands, who) if who >= 0 else self._stands)
+        free = np.isin(near, self._stands)
         owner = self._owner[near]
         for k in np.flatnonzero((owner >= 0) & (owner != who) & ~free):
             begin = self._one[self._stands[owner[k]]]

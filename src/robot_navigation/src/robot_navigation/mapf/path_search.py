@@ -310,6 +310,7 @@ class PathSearch:
         horizon: float,
         limit: int,
         dwell: float = math.inf,
+        only: Indices | None = None,
     ) -> Path | None:
         """Return the fastest path among reservations, or None if there is none at all.
 
@@ -320,8 +321,14 @@ class PathSearch:
             horizon: From when on it may end anywhere [s].
             limit: Most states to look at.
             dwell: For how long it must be able to stay at its goal [s].
+            only: The lanes and legs that it may use, (k,); None for all.
         """
         times = self.times(task)
+        if only is not None:
+            nodes = np.append(self._graph.node[only], self._nodes)
+            allowed = np.full_like(times, np.inf)
+            allowed[nodes] = times[nodes]
+            times = allowed
         goals = self._parks if task.goal < 0 else self._goals
         goal = task.goal if task.goal >= 0 else task.start
         was_goal = bool(goals[goal])

@@ -7,10 +7,9 @@ import bisect
 import itertools
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
-from robot_navigation.mapf.route import PER_METRE, marks
+from robot_navigation.mapf.route import PER_METRE, Wait
 
 if TYPE_CHECKING:
     from robot_navigation.mapf.route import PlanNumber
@@ -36,29 +35,26 @@ class Drive:
     Attributes:
         plan: The plan that it belongs to.
         given: When it was given [s].
-        first: How far the robot has driven at the first point; see `Route`.
+        marks: How far the robot has driven at each point; see `Route`.
         points: Where it drives, frame map [m].
         places: Index of each point's place in the roadmap.
         arrives: When it is planned to reach each point [s].
         leaves: When it is planned to leave each point [s].
         complete: Whether it ends at the robot's goal.
         goal: The robot's goal when it was given, frame map [m]; None without one.
+        waits: Whom it lets pass first, where.
     """
 
     plan: PlanNumber
     given: float
-    first: int
+    marks: tuple[int, ...]
     points: tuple[Point, ...]
     places: tuple[int, ...]
     arrives: tuple[float, ...]
     leaves: tuple[float, ...]
     complete: bool
     goal: Point | None
-
-    @cached_property
-    def marks(self) -> tuple[int, ...]:
-        """How far the robot has driven at each point; see `Route`."""
-        return marks(self.first, self.points)
+    waits: tuple[Wait, ...] = ()
 
     def passed_after(self, action: int) -> int:
         """Return the mark that the robot has come to when it has done an action of its course.
@@ -83,7 +79,7 @@ class Drive:
         when = left.leaves[0] + share * (left.arrives[1] - left.leaves[0])
         return replace(
             left,
-            first=mark,
+            marks=(mark, *left.marks[1:]),
             points=((ax + share * (bx - ax), ay + share * (by - ay)), *left.points[1:]),
             places=(-1, *left.places[1:]),
             arrives=(when, *left.arrives[1:]),
@@ -94,7 +90,7 @@ class Drive:
         """Return what is left of it from a point on."""
         return replace(
             self,
-            first=self.marks[index],
+            marks=self.marks[index:],
             points=self.points[index:],
             places=self.places[index:],
             arrives=self.arrives[index:],
@@ -162,8 +158,13 @@ class Tracked:
             return False
         return self.said.plan >= self.drive.plan or now < self.drive.given + ACCEPT_WITHIN
 
-    def committed(self, now: float) -> Committed:
-        """Return what a new route must begin with."""
+    def committed(self, now: float, held: float = math.inf) -> Committed:
+        """Return what a new route must begin with.
+
+        Args:
+            now: The time [s].
+            held: The mark at which it has to wait.
+        """
         said = self.said
         here = (said.x, said.y)
         if self.drive is None or not self.follows(now):
@@ -180,10 +181,12 @@ class Tracked:
             end = left.marks[-1]
         elif left.marks[index] - end < ROUND * PER_METRE:
             end = left.marks[index]
+        if held < end:
+            end = max(int(held), said.passed)
         rest = left.cut(end)
         known = bisect.bisect_left(left.marks, end)
         return Committed(
-            left.first,
+            left.marks[0],
             (*left.points[:known], rest.points[0]),
             (*left.places[:known], rest.places[0]),
             wanted,
@@ -193,14 +196,20 @@ class Tracked:
     def _standing(self, left: Drive, here: Point) -> Committed:
         """Return where a robot goes on that has stopped; it can still do anything."""
         if left.complete and math.dist(here, left.points[-1]) < AT_GOAL:
-            return Committed(left.first, left.points, left.places, 0.0, left.cut(left.marks[-1]))
+            rest = left.cut(left.marks[-1])
+            return Committed(left.marks[0], left.points, left.places, 0.0, rest)
         for index, point in enumerate(left.points[:2]):
             if math.dist(here, point) < EXACT:
                 rest = left.cut(left.marks[index])
-                return Committed(rest.first, rest.points[:1], rest.places[:1], 0.0, rest)
-        rest = replace(left.cut(self.said.passed), first=self.said.passed)
-        rest = replace(rest, points=(here, *rest.points[1:]), places=(-1, *rest.places[1:]))
-        return Committed(rest.first, (here,), (-1,), 0.0, rest)
+                return Committed(rest.marks[0], rest.points[:1], rest.places[:1], 0.0, rest)
+        rest = left.cut(self.said.passed)
+        rest = replace(
+            rest,
+            marks=(self.said.passed, *rest.marks[1:]),
+            points=(here, *rest.points[1:]),
+            places=(-1, *rest.places[1:]),
+        )
+        return Committed(self.said.passed, (here,), (-1,), 0.0, rest)
 
     def _is_fresh(self) -> bool:
         assert self.drive is not None  # noqa: S101  (its caller has looked)

@@ -8,12 +8,13 @@ later epoch begins with the stretches that the robots claim.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robot_navigation.mapf.dependency_graph import Course, dependencies
+from robot_navigation.mapf.dependency_graph import Course as Line
+from robot_navigation.mapf.dependency_graph import dependencies
 from robot_navigation.mapf.ends import joined_ends
 from robot_navigation.mapf.joint_planner import (
     Agent,
@@ -23,9 +24,11 @@ from robot_navigation.mapf.joint_planner import (
     Timetable,
 )
 from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.mapf.route import PlanNumber, Route, Wait
+from robot_navigation.mapf.path_search import Motion
+from robot_navigation.mapf.route import PlanNumber, Route, Wait, marks
 from robot_navigation.mapf.zones import roadmap_with
 from robot_navigation.traffic.committed import Drive, Tracked
+from robot_navigation.traffic.retiming import STAYS, Course, Times, retime
 from robot_navigation.traffic.right_of_way import GAP
 
 if TYPE_CHECKING:
@@ -40,7 +43,7 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.committed import Committed
     from robot_navigation.traffic.right_of_way import Announcement
 
-DWELL = 5.0  # how long a robot is taken to stay at its goal, until it stays there [s]
+PASSED = 100  # a robot this near before a mark has come to it [mm]
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,7 @@ class Coordinator:
 
     def _take_roadmap(self, roadmap: Roadmap) -> None:
         self.roadmap = roadmap
-        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP, dwell=DWELL))
+        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP, dwell=STAYS))
         self._planned_at = -math.inf
         for robot in self._robots.values():
             robot.drive = None  # its places have other numbers now
@@ -153,15 +156,16 @@ class Coordinator:
 
     def _plan(self, now: float) -> tuple[Route, ...]:
         robots = list(self._robots.values())
-        begun = [robot.committed(now) for robot in robots]
+        begun = [robot.committed(now, self._held(robot)) for robot in robots]
         ends, starts, goals = self._ends(robots, begun, now)
         asked = [
             self._asked(robot, start, from_, to, now)
             for robot, start, from_, to in zip(robots, begun, starts, goals, strict=True)
         ]
+        before = self._before(robots, begun, asked)
         planned = self._planner.plan(
             [each.agent for each in asked if each.agent is not None],
-            [each.before for each in asked if each.agent is not None],
+            [table for each, table in zip(asked, before, strict=True) if each.agent is not None],
             [each.body for each in asked if each.agent is None],
             ends,
         )
@@ -173,21 +177,57 @@ class Coordinator:
             self._drive(robot, start, each, table, plan, places, now)
             for robot, start, each, table in zip(robots, begun, asked, tables, strict=True)
         ]
-        for robot, drive in zip(robots, drives, strict=True):
-            robot.give(drive)
         waits = self._waits(robots, begun, drives, now)
+        for robot, drive, waiting in zip(robots, drives, waits, strict=True):
+            robot.give(replace(drive, waits=tuple(waiting)))
         return tuple(
             Route(
                 robot=robot.said.name,
                 plan=plan,
                 goal=robot.said.goal,
-                first=drive.first,
+                first=drive.marks[0],
                 places=drive.points,
                 waits=tuple(waiting),
                 complete=drive.complete,
             )
             for robot, drive, waiting in zip(robots, drives, waits, strict=True)
         )
+
+    def _held(self, robot: Tracked) -> float:
+        """Return the mark at which a robot has to wait now; infinite if at none."""
+        if robot.drive is None:
+            return math.inf
+        return min(
+            (
+                wait.at
+                for wait in robot.drive.waits
+                if (other := self._robots.get(wait.robot)) is not None
+                and other.said.passed < wait.passes - PASSED
+            ),
+            default=math.inf,
+        )
+
+    def _before(
+        self, robots: Sequence[Tracked], begun: Sequence[Committed], asked: Sequence[_Asked]
+    ) -> list[Timetable | None]:
+        """Return what is left of the last plan for each robot, with the times as they are now."""
+        courses, clears = {}, {}
+        for robot, start, each in zip(robots, begun, asked, strict=True):
+            rest, agent, said = start.rest, each.agent, robot.said
+            if rest is not None and rest.goal == said.goal and (agent or each.arrives):
+                motion = Motion(said.radius, *said.limits)
+                ready = agent.ready if agent else each.body.track[-2][2]
+                courses[said.name] = Course(rest, ready, _heading(start, said), motion)
+            elif agent is not None:
+                clears[said.name] = agent.ready + STAYS
+        retimed = retime(courses, clears)
+        count = len(self.roadmap.places)
+        return [
+            None
+            if (times := retimed.get(robot.said.name)) is None or each.agent is None
+            else _timetable(courses[robot.said.name].rest, times, each.agent, count)
+            for robot, each in zip(robots, asked, strict=True)
+        ]
 
     def _ends(
         self, robots: Sequence[Tracked], begun: Sequence[Committed], now: float
@@ -248,9 +288,9 @@ class Coordinator:
         if start < 0:
             stays = math.inf
             if arrives and robot.is_planned(now) and not said.stationary:
-                stays = DWELL
+                stays = STAYS
             track = _track(said, begun, stays)
-            return _Asked(None, None, Body(said.radius, track), arrives)
+            return _Asked(None, Body(said.radius, track), arrives)
         track = _track(said, begun)
         ready = track[-1][2]
         agent = Agent(
@@ -265,8 +305,7 @@ class Coordinator:
             priority=said.right.since,
             body=track,
         )
-        before = _later(begun.rest, agent, said.goal, len(self.roadmap.places))
-        return _Asked(agent, before, Body(said.radius, track), arrives)
+        return _Asked(agent, Body(said.radius, track), arrives)
 
     def _drive(
         self,
@@ -300,7 +339,7 @@ class Coordinator:
         return Drive(
             plan=plan,
             given=now,
-            first=begun.first,
+            marks=marks(begun.first, points),
             points=tuple(points),
             places=tuple(places),
             arrives=tuple(arrives),
@@ -318,7 +357,7 @@ class Coordinator:
     ) -> list[list[Wait]]:
         """Return for each robot whom it lets pass first."""
         courses = [
-            Course(
+            Line(
                 np.array(drive.points),
                 np.array([*drive.leaves[:-1], drive.arrives[-1]]),
                 robot.said.radius,
@@ -343,7 +382,6 @@ class Coordinator:
 
 class _Asked(NamedTuple):
     agent: Agent | None  # None for a robot that is not planned
-    before: Timetable | None
     body: Body
     arrives: bool  # only its goal is left
 
@@ -376,27 +414,24 @@ def _heading(begun: Committed, said: Announcement) -> float:
     return math.atan2(by - ay, bx - ax)
 
 
-def _later(
-    rest: Drive | None, agent: Agent, goal: Point | None, roadmap: int
-) -> Timetable | None:
-    """Return what is left of a course from a robot's start on, when it is late.
+def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetable:
+    """Return what is left of a course from a robot's start on.
 
     Args:
-        rest: Its course from its start on.
+        rest: The course.
+        times: When it gets to its points now, and leaves them.
         agent: The robot, in the plan to come.
-        goal: Where it is to go, frame map [m].
         roadmap: How many places the roadmap has; the rest are ends of the plan.
     """
-    if rest is None or rest.goal != goal:
-        return None
-    delay = agent.ready - rest.arrives[0]
     places = [agent.start, *rest.places[1:]]
     if len(places) > 1 and places[-1] < 0 and agent.goal >= roadmap and rest.complete:
         places[-1] = agent.goal
+    # Where an earlier course began between two places it goes straight on.
+    kept = [index for index, place in enumerate(places) if place >= 0]
     return Timetable(
-        places=tuple(places),
-        arrives=tuple(time + delay for time in rest.arrives),
-        leaves=(*(time + delay for time in rest.leaves[:-1]), math.inf),
+        places=tuple(places[index] for index in kept),
+        arrives=tuple(times.arrives[index] for index in kept),
+        leaves=(*(times.leaves[index] for index in kept[:-1]), math.inf),
         complete=rest.complete,
     )
 
