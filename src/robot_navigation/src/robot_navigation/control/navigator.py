@@ -221,8 +221,6 @@ class Navigator:
             keeper.go_on(self._follower.progress)
             return
         self._ends_at_goal = keeper.route.complete
-        if self.path is None:
-            self._settled_at = now + self._settings.settle
         goal = self.goal if keeper.route.complete else None
         self.path, self._moving_aside = path, False
         self._follower.start(path, None if goal is None else goal.yaw)
@@ -260,6 +258,7 @@ class Navigator:
 
     def _start(self, now: float, points: list[Point], goal: Pose | None) -> None:
         """Take a path to a goal; None for a passing place."""
+        self._ends_at_goal = False
         self.path = Path(points)
         self._moving_aside = goal is None
         self._settled_at = now + self._settings.settle
