@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.right_of_way import Announcement
 
 BACK = math.radians(150)  # a robot that turns by more goes back [rad]
+SHORT = 0.1  # a way that is not worth driving [m]
 PASSED = 100  # a robot this near before a mark has come to it [mm]
 
 
@@ -410,6 +411,7 @@ def _route(said: Announcement, drive: Drive) -> Route:
         index
         for index, (one, other) in enumerate(itertools.pairwise(headings), start=1)
         if abs(math.remainder(other - one, math.tau)) > BACK
+        and math.dist(points[0], points[index]) > SHORT
     )
     end = next(backs, len(points) - 1)
     return Route(
@@ -431,8 +433,8 @@ def _heading(begun: Committed, said: Announcement) -> float:
     return math.atan2(by - ay, bx - ax)
 
 
-def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetable:
-    """Return what is left of a course from a robot's start on.
+def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetable | None:
+    """Return what is left of a course from a robot's start on; None if it does not hold any more.
 
     Args:
         rest: The course.
@@ -445,6 +447,8 @@ def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetab
         places[-1] = agent.goal
     # Where an earlier course began between two places it goes straight on.
     kept = [index for index, place in enumerate(places) if place >= 0]
+    if len(kept) > 1 and math.dist(rest.points[0], rest.points[kept[1]]) < SHORT:
+        return None
     return Timetable(
         places=tuple(places[index] for index in kept),
         arrives=tuple(times.arrives[index] for index in kept),
