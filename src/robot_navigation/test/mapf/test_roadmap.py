@@ -16,8 +16,9 @@ from scipy.sparse import csgraph
 from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
 from hive_lab.bench.plan import ShortestPaths, path_length, random_pairs
-from hive_lab.fleets import hall
-from robot_navigation.mapf.ends import nearest_places, shortened, with_ends
+from hive_lab.fleets.sites import hall
+from hive_lab.mapf.joined_map import with_ends
+from robot_navigation.mapf.ends import joined_ends
 from robot_navigation.mapf.roadmap import Roadmap, need
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
@@ -114,12 +115,15 @@ def test_every_free_point_reaches_a_place_near_it_straight(name: str, radius: fl
     roadmap, field = built(name)
     rows, columns = np.nonzero(field.clearance >= need(radius))
     points = (np.column_stack([columns, rows])[::7] + 0.5) * 0.05
-    found = nearest_places(roadmap, field, points, np.full(len(points), radius))[:, 0]
+    ends = joined_ends(roadmap, field, points, np.full(len(points), radius))
+    count = len(roadmap.places)
+    legs = ends.legs[ends.legs[:, 0] >= count]
+    begins, stops = ends.points[legs[:, 0] - count], roadmap.places[legs[:, 1]]
+    nearest = np.full(len(ends.points), np.inf)
+    np.minimum.at(nearest, legs[:, 0] - count, np.hypot(*(stops - begins).T))
 
-    assert (found >= 0).all()
-    assert field.lines_are_clear(points, roadmap.places[found], need(radius)).all()
-    away = np.hypot(*(roadmap.places[found] - points).T)
-    assert away.max() <= 1.6 * roadmap.spacing
+    assert field.lines_are_clear(begins, stops, need(radius)).all()
+    assert nearest.max() <= 1.6 * roadmap.spacing
 
 
 @pytest.mark.parametrize("name", FLEETS)
@@ -225,14 +229,7 @@ def test_a_robot_alone_drives_hardly_farther_than_the_shortest_path(
     paths = [path_on(roadmap, field, start, goal, radius) for start, goal, _ in pairs]
     lengths = np.array([length for _, _, length in pairs])
     driven = np.array([path_length(list(map(tuple, path))) for path in paths])
-    cut = [path[shortened(field, path, radius)] for path in paths]
-    shorter = np.array([path_length(list(map(tuple, path))) for path in cut])
-
     assert driven.sum() <= 1.08 * lengths.sum()
-    assert shorter.sum() <= 1.05 * lengths.sum()
-    assert (shorter <= 1.12 * lengths).all()
-    for path in cut:
-        assert field.lines_are_clear(path[:-1], path[1:], need(radius)).all()
 
 
 def path_on(
@@ -256,15 +253,6 @@ def path_on(
     return joined.places[chain[::-1]] if chain[-1] == begin else np.empty((0, 2))
 
 
-def test_a_path_that_is_cut_short_still_passes_what_it_has_to() -> None:
-    _, field = built("hall")
-    points = np.array([(2.0, 2.0), (4.0, 3.0), (6.0, 2.0), (8.0, 3.0), (10.0, 2.0)])
-
-    assert shortened(field, points, LD60).tolist() == [0, 4]
-    fixed = [False, False, False, True, False]
-    assert shortened(field, points, LD60, fixed).tolist() == [0, 3, 4]
-
-
 def test_robots_start_and_end_exactly_where_they_are() -> None:
     roadmap, field = built("lab")
     points = np.array([(3.37, 4.12), (17.71, 1.03)])
@@ -273,7 +261,6 @@ def test_robots_start_and_end_exactly_where_they_are() -> None:
     assert joined.places[index].tolist() == points.tolist()
     assert np.array_equal(joined.places[: len(roadmap.places)], roadmap.places)
     assert (np.diff(joined.begins)[index] > 0).all()
-    assert joined.may_stop[index].all()
     assert len(path_on(roadmap, field, (3.37, 4.12), (17.71, 1.03), LD60))
 
 
@@ -307,14 +294,3 @@ def test_a_point_in_a_wall_has_no_lane() -> None:
     joined, index = with_ends(roadmap, field, np.array([(4.8, 5.4)]), np.array([LD60]))
 
     assert joined.begins[index + 1] == joined.begins[index]
-
-
-def test_the_nearest_places_come_in_order_and_not_from_behind_a_wall() -> None:
-    roadmap, field = built("lab")
-    point = np.array([(9.45, 5.5)])
-    found = nearest_places(roadmap, field, point, np.array([LD60]), most=5)[0]
-    away = [math.dist(roadmap.places[place], point[0]) for place in found if place >= 0]
-
-    assert len(away) > 2
-    assert all(one <= other for one, other in itertools.pairwise(away))
-    assert (roadmap.places[found[found >= 0], 0] < 9.9).all()

@@ -146,27 +146,6 @@ def joined_ends(
     )
 
 
-def nearest_places(
-    roadmap: Roadmap, field: ClearanceField, points: Array, radii: Array, most: int = 1
-) -> Indices:
-    """Return the places that robots reach on a straight line, the nearest first.
-
-    Args:
-        roadmap: Where places are searched.
-        field: The clearances of the map.
-        points: (k, 2) where the robots are, frame map [m].
-        radii: (k,) their radii [m].
-        most: How many places are returned at most for each.
-
-    Returns:
-        (k, most) indices; -1 where there are no more.
-    """
-    points = np.ascontiguousarray(points, dtype=float).reshape(-1, 2)
-    needs = np.asarray(radii, dtype=float) + MARGIN
-    freed = roomy(field.clearance, field.scale, points, needs, ESCAPE)
-    return _near(roadmap, field, freed, needs, most)[0]
-
-
 def _near(
     roadmap: Roadmap, field: ClearanceField, points: Array, needs: Array, most: int
 ) -> tuple[Indices, Array]:
@@ -196,42 +175,3 @@ def _direct(
         (apart <= longest) & (index[one] != index[other]) & ~(same[one] & same[other])
     ]
     return found
-
-
-def shortened(
-    field: ClearanceField, points: Array, radius: float, fixed: Sequence[bool] | None = None
-) -> Indices:
-    """Return which points of a path a robot still passes if it cuts corners where it fits.
-
-    A robot alone drives hardly farther then than on the shortest path there is.
-
-    Args:
-        field: The clearances of the map.
-        points: (n, 2) the corners of the path, frame map [m].
-        radius: Of the robot [m].
-        fixed: (n,) which points it has to pass; None for the first and the last one only.
-
-    Returns:
-        (m,) indices of points, the first and the last one included.
-    """
-    points = np.ascontiguousarray(points, dtype=float).reshape(-1, 2)
-    last = len(points) - 1
-    passed = np.zeros(last + 1, dtype=np.bool_) if fixed is None else np.asarray(fixed)
-    one, other = np.triu_indices(last + 1, 1)
-    before = np.concatenate([[0], np.cumsum(passed)])
-    # Nothing between the two has to be passed; neighbours on the path see each other anyway.
-    allowed = (before[other] == before[one + 1]) | (other == one + 1)
-    one, other = one[allowed], other[allowed]
-    clear = field.lines_are_clear(points[one], points[other], radius + MARGIN)
-    clear |= other == one + 1
-    steps = np.hypot(*(points[other] - points[one]).T)
-    best = np.full(last + 1, np.inf)
-    best[0] = 0.0
-    came = np.zeros(last + 1, dtype=np.intp)
-    for here, there, step in zip(one[clear], other[clear], steps[clear], strict=True):
-        if best[here] + step < best[there] - SAME:
-            best[there], came[there] = best[here] + step, here
-    chain = [last]
-    while chain[-1] > 0:
-        chain.append(int(came[chain[-1]]))
-    return np.array(chain[::-1])
