@@ -16,12 +16,11 @@ from scipy.sparse import csgraph
 from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
 from hive_lab.bench.plan import ShortestPaths, path_length, random_pairs
-from hive_lab.fleets import hall
+from hive_lab.fleets import sites
 from robot_navigation.mapf.ends import nearest_places, shortened, with_ends
 from robot_navigation.mapf.roadmap import Roadmap, need
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
-from simenv.world.draw_map import draw_map
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array
@@ -60,16 +59,10 @@ def rooms(door: float) -> GridMap:
     return GridMap.of_blocked(blocked, 0.05)
 
 
-def a_hall() -> GridMap:
-    grid = draw_map(hall.world())
-    grid.cells[grid.cells < 0] = 0
-    return grid
-
-
 FIELDS = {
     "warehouse": lambda: drawn(WAREHOUSE),
     "lab": lambda: load_map("lab"),
-    "hall": a_hall,
+    "hall": lambda: sites.hall().grid,
     "narrow door": lambda: rooms(1.2),
 }
 FLEETS = {
