@@ -91,6 +91,26 @@ def test_an_older_plan_does_not_replace_a_newer_one(keeper):
     assert keeper.plan == PLAN
 
 
+def test_plans_that_are_counted_from_the_beginning_again_are_taken_after_a_silence(keeper):
+    keeper.hear([route(plan=PlanNumber(4003, 70))], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+    again = [route(plan=PlanNumber(1001, number)) for number in (1, 2, 3)]
+
+    keeper.hear([again[0]], now=SILENCE - 0.1)
+    assert keeper.offer(GOAL, HERE, []) is None
+    for number, later in ((1, 0.0), (2, 1.0)):
+        keeper.hear([again[number]], now=SILENCE + later)
+        assert keeper.offer(GOAL, HERE, []) is not None
+        assert keeper.plan == again[number].plan
+
+
+def test_a_plan_that_is_heard_once_more_guides_nobody(keeper):
+    keeper.hear([route()], now=0.0)
+    keeper.hear([route()], now=SILENCE)
+
+    assert not keeper.is_guided(SILENCE)
+
+
 def test_it_counts_the_places_that_it_reaches(keeper):
     keeper.hear([route()], now=0.0)
     keeper.offer(GOAL, HERE, [])

@@ -61,9 +61,13 @@ class RouteKeeper:
         return NO_PLAN if self.route is None else self.route.plan
 
     def hear(self, routes: Sequence[Route], now: float) -> None:
-        """Take in a plan, the routes of all robots, unless a newer one is known."""
+        """Take in a plan, the routes of all robots, unless a newer one is known.
+
+        A hive that was bootstrapped again counts its plans from the beginning. So once the newest
+        plan was followed by `SILENCE`, a lesser number counts as newer.
+        """
         newest = max((route.plan for route in routes), default=NO_PLAN)
-        if newest <= self._newest:
+        if newest in {NO_PLAN, self._newest} or (newest < self._newest and self.is_guided(now)):
             return
         self._newest, self._heard_at = newest, now
         self._offered = next((route for route in routes if route.robot == self._name), None)
