@@ -161,3 +161,14 @@ def test_a_planner_that_is_silent_guides_no_more(keeper):
 
     assert keeper.is_guided(SILENCE - 0.1)
     assert not keeper.is_guided(SILENCE)
+
+
+def test_a_robot_that_plans_leave_out_is_guided_no_more(keeper):
+    keeper.hear([route()], now=0.0)
+    keeper.hear([route(robot="other", plan=PlanNumber(3, 8))], now=SILENCE)
+
+    assert not keeper.is_guided(SILENCE)
+    keeper.hear([route(plan=PlanNumber(3, 7))], now=SILENCE)
+    assert not keeper.is_guided(SILENCE)
+    keeper.hear([route(plan=PlanNumber(3, 9))], now=SILENCE)
+    assert keeper.is_guided(SILENCE)
