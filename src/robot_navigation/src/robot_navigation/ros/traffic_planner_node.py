@@ -16,30 +16,27 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
-import attrs
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from robot_description.msg import Routes, Traffic, TrafficState, ZoneCommand
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from hive_common.errors import ParameterError
 from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
-from hive_common.ros.params import whole_number
-from hive_common.structuring import NotAllowedError, structure
-from hive_common.zone import Zone
+from robot_navigation.mapf.reachability import unreached
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.ros.conversions import routes_to_msg, traffic_from_msg
 from robot_navigation.ros.startup import run_node, wait_for_map
 from robot_navigation.ros.traffic_markers import lanes_marker, traffic_markers
+from robot_navigation.ros.traffic_parameters import TrafficParameters
 from robot_navigation.ros.traffic_report import TrafficReport, Waiting
 from robot_navigation.ros.traffic_told import diagnostics_of, state_to_msg
-from robot_navigation.traffic.coordinator import Coordinator
+from robot_navigation.traffic.deadlock import LockWatch
+from robot_navigation.traffic.landmarks import Landmarks
+from robot_navigation.traffic.lock_resolver import ResolvingCoordinator
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from robot_navigation.mapf.route import Route
     from robot_navigation.traffic.right_of_way import Announcement
 
@@ -56,7 +53,6 @@ _LISTEN = 0.6
 _SILENT = 5.0  # a robot that has not announced itself for longer is no longer told of [s]
 
 _LAST_PATIENCE = 2.0  # time to shut down before the process ends anyway [s, wall clock]
-_HIGHEST = 2**31 - 1  # the highest number that a parameter can hold
 
 
 class TrafficPlanner:
@@ -71,10 +67,12 @@ class TrafficPlanner:
         goal; `traffic_state` (robot_description/TrafficState), 1 Hz, latched;
         `traffic_lanes` (visualization_msgs/Marker), latched, and `traffic_markers`
         (visualization_msgs/MarkerArray), 1 Hz while somebody listens, for RViz; `/diagnostics`
-        (diagnostic_msgs/DiagnosticArray), 1 Hz: WARN while robots wait in a circle or for long.
+        (diagnostic_msgs/DiagnosticArray), 1 Hz: WARN while robots cannot go on or wait for long,
+        or cannot reach a place.
     ROS Parameters: `~epoch`, higher than that of any planner before, 1 by default; `~zones` as in
         a fleet file, none by default; `~closed`, the names of those that are closed, by default
-        those that say so.
+        those that say so; `~places`, a list of landmarks, each with `name`, `at`, [x, y], and
+        `is_goal`, whether robots are sent there (true by default); none by default.
 
     Raises:
         ParameterError: A parameter has a value that is not allowed.
@@ -87,10 +85,15 @@ class TrafficPlanner:
         self._robots: dict[str, Announcement] = {}
         self._news: dict[str, Announcement] = {}  # what the coordinator has not heard yet
         self._routes: dict[str, Route] = {}
-        self._report = TrafficReport()
         self._tell_at = 0.0  # [s, monotonic]
         self._stepped_at = -math.inf
-        self._epoch = whole_number("epoch", least=1, most=_HIGHEST, default=1)
+        given = TrafficParameters.read()
+        self._epoch = given.epoch
+        self._goals = {place.name: place.at for place in given.landmarks if place.is_goal}
+        self._zones = tuple(zone.name for zone in given.zones)
+        self._closed = {zone.name for zone in given.zones if zone.closed}
+        watch = LockWatch()
+        self._report = TrafficReport(Landmarks(given.landmarks, given.zones), watch)
         self._publisher = rospy.Publisher(f"{hive}routes", Routes, queue_size=10)
         state = f"{hive}traffic_state"
         self._state = rospy.Publisher(state, TrafficState, queue_size=1, latch=True)
@@ -98,14 +101,12 @@ class TrafficPlanner:
         self._markers = rospy.Publisher(f"{hive}traffic_markers", MarkerArray, queue_size=1)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=_QUEUE)
-        field = ClearanceField.of(grid_from_msg(wait_for_map(f"{hive}map")))
-        zones = _zones()
-        self._zones = tuple(zone.name for zone in zones)
-        self._closed = _closed([zone.name for zone in zones if zone.closed])
+        self._field = ClearanceField.of(grid_from_msg(wait_for_map(f"{hive}map")))
         self._listen()
         radii = sorted({robot.radius for robot in self._news.values()})
-        zones = [attrs.evolve(zone, closed=zone.name in self._closed) for zone in zones]
-        self._coordinator = Coordinator(field, radii, zones, self._epoch)
+        self._coordinator = ResolvingCoordinator(
+            self._field, radii, given.zones, self._epoch, watch=watch
+        )
         self._lanes.publish(lanes_marker(self._coordinator.roadmap, _header()))
         rospy.Subscriber(f"{hive}zone_command", ZoneCommand, self._obey, queue_size=10)
 
@@ -154,6 +155,7 @@ class TrafficPlanner:
         else:
             self._coordinator.open(zone)
         self._closed = set(self._coordinator.roadmap.closed)
+        self._report.unreached.clear()
         self._tell_state()
 
     def _step(self, now: float) -> None:
@@ -162,12 +164,30 @@ class TrafficPlanner:
             self._coordinator.hear(announcement)
         self._robots |= self._news
         self._news = {}
+        self._check_reach()
         routes = self._coordinator.step(now)
         if routes:
             self._routes = {route.robot: route for route in routes}
             self._publisher.publish(routes_to_msg(routes[0].plan, routes, now, _MAP_FRAME))
         waiting = self._coordinator.waiting()
         self._report.note(now, [Waiting(w.robot, w.waits_for, *w.at, w.since) for w in waiting])
+
+    def _check_reach(self) -> None:
+        """Find out which landmarks the robots that are new cannot reach, and say so."""
+        reached = self._report.unreached
+        for name in reached.keys() - self._robots.keys():
+            del reached[name]
+        for name in self._robots.keys() - reached.keys():
+            robot = self._robots[name]
+            here = (robot.x, robot.y)
+            roadmap = self._coordinator.roadmap
+            reached[name] = unreached(roadmap, self._field, robot.radius, here, self._goals)
+            if reached[name]:
+                rospy.logwarn(
+                    f"{name} cannot reach {', '.join(reached[name])}: the way there is too narrow "
+                    f"for its radius of {robot.radius:.2f} m, or a zone keeps it out; move the "
+                    "place, change the zone, or send another robot"
+                )
 
     def _tell(self, now: float) -> None:
         """Tell the state once a second on the wall, also while a simulation is paused.
@@ -195,22 +215,6 @@ class TrafficPlanner:
 
 def _header() -> Header:
     return Header(stamp=rospy.Time.now(), frame_id=_MAP_FRAME)
-
-
-def _zones() -> Sequence[Zone]:
-    given = rospy.get_param("~zones", [])
-    try:
-        return structure(given, tuple[Zone, ...])
-    except NotAllowedError as error:
-        raise ParameterError(f"parameter ~zones: {error}") from None
-
-
-def _closed(default: list[str]) -> set[str]:
-    """Return the names of the zones that are closed from the start."""
-    names = rospy.get_param("~closed", default)
-    if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
-        raise ParameterError(f"parameter ~closed: {names!r}; allowed: a list of names of zones")
-    return set(names)
 
 
 def _is_due(now: float, last: float, period: float) -> bool:

@@ -81,7 +81,7 @@ def concerned(lock: Lock) -> frozenset[str]:
 
 
 class ResolvingCoordinator(Coordinator):
-    """A coordinator that finds locks and resolves them.
+    """A coordinator that finds locks and resolves them; it takes what a coordinator takes.
 
     Attributes:
         watch: Knows the locks.
@@ -94,9 +94,10 @@ class ResolvingCoordinator(Coordinator):
         zones: Sequence[Zone] = (),
         epoch: int = 1,
         settings: CoordinatorSettings | None = None,
+        watch: LockWatch | None = None,
     ) -> None:
         super().__init__(field, radii, zones, epoch, settings)
-        self.watch = LockWatch()
+        self.watch = LockWatch() if watch is None else watch
         self._resolver = LockResolver()
         self._looked_at = -math.inf
         self._left_out: frozenset[str] = frozenset()
