@@ -64,11 +64,18 @@ def test_a_long_wait_is_a_warning_with_the_place(report):
 
 
 def test_a_place_that_a_robot_cannot_reach_is_a_warning_with_both_names(report):
-    report.unreached = {"robot2": [], "robot1": ["test cell", "dock"]}
+    report.unreached = {
+        "robot2": [],
+        "robot3": ["dock"],
+        "robot4": ["test cell", "dock"],
+        "robot1": ["test cell", "dock"],
+    }
     told = status(report)
 
     assert told.level == DiagnosticStatus.WARN
-    assert told.message == "robot1 cannot reach test cell, dock"
+    assert told.message == (
+        "robot1, robot4 cannot reach test cell, dock; robot3 cannot reach dock"
+    )
 
 
 def test_every_kind_is_counted(report):

@@ -10,7 +10,7 @@ from fleet_manager.client.formats import duration
 from fleet_manager.client.words import Event, Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
 CIRCLE = "circle"  # the kind of lock of robots that wait for each other
 LONG = 30.0  # a robot that waits for longer is worth an event [s]
@@ -96,11 +96,13 @@ def traffic_change(before: TrafficState | None, now: TrafficState) -> Iterator[E
         yield Event(f"zone {zone} {'is' if before is None else 'was'} closed")
     for zone in sorted(closed - {*now.closed}):
         yield Event(f"zone {zone} was opened")
-    for robot, places in sorted(now.unreached.items()):
-        known = () if before is None else before.unreached.get(robot, ())
-        new = sorted({*places} - {*known})
-        if new:
-            yield Event(f"{robot} cannot reach {', '.join(new)}", Severity.WARNING)
+    known = {} if before is None else before.unreached
+    new = {
+        robot: tuple(place for place in places if place not in known.get(robot, ()))
+        for robot, places in now.unreached.items()
+    }
+    for text in _out_of_reach(new):
+        yield Event(text, Severity.WARNING)
     told = set() if before is None else {lock.who for lock in before.locks}
     for lock in now.locks:
         if lock.who not in told:
@@ -180,9 +182,18 @@ def lock_lines(state: TrafficState) -> list[str]:
         f"cannot go on for {duration(state.time - lock.since)}: {lock.text}"
         for lock in state.locks
     ]
-    lines += [
-        f"{robot} cannot reach {', '.join(places)}"
-        for robot, places in sorted(state.unreached.items())
-    ]
+    lines += _out_of_reach(state.unreached)
     counts = [f"{kind} {count}" for kind, count in state.counts.items() if count]
     return [*lines, f"locks so far: {', '.join(counts)}"] if counts else lines
+
+
+def _out_of_reach(unreached: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return which robots cannot reach which places, robots with the same ones together."""
+    together: dict[tuple[str, ...], list[str]] = {}
+    for robot, places in sorted(unreached.items()):
+        if places:
+            together.setdefault(tuple(places), []).append(robot)
+    return [
+        f"{', '.join(robots)} cannot reach {', '.join(places)}"
+        for places, robots in together.items()
+    ]

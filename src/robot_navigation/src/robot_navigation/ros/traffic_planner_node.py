@@ -16,6 +16,7 @@ import threading
 import time
 from typing import TYPE_CHECKING
 
+import attrs
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from robot_description.msg import Routes, Traffic, TrafficState, ZoneCommand
@@ -30,7 +31,7 @@ from robot_navigation.ros.conversions import routes_to_msg, traffic_from_msg
 from robot_navigation.ros.startup import run_node, wait_for_map
 from robot_navigation.ros.traffic_markers import lanes_marker, traffic_markers
 from robot_navigation.ros.traffic_parameters import TrafficParameters
-from robot_navigation.ros.traffic_report import TrafficReport, Waiting
+from robot_navigation.ros.traffic_report import TrafficReport, Waiting, out_of_reach
 from robot_navigation.ros.traffic_told import diagnostics_of, state_to_msg
 from robot_navigation.traffic.deadlock import LockWatch
 from robot_navigation.traffic.landmarks import Landmarks
@@ -90,8 +91,7 @@ class TrafficPlanner:
         given = TrafficParameters.read()
         self._epoch = given.epoch
         self._goals = {place.name: place.at for place in given.landmarks if place.is_goal}
-        self._zones = tuple(zone.name for zone in given.zones)
-        self._closed = {zone.name for zone in given.zones if zone.closed}
+        self._zones = given.zones
         watch = LockWatch()
         self._report = TrafficReport(Landmarks(given.landmarks, given.zones), watch)
         self._publisher = rospy.Publisher(f"{hive}routes", Routes, queue_size=10)
@@ -104,10 +104,11 @@ class TrafficPlanner:
         self._field = ClearanceField.of(grid_from_msg(wait_for_map(f"{hive}map")))
         self._listen()
         radii = sorted({robot.radius for robot in self._news.values()})
+        self._least_radius = radii[0]
         self._coordinator = ResolvingCoordinator(
             self._field, radii, given.zones, self._epoch, watch=watch
         )
-        self._lanes.publish(lanes_marker(self._coordinator.roadmap, _header()))
+        self._show_lanes()
         rospy.Subscriber(f"{hive}zone_command", ZoneCommand, self._obey, queue_size=10)
 
     def run(self) -> None:
@@ -146,17 +147,24 @@ class TrafficPlanner:
 
     def _switch(self, zone: str, *, closed: bool) -> None:
         """Close or open a zone, and tell it at once, so that everybody remembers it."""
-        if zone not in self._zones:
-            known = ", ".join(self._zones) or "none; a fleet file names them under zones"
+        names = [each.name for each in self._zones]
+        if zone not in names:
+            known = ", ".join(names) or "none; a fleet file names them under zones"
             rospy.logwarn(f"there is no zone {zone[:40]!r}; there are: {known}")
             return
         if closed:
             self._coordinator.close(zone)
         else:
             self._coordinator.open(zone)
-        self._closed = set(self._coordinator.roadmap.closed)
+        shut = self._coordinator.roadmap.closed
+        self._zones = tuple(attrs.evolve(each, closed=each.name in shut) for each in self._zones)
         self._report.unreached.clear()
+        self._show_lanes()
         self._tell_state()
+
+    def _show_lanes(self) -> None:
+        roadmap = self._coordinator.roadmap
+        self._lanes.publish(lanes_marker(roadmap, self._least_radius, _header()))
 
     def _step(self, now: float) -> None:
         """Do one step of the coordinator, and tell what has changed."""
@@ -177,17 +185,17 @@ class TrafficPlanner:
         reached = self._report.unreached
         for name in reached.keys() - self._robots.keys():
             del reached[name]
-        for name in self._robots.keys() - reached.keys():
+        new = self._robots.keys() - reached.keys()
+        for name in new:
             robot = self._robots[name]
             here = (robot.x, robot.y)
             roadmap = self._coordinator.roadmap
             reached[name] = unreached(roadmap, self._field, robot.radius, here, self._goals)
-            if reached[name]:
-                rospy.logwarn(
-                    f"{name} cannot reach {', '.join(reached[name])}: the way there is too narrow "
-                    f"for its radius of {robot.radius:.2f} m, or a zone keeps it out; move the "
-                    "place, change the zone, or send another robot"
-                )
+        for text in out_of_reach({name: reached[name] for name in new}):
+            rospy.logwarn(
+                f"{text}: the way there is too narrow, or a zone keeps robots out; move the "
+                "place, change the zone, or send other robots"
+            )
 
     def _tell(self, now: float) -> None:
         """Tell the state once a second on the wall, also while a simulation is paused.
@@ -203,11 +211,14 @@ class TrafficPlanner:
         self._tell_state()
         self._diagnostics.publish(diagnostics_of(self._report, len(self._robots), _header()))
         if self._markers.get_num_connections():
-            shown = traffic_markers(self._routes, self._robots, self._report.waits, _header())
+            waits = self._report.waits
+            shown = traffic_markers(self._routes, self._robots, waits, self._zones, _header())
             self._markers.publish(shown)
 
     def _tell_state(self) -> None:
-        robots, zones, closed = sorted(self._robots), self._zones, sorted(self._closed)
+        zones = [zone.name for zone in self._zones]
+        closed = sorted(zone.name for zone in self._zones if zone.closed)
+        robots = sorted(self._robots)
         self._state.publish(
             state_to_msg(self._report, self._epoch, robots, zones, closed, _header())
         )

@@ -143,3 +143,19 @@ class TrafficReport:
             waits = sum(sample.begins for sample in there)
             places.append(SlowPlace(x, y, waited, waits, self._landmarks.where((x, y))))
         return heapq.nlargest(MOST_PLACES, places, key=attrgetter("waited"))
+
+
+def out_of_reach(unreached: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return in words which robots cannot reach which places, robots with the same ones together.
+
+    Args:
+        unreached: By robot, the names of the places.
+    """
+    together: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for robot, places in sorted(unreached.items()):
+        if places:
+            together[tuple(places)].append(robot)
+    return [
+        f"{', '.join(robots)} cannot reach {', '.join(places)}"
+        for places, robots in together.items()
+    ]

@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point32
 from robot_description.msg import RobotWait, SlowPlace, TrafficLock, TrafficState, Unreached
 from std_msgs.msg import Header
 
-from robot_navigation.ros.traffic_report import LONG
+from robot_navigation.ros.traffic_report import LONG, out_of_reach
 from robot_navigation.traffic.deadlock import Kind
 
 if TYPE_CHECKING:
@@ -88,10 +88,9 @@ def _verdict(report: TrafficReport) -> tuple[int, str]:
             f"{wait.robot} waits for {wait.waits_for} {wait.where}" for wait in standing
         )
         return DiagnosticStatus.WARN, f"for more than {LONG:g} s {text}"
-    missing = _missing(report)
+    missing = out_of_reach(report.unreached)
     if missing:
-        text = "; ".join(f"{robot} cannot reach {', '.join(places)}" for robot, places in missing)
-        return DiagnosticStatus.WARN, text
+        return DiagnosticStatus.WARN, "; ".join(missing)
     return DiagnosticStatus.OK, "nobody waits for long"
 
 
