@@ -9,7 +9,12 @@ import click
 from attrs import evolve
 
 from blackboard.domain.settings import TRAFFIC
-from fleet_manager.config.fleet_file import PROCESSES, Charger, read_fleet
+from fleet_manager.config.fleet_file import (
+    PROCESSES,
+    Charger,
+    check_zones_on_map,
+    read_fleet,
+)
 from fleet_manager.config.fleet_launch import launch_text
 from fleet_manager.config.places import landmarks_of
 from fleet_manager.ros.launch_checked import become_roslaunch
@@ -65,7 +70,7 @@ def launch_fleet(
         landmarks = landmarks_of(building, wanted.chargers or ())
         text = launch_text(wanted, sim=sim, landmarks=landmarks)
         if chart is not None:
-            load_map(chart)
+            check_zones_on_map(wanted, load_map(chart).bounds)
     except HiveError as error:
         click.echo(f"launch_fleet: {error}", err=True)
         sys.exit(_BAD_INPUT)
