@@ -226,7 +226,7 @@ def test_the_traffic_planner_is_told_the_zones_as_they_were_read(tmp_path):
         (
             "robots: 1",
             "robots: 1\n    speed: 0.3",
-            r":7: zones\[1\].speed: 0.3; .*of the kind slow",
+            r":7: zones\[1\].speed: 0.3; .*the kind slow",
         ),
         ("direction: 3.14", "direction: 90", r":2: zones\[0\].direction: 90; .*\[rad\]"),
         ("[5, 4], [5, 5]", "[5, 4]", r":5: zones\[1\].corners: .*at least 3 corners \[x, y\]"),
