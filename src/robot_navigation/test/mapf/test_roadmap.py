@@ -15,9 +15,11 @@ from scipy.sparse import csgraph
 
 from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
+from hive_common.zone import Zone
 from hive_lab.bench.plan import ShortestPaths, path_length, random_pairs
 from hive_lab.fleets import sites
 from robot_navigation.mapf.ends import nearest_places, shortened, with_ends
+from robot_navigation.mapf.reachability import unreached
 from robot_navigation.mapf.roadmap import Roadmap, need
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
@@ -247,6 +249,26 @@ def path_on(
     while chain[-1] != begin and chain[-1] >= 0:
         chain.append(came[chain[-1]])
     return joined.places[chain[::-1]] if chain[-1] == begin else np.empty((0, 2))
+
+
+DOORS = {
+    "lower": ((9.4, 2.4), (10.6, 2.4), (10.6, 4.0), (9.4, 4.0)),
+    "upper": ((9.4, 8.0), (10.6, 8.0), (10.6, 9.6), (9.4, 9.6)),
+}
+"""Of the lab; each is 1.2 m wide, and every robot fits through both."""
+
+
+@pytest.mark.parametrize("radii", [FLEETS["hall"], FLEETS["lab"], (MIR100,)])
+@pytest.mark.parametrize("shut", DOORS)
+def test_a_second_door_has_lanes_for_every_robot_too(radii: tuple[float, ...], shut: str) -> None:
+    field = ClearanceField.of(load_map("lab"))
+    door = Zone(name=shut, kind="keep-out", corners=DOORS[shut], closed=True)
+    roadmap = build_roadmap(field, radii, [door])
+    rooms = {"east": (13.0, 5.5), "west": (6.5, 5.0)}
+
+    for radius in radii:
+        assert unreached(roadmap, field, radius, rooms["west"], rooms) == []
+        assert unreached(roadmap, field, radius, rooms["east"], rooms) == []
 
 
 def test_a_path_that_is_cut_short_still_passes_what_it_has_to() -> None:

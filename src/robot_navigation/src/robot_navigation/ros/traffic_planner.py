@@ -166,11 +166,11 @@ class TrafficPlanner:
             self._coordinator.hear(announcement)
         self._robots |= self._news
         self._news = {}
-        self._check_reach()
         routes = self._coordinator.step(now)
         if routes:
             self._routes = {route.robot: route for route in routes}
             self._publisher.publish(routes_to_msg(routes[0].plan, routes, now, _MAP_FRAME))
+        self._check_reach()
         waiting = self._coordinator.waiting()
         self._report.note(now, [Waiting(w.robot, w.waits_for, *w.at, w.since) for w in waiting])
 
