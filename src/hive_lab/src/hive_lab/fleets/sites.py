@@ -39,7 +39,7 @@ LOWER_DOOR = (9.4, 2.4, 10.6, 4.0)  # of the lab
 LANE = "lane"  # the name of the zone around the lane that closes
 FASTEST = 5.0  # in that zone while it is open: as fast as any robot [m/s]
 
-WALK = 4.0  # least length of the way that a person walks to and fro [m]
+WALK = 4.0  # least length of the way that a person walks back and forth [m]
 PERSON = 0.25  # radius of a person [m]
 WALKING = 0.8  # how fast people walk [m/s]
 
@@ -77,7 +77,7 @@ class Site:
 
 
 def with_people(site: Site, people: int, seed: int) -> Site:
-    """Return a site in which people walk to and fro between random places.
+    """Return a site in which people walk back and forth between random places.
 
     The robots' map does not show them.
     """
