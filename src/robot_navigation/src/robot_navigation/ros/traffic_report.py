@@ -14,6 +14,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from collections import Counter
     from collections.abc import Mapping, Sequence
 
     from robot_navigation.traffic.deadlock import Kind, LockWatch
@@ -99,7 +100,7 @@ class TrafficReport:
     def __init__(self, landmarks: Landmarks, watch: LockWatch) -> None:
         self.waits: tuple[Waiting, ...] = ()
         self.locks: tuple[Locked, ...] = ()
-        self.counts: Mapping[Kind, int] = watch.counts
+        self.counts: Counter[Kind] = watch.counts
         self.unreached: dict[str, list[str]] = {}
         self._landmarks = landmarks
         self._watch = watch

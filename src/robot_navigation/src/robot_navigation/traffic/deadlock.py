@@ -137,11 +137,6 @@ class LockWatch:
         else:
             known.hear(said)
 
-    def forget(self, robots: Iterable[str]) -> None:
-        """Forget robots that have left the hive."""
-        for name in robots:
-            self._robots.pop(name, None)
-
     def look(self, now: float) -> tuple[Lock, ...]:
         """Return the locks at a time [s], and count those that are new."""
         heard = {
