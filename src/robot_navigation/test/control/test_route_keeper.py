@@ -2,6 +2,7 @@
 """A robot takes a route that holds what it cannot avoid, and waits for whom the route says."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -102,6 +103,17 @@ def test_plans_that_are_counted_from_the_beginning_again_are_taken_after_a_silen
         keeper.hear([again[number]], now=SILENCE + later)
         assert keeper.offer(GOAL, HERE, []) is not None
         assert keeper.plan == again[number].plan
+
+
+def test_a_route_without_places_leaves_the_robot_alone_at_once(keeper):
+    keeper.hear([route()], now=0.0)
+    alone = replace(route(plan=PlanNumber(3, 8)), places=())
+    keeper.hear([alone], now=1.0)
+
+    assert not keeper.is_guided(1.0)
+    assert keeper.offer(GOAL, HERE, []) is None
+    keeper.hear([route(plan=PlanNumber(3, 9))], now=2.0)
+    assert keeper.is_guided(2.0)
 
 
 def test_a_plan_that_is_heard_once_more_guides_nobody(keeper):

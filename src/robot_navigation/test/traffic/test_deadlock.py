@@ -8,6 +8,7 @@ import pytest
 from robot_navigation.traffic.deadlock import (
     CIRCLE_AFTER,
     NO_PROGRESS_AFTER,
+    OVERTAKEN_AFTER,
     SILENT,
     Kind,
     LockWatch,
@@ -96,11 +97,11 @@ def test_robots_that_stand_and_wait_for_each_other_are_a_circle(watched):
 
 
 def test_a_circle_counts_once_while_it_lasts_and_again_when_it_comes_again(watched):
-    circle = stands("a", waits_for="b"), stands("b", waits_for="a")
+    circle = stands("a", waits_for="b", goal=None), stands("b", waits_for="a", goal=None)
     watched.run(20.0, *circle)
     assert watched.counts == {Kind.CIRCLE: 1}
 
-    assert watched.run(1.0, stands("a"), stands("b")) == []
+    assert watched.run(1.0, stands("a", goal=None), stands("b", goal=None)) == []
     watched.run(20.0, *circle)
     assert watched.counts == {Kind.CIRCLE: 2}
 
@@ -137,7 +138,8 @@ def test_a_robot_that_waits_for_a_stranger_is_blocked_by_it(watched):
 def test_a_robot_before_which_others_go_again_and_again_is_overtaken(watched):
     robots = stands("a", waits_for="b"), stands("b", waits_for="c", goal=None), drives("c")
 
-    assert watched.run(NO_PROGRESS_AFTER + 2.0, *robots) == [(Kind.OVERTAKEN, ("a", "b", "c"))]
+    assert watched.run(OVERTAKEN_AFTER - 1.0, *robots) == []
+    assert watched.run(3.0, *robots) == [(Kind.OVERTAKEN, ("a", "b", "c"))]
 
 
 def test_a_robot_that_waits_for_nobody_is_held(watched):
@@ -152,7 +154,7 @@ def test_a_robot_that_goes_to_and_fro_makes_no_progress(watched):
 
 
 def test_one_that_creeps_does(watched):
-    assert watched.run(100.0, drives("a", 0.02)) == []
+    assert watched.run(100.0, drives("a", 0.05)) == []
 
 
 @pytest.mark.parametrize(

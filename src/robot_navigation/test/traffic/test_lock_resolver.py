@@ -9,7 +9,7 @@ import pytest
 from hive_common.grid_map import GridMap
 from robot_navigation.mapf.route import NO_PLAN
 from robot_navigation.planning.clearance import ClearanceField
-from robot_navigation.traffic.deadlock import CIRCLE_AFTER, Kind, Lock
+from robot_navigation.traffic.deadlock import CIRCLE_AFTER, NO_PROGRESS_AFTER, Kind, Lock
 from robot_navigation.traffic.lock_resolver import (
     LEFT_ALONE,
     RETRY,
@@ -30,9 +30,9 @@ GIVEN_UP = TRIES * RETRY
 
 
 def run(resolver, *times, locks=(CIRCLE,)):
-    """Return the robots that are planned anew and those left out, at each time."""
+    """Return the robots that are planned anew and those left alone, at each time."""
     remedies = [resolver.remedy(locks, time) for time in times]
-    return [("".join(sorted(r.plan_anew)), "".join(sorted(r.left_out))) for r in remedies]
+    return [("".join(sorted(r.plan_anew)), "".join(sorted(r.left_alone))) for r in remedies]
 
 
 def test_of_a_circle_all_are_planned_anew_else_the_first_robot_only():
@@ -104,26 +104,29 @@ class Standing:
         )
 
     def run(self, seconds):
-        """Return which robots each plan names, and when."""
-        named = []
+        """Return at which times there was a plan, and who had places in it."""
+        plans = []
         for _ in range(round(seconds * 4)):
             self.now += 0.25
             for name, y in (("a", 3.0), ("b", 7.0)):
                 self.coordinator.hear(self.said(name, y))
             routes = self.coordinator.step(self.now)
             if routes:
-                named.append((self.now, {route.robot for route in routes}))
+                assert {route.robot for route in routes} == {"a", "b"}
+                plans.append((self.now, {route.robot for route in routes if route.places}))
             self.routes |= {route.robot: route for route in routes}
-        return named
+        return plans
 
 
-def test_plans_leave_out_the_robots_of_a_lock_that_no_plan_resolves():
-    plans = Standing(lock=True).run(CIRCLE_AFTER + GIVEN_UP + LEFT_ALONE + 20.0)
-    pauses = np.diff([now for now, _ in plans])  # a plan without any route is not told
+def test_the_robots_of_a_lock_that_no_plan_resolves_get_routes_without_places_for_a_while():
+    plans = Standing(lock=True).run(CIRCLE_AFTER + GIVEN_UP + LEFT_ALONE + 5.0)
+    alone = [now for now, robots in plans if not robots]
 
-    assert all(robots == {"a", "b"} for _, robots in plans)
-    assert pauses.max() == pytest.approx(LEFT_ALONE, abs=2.0)
-    assert np.sum(pauses > 2.0) == 1
+    assert alone[0] == pytest.approx(CIRCLE_AFTER + GIVEN_UP, abs=1.5)
+    assert alone[-1] - alone[0] == pytest.approx(LEFT_ALONE, abs=1.5)
+    assert [robots for now, robots in plans if not alone[0] <= now <= alone[-1]] == (
+        [{"a", "b"}] * (len(plans) - len(alone))
+    )
 
 
 def test_the_next_plan_of_locked_robots_forgets_their_courses():
@@ -138,8 +141,7 @@ def test_the_next_plan_of_locked_robots_forgets_their_courses():
     assert firsts == [1, 0]  # what is forgotten is numbered anew, from the place that was passed
 
 
-def test_robots_that_are_not_locked_are_never_left_out():
-    plans = Standing(lock=False).run(25.0)
+def test_robots_that_are_not_locked_always_get_routes():
+    plans = Standing(lock=False).run(NO_PROGRESS_AFTER - 1.0)
 
     assert all(robots == {"a", "b"} for _, robots in plans)
-    assert np.diff([now for now, _ in plans]).max() < 2.0

@@ -27,7 +27,7 @@ def traffic(context: CliContext, as_json: bool) -> None:
     """Show who waits for whom, closed zones, the slowest places, and who cannot go on.
 
     Coordinates are in m in the map frame; the slowest places are those of the last ten minutes.
-    Robots cannot go on if they wait in a circle, or have made no progress for half a minute.
+    Robots cannot go on if they wait in a circle, or make no progress.
 
     \b
     Examples:

@@ -3,7 +3,7 @@
 
 A robot takes a new route only if it contains what the robot can no longer avoid, its claim. If
 no plan is heard for `SILENCE`, or none that has a route for the robot, it goes on by the right of
-way alone.
+way alone; at once if its route has no places.
 """
 
 from __future__ import annotations
@@ -72,9 +72,10 @@ class RouteKeeper:
         if newest in {NO_PLAN, self._newest} or is_late:
             return
         self._newest, self._heard_at = newest, now
-        self._offered = next((route for route in routes if route.robot == self._name), None)
-        if self._offered is not None:
-            self._guided_at = now
+        own = next((route for route in routes if route.robot == self._name), None)
+        if own is not None:
+            self._guided_at = now if own.places else -math.inf
+        self._offered = own if own is not None and own.places else None
 
     def is_guided(self, now: float) -> bool:
         """Return whether a planner has lately planned for this robot."""

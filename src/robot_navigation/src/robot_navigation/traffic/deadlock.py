@@ -2,7 +2,7 @@
 """Finds robots that cannot go on, from what robots announce.
 
 Two things count as a lock. Robots *wait for each other in a circle*. Or a robot with a goal makes
-*no progress*: it has stayed near one place for half a minute. The chain of who waits for whom says
+*no progress*: it has stayed near one place for 15 s. The chain of who waits for whom says
 why. It ends at a robot that does not go by itself, at one that drives, or at the robot itself.
 
 How locks are resolved stands in `lock_resolver.py`.
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 STANDS = 0.1  # a robot that moves less than this stands [m]
 PROGRESS = 0.5  # a robot with a goal that stays within this makes no progress [m]
 CIRCLE_AFTER = 2.0  # robots that stand in a circle for so long do not get out by themselves [s]
-NO_PROGRESS_AFTER = 30.0  # [s]
+NO_PROGRESS_AFTER = 15.0  # [s]
+OVERTAKEN_AFTER = 30.0  # in dense traffic robots wait for others that drive; this is too long [s]
 SILENT = 5.0  # a robot that is not heard for so long is not reckoned with [s]
 
 
@@ -149,6 +150,11 @@ class LockWatch:
             self._lock_of(name, robot, heard)
             for name, robot in sorted(heard.items())
             if now - robot.stays_since > NO_PROGRESS_AFTER
+        ]
+        stuck = [
+            lock
+            for lock in stuck
+            if lock.kind is not Kind.OVERTAKEN or now - lock.since > OVERTAKEN_AFTER
         ]
         # Who waits for a circle goes on when that is resolved.
         stuck = [lock for lock in stuck if inside.isdisjoint(lock.robots)]

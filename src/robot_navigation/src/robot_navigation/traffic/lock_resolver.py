@@ -4,8 +4,8 @@
 1. The planner forgets the courses of the robots that are locked, and plans anew for them: for all
    members of a circle, else for the robot that makes no progress.
 2. It does so again after `RETRY`, `TRIES` times in all.
-3. A lock that lasts all the same is left to the right of way: for `LEFT_ALONE` the plans leave its
-   robots out. A robot that is left out drops its route, plans alone around what it sees, and moves
+3. A lock that lasts all the same is left to the right of way: for `LEFT_ALONE` its robots get
+   routes without places. Such a robot drops its route, plans alone around what it sees, and moves
    aside or asks others to. Then the rule begins anew.
 
 So no robot stands for ever because one plan, made again and again, cannot be driven.
@@ -14,6 +14,7 @@ So no robot stands for ever because one plan, made again and again, cannot be dr
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from robot_navigation.traffic.coordinator import Coordinator, CoordinatorSettings
@@ -29,9 +30,9 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.right_of_way import Announcement
 
 LOOK = 0.5  # time between two looks for locks [s]
-RETRY = 10.0  # a new plan gets so long to resolve a lock [s]
+RETRY = 4.0  # a new plan gets so long to resolve a lock [s]
 TRIES = 2  # new plans before a lock is left to the right of way
-LEFT_ALONE = 20.0  # how long its robots then go without routes [s]; they drop theirs after 5 s
+LEFT_ALONE = 15.0  # how long its robots then go without routes [s]
 
 
 class Remedy(NamedTuple):
@@ -39,11 +40,11 @@ class Remedy(NamedTuple):
 
     Attributes:
         plan_anew: The robots whose courses are forgotten now.
-        left_out: The robots that plans leave out.
+        left_alone: The robots that get no routes.
     """
 
     plan_anew: frozenset[str]
-    left_out: frozenset[str]
+    left_alone: frozenset[str]
 
 
 class LockResolver:
@@ -100,7 +101,7 @@ class ResolvingCoordinator(Coordinator):
         self.watch = LockWatch() if watch is None else watch
         self._resolver = LockResolver()
         self._looked_at = -math.inf
-        self._left_out: frozenset[str] = frozenset()
+        self._left_alone: frozenset[str] = frozenset()
 
     def hear(self, said: Announcement) -> None:
         """Take in what the robot announces."""
@@ -108,7 +109,7 @@ class ResolvingCoordinator(Coordinator):
         self.watch.hear(said)
 
     def step(self, now: float) -> tuple[Route, ...]:
-        """Return a new plan if one is due, without the robots that are left alone; else nothing.
+        """Return a new plan if one is due, else nothing; robots left alone have no places in it.
 
         Args:
             now: The time [s].
@@ -116,9 +117,14 @@ class ResolvingCoordinator(Coordinator):
         if not self._looked_at <= now < self._looked_at + LOOK:
             self._looked_at = now
             remedy = self._resolver.remedy(self.watch.look(now), now)
-            self._left_out = remedy.left_out
+            self._left_alone = remedy.left_alone
             self._plan_anew(remedy.plan_anew)
-        return tuple(route for route in super().step(now) if route.robot not in self._left_out)
+        return tuple(
+            replace(route, places=(), waits=(), complete=False)
+            if route.robot in self._left_alone
+            else route
+            for route in super().step(now)
+        )
 
     def _plan_anew(self, robots: Iterable[str]) -> None:
         """Forget the courses of robots, so that the next plan begins with what they claim."""
