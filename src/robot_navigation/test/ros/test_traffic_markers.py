@@ -25,7 +25,16 @@ SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0))
 def robot(name, x, plan=PLAN):
     here = (x, 0.0)
     return Announcement(
-        name, 0.0, *here, 0.4, no_right(name), (here,), 0.0, stationary=False, plan=plan, passed=1
+        name,
+        0.0,
+        *here,
+        0.4,
+        no_right(name),
+        (here,),
+        0.0,
+        stationary=False,
+        plan=plan,
+        passed=1400,
     )
 
 

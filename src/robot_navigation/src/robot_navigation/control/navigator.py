@@ -54,6 +54,7 @@ if TYPE_CHECKING:
 
 SLACK = 0.02  # clearance beyond the robot's radius at a passing place [m]
 AT_HAND = 0.1  # a robot that may go no farther than this waits [m]
+SAME_PATH = 0.02  # how far corners of a path may be from those of another to be the same [m]
 ROUTE_WITHIN = 3.0  # how long a goal waits for a route while a planner is heard [s]
 
 
@@ -96,6 +97,7 @@ class Navigator:
         self._keeper = RouteKeeper(name)
         self._waits_for = ""  # the robot for which it waits
         self._given_at = 0.0
+        self._ends_at_goal = False  # whether the route's path does
 
     @property
     def path(self) -> Path | None:
@@ -175,10 +177,24 @@ class Navigator:
         path = keeper.offer(self.goal, pose, self._driver.claimed())
         if path is None or keeper.route is None:
             return
+        if self._goes_on(path) and self._ends_at_goal == keeper.route.complete:
+            keeper.go_on(self._driver.progress)
+            return
+        self._ends_at_goal = keeper.route.complete
         goal = self.goal if keeper.route.complete else None
         self._moving_aside = False
         yaw = None if goal is None else goal.yaw
         self._driver.start(path, yaw, settle_from=now if self.path is None else None)
+
+    def _goes_on(self, path: Path) -> bool:
+        """Return whether a new path is what is left of the one that the robot drives along."""
+        if self.path is None or self._moving_aside:
+            return False
+        left = self.path.section(self._driver.progress, self.path.length)
+        points = path.section(0.0, path.length)
+        return len(left) == len(points) and all(
+            math.dist(*pair) < SAME_PATH for pair in zip(left, points, strict=True)
+        )
 
     def _plan_to_goal(self, now: float, pose: Pose, heard: Neighbourhood) -> GoalOutcome | None:
         """Plan to the goal, if there is one and the robot has no path."""

@@ -8,11 +8,10 @@ way alone; at once if its route has no places.
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from robot_navigation.mapf.route import NO_PLAN
+from robot_navigation.mapf.route import NO_PLAN, PER_METRE
 from robot_navigation.planning.path import Path
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 SILENCE = 5.0
 """A robot that hears no plan for itself for so long drops its route [s]. A takeover takes 3 s."""
 
-REACHED = 0.1  # a robot this near before a place has reached it [m]
+REACHED = 0.1  # a robot this near before a mark has come to it [m]
 BESIDE = 0.15  # how far off its path a robot may be, and a claim off a new route [m]
 SAME_GOAL = 0.01  # [m]
 NEAR = 6.0  # a robot is on this stretch of a new route, which may come by again later [m]
@@ -44,7 +43,7 @@ class RouteKeeper:
 
     Attributes:
         route: The route that the robot follows; None without one.
-        passed: Number of the last place of it that the robot has reached.
+        passed: The mark that the robot has come to; see `Route`.
     """
 
     def __init__(self, name: str) -> None:
@@ -54,7 +53,7 @@ class RouteKeeper:
         self._offered: Route | None = None
         self._newest: PlanNumber = NO_PLAN
         self._heard_at = self._guided_at = -math.inf  # any plan, one for this robot [s]
-        self._marks: list[float] = []  # on the robot's path, of the places after `passed`
+        self._begin = 0  # the mark at which the robot's path begins
 
     @property
     def plan(self) -> PlanNumber:
@@ -84,7 +83,6 @@ class RouteKeeper:
     def drop(self) -> None:
         """Follow no route any more."""
         self.route = None
-        self._marks = []
 
     def offer(self, goal: Pose | None, pose: Pose, claimed: Sequence[Point]) -> Path | None:
         """Take the newest route, if there is one that the robot can take.
@@ -101,21 +99,33 @@ class RouteKeeper:
         if offered is None or not _leads_to(offered, goal):
             return None
         whole = Path(offered.places)
-        begin = whole.nearest((pose.x, pose.y), 0.0, NEAR)
-        if not all(_is_on(whole, point) for point in [(pose.x, pose.y), *claimed]):
+        begin = whole.nearest((pose.x, pose.y), *self._stretch(offered, whole.length))
+        if math.dist(whole.at(begin), pose[:2]) > BESIDE:
             return None
-        marks = _marks(offered.places)
-        reached = sum(1 for mark in marks if mark <= begin + REACHED)
+        if not all(_is_on(whole, point, begin) for point in claimed):
+            return None
         self.route = offered
-        self.passed = offered.first + reached - 1
-        self._marks = [mark - begin for mark in marks[max(0, reached) :]]
+        self._begin = self.passed = offered.first + round(PER_METRE * begin)
         return Path(whole.section(begin, whole.length))
 
+    def go_on(self, progress: float) -> None:
+        """Take the new route as what is left, `progress` [m] along it, of the robot's path."""
+        self._begin -= round(PER_METRE * progress)
+
+    def _stretch(self, offered: Route, length: float) -> tuple[float, float]:
+        """Return from where to where on a new route the robot is [m].
+
+        A route may pass a place twice, so what the robot has driven counts.
+        """
+        if self.route is None or self.plan.epoch != offered.plan.epoch:
+            return 0.0, min(NEAR, length)
+        driven = (self.passed - offered.first) / PER_METRE
+        low = min(max(0.0, driven - BESIDE), length)
+        return low, min(max(driven, 0.0) + BESIDE, length)
+
     def advance(self, progress: float) -> None:
-        """Count the places that a robot has reached that is `progress` [m] along its path."""
-        while self._marks and self._marks[0] <= progress + REACHED:
-            self._marks.pop(0)
-            self.passed += 1
+        """Note that a robot is `progress` [m] along its path."""
+        self.passed = max(self.passed, self._begin + round(PER_METRE * progress))
 
     def hold(self, progress: float, heard: Neighbourhood) -> Hold:
         """Return how far a robot that is `progress` [m] along its path may go.
@@ -125,17 +135,15 @@ class RouteKeeper:
         nearest = Hold(math.inf, "")
         if self.route is None:
             return nearest
+        epoch = self.route.plan.epoch
         for wait in self.route.waits:
             other = heard.latest(wait.robot)
-            epoch = self.route.plan.epoch
-            if other is not None and other.plan.epoch == epoch and other.passed >= wait.passes:
+            reached = wait.passes - REACHED * PER_METRE
+            if other is not None and other.plan.epoch == epoch and other.passed >= reached:
                 continue
-            ahead = wait.at - self.passed
-            if ahead < 0:  # it stands on what is decided no more
-                continue
-            mark = progress if ahead == 0 else self._marks[ahead - 1]
-            if mark - progress < nearest.room:
-                nearest = Hold(max(0.0, mark - progress), wait.robot)
+            room = (wait.at - self._begin) / PER_METRE - progress
+            if room < nearest.room:
+                nearest = Hold(max(0.0, room), wait.robot)
         return nearest
 
 
@@ -146,14 +154,6 @@ def _leads_to(route: Route, goal: Pose | None) -> bool:
     return math.dist(goal[:2], route.goal) < SAME_GOAL
 
 
-def _is_on(path: Path, point: Point) -> bool:
-    mark = path.nearest(point, 0.0, NEAR)
+def _is_on(path: Path, point: Point, begin: float) -> bool:
+    mark = path.nearest(point, begin, begin + NEAR)
     return math.dist(path.at(mark), point) < BESIDE
-
-
-def _marks(places: Sequence[Point]) -> list[float]:
-    """Return the distance of each place from the first, along straight lines [m]."""
-    marks = [0.0]
-    for before, here in itertools.pairwise(places):
-        marks.append(marks[-1] + math.dist(before, here))
-    return marks

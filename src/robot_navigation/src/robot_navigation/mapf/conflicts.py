@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a robot blocks for another one, at each place and along each lane of a roadmap.
 
-Places and ways are what robots reserve. A way is a lane or its reverse lane; way k has the number
-n + k, behind the n places. A robot that stands blocks every place and way that is nearer to it
-than both radii and the gap; one that drives along a lane blocks for the whole drive what is that
-near to any part of it. So no two drives that could touch overlap in time, and that is what
-an order of robots at places can ensure (`dependency_graph.py`).
+Ways and places are what robots reserve. A way is a lane or its reverse lane. A robot that stands
+blocks every place and way that is nearer to it than both radii and the gap; one that drives along
+a lane blocks for the whole drive what is that near to any part of it. So no two drives that could
+touch overlap in time, and that is what an order of robots at places can ensure
+(`dependency_graph.py`).
+
+The things that are reserved are numbered: the w ways, the n places, then the ends of a plan, then
+their legs. So are the actions of a robot: to drive along one of the m lanes, to stand at a place,
+to stand at an end, to drive along a leg.
 """
 
 from __future__ import annotations
@@ -19,7 +23,10 @@ import numpy as np
 from hive_common.compiled import compiled
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from hive_common.geometry import Array, Indices
+    from robot_navigation.mapf.ends import Ends
     from robot_navigation.mapf.roadmap import Roadmap
 
 ROW = 0.5  # height of the rows in which segments are looked up [m]
@@ -30,11 +37,9 @@ TINY = 1e-6  # robots that are this much too near to each other do not touch [m]
 class Conflicts:
     """What a robot that stands or drives blocks for another one.
 
-    An action is standing at place i, number i, or driving along lane k, number n + k.
-
     Attributes:
-        begins: (n + m + 1,) array: action a blocks `blocked[begins[a]:begins[a + 1]]`.
-        blocked: Numbers of places and ways.
+        begins: (actions + 1,) array: action a blocks `blocked[begins[a]:begins[a + 1]]`.
+        blocked: Numbers of things.
     """
 
     begins: Indices
@@ -56,33 +61,114 @@ def classical_conflicts(roadmap: Roadmap) -> Conflicts:
     Pathfinding: Definitions, Variants, and Benchmarks, SoCS 2019).
     """
     count, lanes = len(roadmap.places), len(roadmap.lanes)
-    blocked = np.column_stack([roadmap.lanes[:, 1], count + ways(roadmap)]).reshape(-1)
-    begins = np.concatenate([np.arange(count), count + 2 * np.arange(lanes + 1)])
-    everything = np.concatenate([np.arange(count), blocked])
-    return Conflicts(begins.astype(np.intp), everything.astype(np.intp))
-
-
-def spatial_conflicts(roadmap: Roadmap, apart: float) -> Conflicts:
-    """Return what robots block that must stay `apart` from each other, centre to centre [m]."""
-    limit = max(apart - TINY, 0.0)
     number = ways(roadmap)
-    first = np.unique(number, return_index=True)[1]
-    begin, end = roadmap.places[roadmap.lanes[:, 0]], roadmap.places[roadmap.lanes[:, 1]]
-    # A place is a lane of no length, so one calculation does for both.
-    from_ = np.vstack([roadmap.places, begin])
-    to = np.vstack([roadmap.places, end])
-    one_end = np.vstack([roadmap.places, begin[first]])
-    other_end = np.vstack([roadmap.places, end[first]])
-    middles = (one_end + other_end) / 2
-    rows = np.floor(middles[:, 1] / ROW).astype(np.int64)
-    order = np.lexsort((middles[:, 0], rows))
-    lines = np.hstack([one_end, other_end])[order]
-    actions, things = _nearer(np.hstack([from_, to]), lines, limit)
-    things = order[things]
-    order = np.lexsort((things, actions))
-    actions, things = actions[order], things[order]
-    begins = np.searchsorted(actions, np.arange(len(from_) + 1))
-    return Conflicts(begins.astype(np.intp), things.astype(np.intp))
+    things = int(number.max(initial=-1)) + 1
+    driven = np.column_stack([number, things + roadmap.lanes[:, 1]]).reshape(-1)
+    blocked = np.concatenate([driven, things + np.arange(count)])
+    begins = np.concatenate([2 * np.arange(lanes), 2 * lanes + np.arange(count + 1)])
+    return Conflicts(begins.astype(np.intp), blocked.astype(np.intp))
+
+
+class SpatialConflicts:
+    """The conflicts of robots on one roadmap that must stay some distance from each other."""
+
+    def __init__(self, roadmap: Roadmap, number: Indices, apart: float) -> None:
+        """Find them.
+
+        Args:
+            roadmap: Where the robots drive.
+            number: Of each lane's way.
+            apart: Distance that robots keep, centre to centre [m].
+        """
+        self._limit = max(apart - TINY, 0.0)
+        begin, end = roadmap.places[roadmap.lanes[:, 0]], roadmap.places[roadmap.lanes[:, 1]]
+        first = np.unique(number, return_index=True)[1]
+        self._things = len(first) + len(roadmap.places)
+        self._actions = len(roadmap.lanes) + len(roadmap.places)
+        # A place is a lane of no length, so one calculation does for both.
+        standing = np.hstack([roadmap.places, roadmap.places])
+        things = np.vstack([np.hstack([begin[first], end[first]]), standing])
+        self._order = _by_rows(things)
+        self._lines = np.ascontiguousarray(things[self._order])
+        self._users = np.full((self._things, 2), -1, dtype=np.intp)
+        lanes = np.argsort(number, kind="stable")
+        again = np.flatnonzero(np.diff(number[lanes], prepend=-1) == 0)
+        self._users[number[lanes], 0] = lanes
+        self._users[number[lanes[again]], 1] = lanes[again - 1]
+        self._users[len(first) :, 0] = len(roadmap.lanes) + np.arange(len(roadmap.places))
+        near, blocked = _nearer(things, self._lines, self._limit)
+        self.fixed = _rows(near, self._order[blocked], self._users, self._actions)
+
+    def with_ends(self, ends: Ends, places: Array, crowded: Indices) -> Conflicts:
+        """Return what is more in a plan with ends.
+
+        Args:
+            ends: Of the plan.
+            places: (n + e, 2) of all places, frame map [m].
+            crowded: (e,) which robot begins at an end where others are too near; -1 for none.
+                It may leave them as long as it comes no nearer to them.
+        """
+        count = len(ends.points)
+        standing = np.hstack([ends.points, ends.points])
+        driving = np.hstack([places[ends.legs[:, 0]], places[ends.legs[:, 1]]])
+        lines = np.vstack([standing, driving])
+        one, thing = _nearer(lines, self._lines, self._limit)
+        thing = self._order[thing]
+        order = _by_rows(lines)
+        mine, other = _nearer(lines, np.ascontiguousarray(lines[order]), self._limit)
+        other = order[other]
+        if (crowded >= 0).any():
+            begins = np.where(
+                np.arange(len(lines)) < count,
+                np.arange(len(lines)),
+                np.concatenate([np.arange(count), ends.legs[:, 0] - (len(places) - count)]),
+            )
+            kept = _still_too_near(lines, mine, other, begins, crowded, count)
+            mine, other = mine[kept], other[kept]
+        total = self._actions + len(lines)
+        users = self._users[thing]
+        rows = [users[:, 0], users[users[:, 1] >= 0, 1], self._actions + one, self._actions + mine]
+        blocked = [
+            self._things + one,
+            self._things + one[users[:, 1] >= 0],
+            thing,
+            self._things + other,
+        ]
+        return _table(np.concatenate(rows), np.concatenate(blocked), total)
+
+
+def _by_rows(lines: Array) -> Indices:
+    """Return the order in which lines (k, 4) are looked up: by rows, then along them."""
+    rows = np.floor((lines[:, 1] + lines[:, 3]) / 2 / ROW)
+    order: Indices = np.lexsort(((lines[:, 0] + lines[:, 2]) / 2, rows))
+    return order
+
+
+def _rows(near: Indices, blocked: Indices, users: Indices, actions: int) -> Conflicts:
+    """Return the conflicts of all actions that use things `near`, (k,), which block others."""
+    both = users[near]
+    back = both[:, 1] >= 0
+    return _table(
+        np.concatenate([both[:, 0], both[back, 1]]),
+        np.concatenate([blocked, blocked[back]]),
+        actions,
+    )
+
+
+def _table(rows: Indices, blocked: Indices, actions: int) -> Conflicts:
+    """Return the conflicts in which action `rows[k]` blocks `blocked[k]`."""
+    begins = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=actions))])
+    return Conflicts(begins.astype(np.intp), _sorted(rows, blocked, begins[:-1].copy()))
+
+
+@compiled("int64[::1](int64[::1], int64[::1], int64[::1])")
+def _sorted(rows: Indices, items: Indices, at: Indices) -> Indices:
+    """Return items in the order of their rows; row r begins at `at[r]`, which is counted up."""
+    found = np.empty_like(items)
+    for k in range(len(rows)):
+        found[at[rows[k]]] = items[k]
+        at[rows[k]] += 1
+    return found
 
 
 @compiled("float64(float64, float64, float64, float64, float64, float64)")
@@ -170,3 +256,43 @@ def _nearer(segments: Array, others: Array, limit: float) -> tuple[Indices, Indi
                 k += 1
             row += 1
     return first[:found].copy(), second[:found].copy()
+
+
+@compiled(
+    "boolean[::1](float64[:, ::1], int64[::1], int64[::1], int64[::1], int64[::1], int64)"
+)
+def _still_too_near(
+    lines: Array, mine: Indices, other: Indices, begins: Indices, crowded: Indices, ends: int
+) -> NDArray[np.bool_]:
+    """Return which conflicts between ends and legs hold where robots begin too near together.
+
+    Args:
+        lines: (k, 4) of ends and of legs.
+        mine: (p,) one line of each conflict.
+        other: (p,) the other line.
+        begins: (k,) the end at which a line begins; negative for a leg that leads to an end.
+        crowded: See `SpatialConflicts.with_ends`.
+        ends: How many ends there are.
+    """
+    kept = np.ones(len(mine), dtype=np.bool_)
+    for k in range(len(mine)):
+        a, b = mine[k], other[k]
+        one, two = begins[a], begins[b]
+        if one < 0 or two < 0 or one == two or crowded[one] < 0 or crowded[two] < 0:
+            continue
+        if a >= ends and b >= ends:
+            continue
+        between = math.hypot(lines[one, 0] - lines[two, 0], lines[one, 1] - lines[two, 1])
+        apart = _apart(
+            lines[a, 0],
+            lines[a, 1],
+            lines[a, 2],
+            lines[a, 3],
+            lines[b, 0],
+            lines[b, 1],
+            lines[b, 2],
+            lines[b, 3],
+            between,
+        )
+        kept[k] = apart < between - 1e-6
+    return kept

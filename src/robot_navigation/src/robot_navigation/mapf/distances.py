@@ -67,9 +67,11 @@ def lowered(keys: Array, heap: Indices, index: Indices, size: int) -> int:
     return size
 
 
-@compiled("float64[::1](int64[::1], int64[::1], int64[::1], float64[::1], int64)")
+@compiled(
+    "float64[::1](int64[::1], int64[::1], int64[::1], float64[::1], int64[::1], float64[::1])"
+)
 def times_by_place(
-    into: Indices, lanes_in: Indices, from_: Indices, durations: Array, goal: int
+    into: Indices, lanes_in: Indices, from_: Indices, durations: Array, exits: Indices, last: Array
 ) -> Array:
     """Return the time from each place to the goal for a robot that turns at once [s].
 
@@ -78,17 +80,23 @@ def times_by_place(
         lanes_in: (m,) numbers of lanes in the order of where they end.
         from_: (m,) where each lane begins.
         durations: (m,) time to drive each lane [s].
-        goal: The place.
+        exits: (k,) the places from which the goal is reached straight; the goal itself if it is
+            a place.
+        last: (k,) time from each of them to the goal [s].
     """
     count = len(into) - 1
     times = np.full(count, np.inf)
     heap = np.empty(count, dtype=np.int64)
     index = np.full(count, -1, dtype=np.int64)
-    times[goal] = 0.0
-    size = raised(times, heap, index, 0, goal)
+    size = 0
+    for k in range(len(exits)):
+        if last[k] < times[exits[k]]:
+            times[exits[k]] = last[k]
+            size = raised(times, heap, index, size, exits[k])
     while size > 0:
         place = heap[0]
         size = lowered(times, heap, index, size)
+        index[place] = -1
         for k in range(into[place], into[place + 1]):
             lane = lanes_in[k]
             time = times[place] + durations[lane]
@@ -99,8 +107,8 @@ def times_by_place(
 
 
 @compiled(
-    "float64[::1](int64[::1], int64[::1], int64[::1], float64[::1], float64[::1], int64, float64,"
-    " float64)"
+    "float64[::1](int64[::1], int64[::1], int64[::1], float64[::1], float64[::1], int64[::1],"
+    " float64[::1], float64[::1], float64, float64)"
 )
 def times_by_lane(
     into: Indices,
@@ -108,7 +116,9 @@ def times_by_lane(
     from_: Indices,
     durations: Array,
     angles: Array,
-    goal: int,
+    exits: Indices,
+    last: Array,
+    headings: Array,
     turn: float,
     stand: float,
 ) -> Array:
@@ -120,7 +130,9 @@ def times_by_lane(
         from_: See there.
         durations: See there.
         angles: (m,) direction of each lane [rad].
-        goal: The place.
+        exits: See there.
+        last: See there.
+        headings: (k,) direction from each of them to the goal [rad]; NaN at the goal itself.
         turn: Time to turn [s/rad].
         stand: What it costs to stop and drive on [s].
     """
@@ -129,14 +141,21 @@ def times_by_lane(
     heap = np.empty(count, dtype=np.int64)
     index = np.full(count, -1, dtype=np.int64)
     size = 0
-    for k in range(into[goal], into[goal + 1]):
-        lane = lanes_in[k]
-        if durations[lane] < np.inf:
-            times[lane] = 0.0
-            size = raised(times, heap, index, size, lane)
+    for exit_ in range(len(exits)):
+        for k in range(into[exits[exit_]], into[exits[exit_] + 1]):
+            lane = lanes_in[k]
+            if durations[lane] == np.inf:
+                continue
+            time = last[exit_]
+            if not np.isnan(headings[exit_]):
+                time += turning(angles[lane], headings[exit_], turn, stand)
+            if time < times[lane]:
+                times[lane] = time
+                size = raised(times, heap, index, size, lane)
     while size > 0:
         lane = heap[0]
         size = lowered(times, heap, index, size)
+        index[lane] = -1
         for k in range(into[from_[lane]], into[from_[lane] + 1]):
             before = lanes_in[k]
             if durations[before] == np.inf:

@@ -7,7 +7,7 @@ it. That takes a few milliseconds for a fleet, so it is done for every plan.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +17,9 @@ from robot_navigation.mapf.roadmap import MARGIN, assembled
 from robot_navigation.mapf.zones import with_zones
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
+
+    from numpy.typing import NDArray
 
     from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.roadmap import Roadmap
@@ -33,19 +35,55 @@ ESCAPE = 0.6
 does [m]."""
 
 
-def with_ends(
+@dataclass(frozen=True)
+class Ends:
+    """Places of one plan beside those of its roadmap, and the legs that join them to it.
+
+    Attributes:
+        points: (e, 2) where they are, frame map [m]; the first has the index behind the roadmap's
+            last place.
+        index: (k,) the index of each point that was to be joined; an end or a place.
+        legs: (x, 2) straight lanes from and to ends, indices of places, in the order of `from`.
+        lengths: (x,) [m]
+        widths: (x,) least clearance along each [m].
+        speeds: (x,) highest speed on each [m/s].
+        may_park: (e,) whether an idle robot may stay there for long.
+    """
+
+    points: Array
+    index: Indices
+    legs: Indices
+    lengths: Array
+    widths: Array
+    speeds: Array
+    may_park: NDArray[np.bool_]
+
+
+NO_ENDS = Ends(
+    np.empty((0, 2)),
+    np.empty(0, dtype=np.intp),
+    np.empty((0, 2), dtype=np.intp),
+    np.empty(0),
+    np.empty(0),
+    np.empty(0),
+    np.empty(0, dtype=np.bool_),
+)
+
+
+def joined_ends(
     roadmap: Roadmap,
     field: ClearanceField,
     points: Array,
     radii: Array,
     direct: Sequence[tuple[int, int]] = (),
-) -> tuple[Roadmap, Indices]:
-    """Return the roadmap with points as further places, and the index of each.
+    apart: Collection[int] = (),
+    begins: Collection[int] | None = None,
+) -> Ends:
+    """Return points as further places of a roadmap, and the legs that join them to it.
 
-    The places and their order stay; the new ones come after them. A point that lies on a place
-    where its robot fits is that place. A point from which no place can be reached has no lane.
-    A robot that stands too close to an obstacle may leave on lanes that keep no clearance at their
-    end; `widths` then says what the robot needs.
+    A point that lies on a place where its robot fits is that place. A point from which no place
+    can be reached has no leg. A robot that stands too close to an obstacle may leave on legs that
+    keep no clearance at their end; `widths` then says what the robot needs.
 
     Args:
         roadmap: One without ends.
@@ -53,6 +91,9 @@ def with_ends(
         points: (k, 2) starts and goals, frame map [m].
         radii: (k,) radius of the robot that starts or ends there [m].
         direct: Rows of `points`, start and goal of one robot, joined if they see each other.
+        apart: Rows of `points` that are ends of their own even if they lie on a place.
+        begins: Rows of `points` at which robots begin: legs only lead away from them, and only
+            to the others. None for legs in both directions.
     """
     points = np.ascontiguousarray(points, dtype=float).reshape(-1, 2)
     needs = np.asarray(radii, dtype=float) + MARGIN
@@ -60,7 +101,10 @@ def with_ends(
     found, widths = _near(roadmap, field, freed, needs, JOINS)
     nearest = np.where(found[:, 0] >= 0, found[:, 0], 0)
     away = np.hypot(*(roadmap.places[nearest] - points).T)
-    same = (found[:, 0] >= 0) & (away <= SAME)
+    on_place = (found[:, 0] >= 0) & (away <= SAME)
+    alone = np.isin(np.arange(len(points)), list(apart))
+    found[on_place & alone, 0] = -1
+    same = on_place & ~alone
     index = np.where(same, nearest, len(roadmap.places) + np.cumsum(~same) - 1)
     found[same] = -1
     rows, columns = np.nonzero(found >= 0)
@@ -85,7 +129,21 @@ def with_ends(
     )
     near_parking = (roadmap.may_park[nearest] & (found[:, 0] >= 0))[extra]
     ends = replace(ends, may_park=np.concatenate([roadmap.may_park, near_parking]))
-    return _merged(roadmap, with_zones(ends, roadmap.zones, roadmap.closed)), index
+    zoned = with_zones(ends, roadmap.zones, roadmap.closed)
+    count = len(roadmap.places)
+    used = zoned.lengths > SAME
+    if begins is not None:
+        starts = np.isin(zoned.lanes, index[list(begins)]) & (zoned.lanes >= count)
+        used &= ~starts[:, 1] & (starts[:, 0] | (zoned.lanes[:, 0] < count))
+    return Ends(
+        points=zoned.places[count:],
+        index=index,
+        legs=zoned.lanes[used],
+        lengths=zoned.lengths[used],
+        widths=zoned.widths[used],
+        speeds=zoned.speeds[used],
+        may_park=zoned.may_park[count:],
+    )
 
 
 def nearest_places(
@@ -138,34 +196,6 @@ def _direct(
         (apart <= longest) & (index[one] != index[other]) & ~(same[one] & same[other])
     ]
     return found
-
-
-def _merged(roadmap: Roadmap, ends: Roadmap) -> Roadmap:
-    """Return the roadmap with more places, and with the lanes of both."""
-    lanes = np.concatenate([roadmap.lanes, ends.lanes])
-    order = np.argsort(lanes[:, 0], kind="stable")
-    lanes = np.ascontiguousarray(lanes[order])
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
-    old, count = len(roadmap.lanes), len(roadmap.places)
-    limits = [
-        replace(more, lanes=number[np.concatenate([one.lanes, old + more.lanes])])
-        for one, more in zip(roadmap.limits, ends.limits, strict=True)
-    ]
-    always = np.ones(len(ends.places) - count, dtype=np.bool_)
-    return replace(
-        roadmap,
-        places=ends.places,
-        room=ends.room,
-        lanes=lanes,
-        begins=np.searchsorted(lanes[:, 0], np.arange(len(ends.places) + 1)),
-        lengths=np.concatenate([roadmap.lengths, ends.lengths])[order],
-        widths=np.concatenate([roadmap.widths, ends.widths])[order],
-        speeds=np.concatenate([roadmap.speeds, ends.speeds])[order],
-        may_stop=np.concatenate([roadmap.may_stop, always]),
-        may_park=np.concatenate([roadmap.may_park, ends.may_park[count:]]),
-        limits=tuple(limits),
-    )
 
 
 def shortened(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from robot_navigation.mapf.path_search import PathSearch, Task
 
 IDLE = 0.01  # what the time of a robot counts that only makes way, beside that of others
+STICK = 3.0  # how much faster a new way must be than the way that a robot has [s]
 NEVER = 1e5  # when a robot that does not get to its goal is taken to go on, without a horizon [s]
 
 
@@ -30,7 +31,7 @@ class Fleet:
         searches: How each robot's paths are found.
         paths: What each robot does; None if it is not planned yet.
         effort: How many searches are left.
-        ends: What a robot blocks for each size beside its goal when it has got there, by robot.
+        habits: The lanes and legs that a robot was to drive along before, (k,), by robot.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class Fleet:
         horizon: float,
         effort: int,
         states: int,
+        dwell: float = math.inf,
     ) -> None:
         """Start with no robot planned.
 
@@ -53,32 +55,32 @@ class Fleet:
             horizon: From when on a path may end anywhere [s].
             effort: Most searches.
             states: Most states of one search.
+            dwell: How long a robot stays at its goal [s].
         """
         self.tasks = list(tasks)
         self.sizes = sizes
         self.searches = searches
         self.paths: list[Path | None] = [None] * len(tasks)
         self.effort = effort
-        self.ends: dict[int, list[Indices]] = {}
+        self.habits: dict[int, Indices] = {}
         self.reservations = reservations
         self._horizon = horizon
         self._states = states
+        self._dwell = dwell
         self._stood: dict[int, float] = {}
         self._budget = 0
         self._nobody = Reservations.like(reservations)
         self._ideals: dict[int, Path | None] = {}
         self._settled: list[int] = []
         self._sizes = np.array(sizes, dtype=np.intp)
-        self._starts = np.array([task.start for task in tasks], dtype=np.intp)
+        starts = zip(tasks, searches, strict=True)
+        self._starts = np.array([s.thing(task.start) for task, s in starts], dtype=np.intp)
 
     def put(self, robot: int, path: Path) -> None:
         """Plan a robot."""
         self._get_up(robot)
         self.paths[robot] = path
         self.reservations.add(robot, self.sizes[robot], path.actions, path.times)
-        if path.complete:
-            for size, things in enumerate(self.ends.get(robot, ())):
-                self.reservations.block(robot, size, things, path.end, math.inf)
         self._settled.append(robot)
 
     def take(self, robot: int) -> Path:
@@ -87,8 +89,6 @@ class Fleet:
         if path is None:
             raise ValueError(f"robot {robot} is not planned")
         self.reservations.remove(robot, self.sizes[robot], path.actions)
-        for size, things in enumerate(self.ends.get(robot, ())):
-            self.reservations.unblock(robot, size, things)
         self.paths[robot] = None
         self._settled.remove(robot)
         return path
@@ -105,8 +105,10 @@ class Fleet:
 
     def _needs(self, robot: int, path: Path) -> tuple[Indices, Array]:
         """Return which places and ways a path needs, and when."""
+        search = self.searches[robot]
         things = path.actions.copy()
-        things[1::2] = self.searches[robot].ways_of(path.actions[1::2])
+        things[0::2] = search.things_of(path.actions[0::2])
+        things[1::2] = search.ways_of(path.actions[1::2])
         # A place has to be free from when the robot sets out to it.
         times = path.times.copy()
         times[2::2, 0] = times[1::2, 0]
@@ -116,20 +118,41 @@ class Fleet:
         """Return the path of a robot that stays where it is."""
         task = self.tasks[robot]
         return Path(
-            np.array([task.start], dtype=np.intp),
+            self._standing(robot),
             np.array([[-math.inf, math.inf]]),
             complete=task.start == task.goal,
             left=0.0 if task.goal < 0 else self.searches[robot].alone(task),
         )
 
     def find(self, robot: int) -> Path | None:
-        """Return the fastest path of a robot among the others, or None."""
-        return self._found(robot, self.reservations)
+        """Return the fastest path of a robot among the others, or None.
 
-    def _found(self, robot: int, reservations: Reservations) -> Path | None:
+        It keeps to where it drove before unless another way is faster by `STICK`.
+        """
+        if robot not in self.habits:
+            return self._found(robot, self.reservations)
+        task = self.tasks[robot]
+        kept = self._found(robot, self.reservations, self.habits[robot])
+        if kept is not None and kept.complete:
+            if kept.end <= task.ready + self.searches[robot].alone(task) + STICK:
+                return kept
+        path = self._found(robot, self.reservations)
+        if kept is None or path is None or (path.complete and not kept.complete):
+            return path
+        return kept if kept.end + kept.left <= path.end + path.left + STICK else path
+
+    def _found(
+        self, robot: int, reservations: Reservations, only: Indices | None = None
+    ) -> Path | None:
         """Return the fastest path of a robot among reservations, or None."""
         return self.searches[robot].find(
-            self.tasks[robot], self.sizes[robot], reservations, self._horizon, self._states
+            self.tasks[robot],
+            self.sizes[robot],
+            reservations,
+            self._horizon,
+            self._states,
+            self._dwell,
+            only,
         )
 
     def cost(self, robot: int) -> float:
@@ -166,11 +189,15 @@ class Fleet:
         """Take a robot that is not planned yet to stand where it is until some time [s]."""
         self._get_up(robot)
         self._stood[robot] = until
-        start = self._starts[robot : robot + 1]
-        self.reservations.add(robot, self.sizes[robot], start, np.array([[-math.inf, until]]))
+        times = np.array([[-math.inf, until]])
+        self.reservations.add(robot, self.sizes[robot], self._standing(robot), times)
 
     def _get_up(self, robot: int) -> None:
         """Forget that a robot that is not planned yet stands at its start."""
         if self._stood.pop(robot, None) is not None:
-            start = self._starts[robot : robot + 1]
-            self.reservations.remove(robot, self.sizes[robot], start)
+            self.reservations.remove(robot, self.sizes[robot], self._standing(robot))
+
+    def _standing(self, robot: int) -> Indices:
+        """Return the action of a robot that stands at its start, (1,)."""
+        standing = self.searches[robot].standing(self.tasks[robot].start)
+        return np.array([standing], dtype=np.intp)

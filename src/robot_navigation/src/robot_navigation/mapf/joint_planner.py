@@ -8,7 +8,6 @@ was tried.
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
 from itertools import pairwise
@@ -16,24 +15,31 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robot_navigation.mapf.conflicts import classical_conflicts, spatial_conflicts, ways
+from robot_navigation.mapf.conflicts import (
+    Conflicts,
+    SpatialConflicts,
+    classical_conflicts,
+    ways,
+)
+from robot_navigation.mapf.ends import NO_ENDS
 from robot_navigation.mapf.lacam import solve
 from robot_navigation.mapf.neighbourhood_search import improve
 from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
 from robot_navigation.mapf.pushing import PushingFleet
 from robot_navigation.mapf.reservations import Reservations
-from robot_navigation.mapf.segments import segments_near
+from robot_navigation.mapf.segments import segments_apart, segments_near
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.geometry import Array, Indices
-    from robot_navigation.mapf.conflicts import Conflicts
+    from robot_navigation.mapf.ends import Ends
     from robot_navigation.mapf.fleet import Fleet
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.planning.path import Point
 
 RENEW = 0.5  # a path that ends before this share of the horizon, and not at the goal, is made anew
+ROUNDING = 1e-6  # [m]
 LATE = 0.05  # a robot that is this late still has the plan that it had [s]
 
 
@@ -52,9 +58,7 @@ class Agent:
         yaw_rate: Its highest turning speed [rad/s].
         priority: The lesser of two is planned first.
         stays: Whether it cannot be moved: it picks, charges, is defect or follows no plan.
-        body: Where it is until it is at its start, x, y [m] and when it leaves each point [s]; its
-            start may lie beside it, and is left out.
-        end: Where exactly it stands when it has got to its goal, frame map [m]; None for there.
+        body: Where it is until it is at its start, x, y [m] and when it leaves each point [s].
     """
 
     start: int
@@ -68,7 +72,6 @@ class Agent:
     priority: float
     stays: bool = False
     body: tuple[tuple[float, float, float], ...] = ()
-    end: Point | None = None
 
 
 class Body(NamedTuple):
@@ -108,6 +111,7 @@ class PlannerSettings:
         horizon: A robot that gets to its goal later than this ends somewhere on the way, where it
             can stay [s]; infinite to plan all the way.
         gap: Between the circles of two robots [m].
+        dwell: How long a robot stays at its goal; later others may plan to pass there [s].
         searches: Most searches for paths of one plan, for each robot.
         states: Most states that one search looks at.
         improvements: How often parts of a plan are made anew to see whether it gets shorter.
@@ -117,6 +121,7 @@ class PlannerSettings:
 
     horizon: float = 30.0
     gap: float = 0.1
+    dwell: float = math.inf
     searches: int = 20
     states: int = 20_000
     improvements: int = 0
@@ -136,14 +141,20 @@ class JointPlanner:
         self.roadmap = roadmap
         self.settings = settings
         self._ways = ways(roadmap)
-        self._count = len(roadmap.places)
-        self._things = self._count + int(self._ways.max(initial=-1)) + 1
+        self._lanes, self._count = len(roadmap.lanes), len(roadmap.places)
         first = np.unique(self._ways, return_index=True)[1]
         ends = roadmap.places[roadmap.lanes[first]]
-        self._one_end = np.ascontiguousarray(np.vstack([roadmap.places, ends[:, 0]]))
-        self._other_end = np.ascontiguousarray(np.vstack([roadmap.places, ends[:, 1]]))
+        self._one_end = np.ascontiguousarray(np.vstack([ends[:, 0], roadmap.places]))
+        self._other_end = np.ascontiguousarray(np.vstack([ends[:, 1], roadmap.places]))
         self._lane_of = {(int(p), int(q)): k for k, (p, q) in enumerate(roadmap.lanes)}
-        self._conflicts: dict[float, Conflicts] = {}
+        self._conflicts: dict[float, SpatialConflicts] = {}
+        self._classical: tuple[Conflicts, Conflicts] | None = None
+        if settings.classical:
+            nothing = np.zeros(self._lanes + self._count + 1, dtype=np.intp)
+            self._classical = classical_conflicts(roadmap), Conflicts(nothing, nothing[:0])
+        self._ends = NO_ENDS
+        self._places = roadmap.places
+        self._leg_of: dict[tuple[int, int], int] = {}
         self._searches: dict[Motion, PathSearch] = {}
 
     def plan(
@@ -151,6 +162,7 @@ class JointPlanner:
         agents: Sequence[Agent],
         before: Sequence[Timetable | None] = (),
         bodies: Sequence[Body] = (),
+        ends: Ends = NO_ENDS,
     ) -> list[Timetable]:
         """Return what each robot is to do, so that no two come too near to each other.
 
@@ -163,7 +175,9 @@ class JointPlanner:
             before: What each robot had to do so far, with times from now on; kept where it still
                 holds. None, or nothing at all, for robots without.
             bodies: What else is in the way, for ever at its last point.
+            ends: Places of this plan alone: starts and goals beside the roadmap.
         """
+        self._join(ends)
         order = sorted(range(len(agents)), key=lambda k: _rank(agents[k], k))
         fleet = self._fleet(agents, bodies)
         self._keep(fleet, agents, before, order)
@@ -180,6 +194,15 @@ class JointPlanner:
         improve(fleet, movable, self.settings.improvements)
         paths = [path for path in fleet.paths if path is not None]
         return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
+
+    def _join(self, ends: Ends) -> None:
+        """Take the ends of the next plan, in place of those before."""
+        self._ends = ends
+        self._places = np.vstack([self.roadmap.places, ends.points])
+        first = self._lanes + len(self._places)
+        self._leg_of = {(p, q): first + k for k, (p, q) in enumerate(ends.legs.tolist())}
+        for search in self._searches.values():
+            search.join(ends)
 
     def _step_by_step(self, fleet: Fleet, agents: Sequence[Agent]) -> bool:
         """Plan all robots of a classical problem that has no horizon; return whether it worked."""
@@ -213,7 +236,8 @@ class JointPlanner:
         searches = [self._search(agent) for agent in agents]
         radii = sorted({agent.radius for agent in agents})
         reservations = Reservations(
-            self._things, [[self._conflict(one, other) for other in radii] for one in radii]
+            len(self._one_end) + len(self._ends.points) + len(self._ends.legs),
+            [[self._conflict(one, other, agents) for other in radii] for one in radii],
         )
         tasks = []
         for agent, search in zip(agents, searches, strict=True):
@@ -229,38 +253,30 @@ class JointPlanner:
             settings.horizon,
             settings.searches * len(agents),
             settings.states,
+            settings.dwell,
         )
-        moving = [Body(agent.radius, agent.body) for agent in agents]
-        starts = np.array([agent.start for agent in agents], dtype=np.intp)
-        for number, body in enumerate([*moving, *bodies]):
-            others = np.delete(starts, number) if number < len(agents) else starts
-            self._place(fleet, len(agents) + number, body, radii, others)
-        for robot, agent in enumerate(agents):
-            if agent.end is not None:
-                fleet.ends[robot] = [
-                    self._near([agent.end], agent.radius + radius + self.settings.gap)
-                    for radius in radii
-                ]
+        if not settings.classical:
+            blocked = _Blocked(self._lines(), self._ends, self._count, len(self._one_end), agents)
+            moving = [Body(agent.radius, agent.body) for agent in agents]
+            for number, body in enumerate([*moving, *bodies]):
+                who = number if number < len(agents) else -1
+                for size, radius in enumerate(radii):
+                    apart = body.radius + radius + settings.gap
+                    for here, after in list(pairwise(body.track)) or [(p, p) for p in body.track]:
+                        things = blocked.by(here[:2], after[:2], apart, who)
+                        fleet.reservations.block(
+                            len(agents) + number, size, things, -math.inf, after[2]
+                        )
         return fleet
 
-    def _place(
-        self, fleet: Fleet, who: int, body: Body, radii: Sequence[float], others: Indices
-    ) -> None:
-        """Block what a body comes near, but for the starts of others.
-
-        Where a start and a body come too near, the robots keep apart by themselves.
-        """
-        legs = list(itertools.pairwise(body.track)) or [(each, each) for each in body.track]
-        for size, radius in enumerate(radii):
-            apart = body.radius + radius + self.settings.gap
-            for here, after in legs:
-                near = self._near([here[:2], after[:2]], apart)
-                free = near[~np.isin(near, others)]
-                fleet.reservations.block(who, size, free, -math.inf, after[2])
-
-    def _near(self, points: Sequence[Point], apart: float) -> Indices:
-        """Return the places and ways that are nearer than `apart` [m] to a polyline."""
-        return segments_near(self._one_end, self._other_end, np.array(points, dtype=float), apart)
+    def _lines(self) -> tuple[Array, Array]:
+        """Return the ends of all things that are reserved, (k, 2) each, frame map [m]."""
+        ends = self._ends
+        legs = self._places[ends.legs]
+        return (
+            np.vstack([self._one_end, ends.points, legs[:, 0]]),
+            np.vstack([self._other_end, ends.points, legs[:, 1]]),
+        )
 
     def _keep(
         self,
@@ -280,6 +296,8 @@ class JointPlanner:
                 path = self._kept(agents[robot], table)
                 if path is not None and fleet.fits(robot, path):
                     fleet.put(robot, path)
+                elif path is not None:
+                    fleet.habits[robot] = path.actions[1::2]
 
     def _kept(self, agent: Agent, table: Timetable) -> Path | None:
         """Return the rest of the plan that a robot had, or None if it does not hold any more."""
@@ -288,19 +306,25 @@ class JointPlanner:
         first = table.places.index(agent.start)
         places = table.places[first:]
         if agent.start == agent.goal:
-            complete = len(places) > 1 and bool(self.roadmap.may_park[places[-1]])
+            parks = places[-1] < self._count and bool(self.roadmap.may_park[places[-1]])
+            complete = len(places) > 1 and parks
             holds = complete
         else:
             complete = places[-1] == agent.goal
             holds = complete or table.arrives[-1] >= RENEW * self.settings.horizon
-        lost = any(pair not in self._lane_of for pair in pairwise(places))
+        lost = any(self._lane(pair) is None for pair in pairwise(places))
         if not holds or lost or agent.ready > table.leaves[first] + LATE:
             return None
         left = 0.0
         if not complete:
+            if places[-1] >= self._count:
+                return None
             left = float(self._search(agent).times_from(agent.goal)[places[-1]])
         leaves = [max(table.leaves[first], agent.ready), *table.leaves[first + 1 :]]
-        return self._path(places, table.arrives[first:], leaves, left, complete=complete)
+        stays = self.settings.dwell if complete and agent.start != agent.goal else math.inf
+        return self._path(
+            places, table.arrives[first:], leaves, left, complete=complete, stays=stays
+        )
 
     def _path(
         self,
@@ -310,31 +334,34 @@ class JointPlanner:
         left: float,
         *,
         complete: bool,
+        stays: float = math.inf,
     ) -> Path:
         """Return what a robot does that passes some places at some times [s]; see `Path`."""
-        lanes = [self._lane_of[pair] + self._count for pair in pairwise(places)]
         actions = np.empty(2 * len(places) - 1, dtype=np.intp)
-        actions[0::2], actions[1::2] = places, lanes
+        actions[0::2] = self._lanes + np.array(places)
+        actions[1::2] = [self._lane(pair) for pair in pairwise(places)]
         times = np.empty((len(actions), 2))
         times[0::2, 0], times[0::2, 1] = arrives, leaves
         times[0, 0] = -math.inf
         times[1::2, 0], times[1::2, 1] = times[:-1:2, 1], times[2::2, 0]
+        times[-1, 1] = times[-1, 0] + stays
         return Path(actions, times, complete, left)
+
+    def _lane(self, pair: tuple[int, int]) -> int | None:
+        """Return the number of the lane or leg between two places; None if there is none."""
+        lane = self._lane_of.get(pair)
+        return self._leg_of.get(pair) if lane is None else lane
 
     def _timetable(self, path: Path, agent: Agent) -> Timetable:
         """Return what a path says."""
         arrives = path.times[0::2, 0].tolist()
         arrives[0] = agent.ready
         return Timetable(
-            tuple(path.actions[0::2].tolist()),
+            tuple((path.actions[0::2] - self._lanes).tolist()),
             tuple(arrives),
-            tuple(path.times[0::2, 1].tolist()),
+            (*path.times[0:-1:2, 1].tolist(), math.inf),
             path.complete,
         )
-
-    def times_to(self, goal: int, motion: Motion) -> Array:
-        """Return the time from each place to a goal for a robot that is alone [s], (n,)."""
-        return self._mover(motion).times_from(goal)
 
     def _search(self, agent: Agent) -> PathSearch:
         """Return what finds paths for a robot."""
@@ -343,18 +370,78 @@ class JointPlanner:
     def _mover(self, motion: Motion) -> PathSearch:
         if motion not in self._searches:
             self._searches[motion] = PathSearch(self.roadmap, self._ways, motion)
+            self._searches[motion].join(self._ends)
         return self._searches[motion]
 
-    def _conflict(self, radius: float, other: float) -> Conflicts:
-        """Return what robots of one radius block for those of another [m]."""
-        apart = 0.0 if self.settings.classical else radius + other + self.settings.gap
+    def _conflict(
+        self, radius: float, other: float, agents: Sequence[Agent]
+    ) -> tuple[Conflicts, Conflicts]:
+        """Return what robots of one radius block for those of another [m], and more with ends."""
+        if self._classical is not None:
+            return self._classical
+        apart = radius + other + self.settings.gap
         if apart not in self._conflicts:
-            self._conflicts[apart] = (
-                classical_conflicts(self.roadmap)
-                if self.settings.classical
-                else spatial_conflicts(self.roadmap, apart)
-            )
-        return self._conflicts[apart]
+            self._conflicts[apart] = SpatialConflicts(self.roadmap, self._ways, apart)
+        crowded = np.full(len(self._ends.points), -1, dtype=np.intp)
+        for number, agent in enumerate(agents):
+            if agent.start >= self._count:
+                crowded[agent.start - self._count] = number
+        found = self._conflicts[apart]
+        return found.fixed, found.with_ends(self._ends, self._places, crowded)
+
+
+class _Blocked:
+    """Finds what bodies block; where they are too near to a start, its robot may leave them."""
+
+    def __init__(
+        self,
+        lines: tuple[Array, Array],
+        ends: Ends,
+        places: int,
+        known: int,
+        agents: Sequence[Agent],
+    ) -> None:
+        """Take all things.
+
+        Args:
+            lines: Their ends.
+            ends: Of the plan.
+            places: How many the roadmap has.
+            known: How many things it has.
+            agents: The robots.
+        """
+        self._one, self._other = lines
+        self._ways = known - places
+        self._owner = np.full(len(self._one), -1, dtype=np.intp)
+        self._starts = np.array([agent.start for agent in agents], dtype=np.intp)
+        by_place = np.full(places + len(ends.points), -1, dtype=np.intp)
+        by_place[self._starts] = np.arange(len(agents))
+        count = len(ends.points)
+        self._owner[known : known + count] = by_place[places:]
+        self._owner[known + count :] = by_place[ends.legs[:, 0]]
+        self._owner[known + count :][ends.legs[:, 0] < places] = -1
+        self._stands = self._ways + self._starts
+
+    def by(self, here: Point, after: Point, apart: float, who: int) -> Indices:
+        """Return what a body blocks on its way.
+
+        Args:
+            here: Where its way begins, frame map [m].
+            after: Where it ends.
+            apart: How near others may not come [m].
+            who: The robot whose body it is; -1 for none.
+        """
+        near = segments_near(self._one, self._other, np.array([here, after]), apart)
+        free = np.isin(near, self._stands)
+        owner = self._owner[near]
+        for k in np.flatnonzero((owner >= 0) & (owner != who) & ~free):
+            begin = self._one[self._stands[owner[k]]]
+            body = np.array(here), np.array(after)
+            between = segments_apart(begin, begin, *body)
+            thing = self._one[near[k]], self._other[near[k]]
+            free[k] = between < apart and segments_apart(*thing, *body) > between - ROUNDING
+        found: Indices = near[~free]
+        return found
 
 
 def _rank(agent: Agent, number: int) -> tuple[bool, float, int]:

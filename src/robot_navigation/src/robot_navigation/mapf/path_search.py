@@ -11,22 +11,25 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from robot_navigation.mapf.distances import times_by_lane, times_by_place
+from robot_navigation.mapf.ends import NO_ENDS
 from robot_navigation.mapf.roadmap import need
 from robot_navigation.mapf.sipp import (
     FOUND,
     NOTHING,
     Graph,
     Workspace,
-    bend,
     search,
+    time_onwards,
     trace,
-    turning,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array, Indices
+    from robot_navigation.mapf.ends import Ends
     from robot_navigation.mapf.reservations import Reservations
     from robot_navigation.mapf.roadmap import Roadmap
 
@@ -106,89 +109,208 @@ class PathSearch:
     def __init__(self, roadmap: Roadmap, ways: Indices, motion: Motion) -> None:
         """Take the roadmap and the number of each of its lanes' ways, from 0."""
         self.motion = motion
-        count, lanes = len(roadmap.places), roadmap.lanes
-        self._from = np.ascontiguousarray(lanes[:, 0]).astype(np.intp)
-        to = np.ascontiguousarray(lanes[:, 1]).astype(np.intp)
-        speed = np.minimum(roadmap.speeds, motion.speed)
-        durations = np.where(
-            roadmap.widths >= need(motion.radius), roadmap.lengths / speed, np.inf
-        )
-        along = roadmap.places[to] - roadmap.places[self._from]
+        self._roadmap = roadmap
         self._turn = 1 / motion.yaw_rate
         self._stand = motion.speed / motion.acceleration
         self.turns = self._turn > 0 or self._stand > 0
-        fits = durations[durations < np.inf]
+        lanes = roadmap.lanes
+        self._from = np.ascontiguousarray(lanes[:, 0]).astype(np.intp)
+        self._to = np.ascontiguousarray(lanes[:, 1]).astype(np.intp)
+        self._ways = ways.astype(np.intp)
+        self._things = int(ways.max(initial=-1)) + 1
+        self._durations = self._driven(roadmap.lengths, roadmap.widths, roadmap.speeds)
+        self._angles = _directions(roadmap.places, lanes)
+        fits = self._durations[self._durations < np.inf]
         lane = float(np.median(fits)) if len(fits) else 0.0
         self.one_lane = lane + math.pi * self._turn + self._stand
-        self._graph = Graph(
-            begins=roadmap.begins.astype(np.intp),
-            to=to,
-            way=(count + ways).astype(np.intp),
-            node=np.arange(len(lanes), dtype=np.intp) if self.turns else to,
-            angles=np.arctan2(along[:, 1], along[:, 0]),
-            durations=durations,
-            may_stop=roadmap.may_stop,
+        self._lanes_in: Indices = np.argsort(self._to, kind="stable").astype(np.intp)
+        self._into: Indices = np.searchsorted(
+            self._to[self._lanes_in], np.arange(len(roadmap.places) + 1)
         )
-        self._lanes_in: Indices = np.argsort(to, kind="stable").astype(np.intp)
-        self._into: Indices = np.searchsorted(to[self._lanes_in], np.arange(count + 1))
-        self._parks = roadmap.may_park.copy()
-        self._goals: NDArray[np.bool_] = np.zeros(count, dtype=bool)
-        self._nodes = len(lanes) if self.turns else count
-        self._times: OrderedDict[int, Array] = OrderedDict()
-        self._anywhere: Array = np.zeros(self._nodes + 1)
-        self._place_times: OrderedDict[int, Array] = OrderedDict()
-        self._workspace = Workspace(self._nodes + 1, STATES)
+        self._times: OrderedDict[Hashable, Array] = OrderedDict()
+        self._workspace = Workspace(1, STATES)
+        self.join(NO_ENDS)
 
-    def times(self, goal: int) -> Array:
-        """Return the time from each node to a goal [s]; the last is free for a start."""
-        if goal < 0:
-            return self._anywhere
-        found = self._times.get(goal)
+    def join(self, ends: Ends) -> None:
+        """Take the ends of the next plan, in place of those before."""
+        roadmap, count, first = self._roadmap, len(self._roadmap.places), len(ends.points)
+        lanes, places = len(self._to), count + len(ends.points)
+        self._ends = ends
+        self._first_leg = lanes + places
+        self._leg_from, to = ends.legs[:, 0].astype(np.intp), ends.legs[:, 1].astype(np.intp)
+        hole = np.zeros(places, dtype=np.intp)
+        everywhere = np.concatenate([self._to, hole, to])
+        self._nodes = self._first_leg + len(to) if self.turns else places
+        way = self._things + places + np.arange(len(to))
+        angles = _directions(np.vstack([roadmap.places, ends.points]), ends.legs)
+        durations = self._driven(ends.lengths, ends.widths, ends.speeds)
+        self._graph = Graph(
+            begins=np.concatenate([roadmap.begins, np.full(first, lanes)]).astype(np.intp),
+            legs=np.searchsorted(self._leg_from, np.arange(places + 1)).astype(np.intp),
+            first_leg=self._first_leg,
+            to=everywhere,
+            way=np.concatenate([self._ways, hole, way]).astype(np.intp),
+            first_place=self._things,
+            node=np.arange(len(everywhere), dtype=np.intp) if self.turns else everywhere,
+            angles=np.concatenate([self._angles, np.zeros(places), angles]),
+            durations=np.concatenate([self._durations, np.full(places, np.inf), durations]),
+            may_stop=np.concatenate([roadmap.may_stop, np.ones(first, dtype=np.bool_)]),
+        )
+        self._parks = np.concatenate([roadmap.may_park, np.zeros(first, dtype=np.bool_)])
+        self._goals: NDArray[np.bool_] = np.zeros(places, dtype=np.bool_)
+        self._togo: dict[tuple[int, int], Array] = {}
+        if self._nodes + 1 > len(self._workspace.first):
+            self._workspace = Workspace(2 * (self._nodes + 1), STATES)
+
+    def _driven(self, lengths: Array, widths: Array, speeds: Array) -> Array:
+        """Return the time to drive each lane [s]; infinite where the robot does not fit."""
+        speed = np.minimum(speeds, self.motion.speed)
+        return np.where(widths >= need(self.motion.radius), lengths / speed, np.inf)
+
+    def _exits(self, goal: int) -> tuple[Indices, Array, Array]:
+        """Return from where a goal is reached straight, in what time [s], and in what direction.
+
+        For the end at which a robot begins, that is to where it drives first.
+        """
+        if goal < len(self._roadmap.places):
+            return np.array([goal], dtype=np.intp), np.zeros(1), np.full(1, np.nan)
+        legs = self._ends.legs
+        into, out = np.flatnonzero(legs[:, 1] == goal), np.flatnonzero(legs[:, 0] == goal)
+        used = into if len(into) else out
+        places = legs[used, 0] if len(into) else legs[used, 1]
+        known = (places < len(self._roadmap.places)) & (
+            self._graph.durations[self._first_leg + used] < np.inf
+        )
+        used = self._first_leg + used[known]
+        turned = 0.0 if len(into) else math.pi
+        return (
+            places[known].astype(np.intp),
+            self._graph.durations[used],
+            self._graph.angles[used] + turned,
+        )
+
+    def _key(self, goal: int) -> Hashable:
+        """Return what tells a goal from all others, in this plan and in later ones."""
+        count = len(self._roadmap.places)
+        return goal if goal < count else tuple(self._ends.points[goal - count].tolist())
+
+    def _kept(self, key: Hashable, compute: Callable[[], Array]) -> Array:
+        """Return a table of times that is kept."""
+        found = self._times.get(key)
         if found is None:
-            found = np.append(self._computed(goal), np.inf)
-            self._times[goal] = found
+            found = compute()
+            self._times[key] = found
             if len(self._times) > KEPT_GOALS:
                 self._times.popitem(last=False)
         else:
-            self._times.move_to_end(goal)
+            self._times.move_to_end(key)
         return found
 
     def times_from(self, goal: int) -> Array:
-        """Return the time from each place to a goal for a robot that turns at once [s]."""
-        if not self.turns:
-            return self.times(goal)[:-1]
-        found = self._place_times.get(goal)
+        """Return the time from each place of the roadmap to a goal, turning at once [s]."""
+        exits, last, _ = self._exits(goal)
+        return self._kept(
+            ("places", self._key(goal)),
+            lambda: times_by_place(
+                self._into, self._lanes_in, self._from, self._durations, exits, last
+            ),
+        )
+
+    def _times_by_lane(self, goal: int) -> Array:
+        """Return the time from the end of each lane of the roadmap to a goal [s]."""
+        exits, last, headings = self._exits(goal)
+        return self._kept(
+            ("lanes", self._key(goal)),
+            lambda: times_by_lane(
+                self._into,
+                self._lanes_in,
+                self._from,
+                self._durations,
+                self._angles,
+                exits,
+                last,
+                headings,
+                self._turn,
+                self._stand,
+            ),
+        )
+
+    def times(self, task: Task) -> Array:
+        """Return the time from each node to a task's goal [s]; the last one is for its start.
+
+        Only the ends of the task itself are on the way.
+        """
+        if task.goal < 0:
+            return np.zeros(self._nodes + 1)
+        key = task.start, task.goal
+        found = self._togo.get(key)
         if found is None:
-            found = times_by_place(
-                self._into, self._lanes_in, self._from, self._graph.durations, goal
-            )
-            self._place_times[goal] = found
-            if len(self._place_times) > KEPT_GOALS:
-                self._place_times.popitem(last=False)
+            found = self._togo[key] = self._times_of(*key)
+        found[-1] = self._from_start(task, found)
         return found
 
-    def ways_of(self, actions: Indices) -> Indices:
-        """Return the ways, numbered behind the places, of what drives along lanes."""
-        ways: Indices = self._graph.way[actions - len(self._goals)]
-        return ways
+    def _times_of(self, start: int, goal: int) -> Array:
+        found = np.full(self._nodes + 1, np.inf)
+        if not self.turns:
+            found[: len(self._roadmap.places)] = self.times_from(goal)
+            found[goal] = 0.0
+            return found
+        found[: len(self._from)] = self._times_by_lane(goal)
+        to = self._graph.to[self._first_leg :]
+        found[self._first_leg : -1][to == goal] = 0.0
+        for leg in np.flatnonzero((self._leg_from == start) & (to != goal)):
+            angle = float(self._graph.angles[self._first_leg + leg])
+            found[self._first_leg + leg] = self._onwards(int(to[leg]), angle, found)
+        return found
+
+    def _onwards(self, place: int, heading: float, times: Array) -> float:
+        """Return the time to the goal from a place at which a robot is with a heading [s]."""
+        return time_onwards(*self._graph[:4], *self._graph[6:9], times, place, heading, *self._costs)
+
+    @property
+    def _costs(self) -> tuple[float, float]:
+        return self._turn, self._stand
+
+    def _from_start(self, task: Task, times: Array) -> float:
+        """Return how long a robot takes from its start to its goal, by the times of nodes [s]."""
+        if task.start == task.goal:
+            return 0.0
+        return self._onwards(task.start, task.heading, times)
 
     def alone(self, task: Task) -> float:
         """Return how long a robot takes to its goal from its start, alone [s]."""
-        if task.goal < 0 or task.start == task.goal:
-            return 0.0
-        times = self.times(task.goal)
-        if not self.turns:
-            return float(times[task.start])
-        graph = self._graph
-        least = math.inf
-        for lane in range(graph.begins[task.start], graph.begins[task.start + 1]):
-            angle = bend(task.heading, float(graph.angles[lane]))
-            bent = turning(angle, self._turn, self._stand)
-            least = min(least, bent + float(graph.durations[lane] + times[lane]))
-        return least
+        return 0.0 if task.goal < 0 else float(self.times(task)[-1])
+
+    def standing(self, place: int) -> int:
+        """Return the number of the action to stand at a place."""
+        return len(self._from) + place
+
+    def thing(self, place: int) -> int:
+        """Return the number of a place among the things that are reserved."""
+        return self._things + place
+
+    def places_of(self, actions: Indices) -> Indices:
+        """Return the places at which actions stand."""
+        return actions - len(self._from)
+
+    def things_of(self, actions: Indices) -> Indices:
+        """Return the places, as numbers of things, at which actions stand."""
+        return actions - len(self._from) + self._things
+
+    def ways_of(self, actions: Indices) -> Indices:
+        """Return the ways, as numbers of things, of what drives along lanes and legs."""
+        ways: Indices = self._graph.way[actions]
+        return ways
 
     def find(
-        self, task: Task, size: int, reservations: Reservations, horizon: float, limit: int
+        self,
+        task: Task,
+        size: int,
+        reservations: Reservations,
+        horizon: float,
+        limit: int,
+        dwell: float = math.inf,
+        only: Indices | None = None,
     ) -> Path | None:
         """Return the fastest path among reservations, or None if there is none at all.
 
@@ -198,9 +320,15 @@ class PathSearch:
             reservations: Of all others.
             horizon: From when on it may end anywhere [s].
             limit: Most states to look at.
+            dwell: For how long it must be able to stay at its goal [s].
+            only: The lanes and legs that it may use, (k,); None for all.
         """
-        times = self.times(task.goal)
-        times[-1] = self.alone(task)
+        times = self.times(task)
+        if only is not None:
+            nodes = np.append(self._graph.node[only], self._nodes)
+            allowed = np.full_like(times, np.inf)
+            allowed[nodes] = times[nodes]
+            times = allowed
         goals = self._parks if task.goal < 0 else self._goals
         goal = task.goal if task.goal >= 0 else task.start
         was_goal = bool(goals[goal])
@@ -224,19 +352,21 @@ class PathSearch:
             task.heading,
             self._turn,
             self._stand,
+            dwell if task.goal >= 0 else math.inf,
             horizon,
             limit if task.goal >= 0 else min(limit, ASIDE),
         )
         goals[goal] = was_goal
         if status == NOTHING:
             return None
-        actions, spans = trace(space.times, space.links, last, len(self._goals))
+        actions, spans = trace(space.times, space.links, last, len(self._from))
+        if status == FOUND and task.goal >= 0:
+            spans[-1, 1] = spans[-1, 0] + dwell
         left = 0.0 if status == FOUND else float(times[space.links[last, 5]])
         return Path(actions, spans, status == FOUND, left)
 
-    def _computed(self, goal: int) -> Array:
-        """Return the time from each node to a goal [s]."""
-        common = (self._into, self._lanes_in, self._from, self._graph.durations)
-        if not self.turns:
-            return times_by_place(*common, goal)
-        return times_by_lane(*common, self._graph.angles, goal, self._turn, self._stand)
+
+def _directions(places: Array, lanes: Indices) -> Array:
+    """Return the directions of lanes between places [rad]."""
+    along = places[lanes[:, 1]] - places[lanes[:, 0]]
+    return np.arctan2(along[:, 1], along[:, 0])

@@ -172,7 +172,8 @@ class PushingFleet(Fleet):
         until, task = self._stood[stuck], self.tasks[stuck]
         times = self.searches[stuck].times_from(task.start)
         refuges = np.argsort(times, kind="stable")
-        refuges = refuges[~np.isin(refuges, ideal.actions[0::2]) & np.isfinite(times[refuges])]
+        passed = self.searches[robot].places_of(ideal.actions[0::2])
+        refuges = refuges[~np.isin(refuges, passed) & np.isfinite(times[refuges])]
         self._get_up(stuck)
         for refuge in refuges[:REFUGES].tolist():
             mark = len(self._settled)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from robot_navigation.mapf.ends import with_ends
+from robot_navigation.mapf.ends import joined_ends
 from robot_navigation.mapf.roadmap import need
 
 if TYPE_CHECKING:
@@ -41,11 +41,14 @@ def unreached(
         goals: The places by name, each beginning with x and y, frame map [m].
     """
     points = np.array([start[:2], *(goal[:2] for goal in goals.values())], dtype=float)
-    joined, index = with_ends(roadmap, field, points, np.full(len(points), radius))
-    fits = joined.widths >= need(radius)
-    count = len(joined.places)
-    ways = sparse.csr_matrix((np.ones(int(fits.sum())), joined.lanes[fits].T), (count, count))
-    found = csgraph.breadth_first_order(ways, index[0], return_predecessors=False)
+    ends = joined_ends(roadmap, field, points, np.full(len(points), radius))
+    lanes = np.vstack([roadmap.lanes, ends.legs])
+    fits = np.concatenate([roadmap.widths, ends.widths]) >= need(radius)
+    count = len(roadmap.places) + len(ends.points)
+    ways = sparse.csr_matrix((np.ones(int(fits.sum())), lanes[fits].T), (count, count))
+    found = csgraph.breadth_first_order(ways, ends.index[0], return_predecessors=False)
     reached = np.zeros(count, dtype=np.bool_)
     reached[found] = True
-    return [name for name, place in zip(goals, index[1:], strict=True) if not reached[place]]
+    return [
+        name for name, place in zip(goals, ends.index[1:], strict=True) if not reached[place]
+    ]

@@ -8,7 +8,6 @@ another one ends.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,12 +33,15 @@ class Reservations:
         links: (c, 2) array, the next span of the same list, -1 for none, and whose it is.
     """
 
-    def __init__(self, things: int, conflicts: Sequence[Sequence[Conflicts]]) -> None:
+    def __init__(
+        self, things: int, conflicts: Sequence[Sequence[tuple[Conflicts, Conflicts]]]
+    ) -> None:
         """Start with everything free.
 
         Args:
-            things: Number of places and ways.
-            conflicts: What a robot of the first size blocks for one of the second.
+            things: How many there are.
+            conflicts: What a robot of the first size blocks for one of the second: on the
+                roadmap, and what is more with the ends of the plan.
         """
         self._conflicts = conflicts
         self.heads: Indices = np.full((len(conflicts), things), -1, dtype=np.intp)
@@ -61,8 +63,10 @@ class Reservations:
             actions: (k,) what it does one after the other; see `Conflicts`.
             times: (k, 2) from when to when [s].
         """
-        for other, conflicts in enumerate(self._conflicts[size]):
-            need = int((conflicts.begins[actions + 1] - conflicts.begins[actions]).sum())
+        for other, (fixed, more) in enumerate(self._conflicts[size]):
+            known = actions[actions < len(fixed.begins) - 1]
+            need = int((fixed.begins[known + 1] - fixed.begins[known]).sum())
+            need += int((more.begins[actions + 1] - more.begins[actions]).sum())
             self._grow(need)
             add_spans(
                 self.heads[other],
@@ -72,22 +76,28 @@ class Reservations:
                 who,
                 actions,
                 times,
-                conflicts.begins,
-                conflicts.blocked,
+                fixed.begins,
+                fixed.blocked,
+                more.begins,
+                more.blocked,
             )
 
     def remove(self, who: int, size: int, actions: Indices) -> None:
         """Free what a robot blocked with what it was to do."""
-        for other, conflicts in enumerate(self._conflicts[size]):
-            remove_spans(
-                self.heads[other],
-                self.links,
-                self._free,
-                who,
-                actions,
-                conflicts.begins,
-                conflicts.blocked,
-            )
+        for other, (fixed, more) in enumerate(self._conflicts[size]):
+            for table, rows in (
+                (fixed, actions[actions < len(fixed.begins) - 1]),
+                (more, actions),
+            ):
+                remove_spans(
+                    self.heads[other],
+                    self.links,
+                    self._free,
+                    who,
+                    rows,
+                    table.begins,
+                    table.blocked,
+                )
 
     def block(self, who: int, size: int, things: Indices, begin: float, end: float) -> None:
         """Reserve some places and ways (k,) for robots of one size.
@@ -111,29 +121,9 @@ class Reservations:
             np.tile([begin, end], (count, 1)),
             np.arange(count + 1),
             things,
+            np.zeros(count + 1, dtype=np.intp),
+            things[:0],
         )
-
-    def unblock(self, who: int, size: int, things: Indices) -> None:
-        """Free what `block` reserved."""
-        count = len(things)
-        remove_spans(
-            self.heads[size],
-            self.links,
-            self._free,
-            who,
-            np.arange(count),
-            np.arange(count + 1),
-            things,
-        )
-
-    def blocked_for_ever(self, size: int, thing: int) -> bool:
-        """Return whether a place or way is blocked for ever, from some time on."""
-        entry = int(self.heads[size, thing])
-        while entry >= 0:
-            if math.isinf(self.spans[entry, 1]):
-                return True
-            entry = int(self.links[entry, 0])
-        return False
 
     def blocked_by(self, who: int, sizes: Indices, things: Indices) -> Array:
         """Return when a robot blocks each of some things first [s], (k,); infinite for never."""
@@ -157,7 +147,7 @@ class Reservations:
 
 @compiled(
     "void(int64[::1], float64[:, ::1], int64[:, ::1], int64[::1], int64, int64[::1],"
-    " float64[:, ::1], int64[::1], int64[::1])"
+    " float64[:, ::1], int64[::1], int64[::1], int64[::1], int64[::1])"
 )
 def add_spans(
     heads: Indices,
@@ -169,6 +159,8 @@ def add_spans(
     times: Array,
     begins: Indices,
     blocked: Indices,
+    more_begins: Indices,
+    more_blocked: Indices,
 ) -> None:
     """Add what a robot blocks; see `Reservations.add`.
 
@@ -176,8 +168,15 @@ def add_spans(
     """
     for k in range(len(actions)):
         begin, end = times[k, 0], times[k, 1]
-        for item in range(begins[actions[k]], begins[actions[k] + 1]):
-            thing = blocked[item]
+        known = 0
+        if actions[k] < len(begins) - 1:
+            known = begins[actions[k] + 1] - begins[actions[k]]
+        more = more_begins[actions[k] + 1] - more_begins[actions[k]]
+        for item in range(known + more):
+            if item < known:
+                thing = blocked[begins[actions[k]] + item]
+            else:
+                thing = more_blocked[more_begins[actions[k]] + item - known]
             before = -1
             at = heads[thing]
             joined = False

@@ -8,11 +8,18 @@ never meets them.
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from robot_navigation.planning.path import Point
+
+
+PER_METRE = 1000  # marks
 
 
 class PlanNumber(NamedTuple):
@@ -31,12 +38,12 @@ NO_PLAN = PlanNumber(0, 0)
 
 
 class Wait(NamedTuple):
-    """A robot may not go past one of its places before another robot has gone past one of its own.
+    """A robot may not go past a mark of its own before another robot has come to one of its own.
 
     Attributes:
-        at: Number of the place past which it may not go; see `Route.first`.
+        at: The mark past which it may not go; see `Route`.
         robot: The other robot.
-        passes: Number of the place of the other robot's route that it must have reached.
+        passes: The mark that the other robot must have come to.
     """
 
     at: int
@@ -48,14 +55,14 @@ class Wait(NamedTuple):
 class Route:
     """One robot's part of a plan.
 
-    Places are numbered along everything that the robot ever drives in an epoch, so that a new
-    route goes on with the numbers of the one before.
+    A mark says how far the robot has driven [mm] along all its routes of an epoch, so that a new
+    route goes on with the marks of the one before.
 
     Attributes:
         robot: Whose route it is.
         plan: The plan that it belongs to.
         goal: The goal that it leads to, x and y, frame map [m]; None for a robot without one.
-        first: Number of the first place of `places`.
+        first: The mark of the first of `places`.
         places: Where it drives, straight from each to the next, frame map [m]. The first is one
             that the robot has reached or cannot avoid any more. Without any the robot is to
             drop its route and to go by the right of way.
@@ -70,3 +77,12 @@ class Route:
     places: tuple[Point, ...]
     waits: tuple[Wait, ...]
     complete: bool
+
+
+def marks(first: int, places: Sequence[Point]) -> tuple[int, ...]:
+    """Return the mark of each place of a route, of which the first has the mark `first`."""
+    found, way = [first], 0.0
+    for before, here in itertools.pairwise(places):
+        way += math.dist(before, here)
+        found.append(first + round(PER_METRE * way))
+    return tuple(found)

@@ -29,18 +29,24 @@ class Graph(NamedTuple):
     """A roadmap as a search for one kind of robot sees it.
 
     Attributes:
-        begins: (n + 1,) the lanes from each place.
-        to: (m,) where each lane ends.
-        way: (m,) the number of its way among places and ways; see `conflicts`.
-        node: (m,) the state that a robot is in at its end, without the interval.
-        angles: (m,) its direction [rad].
-        durations: (m,) time to drive it at full speed [s]; infinite where the robot does not fit.
-        may_stop: (n,) whether a robot may wait at a place.
+        begins: (n + e + 1,) the lanes from each place.
+        legs: (n + e + 1,) the legs from each place, counted from the first leg.
+        first_leg: The number of the first leg among the actions; see `conflicts`.
+        to: (a,) where each lane and leg ends, by the number of its action.
+        way: (a,) the number of its way among the things that are reserved.
+        first_place: The number of the first place among them.
+        node: (a,) the state that a robot is in at its end, without the interval.
+        angles: (a,) its direction [rad].
+        durations: (a,) time to drive it at full speed [s]; infinite where the robot does not fit.
+        may_stop: (n + e,) whether a robot may wait at a place.
     """
 
     begins: Indices
+    legs: Indices
+    first_leg: int
     to: Indices
     way: Indices
+    first_place: int
     node: Indices
     angles: Array
     durations: Array
@@ -163,15 +169,18 @@ def safe_after(
 
 
 @compiled(
-    "UniTuple(int64, 2)(int64[::1], int64[::1], int64[::1], int64[::1], float64[::1],"
-    " float64[::1], boolean[::1], int64[::1], float64[:, ::1], int64[:, ::1], int64[::1],"
-    " float64[:, ::1], int64[:, ::1], float64[:, ::1], int64[::1], boolean[::1], float64[::1],"
-    " int64, int64, float64, float64, float64, float64, float64, int64)"
+    "UniTuple(int64, 2)(int64[::1], int64[::1], int64, int64[::1], int64[::1], int64, int64[::1],"
+    " float64[::1], float64[::1], boolean[::1], int64[::1], float64[:, ::1], int64[:, ::1],"
+    " int64[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64[::1], boolean[::1],"
+    " float64[::1], int64, int64, float64, float64, float64, float64, float64, float64, int64)"
 )
 def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with less hide its order)
     begins: Indices,
+    legs: Indices,
+    first_leg: int,
     to: Indices,
     way: Indices,
+    first_place: int,
     node: Indices,
     angles: Array,
     durations: Array,
@@ -192,10 +201,11 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
     heading: float,
     turn: float,
     stand: float,
+    dwell: float,
     horizon: float,
     limit: int,
 ) -> tuple[int, int]:
-    """Find the earliest arrival at one of the goals, to stay there for ever.
+    """Find the earliest arrival at one of the goals, to stay there for some time.
 
     The columns of `times` are when a state is reached, when its safe interval begins and ends, and
     when the robot leaves the state before it; those of `links` are the state before, the lane from
@@ -205,14 +215,15 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
         begins: See `Graph`, as all up to `may_stop`.
         heads: See `Reservations`, of the robot's size, as all up to `entries`.
         first: See `Workspace`, as all up to `heap`.
-        goals: (n,) which places are goals.
-        togo: (nodes,) at most the time from each node to a goal [s].
+        goals: (n + e,) which places are goals.
+        togo: (nodes + 1,) at most the time from each node to a goal [s].
         start: Where it is.
         start_node: The node of the start, which no lane leads to.
         ready: When it is there [s].
         heading: Its heading there [rad].
         turn: Time to turn [s/rad].
         stand: What it costs to stop and drive on [s].
+        dwell: For how long it must be able to stay at its goal [s].
         horizon: From when on it may end at any place where it can stay for ever [s].
         limit: Most states to look at.
 
@@ -227,7 +238,7 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
     done = 0
     last = -1
     status = NOTHING
-    low, high = safe_interval(heads[start], spans, entries, ready)
+    low, high = safe_interval(heads[first_place + start], spans, entries, ready)
     if low <= ready:
         times[0, 0], times[0, 1], times[0, 2], times[0, 3] = ready, low, high, ready
         links[0, 0], links[0, 1], links[0, 2] = -1, -1, start
@@ -244,10 +255,10 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
         done += 1
         here = links[state, 2]
         now, end = times[state, 0], times[state, 2]
+        if goals[here] and end >= now + dwell:
+            last, status = state, FOUND
+            break
         if end == np.inf:
-            if goals[here]:
-                last, status = state, FOUND
-                break
             if may_stop[here] or links[state, 0] < 0:
                 if now >= horizon:
                     last, status = state, PARTIAL
@@ -255,7 +266,11 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
                 if togo[links[state, 5]] < best_togo - 1e-9:
                     best, best_togo = state, togo[links[state, 5]]
         facing = heading if links[state, 1] < 0 else angles[links[state, 1]]
-        for lane in range(begins[here], begins[here + 1]):
+        lanes = begins[here + 1] - begins[here]
+        for item in range(lanes + legs[here + 1] - legs[here]):
+            lane = begins[here] + item
+            if item >= lanes:
+                lane = first_leg + legs[here] + item - lanes
             if durations[lane] == np.inf or togo[node[lane]] == np.inf:
                 continue
             there = to[lane]
@@ -265,7 +280,7 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
             at_once = now + turned
             soonest = at_once
             waits = may_stop[here] or links[state, 0] < 0
-            place_at, way_at = heads[there], heads[way[lane]]
+            place_at, way_at = heads[first_place + there], heads[way[lane]]
             place_low, way_low = -np.inf, -np.inf
             # Both lists of safe intervals are walked along together.
             place_high = -np.inf
@@ -320,15 +335,56 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
     return status, last
 
 
+@compiled(
+    "float64(int64[::1], int64[::1], int64, int64[::1], int64[::1], float64[::1], float64[::1],"
+    " float64[::1], int64, float64, float64, float64)"
+)
+def time_onwards(
+    begins: Indices,
+    legs: Indices,
+    first_leg: int,
+    to: Indices,
+    node: Indices,
+    angles: Array,
+    durations: Array,
+    togo: Array,
+    place: int,
+    heading: float,
+    turn: float,
+    stand: float,
+) -> float:
+    """Return how long a robot takes from a place to its goal if nobody is in its way [s].
+
+    Args:
+        begins: See `Graph`, as all up to `durations`.
+        togo: (nodes + 1,) the time from each node to the goal [s].
+        place: Where it is.
+        heading: Its heading there [rad].
+        turn: Time to turn [s/rad].
+        stand: What it costs to stop and drive on [s].
+    """
+    least = np.inf
+    lanes = begins[place + 1] - begins[place]
+    for item in range(lanes + legs[place + 1] - legs[place]):
+        lane = begins[place] + item
+        if item >= lanes:
+            lane = first_leg + legs[place] + item - lanes
+        turned = 0.0
+        if turn > 0.0 or stand > 0.0:
+            turned = turning(bend(heading, angles[lane]), turn, stand)
+        least = min(least, turned + durations[lane] + togo[node[lane]])
+    return least
+
+
 @compiled("Tuple((int64[::1], float64[:, ::1]))(float64[:, ::1], int64[:, ::1], int64, int64)")
-def trace(times: Array, links: Indices, last: int, places: int) -> tuple[Indices, Array]:
+def trace(times: Array, links: Indices, last: int, standing: int) -> tuple[Indices, Array]:
     """Return what the robot does up to the last state of a search, and when.
 
     Args:
         times: See `search`.
         links: See `search`.
         last: The last state.
-        places: Number of places of the roadmap.
+        standing: The number of the action to stand at the first place.
 
     Returns:
         Actions, standing and driving in turns, see `conflicts.Conflicts`; and from when to when
@@ -344,12 +400,12 @@ def trace(times: Array, links: Indices, last: int, places: int) -> tuple[Indices
     state = last
     until = np.inf
     for k in range(steps, 0, -1):
-        actions[2 * k] = links[state, 2]
+        actions[2 * k] = standing + links[state, 2]
         spans[2 * k, 0], spans[2 * k, 1] = times[state, 0], until
         until = times[state, 3]
-        actions[2 * k - 1] = places + links[state, 1]
+        actions[2 * k - 1] = links[state, 1]
         spans[2 * k - 1, 0], spans[2 * k - 1, 1] = until, times[state, 0]
         state = links[state, 0]
-    actions[0] = links[state, 2]
+    actions[0] = standing + links[state, 2]
     spans[0, 0], spans[0, 1] = -np.inf, until
     return actions, spans

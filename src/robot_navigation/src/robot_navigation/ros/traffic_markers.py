@@ -11,6 +11,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from robot_navigation.mapf.roadmap import need
+from robot_navigation.mapf.route import marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -67,7 +68,8 @@ def traffic_markers(
         robot = robots.get(name)
         if robot is None or robot.plan.epoch != route.plan.epoch:
             continue
-        ahead = route.places[max(0, robot.passed + 1 - route.first) :]
+        passed = zip(marks(route.first, route.places), route.places, strict=True)
+        ahead = tuple(place for mark, place in passed if mark > robot.passed)
         if ahead:
             markers.append(_reserved(number, robot, ahead, header))
     for number, wait in enumerate(waits):

@@ -8,12 +8,14 @@ later epoch begins with the stretches that the robots claim.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from robot_navigation.mapf.dependency_graph import Course, dependencies
+from robot_navigation.mapf.dependency_graph import Course as Line
+from robot_navigation.mapf.dependency_graph import dependencies
+from robot_navigation.mapf.ends import joined_ends
 from robot_navigation.mapf.joint_planner import (
     Agent,
     Body,
@@ -21,24 +23,27 @@ from robot_navigation.mapf.joint_planner import (
     PlannerSettings,
     Timetable,
 )
-from robot_navigation.mapf.path_search import Motion
-from robot_navigation.mapf.roadmap import need
 from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.mapf.route import PlanNumber, Route, Wait
+from robot_navigation.mapf.path_search import Motion
+from robot_navigation.mapf.route import PlanNumber, Route, Wait, marks
 from robot_navigation.mapf.zones import roadmap_with
-from robot_navigation.traffic.committed import HELD, Drive, Tracked
-from robot_navigation.traffic.ends import Ends, Standing
+from robot_navigation.traffic.committed import Drive, Tracked
+from robot_navigation.traffic.retiming import STAYS, Course, Times, retime
 from robot_navigation.traffic.right_of_way import GAP
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hive_common.geometry import Array
     from hive_common.zone import Zone
+    from robot_navigation.mapf.ends import Ends
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Point
     from robot_navigation.traffic.committed import Committed
     from robot_navigation.traffic.right_of_way import Announcement
+
+PASSED = 100  # a robot this near before a mark has come to it [mm]
 
 
 @dataclass(frozen=True)
@@ -94,8 +99,7 @@ class Coordinator:
 
     def _take_roadmap(self, roadmap: Roadmap) -> None:
         self.roadmap = roadmap
-        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP))
-        self._ends = Ends(roadmap, self._field)
+        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP, dwell=STAYS))
         self._planned_at = -math.inf
         for robot in self._robots.values():
             robot.drive = None  # its places have other numbers now
@@ -152,29 +156,36 @@ class Coordinator:
 
     def _plan(self, now: float) -> tuple[Route, ...]:
         robots = list(self._robots.values())
-        begun = [robot.committed(now) for robot in robots]
-        asked = self._asked(robots, begun, now)
+        begun = [robot.committed(now, self._held(robot)) for robot in robots]
+        ends, starts, goals = self._ends(robots, begun, now)
+        asked = [
+            self._asked(robot, start, from_, to, now)
+            for robot, start, from_, to in zip(robots, begun, starts, goals, strict=True)
+        ]
+        before = self._before(robots, begun, asked)
         planned = self._planner.plan(
             [each.agent for each in asked if each.agent is not None],
-            [each.before for each in asked if each.agent is not None],
+            [table for each, table in zip(asked, before, strict=True) if each.agent is not None],
             [each.body for each in asked if each.agent is None],
+            ends,
         )
         timetables = iter(planned)
         tables = [None if each.agent is None else next(timetables) for each in asked]
         plan = PlanNumber(self._epoch, self._number)
+        places = np.vstack([self.roadmap.places, ends.points])
         drives = [
-            self._drive(robot, start, each, table, plan, now)
+            self._drive(robot, start, each, table, plan, places, now)
             for robot, start, each, table in zip(robots, begun, asked, tables, strict=True)
         ]
-        for robot, drive in zip(robots, drives, strict=True):
-            robot.give(drive)
         waits = self._waits(robots, begun, drives, now)
+        for robot, drive, waiting in zip(robots, drives, waits, strict=True):
+            robot.give(replace(drive, waits=tuple(waiting)))
         return tuple(
             Route(
                 robot=robot.said.name,
                 plan=plan,
                 goal=robot.said.goal,
-                first=drive.first,
+                first=drive.marks[0],
                 places=drive.points,
                 waits=tuple(waiting),
                 complete=drive.complete,
@@ -182,78 +193,119 @@ class Coordinator:
             for robot, drive, waiting in zip(robots, drives, waits, strict=True)
         )
 
-    def _asked(
-        self, robots: Sequence[Tracked], begun: Sequence[Committed], now: float
-    ) -> list[_Asked]:
-        """Return what is asked of the planner for each robot."""
-        begins = [
-            Standing(start.points[-1], robot.said.radius)
-            for robot, start in zip(robots, begun, strict=True)
-        ]
-        entries: list[Standing] = []
-        asked = []
-        for number, (robot, start) in enumerate(zip(robots, begun, strict=True)):
-            others = [*begins[:number], *begins[number + 1 :], *entries]
-            each = self._asked_for(robot, start, others, now)
-            if each.agent is not None and start.places[-1] < 0:
-                entries.append(Standing(self._point(each.agent.start), robot.said.radius))
-            asked.append(each)
-        return asked
-
-    def _asked_for(
-        self, robot: Tracked, begun: Committed, others: Sequence[Standing], now: float
-    ) -> _Asked:
-        """Return what is asked of the planner for a robot; `others` are where the others begin."""
-        said = robot.said
-        goal = None if said.goal is None else self._ends.exit(said.goal, said.radius)
-        start = None
-        leads = said.goal is None or goal is not None
-        if robot.is_planned(now) and not said.stationary and leads:
-            start = self._start(robot, begun, goal, others, now)
-        arrives = said.goal is not None and (
-            begun.points[-1] == said.goal or (start is not None and start == goal)
+    def _held(self, robot: Tracked) -> float:
+        """Return the mark at which a robot has to wait now; infinite if at none."""
+        if robot.drive is None:
+            return math.inf
+        return min(
+            (
+                wait.at
+                for wait in robot.drive.waits
+                if (other := self._robots.get(wait.robot)) is not None
+                and other.said.passed < wait.passes - PASSED
+            ),
+            default=math.inf,
         )
-        if start is None or arrives:
-            rest = [said.goal] if arrives and said.goal is not None else []
-            track = _track(said, [*begun.points[1:], *rest], math.inf)
-            return _Asked(None, None, Body(said.radius, track), arrives)
-        joins = [] if begun.places[-1] >= 0 else [self._point(start)]
-        track = _track(said, [*begun.points[1:], *joins])
+
+    def _before(
+        self, robots: Sequence[Tracked], begun: Sequence[Committed], asked: Sequence[_Asked]
+    ) -> list[Timetable | None]:
+        """Return what is left of the last plan for each robot, with the times as they are now."""
+        courses, clears = {}, {}
+        for robot, start, each in zip(robots, begun, asked, strict=True):
+            rest, agent, said = start.rest, each.agent, robot.said
+            if rest is not None and rest.goal == said.goal and (agent or each.arrives):
+                motion = Motion(said.radius, *said.limits)
+                ready = agent.ready if agent else each.body.track[-2][2]
+                courses[said.name] = Course(rest, ready, _heading(start, said), motion)
+            elif agent is not None:
+                clears[said.name] = agent.ready + STAYS
+        retimed = retime(courses, clears)
+        count = len(self.roadmap.places)
+        return [
+            None
+            if (times := retimed.get(robot.said.name)) is None or each.agent is None
+            else _timetable(courses[robot.said.name].rest, times, each.agent, count)
+            for robot, each in zip(robots, asked, strict=True)
+        ]
+
+    def _ends(
+        self, robots: Sequence[Tracked], begun: Sequence[Committed], now: float
+    ) -> tuple[Ends, list[int], list[int]]:
+        """Return the ends of a plan, and the places at which each robot begins and ends.
+
+        A place is -1 for a robot that is not planned, and for one without a goal.
+        """
+        points, radii, direct, own, begins = [], [], [], [], []
+        rows: list[tuple[int, int]] = []
+        crowded = _crowded(robots, begun)
+        for number, (robot, start) in enumerate(zip(robots, begun, strict=True)):
+            said = robot.said
+            if not robot.is_planned(now) or said.stationary or start.points[-1] == said.goal:
+                rows.append((-1, -1))
+                continue
+            from_ = to = -1
+            if start.places[-1] < 0 or crowded[number]:
+                from_ = len(points)
+                begins.append(from_)
+                points.append(start.points[-1])
+                if crowded[number]:
+                    own.append(from_)
+            if said.goal is not None:
+                to = len(points)
+                points.append(said.goal)
+                if from_ >= 0:
+                    direct.append((from_, to))
+            radii += [said.radius] * (len(points) - len(radii))
+            rows.append((from_, to))
+        ends = joined_ends(
+            self.roadmap, self._field, np.array(points), np.array(radii), direct, own, begins
+        )
+        reached = {*range(len(self.roadmap.places)), *ends.legs[:, 1].tolist()}
+        starts, goals = [], []
+        for (from_, to), robot, start in zip(rows, robots, begun, strict=True):
+            goal = -1 if to < 0 else int(ends.index[to])
+            place = start.places[-1] if from_ < 0 else int(ends.index[from_])
+            planned = robot.is_planned(now) and not robot.said.stationary
+            leads = to < 0 or goal in reached
+            arrives = start.points[-1] == robot.said.goal
+            starts.append(place if planned and leads and not arrives else -1)
+            goals.append(goal)
+        return ends, starts, goals
+
+    def _asked(self, robot: Tracked, begun: Committed, start: int, goal: int, now: float) -> _Asked:
+        """Return what is asked of the planner for a robot.
+
+        Args:
+            robot: The robot.
+            begun: What is decided already.
+            start: The place at which that ends; -1 if the robot is not planned.
+            goal: The place of its goal; -1 without one.
+            now: The time [s].
+        """
+        said = robot.said
+        arrives = begun.points[-1] == said.goal
+        if start < 0:
+            stays = math.inf
+            if arrives and robot.is_planned(now) and not said.stationary:
+                stays = STAYS
+            track = _track(said, begun, stays)
+            return _Asked(None, Body(said.radius, track), arrives)
+        track = _track(said, begun)
         ready = track[-1][2]
         agent = Agent(
             start=start,
             ready=ready,
             heading=_heading(begun, said),
-            goal=start if goal is None else goal,
+            goal=start if goal < 0 else goal,
             radius=said.radius,
             speed=said.limits.speed,
             acceleration=said.limits.acceleration,
             yaw_rate=said.limits.yaw_rate,
             priority=said.right.since,
             body=track,
-            end=said.goal,
         )
-        before = _later(begun.rest, start, ready, said.goal)
-        return _Asked(agent, before, Body(said.radius, track), arrives)
-
-    def _start(
-        self,
-        robot: Tracked,
-        begun: Committed,
-        goal: int | None,
-        others: Sequence[Standing],
-        now: float,
-    ) -> int | None:
-        """Return the place from which a robot is planned; None if it can go to none."""
-        if begun.places[-1] >= 0:
-            return begun.places[-1]
-        said, rest = robot.said, begun.rest
-        keep = None
-        if rest is not None and rest.places[0] < 0 and now - robot.stands_since < HELD:
-            keep = next((place for place in rest.places if place >= 0), None)
-        motion = Motion(said.radius, *said.limits)
-        times = None if goal is None else self._planner.times_to(goal, motion)
-        return self._ends.entry(begun.points[-1], motion, times, others, keep)
+        return _Asked(agent, Body(said.radius, track), arrives)
 
     def _drive(
         self,
@@ -262,9 +314,13 @@ class Coordinator:
         asked: _Asked,
         table: Timetable | None,
         plan: PlanNumber,
+        where: Array,
         now: float,
     ) -> Drive:
-        """Return the course of a robot: what is decided already, the timetable, and its goal."""
+        """Return the course of a robot: what is decided already, and the timetable.
+
+        `where` (n + e, 2) are all places of the plan, frame map [m].
+        """
         said = robot.said
         known = len(begun.points)
         points, places = list(begun.points), list(begun.places)
@@ -272,32 +328,18 @@ class Coordinator:
         leaves = list(arrives)
         complete = asked.arrives
         if table is not None:
-            complete = table.complete
-            skip = 1 if begun.places[-1] >= 0 else 0
-            if skip:
-                leaves[-1] = now + table.leaves[0]
-            points += [self._point(place) for place in table.places[skip:]]
-            places += table.places[skip:]
-            arrives += [now + when for when in table.arrives[skip:]]
-            leaves += [now + when for when in table.leaves[skip:]]
-        if complete and said.goal is not None and points[-1] != said.goal:
-            leaves[-1] = arrives[-1]
-            points.append(said.goal)
-            places.append(-1)
-            leg = math.dist(points[-2], said.goal)
-            arrives.append(arrives[-1] + leg / said.limits.speed)
-            leaves.append(math.inf)
+            complete = table.complete and said.goal is not None
+            leaves[-1] = now + table.leaves[0]
+            points += [(float(x), float(y)) for x, y in where[list(table.places[1:])]]
+            roadmap = len(self.roadmap.places)
+            places += [place if place < roadmap else -1 for place in table.places[1:]]
+            arrives += [now + when for when in table.arrives[1:]]
+            leaves += [now + when for when in table.leaves[1:]]
         leaves[-1] = math.inf
-        for index in (known, len(points) - 2):
-            if known - 1 < index < len(points) - 1 and self._is_detour(
-                points, places, index, said.radius
-            ):
-                for each in (points, places, arrives, leaves):
-                    del each[index]
         return Drive(
             plan=plan,
             given=now,
-            first=begun.first,
+            marks=marks(begun.first, points),
             points=tuple(points),
             places=tuple(places),
             arrives=tuple(arrives),
@@ -305,14 +347,6 @@ class Coordinator:
             complete=complete,
             goal=said.goal,
         )
-
-    def _is_detour(
-        self, points: Sequence[Point], places: Sequence[int], index: int, radius: float
-    ) -> bool:
-        """Return whether a robot can leave out a place between the roadmap and a point off it."""
-        if places[index - 1] >= 0 and places[index + 1] >= 0:
-            return False
-        return self._field.line_is_clear(points[index - 1], points[index + 1], need(radius))
 
     def _waits(
         self,
@@ -323,7 +357,7 @@ class Coordinator:
     ) -> list[list[Wait]]:
         """Return for each robot whom it lets pass first."""
         courses = [
-            Course(
+            Line(
                 np.array(drive.points),
                 np.array([*drive.leaves[:-1], drive.arrives[-1]]),
                 robot.said.radius,
@@ -338,38 +372,37 @@ class Coordinator:
                 continue  # Nobody knows when it goes on; the claims keep them apart.
             waits[me].append(
                 Wait(
-                    at=drives[me].first + mine,
+                    at=drives[me].marks[mine],
                     robot=robots[other].said.name,
-                    passes=drives[other].first + its + 1,
+                    passes=drives[other].passed_after(its),
                 )
             )
         return waits
 
-    def _point(self, place: int) -> Point:
-        x, y = self.roadmap.places[place]
-        return float(x), float(y)
-
 
 class _Asked(NamedTuple):
     agent: Agent | None  # None for a robot that is not planned
-    before: Timetable | None
     body: Body
     arrives: bool  # only its goal is left
 
 
 def _track(
-    said: Announcement, points: Sequence[Point], until: float | None = None
+    said: Announcement, begun: Committed, until: float | None = None
 ) -> tuple[tuple[float, float, float], ...]:
-    """Return where a robot is when on its way through some points; see `Body`.
+    """Return where a robot is while it does what is decided; see `Body`.
 
-    It stays at the last one until some time [s], or drives on at once.
+    It stays at the end of it for some time [s], or drives on at once.
     """
     track = [(said.x, said.y, 0.0)]
-    for x, y in points:
+    for x, y in begun.points[1:]:
         leg = math.dist(track[-1][:2], (x, y))
         track.append((x, y, track[-1][2] + leg / said.limits.speed))
+    if begun.ahead == 0.0:
+        # It takes half of this to get up to speed, in which it drives half as far.
+        speeding = said.limits.speed / (2 * said.limits.acceleration)
+        track[-1] = (*track[-1][:2], track[-1][2] + speeding)
     if until is not None:
-        track.append((*track[-1][:2], until))
+        track.append((*track[-1][:2], track[-1][2] + until))
     return tuple(track)
 
 
@@ -381,18 +414,33 @@ def _heading(begun: Committed, said: Announcement) -> float:
     return math.atan2(by - ay, bx - ax)
 
 
-def _later(rest: Drive | None, start: int, ready: float, goal: Point | None) -> Timetable | None:
-    """Return the rest of a course to a goal from a place on, reached `ready` from now [s]."""
-    if rest is None or rest.goal != goal or start not in rest.places:
-        return None
-    first = rest.places.index(start)
-    end = first
-    while end < len(rest.places) and rest.places[end] >= 0:
-        end += 1
-    delay = ready - rest.arrives[first]
+def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetable:
+    """Return what is left of a course from a robot's start on.
+
+    Args:
+        rest: The course.
+        times: When it gets to its points now, and leaves them.
+        agent: The robot, in the plan to come.
+        roadmap: How many places the roadmap has; the rest are ends of the plan.
+    """
+    places = [agent.start, *rest.places[1:]]
+    if len(places) > 1 and places[-1] < 0 and agent.goal >= roadmap and rest.complete:
+        places[-1] = agent.goal
+    # Where an earlier course began between two places it goes straight on.
+    kept = [index for index, place in enumerate(places) if place >= 0]
     return Timetable(
-        places=rest.places[first:end],
-        arrives=tuple(time + delay for time in rest.arrives[first:end]),
-        leaves=(*(time + delay for time in rest.leaves[first : end - 1]), math.inf),
+        places=tuple(places[index] for index in kept),
+        arrives=tuple(times.arrives[index] for index in kept),
+        leaves=(*(times.leaves[index] for index in kept[:-1]), math.inf),
         complete=rest.complete,
     )
+
+
+def _crowded(robots: Sequence[Tracked], begun: Sequence[Committed]) -> list[bool]:
+    """Return which robots begin nearer to another one than robots keep from each other."""
+    at = np.array([start.points[-1] for start in begun], dtype=float).reshape(-1, 2)
+    radii = np.array([robot.said.radius for robot in robots])
+    between = np.hypot(*(at[:, None] - at[None]).transpose(2, 0, 1))
+    near = between < radii[:, None] + radii[None] + GAP
+    np.fill_diagonal(near, val=False)
+    return [bool(each) for each in near.any(axis=1)]

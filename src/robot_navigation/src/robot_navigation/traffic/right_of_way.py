@@ -52,6 +52,7 @@ STEP = 0.1  # distance between the points of paths that are compared [m]
 GAP = 0.10  # distance between the circles around two robots' footprints [m]
 MIN_GAP = 0.03  # the same between robots that are closer than `GAP` already [m]
 TOUCHING = 0.01  # robots nearer to each other than this only move apart [m]
+ROUTE_GAP = 0.05  # the same between robots that follow routes, which keep `GAP` by plan [m]
 HOLD = 0.15  # distance before another robot's path at which a robot waits [m]
 
 BEHIND = 0.1
@@ -136,7 +137,7 @@ class Announcement:
         goal: Where it is to go, frame map [m]; None without a goal.
         limits: How fast it can be.
         plan: The plan of the route that it follows; `NO_PLAN` without one.
-        passed: Number of the last place of that route that it has reached.
+        passed: The mark of that route that it has come to; see `mapf.route.Route`.
         waits_for: The robot for which it waits; empty if for none.
         obstacles: Obstacles in its way that are not on the map: x, y, radius, frame map [m].
     """
@@ -241,13 +242,15 @@ def _meeting(me: Announcement, other: Announcement) -> Meeting:
     left, low, right, high = other.box
     if left > x_max or right < x_min or low > y_max or high < y_min:
         return Meeting(other, math.inf, on_its_path=False, blocks_it=False)
+    planned = NO_PLAN not in (me.plan, other.plan)
     return Meeting(
         other,
         *_met(
             *me.samples,
             *other.samples,
             other.claim,
-            keep_apart(me.radius, other.radius),
+            me.radius + other.radius,
+            ROUTE_GAP if planned else GAP,
             goes_first(me, other),
         ),
     )
@@ -302,23 +305,23 @@ def _first(wanted: NDArray[np.bool_], marks: Array) -> float:
     return np.inf
 
 
-@compiled("float64(float64[::1], float64[::1], float64)")
-def _room_before(away: Array, marks: Array, apart: float) -> float:
+@compiled("float64(float64[::1], float64[::1], float64, float64)")
+def _room_before(away: Array, marks: Array, radii: float, gap: float) -> float:
     """Return how far a robot can go and keep its distance from a claim [m].
 
     A robot that is too close already may go where it comes no closer.
     """
-    if away[0] >= apart:
-        return _first(away < apart, marks) - STEP
+    if away[0] >= radii + gap:
+        return _first(away < radii + gap, marks) - STEP
     # Robots that try again and again must not come nearer bit by bit until they touch.
-    body = apart - GAP + TOUCHING
-    least = min(apart - GAP + MIN_GAP, max(away[0] - 0.005, min(away[0], body)))
+    body = radii + TOUCHING
+    least = min(radii + MIN_GAP, max(away[0] - 0.005, min(away[0], body)))
     return _first(away < least, marks) - STEP
 
 
 @compiled(
     "Tuple((float64, boolean, boolean))(float64[:, ::1], float64[::1], float64[:, ::1],"
-    " float64[::1], float64, float64, boolean)"
+    " float64[::1], float64, float64, float64, boolean)"
 )
 def _met(
     points: Array,
@@ -326,14 +329,16 @@ def _met(
     path: Array,
     path_marks: Array,
     claim: float,
-    apart: float,
+    radii: float,
+    gap: float,
     goes_first: bool,
 ) -> tuple[float, bool, bool]:
-    """Return what makes a `Meeting` of robots whose centres must stay `apart` [m]."""
+    """Return what makes a `Meeting` of robots of two radii, by their sum, with a gap [m]."""
+    apart = radii + gap
     nearest, claimed, place = _distances(
         points, path, int(np.sum(path_marks <= claim + STEP / 2)), apart
     )
-    room = _room_before(claimed, marks, apart)
+    room = _room_before(claimed, marks, radii, gap)
     if goes_first:
         return room, False, False
     if nearest[0] >= apart:
