@@ -184,7 +184,7 @@ class Navigator:
         goal = self.goal if keeper.route.complete else None
         self._moving_aside = False
         yaw = None if goal is None else goal.yaw
-        self._driver.start(path, yaw, settle_from=now if self.path is None else None)
+        self._driver.start(path, yaw, settle_from=None)
 
     def _goes_on(self, path: Path) -> bool:
         """Return whether a new path is what is left of the one that the robot drives along."""
@@ -219,6 +219,7 @@ class Navigator:
 
     def _start(self, now: float, points: list[Point], goal: Pose | None) -> None:
         """Take a path to a goal; None for a passing place."""
+        self._ends_at_goal = False
         self._moving_aside = goal is None
         self._driver.start(Path(points), None if goal is None else goal.yaw, settle_from=now)
 

@@ -7,6 +7,7 @@ later epoch begins with the stretches that the robots claim.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
@@ -43,6 +44,8 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.committed import Committed
     from robot_navigation.traffic.right_of_way import Announcement
 
+BACK = math.radians(150)  # a robot that turns by more goes back [rad]
+SHORT = 0.1  # a way that is not worth driving [m]
 PASSED = 100  # a robot this near before a mark has come to it [mm]
 
 
@@ -180,18 +183,7 @@ class Coordinator:
         waits = self._waits(robots, begun, drives, now)
         for robot, drive, waiting in zip(robots, drives, waits, strict=True):
             robot.give(replace(drive, waits=tuple(waiting)))
-        return tuple(
-            Route(
-                robot=robot.said.name,
-                plan=plan,
-                goal=robot.said.goal,
-                first=drive.marks[0],
-                places=drive.points,
-                waits=tuple(waiting),
-                complete=drive.complete,
-            )
-            for robot, drive, waiting in zip(robots, drives, waits, strict=True)
-        )
+        return tuple(_route(robot.said, robot.drive) for robot in robots if robot.drive)
 
     def _held(self, robot: Tracked) -> float:
         """Return the mark at which a robot has to wait now; infinite if at none."""
@@ -406,6 +398,33 @@ def _track(
     return tuple(track)
 
 
+def _route(said: Announcement, drive: Drive) -> Route:
+    """Return what a robot is told of its course: no more than up to where it turns back.
+
+    Where a path lies on itself nobody can say how far along it a robot is.
+    """
+    points = drive.points
+    headings = [
+        math.atan2(by - ay, bx - ax) for (ax, ay), (bx, by) in itertools.pairwise(points)
+    ]
+    backs = (
+        index
+        for index, (one, other) in enumerate(itertools.pairwise(headings), start=1)
+        if abs(math.remainder(other - one, math.tau)) > BACK
+        and math.dist(points[0], points[index]) > SHORT
+    )
+    end = next(backs, len(points) - 1)
+    return Route(
+        robot=said.name,
+        plan=drive.plan,
+        goal=said.goal,
+        first=drive.marks[0],
+        places=points[: end + 1],
+        waits=drive.waits,
+        complete=drive.complete and end == len(points) - 1,
+    )
+
+
 def _heading(begun: Committed, said: Announcement) -> float:
     """Return the heading with which a robot comes to the end of what is decided [rad]."""
     if len(begun.points) < 2 or begun.ahead == 0.0:  # noqa: PLR2004  (a line has two ends)
@@ -414,8 +433,8 @@ def _heading(begun: Committed, said: Announcement) -> float:
     return math.atan2(by - ay, bx - ax)
 
 
-def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetable:
-    """Return what is left of a course from a robot's start on.
+def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetable | None:
+    """Return what is left of a course from a robot's start on; None if it does not hold any more.
 
     Args:
         rest: The course.
@@ -428,6 +447,8 @@ def _timetable(rest: Drive, times: Times, agent: Agent, roadmap: int) -> Timetab
         places[-1] = agent.goal
     # Where an earlier course began between two places it goes straight on.
     kept = [index for index, place in enumerate(places) if place >= 0]
+    if len(kept) > 1 and math.dist(rest.points[0], rest.points[kept[1]]) < SHORT:
+        return None
     return Timetable(
         places=tuple(places[index] for index in kept),
         arrives=tuple(times.arrives[index] for index in kept),
