@@ -12,6 +12,7 @@ setup(
             "hive_lab.fault_schedules",
             "hive_lab.fleets",
             "hive_lab.live",
+            "hive_lab.mapf",
             "hive_lab.virtual",
             "hive_lab.windows",
         ],

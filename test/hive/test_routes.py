@@ -101,6 +101,19 @@ def test_it_waits_at_a_place_until_the_other_robot_has_passed():
     assert traffic.outcomes["a"].reached
 
 
+def test_a_robot_whose_goal_is_dropped_waits_for_nobody():
+    script = Script(route("a", *DETOUR, waits=[Wait(1, "b", 1)]))
+    simulation, traffic = lab(script)
+    traffic.send("a", (*DETOUR[-1], 0.0))
+
+    drive(simulation, traffic, 10.0)
+    assert script.said["a"].waits_for == "b"
+
+    traffic.navigators["a"].cancel()
+    drive(simulation, traffic, 1.0)
+    assert script.said["a"].waits_for == ""
+
+
 def test_a_route_that_is_not_complete_is_followed_to_its_end_and_then_on():
     goal = DETOUR[-1]
     script = Script(route("a", *DETOUR[:2], goal=goal, complete=False))

@@ -13,7 +13,8 @@ from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
-from robot_navigation.control.navigator import MAX_ROUND
+from robot_navigation.control.driver import MAX_ROUND
+from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.traffic.neighbourhood import Neighbourhood
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
@@ -202,7 +203,7 @@ def test_an_obstacle_in_the_only_door_aborts_the_goal_and_is_located():
 def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
     simulation, traffic = lab(LAB)
     random = np.random.default_rng(5)
-    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
+    field = ClearanceField.of(load_map("lab"))
     reached = 0
     while simulation.time < 150.0:
         for name, navigator in traffic.navigators.items():
@@ -219,7 +220,7 @@ def test_four_robots_with_random_goals_reach_them_all_and_touch_nothing():
 def test_four_robots_whose_processes_are_held_up_again_and_again_touch_nothing():
     simulation, traffic = lab(LAB)
     random = np.random.default_rng(5)
-    field = traffic.navigators["robot1"]._field  # noqa: SLF001  (the map, to draw goals on)
+    field = ClearanceField.of(load_map("lab"))
     goes_on = dict.fromkeys(LAB, 0.0)
     while simulation.time < 120.0:
         for name, navigator in traffic.navigators.items():

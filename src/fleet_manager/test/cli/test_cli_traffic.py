@@ -8,7 +8,7 @@ import pytest
 
 from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
-from fleet_manager.client.traffic import RobotWait, SlowPlace, TrafficState, ZoneCommand
+from fleet_manager.client.traffic import Lock, RobotWait, SlowPlace, TrafficState, ZoneCommand
 from fleet_manager.testing import FakeLink
 
 BUSY = TrafficState(
@@ -18,11 +18,13 @@ BUSY = TrafficState(
     zones=("door", "hall"),
     closed=("hall",),
     waits=(
-        RobotWait("robot3", "robot1", 4.0, 2.5, 92.0),
-        RobotWait("robot2", "robot3", 5.0, 2.5, 30.0),
+        RobotWait("robot3", "robot1", 4.0, 2.5, 92.0, "at the dock"),
+        RobotWait("robot2", "robot3", 5.0, 2.5, 30.0, "at (5.0, 2.5)"),
     ),
-    slowest=(SlowPlace(4.2, 2.6, 95.0, 7),),
-    deadlocks=2,
+    slowest=(SlowPlace(4.2, 2.6, 95.0, 7, "near the dock"),),
+    locks=(Lock("held", ("robot2",), 60.0, "robot2 stands at the dock"),),
+    counts={"circle": 2, "blocked": 0, "held": 1},
+    unreached={"robot1": ("shelf", "dock")},
 )
 QUIET = TrafficState(epoch=4001, time=100.0, robots=("robot1",))
 
@@ -68,17 +70,27 @@ def test_traffic_shows_who_waits_for_whom_where_and_how_long_the_longest_first(t
 
     assert code == 0
     assert lines[0].split() == ["ROBOT", "WAITS", "FOR", "PLACE", "FOR"]
-    assert lines[1].split() == ["robot2", "robot3", "5.0,", "2.5", "1", "min", "10", "s"]
-    assert lines[2].split() == ["robot3", "robot1", "4.0,", "2.5", "8", "s"]
+    assert lines[1].split() == ["robot2", "robot3", "at", "(5.0,", "2.5)", "1", "min", "10", "s"]
+    assert lines[2].split() == ["robot3", "robot1", "at", "the", "dock", "8", "s"]
 
 
-def test_traffic_shows_closed_zones_slow_places_and_circles(terminal):
+def test_traffic_shows_closed_zones_and_slow_places(terminal):
     terminal.say(BUSY)
     _, out, _ = terminal("traffic")
 
     assert "closed zones: hall\n" in out
-    assert "4.2, 2.6    1 min 35 s  7\n" in out
-    assert "in a circle 2 times" in out
+    assert "4.2, 2.6    near the dock  1 min 35 s  7\n" in out
+
+
+def test_traffic_shows_who_cannot_go_on_what_is_out_of_reach_and_how_often(terminal):
+    terminal.say(BUSY)
+    _, out, _ = terminal("traffic")
+
+    assert out.splitlines()[-3:] == [
+        "cannot go on for 40 s: robot2 stands at the dock",
+        "robot1 cannot reach shelf, dock",
+        "locks so far: circle 2, held 1",
+    ]
 
 
 def test_traffic_that_flows_is_said_in_one_line(terminal):
@@ -99,11 +111,18 @@ def test_traffic_as_json_has_numbers_in_metres_and_seconds(terminal):
         "waits_for": "robot1",
         "x": 4.0,
         "y": 2.5,
+        "where": "at the dock",
         "for": 8.0,
     }
     assert data["zones"] == [{"name": "door", "closed": False}, {"name": "hall", "closed": True}]
-    assert data["slowest"] == [{"x": 4.2, "y": 2.6, "waited": 95.0, "waits": 7}]
-    assert data["deadlocks"] == 2
+    assert data["slowest"] == [
+        {"x": 4.2, "y": 2.6, "where": "near the dock", "waited": 95.0, "waits": 7}
+    ]
+    assert data["locks"] == [
+        {"kind": "held", "robots": ["robot2"], "for": 40.0, "text": "robot2 stands at the dock"}
+    ]
+    assert data["locks_so_far"] == {"circle": 2, "blocked": 0, "held": 1}
+    assert data["unreached"] == {"robot1": ["shelf", "dock"]}
     assert data["robots"] == list(BUSY.robots)
 
 

@@ -7,13 +7,13 @@ import pytest
 
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from fleet_manager.client.hive_state import PLANNER_SILENCE, HiveState
-from fleet_manager.client.traffic import LONG, RobotWait, TrafficState
+from fleet_manager.client.traffic import LONG, Lock, RobotWait, TrafficState
 from fleet_manager.client.words import Severity
 from hive_common.pose import Pose
 
 STATUS = RobotStatus("robot3", RobotState.BUSY, Pose(4.0, 2.5), 0.8)
 FLOWS = TrafficState(epoch=4001, time=100.0, zones=("door",))
-WAITS = replace(FLOWS, waits=(RobotWait("robot3", "robot1", 4.0, 2.5, 95.0),))
+WAITS = replace(FLOWS, waits=(RobotWait("robot3", "robot1", 4.0, 2.5, 95.0, "at the north door"),))
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def texts(hive):
 def test_a_robot_that_waits_says_for_whom_and_where(hive):
     hive.take_in(WAITS)
 
-    assert hive.robots["robot3"].reason == "waits for robot1 at (4.0, 2.5)"
+    assert hive.robots["robot3"].reason == "waits for robot1 at the north door"
     assert hive.take_changes().robots == {"robot3"}
 
 
@@ -40,7 +40,7 @@ def test_it_still_waits_after_its_next_report(hive):
     hive.take_in(WAITS)
     hive.take_in(STATUS)
 
-    assert hive.robots["robot3"].reason == "waits for robot1 at (4.0, 2.5)"
+    assert hive.robots["robot3"].reason == "waits for robot1 at the north door"
 
 
 def test_a_reason_of_its_own_comes_first(hive):
@@ -62,21 +62,54 @@ def test_a_short_wait_is_no_event_and_a_long_one_is_one(hive):
         hive.take_in(replace(WAITS, time=100.0 + passed))
     events = hive.take_changes().events
 
-    said = f"robot3 waits for robot1 at (4.0, 2.5) for more than {LONG:g} s"
+    said = f"robot3 waits for robot1 at the north door for more than {LONG:g} s"
     assert [event.text for event in events] == [said]
     assert events[0].severity is Severity.WARNING
 
 
-def test_a_circle_of_waiting_robots_is_told(hive):
-    hive.take_in(replace(WAITS, deadlocks=1))
-
-    assert texts(hive) == ["robots wait for each other in a circle, among robot3"]
+CIRCLE = Lock("circle", ("robot1", "robot3"), 95.0, "robot1 waits for robot3")
+HELD = Lock("held", ("robot3",), 60.0, "robot3 stands at the north door")
 
 
-def test_circles_that_another_planner_has_counted_are_not_told_again(hive):
-    hive.take_in(replace(FLOWS, epoch=5001, deadlocks=3))
+@pytest.mark.parametrize("lock", [CIRCLE, HELD, replace(HELD, kind="blocked")])
+def test_robots_that_cannot_go_on_are_told_once(hive, lock):
+    for passed in range(3):
+        hive.take_in(replace(FLOWS, time=100.0 + passed, locks=(lock,)))
+    events = hive.take_changes().events
+
+    assert [event.text for event in events] == [f"cannot go on: {lock.text}"]
+    assert events[0].severity is Severity.WARNING
+
+
+def test_another_planner_that_finds_the_same_lock_is_no_event(hive):
+    hive.take_in(replace(FLOWS, locks=(CIRCLE,)))
+    hive.take_changes()
+    hive.take_in(replace(FLOWS, epoch=5001, locks=(CIRCLE,)))
 
     assert texts(hive) == []
+
+
+def test_a_robot_that_is_held_says_where(hive):
+    hive.take_in(replace(FLOWS, locks=(HELD,)))
+
+    assert hive.robots["robot3"].reason == "stands at the north door"
+
+
+def test_a_long_wait_of_a_robot_that_is_locked_is_not_told_twice(hive):
+    hive.take_in(replace(WAITS, time=180.0, locks=(CIRCLE,)))
+
+    assert texts(hive) == ["cannot go on: robot1 waits for robot3"]
+
+
+def test_places_that_a_robot_cannot_reach_are_told_with_both_names():
+    hive = HiveState()
+    hive.take_in(replace(FLOWS, unreached={"robot1": ("test cell",)}))
+    hive.take_in(replace(FLOWS, unreached={"robot1": ("dock", "test cell")}))
+
+    assert [text for text in texts(hive) if "reach" in text] == [
+        "robot1 cannot reach test cell",
+        "robot1 cannot reach dock",
+    ]
 
 
 def test_zones_that_close_and_open_are_told(hive):

@@ -5,9 +5,10 @@ import xml.etree.ElementTree as ET
 import pytest
 import yaml
 
-from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.fleet_file import check_zones_on_map, read_fleet
 from fleet_manager.config.fleet_launch import launch_text
 from hive_common.errors import FileError
+from hive_common.landmark import Landmark
 from hive_common.structuring import structure
 from hive_common.zone import Zone
 
@@ -222,7 +223,11 @@ def test_the_traffic_planner_is_told_the_zones_as_they_were_read(tmp_path):
         ("at-most", "fast", r":4: zones\[1\].kind: 'fast'; allowed: one-way \| keep-out \| slow"),
         ("robots: 1", "robots: 0", r":6: zones\[1\].robots: 0; allowed: a number of robots, at"),
         ("    robots: 1\n", "", r":3: zones\[1\].robots: missing; allowed: a number of robots"),
-        ("robots: 1", "robots: 1\n    speed: 0.3", r":7: zones\[1\].speed: 0.3; .*in a slow zone"),
+        (
+            "robots: 1",
+            "robots: 1\n    speed: 0.3",
+            r":7: zones\[1\].speed: 0.3; .*the kind slow",
+        ),
         ("direction: 3.14", "direction: 90", r":2: zones\[0\].direction: 90; .*\[rad\]"),
         ("[5, 4], [5, 5]", "[5, 4]", r":5: zones\[1\].corners: .*at least 3 corners \[x, y\]"),
         ("[5, 5]", "[5]", r":5: zones\[1\].corners\[2\]: .*\[x, y\] in the map frame \[m\]"),
@@ -325,3 +330,26 @@ def test_real_robots_and_those_of_a_fleet_that_says_so_share_no_process(crowd, s
 
     assert hosts_of(root) == []
     assert len(root.findall("include")) == 13
+
+
+def test_a_zone_beside_the_map_is_refused_with_where_the_map_is(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(ZONES + GOOD, encoding="utf-8")
+    fleet = read_fleet(str(path))
+
+    check_zones_on_map(fleet, (0.0, 0.0, 20.0, 12.0))
+    check_zones_on_map(fleet, (4.5, 1.5, 20.0, 12.0))
+    with pytest.raises(FileError, match=r":5: zones\[1\].corners: x 4..5, .*allowed: x 0..3, "):
+        check_zones_on_map(fleet, (0.0, 0.0, 3.0, 12.0))
+
+
+def test_the_traffic_planner_is_told_the_landmarks(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(GOOD, encoding="utf-8")
+    landmark = Landmark(name="the north door", at=(5.0, 6.1), is_goal=False)
+
+    text = launch_text(read_fleet(str(path)), sim=True, landmarks=[landmark])
+    root = ET.fromstring(text)  # noqa: S314  (made here)
+
+    told = yaml.safe_load(root.find("rosparam[@param='/traffic_planner/places']").text)
+    assert structure(told, tuple[Landmark, ...]) == (landmark,)

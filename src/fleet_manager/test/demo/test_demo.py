@@ -14,12 +14,13 @@ from blackboard.domain.task import TaskState
 from fleet_manager.client.client import HiveClient
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
+from fleet_manager.client.traffic import RobotWait, TrafficState
 from fleet_manager.client.words import update_event
 from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.history import History, Span
 from fleet_manager.demo.local_hive import wait_for_everyone
-from fleet_manager.demo.picture import draw_run
+from fleet_manager.demo.picture import congestion, draw_run
 from fleet_manager.demo.progress import Progress
 from fleet_manager.demo.report import Clocks, make_report, not_done
 from fleet_manager.demo.runner import DemoPlan, DemoRun
@@ -271,6 +272,46 @@ def test_the_picture_is_drawn_even_where_some_robots_never_moved(plan, tmp_path)
 
     with Image.open(tmp_path / "picture.png") as picture:
         assert min(picture.size) > 900
+
+
+def waiting(time, *places):
+    waits = tuple(RobotWait("robot1", "robot2", *place, 0.0, "") for place in places)
+    return TrafficState(1, time, waits=waits)
+
+
+def test_the_time_that_robots_wait_is_counted_where_they_stand():
+    history = History(0.0)
+    history.add(0.0, waiting(10.0, (1.2, 2.6)))
+    history.add(0.0, waiting(11.0, (1.3, 2.9), (7.0, 2.0)))
+    history.add(0.0, waiting(12.5, (1.3, 2.9)))
+    history.add(0.0, waiting(50.0, (1.3, 2.9)))
+
+    assert history.waited == {(2, 5): 2.5, (14, 4): 1.0}
+
+
+def test_congestion_is_drawn_where_robots_waited_and_adds_up_to_the_time():
+    history = History(0.0)
+    history.waited[16, 4] = 90.0
+    chart = GridMap.of_blocked(np.zeros((240, 400), dtype=bool), 0.05)
+    heat = congestion(history, chart)
+
+    assert np.unravel_index(heat.argmax(), heat.shape) == (4, 16)
+    assert heat.sum() * 0.5**2 == pytest.approx(90.0, rel=1e-3)
+    assert congestion(History(0.0), chart) is None
+
+
+def test_a_picture_of_a_run_with_waits_has_warm_colours_where_robots_waited(plan, tmp_path):
+    chart = GridMap.of_blocked(np.zeros((240, 400), dtype=bool), 0.05)
+    reds = []
+    for name, seconds in (("cold", 0.0), ("warm", 90.0)):
+        report, history = made_report(plan)
+        history.waited[20, 18] = seconds
+        draw_run(tmp_path / f"{name}.png", report, history, chart)
+        with Image.open(tmp_path / f"{name}.png") as picture:
+            red, _, blue = (np.asarray(each, dtype=int) for each in picture.convert("RGB").split())
+        reds.append(int(np.sum(red - blue > 100)))
+
+    assert reds[1] > reds[0] + 1000
 
 
 def test_progress_in_a_terminal_is_drawn_over_itself_with_a_line_per_robot_and_a_bar():

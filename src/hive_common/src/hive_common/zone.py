@@ -80,7 +80,7 @@ class Zone:
             if kind == self.kind and given is None:
                 raise NotAllowedError((key,), f"missing; allowed: {rule.text}")
             if kind != self.kind and given is not None:
-                problem = f"{given:g}; allowed: only in a {kind} zone, and this one is {self.kind}"
+                problem = f"{given:g}; allowed: only in zones of the kind {kind}, not {self.kind}"
                 raise NotAllowedError((key,), problem)
         area = abs(_area(self.corners))
         if _crosses_itself(self.corners) or area < MIN_AREA:

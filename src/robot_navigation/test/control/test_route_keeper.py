@@ -2,6 +2,7 @@
 """A robot takes a route that holds what it cannot avoid, and waits for whom the route says."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -91,6 +92,37 @@ def test_an_older_plan_does_not_replace_a_newer_one(keeper):
     assert keeper.plan == PLAN
 
 
+def test_plans_that_are_counted_from_the_beginning_again_are_taken_after_a_silence(keeper):
+    keeper.hear([route(plan=PlanNumber(4003, 70))], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+    again = [route(plan=PlanNumber(1001, number)) for number in (1, 2, 3)]
+
+    keeper.hear([again[0]], now=SILENCE - 0.1)
+    assert keeper.offer(GOAL, HERE, []) is None
+    for number, later in ((1, 0.0), (2, 1.0)):
+        keeper.hear([again[number]], now=SILENCE + later)
+        assert keeper.offer(GOAL, HERE, []) is not None
+        assert keeper.plan == again[number].plan
+
+
+def test_a_route_without_places_leaves_the_robot_alone_at_once(keeper):
+    keeper.hear([route()], now=0.0)
+    alone = replace(route(plan=PlanNumber(3, 8)), places=())
+    keeper.hear([alone], now=1.0)
+
+    assert not keeper.is_guided(1.0)
+    assert keeper.offer(GOAL, HERE, []) is None
+    keeper.hear([route(plan=PlanNumber(3, 9))], now=2.0)
+    assert keeper.is_guided(2.0)
+
+
+def test_a_plan_that_is_heard_once_more_guides_nobody(keeper):
+    keeper.hear([route()], now=0.0)
+    keeper.hear([route()], now=SILENCE)
+
+    assert not keeper.is_guided(SILENCE)
+
+
 def test_it_counts_the_places_that_it_reaches(keeper):
     keeper.hear([route()], now=0.0)
     keeper.offer(GOAL, HERE, [])
@@ -141,3 +173,14 @@ def test_a_planner_that_is_silent_guides_no_more(keeper):
 
     assert keeper.is_guided(SILENCE - 0.1)
     assert not keeper.is_guided(SILENCE)
+
+
+def test_a_robot_that_plans_leave_out_is_guided_no_more(keeper):
+    keeper.hear([route()], now=0.0)
+    keeper.hear([route(robot="other", plan=PlanNumber(3, 8))], now=SILENCE)
+
+    assert not keeper.is_guided(SILENCE)
+    keeper.hear([route(plan=PlanNumber(3, 7))], now=SILENCE)
+    assert not keeper.is_guided(SILENCE)
+    keeper.hear([route(plan=PlanNumber(3, 9))], now=SILENCE)
+    assert keeper.is_guided(SILENCE)

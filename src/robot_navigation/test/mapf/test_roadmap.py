@@ -15,14 +15,15 @@ from scipy.sparse import csgraph
 
 from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
+from hive_common.zone import Zone
 from hive_lab.bench.plan import ShortestPaths, path_length, random_pairs
-from hive_lab.fleets.sites import hall
+from hive_lab.fleets import sites
 from hive_lab.mapf.joined_map import with_ends
 from robot_navigation.mapf.ends import joined_ends
+from robot_navigation.mapf.reachability import unreached
 from robot_navigation.mapf.roadmap import Roadmap, need
 from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
-from simenv.world.draw_map import draw_map
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array
@@ -61,16 +62,10 @@ def rooms(door: float) -> GridMap:
     return GridMap.of_blocked(blocked, 0.05)
 
 
-def a_hall() -> GridMap:
-    grid = draw_map(hall.world())
-    grid.cells[grid.cells < 0] = 0
-    return grid
-
-
 FIELDS = {
     "warehouse": lambda: drawn(WAREHOUSE),
     "lab": lambda: load_map("lab"),
-    "hall": a_hall,
+    "hall": lambda: sites.hall().grid,
     "narrow door": lambda: rooms(1.2),
 }
 FLEETS = {
@@ -251,6 +246,26 @@ def path_on(
     while chain[-1] != begin and chain[-1] >= 0:
         chain.append(came[chain[-1]])
     return joined.places[chain[::-1]] if chain[-1] == begin else np.empty((0, 2))
+
+
+DOORS = {
+    "lower": ((9.4, 2.4), (10.6, 2.4), (10.6, 4.0), (9.4, 4.0)),
+    "upper": ((9.4, 8.0), (10.6, 8.0), (10.6, 9.6), (9.4, 9.6)),
+}
+"""Of the lab; each is 1.2 m wide, and every robot fits through both."""
+
+
+@pytest.mark.parametrize("radii", [FLEETS["hall"], FLEETS["lab"], (MIR100,)])
+@pytest.mark.parametrize("shut", DOORS)
+def test_a_second_door_has_lanes_for_every_robot_too(radii: tuple[float, ...], shut: str) -> None:
+    field = ClearanceField.of(load_map("lab"))
+    door = Zone(name=shut, kind="keep-out", corners=DOORS[shut], closed=True)
+    roadmap = build_roadmap(field, radii, [door])
+    rooms = {"east": (13.0, 5.5), "west": (6.5, 5.0)}
+
+    for radius in radii:
+        assert unreached(roadmap, field, radius, rooms["west"], rooms) == []
+        assert unreached(roadmap, field, radius, rooms["east"], rooms) == []
 
 
 def test_robots_start_and_end_exactly_where_they_are() -> None:

@@ -146,7 +146,13 @@ def test_a_plan_for_nobody_arrives_without_routes():
     assert routes_from_msg(sent(Routes(epoch=4, number=17))) == (PlanNumber(4, 17), ())
 
 
-@pytest.mark.parametrize("places", [(), ((math.nan, 2.0),)], ids=["none", "not finite"])
+def test_a_route_without_places_arrives_as_one():
+    alone = replace(ROUTE, places=(), waits=())
+
+    assert routes_from_msg(routes_to_msg(ROUTE.plan, [alone], 12.5, "map"))[1][0].places == ()
+
+
+@pytest.mark.parametrize("places", [((math.nan, 2.0),), ((1.0, math.inf),)])
 def test_a_route_without_usable_places_is_refused_with_plan_and_robot(places):
     message = routes_to_msg(ROUTE.plan, [replace(ROUTE, places=places)], 12.5, "map")
 

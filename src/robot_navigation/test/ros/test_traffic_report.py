@@ -3,14 +3,17 @@
 
 import pytest
 
+from hive_common.landmark import Landmark
 from robot_navigation.ros.traffic_report import (
     LONG,
     MOST_PLACES,
     WINDOW,
     TrafficReport,
     Waiting,
-    cycles,
 )
+from robot_navigation.traffic.deadlock import CIRCLE_AFTER, Kind, LockWatch
+from robot_navigation.traffic.landmarks import Landmarks
+from robot_navigation.traffic.right_of_way import Announcement, no_right
 
 
 def waits(*pairs, since=0.0, x=1.0, y=1.0):
@@ -18,49 +21,56 @@ def waits(*pairs, since=0.0, x=1.0, y=1.0):
     return [Waiting(robot, other, x, y, since) for robot, other in pairs]
 
 
-@pytest.mark.parametrize(
-    ("pairs", "found"),
-    [
-        ([], []),
-        (["ab"], []),
-        (["ab", "bc"], []),
-        (["ab", "ba"], ["ab"]),
-        (["ab", "bc", "ca"], ["abc"]),
-        (["da", "ab", "bc", "ca"], ["abc"]),
-        (["ab", "ba", "cd", "dc", "ea"], ["ab", "cd"]),
-        (["aa"], ["a"]),
-    ],
-)
-def test_robots_that_wait_in_a_circle_are_found_without_those_that_wait_for_them(pairs, found):
-    assert cycles(waits(*pairs)) == {frozenset(each) for each in found}
+@pytest.fixture
+def watch():
+    return LockWatch()
 
 
-def test_a_circle_counts_once_however_long_it_lasts():
-    report = TrafficReport()
-    for now in range(20):
-        report.note(float(now), waits("ab", "ba"))
-
-    assert report.deadlocks == 1
+@pytest.fixture
+def report(watch):
+    return TrafficReport(Landmarks([Landmark(name="the dock", at=(1.0, 1.0))]), watch)
 
 
-def test_a_circle_that_comes_again_counts_again():
-    report = TrafficReport()
-    for now, who in enumerate((["ab", "ba"], [], ["ab", "ba"])):
-        report.note(float(now), waits(*who))
+def test_robots_that_cannot_go_on_are_told_and_counted(report, watch):
+    for now in (0.0, CIRCLE_AFTER):
+        for name, other in ("ab", "ba"):
+            here = (1.0, 1.0)
+            watch.hear(
+                Announcement(
+                    name,
+                    now,
+                    *here,
+                    0.4,
+                    no_right(name),
+                    (here,),
+                    0.0,
+                    stationary=False,
+                    waits_for=other,
+                )
+            )
+        watch.look(now)
+    report.note(CIRCLE_AFTER, waits("ab", "ba"))
 
-    assert report.deadlocks == 2
-    assert report.cycles == {frozenset("ab")}
+    (lock,) = report.locks
+    assert lock.text == "a waits for b at the dock, b waits for a at the dock"
+    assert (lock.kind, lock.robots) == (Kind.CIRCLE, ("a", "b"))
+    assert report.counts[Kind.CIRCLE] == 1
 
 
-def test_only_robots_that_wait_for_long_stand():
-    report = TrafficReport()
+def test_who_waits_is_told_with_the_name_of_the_place(report):
+    report.note(1.0, waits("ab"))
+
+    assert [wait.where for wait in report.waits] == ["at the dock"]
+    assert [place.where for place in report.slowest()] == ["at the dock"]
+
+
+def test_only_robots_that_wait_for_long_stand(report):
     report.note(LONG + 5.0, [*waits("ab", since=1.0), *waits("cd", since=20.0)])
 
     assert [wait.robot for wait in report.standing()] == ["a"]
 
 
-def test_the_time_that_robots_have_waited_at_a_place_is_added_up():
-    report = TrafficReport()
+def test_the_time_that_robots_have_waited_at_a_place_is_added_up(report):
     for now in range(10, 21):
         report.note(float(now), [*waits("ab", since=10.0), *waits("cb", since=15.5, x=1.4)])
     (place,) = report.slowest()
@@ -70,8 +80,7 @@ def test_the_time_that_robots_have_waited_at_a_place_is_added_up():
     assert 1.0 < place.x < 1.4
 
 
-def test_the_slowest_places_come_first_and_are_few():
-    report = TrafficReport()
+def test_the_slowest_places_come_first_and_are_few(report):
     for now in range(30):
         there = [Waiting(f"r{n}", "a", 10.0 * n, 0.0, 0.0) for n in range(20) if now <= 1 + n]
         report.note(float(now), there)
@@ -81,8 +90,7 @@ def test_the_slowest_places_come_first_and_are_few():
     assert xs[:3] == [190.0, 180.0, 170.0]
 
 
-def test_what_was_long_ago_is_forgotten():
-    report = TrafficReport()
+def test_what_was_long_ago_is_forgotten(report):
     report.note(0.0, waits("ab"))
     report.note(5.0, waits("ab"))
     report.note(WINDOW + 6.0, [])
@@ -90,8 +98,7 @@ def test_what_was_long_ago_is_forgotten():
     assert report.slowest() == []
 
 
-def test_after_the_clock_was_set_back_waiting_is_counted_anew():
-    report = TrafficReport()
+def test_after_the_clock_was_set_back_waiting_is_counted_anew(report):
     report.note(500.0, waits("ab", since=400.0))
     report.note(1.0, [])
     report.note(2.0, waits("ab", since=1.5))

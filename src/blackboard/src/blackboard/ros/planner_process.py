@@ -88,9 +88,11 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
     """Have the traffic planner run while a member leads; `hive` ends in a slash.
 
     ROS Subscribers: `traffic_state` (robot_description/TrafficState).
-    ROS Parameters: `traffic_planner/zones` of the hive, read once: a new master knows none.
+    ROS Parameters: `traffic_planner/zones` and `traffic_planner/places` of the hive, read once: a
+        new master knows none.
     """
     zones = rospy.get_param(f"{hive}traffic_planner/zones", [])
+    places = rospy.get_param(f"{hive}traffic_planner/places", [])
     shut = [str(zone["name"]) for zone in zones if zone.get("closed")]
     last = _LastWord(hive, shut, talker.now)
 
@@ -98,7 +100,7 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
         return node.epoch if node.may_act() else None
 
     def launch(epoch: int) -> PlannerProcess:
-        known = {"epoch": epoch, "zones": zones, "closed": last.closed}
+        known = {"epoch": epoch, "zones": zones, "closed": last.closed, "places": places}
         return PlannerProcess(hive, [f"_{k}:={json.dumps(v)}" for k, v in known.items()])
 
     keeper = PlannerKeeper(talker, leads, last.at, launch)

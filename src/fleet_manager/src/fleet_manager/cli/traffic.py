@@ -11,7 +11,7 @@ import click
 from fleet_manager.cli.context import ZONE_NAME, pass_context
 from fleet_manager.client import tables
 from fleet_manager.client.client import HiveClient
-from fleet_manager.client.traffic import traffic_data
+from fleet_manager.client.traffic import lock_lines, traffic_data
 
 if TYPE_CHECKING:
     from fleet_manager.cli.context import CliContext
@@ -24,9 +24,10 @@ _zone_name = click.argument("name", metavar="NAME", type=ZONE_NAME)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
 @pass_context
 def traffic(context: CliContext, as_json: bool) -> None:
-    """Show who waits for whom, which zones are closed, and the slowest places.
+    """Show who waits for whom, closed zones, the slowest places, and who cannot go on.
 
-    Places are in m in the map frame; the slowest places are those of the last ten minutes.
+    Coordinates are in m in the map frame; the slowest places are those of the last ten minutes.
+    Robots cannot go on if they wait in a circle, or make no progress.
 
     \b
     Examples:
@@ -85,6 +86,5 @@ def _tables(state: TrafficState) -> list[str]:
         lines += ["", f"closed zones: {', '.join(state.closed) or 'none'}"]
     if state.slowest:
         lines += ["", *tables.slow_places_table(state)]
-    if state.deadlocks:
-        lines += ["", f"robots have waited for each other in a circle {state.deadlocks} times"]
-    return lines
+    locks = lock_lines(state)
+    return [*lines, "", *locks] if locks else lines

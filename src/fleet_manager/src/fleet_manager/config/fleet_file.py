@@ -176,3 +176,24 @@ def _check_starts(path: Path, robots: tuple[FleetRobot, ...], models: list[Robot
                     f"their bases need at least {needed:.2f} m"
                 )
                 raise error_at(path, ("robots", index, "pose"), problem)
+
+
+def check_zones_on_map(fleet: Fleet, bounds: tuple[float, float, float, float]) -> None:
+    """Refuse a zone that lies beside the map: most often its corners are in other units.
+
+    Args:
+        fleet: A fleet file.
+        bounds: x_min, y_min, x_max, y_max of the map, frame map [m].
+
+    Raises:
+        hive_common.errors.FileError: A zone has no part on the map.
+    """
+    x_min, y_min, x_max, y_max = bounds
+    for index, zone in enumerate(fleet.zones):
+        xs, ys = zip(*zone.corners, strict=True)
+        if max(xs) <= x_min or min(xs) >= x_max or max(ys) <= y_min or min(ys) >= y_max:
+            problem = (
+                f"x {min(xs):g}..{max(xs):g}, y {min(ys):g}..{max(ys):g} [m] is beside the map; "
+                f"allowed: x {x_min:g}..{x_max:g}, y {y_min:g}..{y_max:g}"
+            )
+            raise error_at(fleet.path, ("zones", index, "corners"), problem)

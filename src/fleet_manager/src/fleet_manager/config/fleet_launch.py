@@ -13,9 +13,10 @@ from blackboard.costing.cost import measure_for
 from robot_description.models import model_path
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from fleet_manager.config.fleet_file import Fleet, FleetRobot
+    from hive_common.landmark import Landmark
     from hive_common.zone import Zone
 
 
@@ -23,18 +24,20 @@ MOST_HOSTED = 10
 """Robots in one process: in Python, one process uses at most one core (docs/decisions/092)."""
 
 
-def launch_text(fleet: Fleet, *, sim: bool) -> str:
+def launch_text(fleet: Fleet, *, sim: bool, landmarks: Sequence[Landmark] = ()) -> str:
     """Return the launch file that starts a fleet's blackboard and robots.
 
     It sets the parameters that robots need which join later, includes `blackboard.launch`, then
     `robot.launch` for each robot, in the fleet's order. With `sim`, robots are simulated; unless
     the fleet says otherwise, `robot_host` nodes then take the place of `robot.launch`.
+    `landmarks` are what the building's places are called.
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
         lines.append(f'  <param name="/fleet/{name}" type="str" value="{value}"/>')
     lines += _charging(fleet)
     lines.append(_yaml("/traffic_planner/zones", [_zone(zone) for zone in fleet.zones]))
+    lines.append(_yaml("/traffic_planner/places", [attrs.asdict(each) for each in landmarks]))
     blackboard = {
         "decision": fleet.decision,
         "improve_by": measure_for(fleet.cost_model),

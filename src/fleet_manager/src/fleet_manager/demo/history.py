@@ -6,8 +6,9 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass, field
-from math import hypot
+from math import floor, hypot
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.task_list import TaskList
@@ -15,11 +16,15 @@ from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
 from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
+from fleet_manager.client.traffic import TrafficState
 
 if TYPE_CHECKING:
     from fleet_manager.client.reports import Report
 
 _PATH_GRAIN = 0.05  # distance between two recorded places [m]: one cell of a map
+
+WAIT_GRAIN = 0.5  # side of the squares by which waiting is counted [m]
+_LONGEST_GAP = 20.0  # what is told once a second on the wall is that old in a fast simulation [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +82,9 @@ class History:
         self.tracks: dict[str, RobotTrack] = {}  # what each robot did, by name
         self.spans: list[Span] = []  # which robot worked on which task, in the order they began
         self.collisions = 0  # the number of collisions
+        # How long robots waited for each other [s], by square: x and y over WAIT_GRAIN, map frame.
+        self.waited: dict[tuple[int, int], float] = defaultdict(float)
+        self._traffic_told: float | None = None  # [s, hive's time]
         self._start = start
 
     def add(self, time: float, report: Report) -> None:
@@ -88,6 +96,8 @@ class History:
             self._track(report.robot).discharge_to(report)
         elif isinstance(report, Collisions):
             self.collisions = report.total
+        elif isinstance(report, TrafficState):
+            self._count_waits(report)
         elif isinstance(report, RobotStatus):
             self._track(report.robot_id).charges.append((now, report.charge))
         elif isinstance(report, TaskUpdate):
@@ -103,6 +113,15 @@ class History:
 
     def _track(self, robot: str) -> RobotTrack:
         return self.tracks.setdefault(robot, RobotTrack())
+
+    def _count_waits(self, state: TrafficState) -> None:
+        """Count the time since the traffic planner spoke last for all that wait now."""
+        before, self._traffic_told = self._traffic_told, state.time
+        if before is None or not 0 < state.time - before <= _LONGEST_GAP:
+            return
+        for wait in state.waits:
+            square = floor(wait.x / WAIT_GRAIN), floor(wait.y / WAIT_GRAIN)
+            self.waited[square] += state.time - before
 
     def _note(self, now: float, task_id: str, state: TaskState, robot: str) -> None:
         """Record the state of a task; the same state twice changes nothing."""

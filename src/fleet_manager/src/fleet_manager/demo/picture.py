@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Draws a run: driven paths over the map, a timeline of tasks per robot, and the batteries."""
+"""Draws a run: driven paths over the map, a timeline of tasks per robot, and the batteries.
+
+Where a traffic planner has told who waits for whom, the map also shows where robots waited.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from scipy import ndimage
 
-from fleet_manager.demo.history import RobotTrack
+from fleet_manager.demo.history import WAIT_GRAIN, RobotTrack
 from hive_common.grid_map import UNKNOWN
 
 if TYPE_CHECKING:
@@ -19,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fleet_manager.demo.history import History
+    from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#5E4FA2")
@@ -29,6 +34,8 @@ _INK = "#333333"
 _INCHES = (14.0, 10.5)
 _DOTS_PER_INCH = 110
 _ROBOTS_IN_LEGEND = 12
+_SPREAD = 0.5  # by how much a place where a robot waited is blurred [m]
+_FULL_HEAT = 0.2  # what is less than this share of the most is the paler, the less it is
 
 
 def draw_run(path: Path, report: dict[str, Any], history: History, chart: GridMap) -> None:
@@ -68,6 +75,7 @@ def _draw_map(
         shade, cmap="gray_r", vmin=0, vmax=1, origin="lower", extent=(left, right, low, high),
         interpolation="nearest",
     )  # fmt: skip
+    _draw_waits(axes, history, chart)
     for index, robot in enumerate(report["robots"]):
         name = robot["name"]
         places = history.tracks.get(name, RobotTrack()).path
@@ -90,6 +98,41 @@ def _draw_map(
     axes.set_aspect("equal")
     if 0 < len(colours) <= _ROBOTS_IN_LEGEND:
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), frameon=False, fontsize=10)
+
+
+def _draw_waits(axes: Axes, history: History, chart: GridMap) -> None:
+    """Draw as a heat map where robots have waited for each other."""
+    heat = congestion(history, chart)
+    if heat is None:
+        return
+    left, low, right, high = chart.bounds
+    opaque = np.minimum(0.8, heat / (_FULL_HEAT * heat.max()))
+    drawn = axes.imshow(
+        heat, cmap="YlOrRd", vmin=0, alpha=opaque, origin="lower",
+        extent=(left, right, low, high), zorder=1.5,
+    )  # fmt: skip
+    bar = axes.figure.colorbar(drawn, ax=axes, shrink=0.5, pad=0.01, location="left")
+    bar.set_label("robots waited here [s per m²]", color=_INK)
+
+
+def congestion(history: History, chart: GridMap) -> Array | None:
+    """Return how long robots have waited for each other [s per m^2], in squares over the map.
+
+    The first row is at the lower edge. A robot stands on more than a point, so what is counted in
+    a square is spread around it. None if none has waited on the map.
+    """
+    left, low, right, high = chart.bounds
+    rows, columns = (max(1, round(span / WAIT_GRAIN)) for span in (high - low, right - left))
+    heat = np.zeros((rows, columns))
+    for (x, y), seconds in history.waited.items():
+        row = int((y + 0.5 - low / WAIT_GRAIN) // 1)
+        column = int((x + 0.5 - left / WAIT_GRAIN) // 1)
+        if 0 <= row < rows and 0 <= column < columns:
+            heat[row, column] += seconds
+    if not heat.any():
+        return None
+    spread: Array = ndimage.gaussian_filter(heat, _SPREAD / WAIT_GRAIN) / WAIT_GRAIN**2
+    return spread
 
 
 def _goal_labels(report: dict[str, Any]) -> dict[tuple[float, float], str]:

@@ -9,8 +9,14 @@ import click
 from attrs import evolve
 
 from blackboard.domain.settings import TRAFFIC
-from fleet_manager.config.fleet_file import PROCESSES, Charger, read_fleet
+from fleet_manager.config.fleet_file import (
+    PROCESSES,
+    Charger,
+    check_zones_on_map,
+    read_fleet,
+)
 from fleet_manager.config.fleet_launch import launch_text
+from fleet_manager.config.places import landmarks_of
 from fleet_manager.ros.launch_checked import become_roslaunch
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
@@ -23,7 +29,7 @@ _BAD_INPUT = 2
 @click.argument("fleet")
 @click.option("--sim", type=bool, default=True, show_default=True, help="Robots are simulated.")
 @click.option("--check", is_flag=True, help="Only check the files and print the launch file.")
-@click.option("--world", help="Where the chargers are: name in worlds/ or a path.")
+@click.option("--world", help="Where chargers and stations are: name in worlds/ or a path.")
 @click.option(
     "--processes",
     type=click.Choice(["", *PROCESSES]),
@@ -57,12 +63,14 @@ def launch_fleet(
             processes=processes or wanted.processes,
             traffic=traffic or wanted.traffic,
         )
-        if world is not None and sim:
-            there = tuple(Charger(name=p.name, pose=p.pose) for p in load_world(world).chargers)
+        building = load_world(world) if world is not None and sim else None
+        if building is not None:
+            there = tuple(Charger(name=p.name, pose=p.pose) for p in building.chargers)
             wanted = evolve(wanted, chargers=wanted.chargers or there)
-        text = launch_text(wanted, sim=sim)
+        landmarks = landmarks_of(building, wanted.chargers or ())
+        text = launch_text(wanted, sim=sim, landmarks=landmarks)
         if chart is not None:
-            load_map(chart)
+            check_zones_on_map(wanted, load_map(chart).bounds)
     except HiveError as error:
         click.echo(f"launch_fleet: {error}", err=True)
         sys.exit(_BAD_INPUT)

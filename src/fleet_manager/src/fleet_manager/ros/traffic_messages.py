@@ -10,7 +10,7 @@ import robot_description.msg as messages
 
 from blackboard.ros.codec.tables import Wire
 from fleet_manager.client.client import TRAFFIC_STATE
-from fleet_manager.client.traffic import RobotWait, SlowPlace, TrafficState, ZoneCommand
+from fleet_manager.client.traffic import Lock, RobotWait, SlowPlace, TrafficState, ZoneCommand
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,13 +27,25 @@ def state_from_msg(msg: messages.TrafficState) -> TrafficState:
         zones=tuple(msg.zones),
         closed=tuple(msg.closed),
         waits=tuple(
-            RobotWait(each.robot, each.waits_for, each.place.x, each.place.y, each.since)
+            RobotWait(
+                each.robot, each.waits_for, each.place.x, each.place.y, each.since, each.where
+            )
             for each in msg.waits
         ),
         slowest=tuple(
-            SlowPlace(each.place.x, each.place.y, each.waited, each.waits) for each in msg.slowest
+            SlowPlace(each.place.x, each.place.y, each.waited, each.waits, each.where)
+            for each in msg.slowest
         ),
-        deadlocks=msg.deadlocks,
+        locks=tuple(
+            Lock(each.kind, tuple(each.robots), each.since, each.text) for each in msg.locks
+        ),
+        counts={
+            messages.TrafficLock.CIRCLE: msg.deadlocks,
+            messages.TrafficLock.BLOCKED: msg.blocked,
+            messages.TrafficLock.OVERTAKEN: msg.overtaken,
+            messages.TrafficLock.HELD: msg.held,
+        },
+        unreached={each.robot: tuple(each.places) for each in msg.unreached},
     )
 
 

@@ -75,6 +75,13 @@ if TYPE_CHECKING:
     help="How many runs with faults are simulated, for traffic.",
 )
 @click.option("--local", is_flag=True, help="Without the traffic planner, for traffic.")
+@click.option(
+    "--people",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many people walk among each fleet, for traffic.",
+)
+@click.option("--close", is_flag=True, help="A lane closes and opens again, for traffic.")
 @pass_context
 def bench(context: CliContext, name: str | None, file: Path | None, **options: object) -> None:
     """Measure; without a NAME, list what can be measured.
@@ -92,6 +99,8 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench traffic --minutes 60 --runs 5
       hive bench traffic --map room-32-32-4.map --scen room-32-32-4-random-1.scen
       hive bench traffic --faults 1000
+      hive bench traffic --people 5
+      hive bench traffic --close
 
     Ends with 0 when the measurement ran, whatever it found; faults, hive and traffic end with 1
     when a property was broken.

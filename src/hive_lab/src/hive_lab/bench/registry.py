@@ -187,7 +187,7 @@ BENCHES: Mapping[str, Bench] = {
     "traffic": Bench(
         "share of its throughput that a fleet loses [1], or MAPF files, --map, or --faults N runs",
         "bench.traffic",
-        options=("map", "scen", "faults", "minutes", "runs", "local"),
+        options=("map", "scen", "faults", "minutes", "runs", "local", "people", "close"),
     ),
 }
 

@@ -17,7 +17,7 @@ from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets import fault_runs
 from hive_lab.fleets.crowd import MODELS
 from hive_lab.fleets.sites import SITES
-from hive_lab.fleets.throughput import Throughput, TimeAlone, measure, share_kept
+from hive_lab.fleets.throughput import Throughput, TimeAlone, Trouble, measure, share_kept
 from hive_lab.mapf.grid_file import read_map, read_scenario, read_task_places
 from hive_lab.mapf.grid_paths import mistakes
 from hive_lab.mapf.one_shot import solve
@@ -96,6 +96,8 @@ def run(
     minutes: int = MINUTES,
     runs: int = 1,
     local: bool = False,
+    people: int = 0,
+    close: bool = False,
 ) -> BenchResult:
     """Measure the planner alone on files, or runs with faults, or else fleets in the simulator.
 
@@ -106,14 +108,17 @@ def run(
         minutes: How long each fleet drives, simulated.
         runs: How many seeds each fleet drives with.
         local: Whether fleets go by the right of way alone.
+        people: How many people walk about among each fleet.
+        close: Whether a lane of each site closes for the middle third of the time.
 
     Returns:
         Of a scenario, by robots: 1 if it is `unsolved`, `cost` over that of the shortest paths,
         seconds and processor time [s]. Of pickup and delivery, by tasks a step and robots:
         `makespan` and `service time` [steps], processor time of a plan [ms]. Of a fleet: goals per
         hour and robot, the share that it `loses` of its throughput, contacts, goals given up, the
-        longest stand of a robot with a goal [s], processor time for a simulated second [s]. Of
-        faults: contacts, the first seed with one (-1 if none), the longest stand [s].
+        longest stand of a robot with a goal [s], the locks that the traffic planner has found,
+        processor time for a simulated second [s]. Of faults: contacts, the first seed with one (-1
+        if none), the longest stand [s].
 
     Raises:
         click.UsageError: One of `map` and `scen` is missing.
@@ -121,9 +126,13 @@ def run(
     """
     if (map is None) != (not scen):
         raise click.UsageError("--map and --scen need each other")
+    if close and local:
+        raise click.UsageError("--close needs the traffic planner: leave out --local")
     if map is not None:
         return _on_grids(map, scen)
-    return _with_faults(faults) if faults else _of_fleets(60.0 * minutes, runs, planned=not local)
+    if faults:
+        return _with_faults(faults)
+    return _of_fleets(60.0 * minutes, runs, Trouble(people, close), planned=not local)
 
 
 def _on_grids(map_file: Path, files: Sequence[Path]) -> BenchResult:
@@ -198,7 +207,7 @@ PLAN_MEDIAN, PLAN_P95 = 10.0, 50.0
 P95 = 0.95
 
 
-def _of_fleets(seconds: float, runs: int, *, planned: bool) -> BenchResult:
+def _of_fleets(seconds: float, runs: int, trouble: Trouble, *, planned: bool) -> BenchResult:
     """Measure fleets in the simulator, and each of their robots alone."""
     alone_jobs = sorted({(fleet.site, model) for fleet in FLEETS for model in fleet.models})
     fleet_jobs = list(itertools.product(FLEETS, range(1, runs + 1)))
@@ -211,6 +220,7 @@ def _of_fleets(seconds: float, runs: int, *, planned: bool) -> BenchResult:
             (seed for _, seed in fleet_jobs),
             itertools.repeat(seconds),
             itertools.repeat(planned),
+            itertools.repeat(trouble),
         )
         sites = {name: SITES[name]() for name in SITES}
         times = {
@@ -244,8 +254,10 @@ def _fleet_figures(
         "loses": (1.0 - statistics.mean(share_kept(each, alone) for each in found), fleet.loses),
         "contacts": (float(sum(each.contacts for each in found)), 0.0),
         "wall contacts": (float(sum(each.wall_contacts for each in found)), 0.0),
+        "person contacts": (float(sum(each.person_contacts for each in found)), 0.0),
         "given up": (float(sum(each.given_up for each in found)), 0.0),
         "longest stand": (max(each.longest_stand for each in found), LONGEST_STAND),
+        "locks": (float(sum(each.locks for each in found)), None),
         "cpu": (statistics.mean(each.cpu for each in found), None),
     }
 
@@ -254,9 +266,11 @@ def _alone(site: str, model: str) -> Throughput:
     return measure(SITES[site](), 1, ALONE, (model,))
 
 
-def _driven(fleet: _Fleet, seed: int, seconds: float, planned: bool) -> Throughput:
-    site = SITES[fleet.site]()
-    return measure(site, fleet.robots, seconds, fleet.models, seed, planned=planned)
+def _driven(
+    fleet: _Fleet, seed: int, seconds: float, planned: bool, trouble: Trouble
+) -> Throughput:
+    site, models = SITES[fleet.site](), fleet.models
+    return measure(site, fleet.robots, seconds, models, seed, planned=planned, trouble=trouble)
 
 
 def _with_faults(runs: int) -> BenchResult:

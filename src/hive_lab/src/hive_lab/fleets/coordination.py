@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
 from robot_navigation.planning.clearance import ClearanceField
-from robot_navigation.traffic.coordinator import Coordinator
+from robot_navigation.traffic.lock_resolver import ResolvingCoordinator
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hive_common.zone import Zone
     from hive_lab.fleets.sites import Site
     from simenv.simulation import Simulation
 
@@ -20,15 +21,18 @@ if TYPE_CHECKING:
 class CoordinatorMaker:
     """Makes coordinators for one place and one kind of fleet; they share a roadmap."""
 
-    def __init__(self, site: Site, models: Sequence[str]) -> None:
+    def __init__(self, site: Site, models: Sequence[str], zones: Sequence[Zone] = ()) -> None:
         self._field = ClearanceField.of(site.grid)
+        self._zones = zones
         self._radii = sorted({load_model(name).base.circumscribed_radius for name in models})
 
-    def coordinator(self, epoch: int = 1) -> Coordinator:
+    def coordinator(self, epoch: int = 1) -> ResolvingCoordinator:
         """Return a coordinator that knows no robot yet."""
-        return Coordinator(self._field, self._radii, epoch=epoch)
+        return ResolvingCoordinator(self._field, self._radii, self._zones, epoch)
 
 
-def by_a_plan(models: Sequence[str], simulation: Simulation, site: Site) -> Traffic:
-    """Return navigation of robots of some models with a traffic planner."""
-    return Traffic(simulation, site.grid, CoordinatorMaker(site, models).coordinator())
+def by_a_plan(
+    models: Sequence[str], zones: Sequence[Zone], simulation: Simulation, site: Site
+) -> Traffic:
+    """Return navigation of robots of some models with a traffic planner that knows zones."""
+    return Traffic(simulation, site.grid, CoordinatorMaker(site, models, zones).coordinator())

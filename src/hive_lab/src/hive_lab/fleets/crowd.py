@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
-    from hive_lab.fleets.sites import Site
+    from hive_lab.fleets.sites import Box, Site
 
 MODELS = ("mir100", "ld60", "youbot", "fetch")
 APART = 1.6  # distance of two starts [m]
@@ -80,6 +80,7 @@ class Crowd:
         site: Site | None = None,
         models: Sequence[str] = MODELS,
         traffic_of: Callable[[Simulation, Site], Traffic] = by_right_of_way,
+        avoided: Box | None = None,
     ) -> None:
         """Put robots down at random.
 
@@ -90,13 +91,14 @@ class Crowd:
             site: Where they drive; a hall by default.
             models: The robots' models, in turn.
             traffic_of: Makes the robots' navigation, and what coordinates it.
+            avoided: Where no robot starts or has a goal.
         """
         site = site or hall()
         self.simulation = Simulation(site.world, seed=seed)
         self.traffic = traffic_of(self.simulation, site)
         self.drives: list[Drive] = []
         self.longest_stand: dict[str, float] = {}
-        self._places = _free_places(site.grid, site.room)
+        self._places = _outside(_free_places(site.grid, site.room), avoided)
         self._random: dict[str, np.random.Generator] = {}
         self._goals: dict[str, PoseTuple] = {}
         self._under_way: dict[str, tuple[tuple[float, float], float]] = {}
@@ -177,3 +179,14 @@ def _free_places(grid: GridMap, room: float) -> Array:
     places: Array = (np.column_stack([columns, rows]) + 0.5) * grid.resolution
     places += np.array(grid.origin[:2])
     return places
+
+
+def _outside(places: Array, box: Box | None) -> Array:
+    """Return the places that are not in a box, nor so near that a robot reaches into it."""
+    if box is None:
+        return places
+    x, y = places.T
+    left, low, right, high = box
+    near = (x > left - APART) & (x < right + APART) & (y > low - APART) & (y < high + APART)
+    found: Array = places[~near]
+    return found

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How much of its throughput a fleet keeps when it grows."""
+"""How much of its throughput a fleet keeps when it grows, people walk about, or a lane closes."""
 
 from __future__ import annotations
 
 import time
+from collections import Counter
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -12,9 +13,12 @@ import numpy as np
 
 from hive_lab.fleets.coordination import by_a_plan
 from hive_lab.fleets.crowd import Crowd, by_right_of_way
+from hive_lab.fleets.sites import LANE, with_people
 from robot_description.models import load_model
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.path import Path
+from robot_navigation.traffic.deadlock import LockWatch
+from robot_navigation.traffic.lock_resolver import ResolvingCoordinator
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -36,8 +40,10 @@ class Throughput:
         models: The model of each robot.
         contacts: Between two robots.
         wall_contacts: Between a robot and what does not move.
+        person_contacts: Between a robot and a person.
         longest_stand: For which a robot with a goal stood still [s].
         cpu: Processor time for a simulated second [s].
+        locks: How many the traffic planner has found.
     """
 
     robots: int
@@ -46,8 +52,10 @@ class Throughput:
     models: Mapping[str, str]
     contacts: int
     wall_contacts: int
+    person_contacts: int
     longest_stand: float
     cpu: float
+    locks: int
 
     @property
     def reached(self) -> tuple[Drive, ...]:
@@ -65,6 +73,19 @@ class Throughput:
         return len(self.reached) * HOUR / (self.duration * self.robots)
 
 
+@dataclass(frozen=True)
+class Trouble:
+    """What is in a fleet's way.
+
+    Attributes:
+        people: How many people walk about.
+        closes: Whether the site's lane is closed for the middle third of the time.
+    """
+
+    people: int = 0
+    closes: bool = False
+
+
 def measure(
     site: Site,
     robots: int,
@@ -73,6 +94,7 @@ def measure(
     seed: int = 1,
     *,
     planned: bool = False,
+    trouble: Trouble | None = None,
 ) -> Throughput:
     """Let a crowd drive for a simulated time [s].
 
@@ -83,25 +105,47 @@ def measure(
         models: The robots' models, in turn.
         seed: Of everything random.
         planned: Whether a traffic planner coordinates it.
+        trouble: What is in its way; nothing by default. A lane closes for robots with a traffic
+            planner only, and no goal is in it then.
     """
-    traffic_of = partial(by_a_plan, models) if planned else by_right_of_way
-    crowd = Crowd(robots, seed, site, models, traffic_of)
+    trouble = trouble or Trouble()
+    site = with_people(site, trouble.people, seed)
+    zones = site.zones if trouble.closes else ()
+    traffic_of = partial(by_a_plan, models, zones) if planned else by_right_of_way
+    crowd = Crowd(robots, seed, site, models, traffic_of, site.lane if trouble.closes else None)
+    coordinator = crowd.traffic.coordinator
     began = time.process_time()
-    crowd.run(seconds)
+    if trouble.closes and coordinator is not None:
+        crowd.run(seconds / 3)
+        coordinator.close(LANE)
+        crowd.run(seconds / 3)
+        coordinator.open(LANE)
+        crowd.run(seconds / 3)
+    else:
+        crowd.run(seconds)
     spent = time.process_time() - began
-    contacts = crowd.simulation.contacts
-    names = set(crowd.simulation.names)
-    between = sum(contact.other in names for contact in contacts)
+    others = Counter(_kind(contact.other, crowd) for contact in crowd.simulation.contacts)
+    watch = coordinator.watch if isinstance(coordinator, ResolvingCoordinator) else LockWatch()
     return Throughput(
         robots,
         seconds,
         tuple(crowd.drives),
         {name: crowd.simulation.model(name).name for name in crowd.simulation.names},
-        between,
-        len(contacts) - between,
+        others["robot"],
+        others["wall"],
+        others["person"],
         max(crowd.longest_stand.values()),
         spent / seconds,
+        watch.counts.total(),
     )
+
+
+def _kind(name: str, crowd: Crowd) -> str:
+    """Return what a robot has touched."""
+    if name in crowd.simulation.names:
+        return "robot"
+    people = (person.name for person in crowd.simulation.world.people)
+    return "person" if name in people else "wall"
 
 
 class TimeAlone:

@@ -2,7 +2,8 @@
 """The route that a robot has from the traffic planner: what it may drive, and for whom it waits.
 
 A robot takes a new route only if it contains what the robot can no longer avoid, its claim. If
-nothing is heard from the planner for `SILENCE`, the robot goes on by the right of way alone.
+no plan is heard for `SILENCE`, or none that has a route for the robot, it goes on by the right of
+way alone; at once if its route has no places.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.neighbourhood import Neighbourhood
 
 SILENCE = 5.0
-"""A robot that hears no plan for so long drops its route [s]. A takeover takes about 3 s."""
+"""A robot that hears no plan for itself for so long drops its route [s]. A takeover takes 3 s."""
 
 REACHED = 0.1  # a robot this near before a mark has come to it [m]
 BESIDE = 0.15  # how far off its path a robot may be, and a claim off a new route [m]
@@ -51,7 +52,7 @@ class RouteKeeper:
         self._name = name
         self._offered: Route | None = None
         self._newest: PlanNumber = NO_PLAN
-        self._heard_at = -math.inf
+        self._heard_at = self._guided_at = -math.inf  # any plan, one for this robot [s]
         self._begin = 0  # the mark at which the robot's path begins
 
     @property
@@ -60,16 +61,24 @@ class RouteKeeper:
         return NO_PLAN if self.route is None else self.route.plan
 
     def hear(self, routes: Sequence[Route], now: float) -> None:
-        """Take in a plan, the routes of all robots, unless a newer one is known."""
+        """Take in a plan, the routes of all robots, unless a newer one is known.
+
+        A hive that was bootstrapped again counts its plans from the beginning. So once the newest
+        plan was followed by `SILENCE`, a lesser number counts as newer.
+        """
         newest = max((route.plan for route in routes), default=NO_PLAN)
-        if newest <= self._newest:
+        is_late = newest < self._newest and now - self._heard_at < SILENCE
+        if newest in {NO_PLAN, self._newest} or is_late:
             return
         self._newest, self._heard_at = newest, now
-        self._offered = next((route for route in routes if route.robot == self._name), None)
+        own = next((route for route in routes if route.robot == self._name), None)
+        if own is not None:
+            self._guided_at = now if own.places else -math.inf
+        self._offered = own if own is not None and own.places else None
 
     def is_guided(self, now: float) -> bool:
-        """Return whether a planner has been heard lately."""
-        return now - self._heard_at < SILENCE
+        """Return whether a planner has lately planned for this robot."""
+        return now - self._guided_at < SILENCE
 
     def drop(self) -> None:
         """Follow no route any more."""

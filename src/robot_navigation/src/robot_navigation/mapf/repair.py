@@ -130,7 +130,7 @@ def connect_all(net: Net, field: ClearanceField, need: float, spacing: float) ->
     """Add places along ways until the lanes connect what free space connects."""
     regions, _ = ndimage.label(field.clearance >= need)
     part = net.parts(need)
-    rows, columns = _cells(field, net.places)
+    rows, columns = cells(field, net.places)
     region = np.where(part >= 0, regions[rows, columns], 0)
     both = np.unique(np.column_stack([region, part])[region > 0], axis=0)
     numbers, counts = np.unique(both[:, 0], return_counts=True)
@@ -139,17 +139,17 @@ def connect_all(net: Net, field: ClearanceField, need: float, spacing: float) ->
         return
     sources = np.flatnonzero(np.isin(region, split))
     starts = rows[sources] * field.clearance.shape[1] + columns[sources]
-    owner, came, cost = _grown(
+    owner, came, cost = grown(
         field.clearance, np.isin(regions, split), need, starts.astype(np.int64), sources
     )
     for one, other in _bridges(owner, cost, part):
-        way = [*reversed(_traced(came, one)), *_traced(came, other)]
+        way = [*reversed(traced(came, one)), *traced(came, other)]
         net.add_way(
-            int(owner.flat[one]), int(owner.flat[other]), _taut(field, way, need, REACH * spacing)
+            int(owner.flat[one]), int(owner.flat[other]), taut(field, way, need, REACH * spacing)
         )
 
 
-def _cells(field: ClearanceField, points: Array) -> tuple[Indices, Indices]:
+def cells(field: ClearanceField, points: Array) -> tuple[Indices, Indices]:
     """Return the rows and the columns of points (n, 2) on the map."""
     step, left, low = field.scale
     return ((points[:, 1] - low) / step).astype(np.intp), ((points[:, 0] - left) / step).astype(
@@ -167,7 +167,7 @@ def _centre(field: ClearanceField, row: int, column: int) -> tuple[float, float]
     "Tuple((int64[:, ::1], int64[::1], float64[:, ::1]))(float32[:, ::1], boolean[:, ::1],"
     " float64, int64[::1], int64[::1])"
 )
-def _grown(
+def grown(
     clearance: Cells, inside: NDArray[np.bool_], need: float, starts: Indices, names: Indices
 ) -> tuple[Indices, Indices, Array]:
     """Return whose start is nearest to each cell, from where it was reached, and at what cost.
@@ -235,7 +235,7 @@ def _bridges(owner: Indices, cost: Array, part: Indices) -> list[tuple[int, int]
     return found
 
 
-def _traced(came: Indices, cell: int) -> list[int]:
+def traced(came: Indices, cell: int) -> list[int]:
     """Return the cells from one back to the start that it was reached from."""
     found = []
     while cell >= 0:
@@ -244,7 +244,7 @@ def _traced(came: Indices, cell: int) -> list[int]:
     return found
 
 
-def _taut(field: ClearanceField, way: list[int], need: float, longest: float) -> Array:
+def taut(field: ClearanceField, way: list[int], need: float, longest: float) -> Array:
     """Return the corners (n, 2) of a way over cells without its two ends, frame map [m].
 
     Straight stretches are at most about `longest` [m].

@@ -2,7 +2,8 @@
 """Makes the roadmap of a map for the sizes of a fleet, without manual work.
 
 It is a lattice (`lattice.py`) with lanes to up to 16 neighbours wherever the smallest robot fits,
-and what is missing (`repair.py`). All sizes share it: `room` and `widths` tell who fits where.
+and what is missing (`repair.py`, `detours.py`). All sizes share it: `room` and `widths` tell who
+fits where.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from scipy import spatial
 
 from hive_common.zone import PARKING
+from robot_navigation.mapf.detours import open_all
 from robot_navigation.mapf.lattice import COMFORT, CROWDED, GAP, fitted, roomier
 from robot_navigation.mapf.parking import may_park
 from robot_navigation.mapf.repair import Net, connect_all, cover_all
@@ -57,6 +59,7 @@ def build_roadmap(
     for clearance in sorted({need(radius) for radius in radii}, reverse=True):
         cover_all(net, field, clearance, lattice.spacing)
         connect_all(net, field, clearance, lattice.spacing)
+        open_all(net, field, clearance, lattice.spacing)
     pairs, first = np.unique(np.sort(net.pairs, axis=1), axis=0, return_index=True)
     roadmap = assembled(net.places, net.room, pairs, net.widths[first], lattice.spacing)
     parking = may_park(field, roadmap.places, max(radii))

@@ -64,7 +64,8 @@ class Route:
         goal: The goal that it leads to, x and y, frame map [m]; None for a robot without one.
         first: The mark of the first of `places`.
         places: Where it drives, straight from each to the next, frame map [m]. The first is one
-            that the robot has reached or cannot avoid any more.
+            that the robot has reached or cannot avoid any more. Without any the robot is to
+            drop its route and to go by the right of way.
         waits: Whom it lets pass first, where.
         complete: Whether it ends at the goal; else it goes on in a later plan.
     """

@@ -125,7 +125,7 @@ def routes_from_msg(msg: Routes) -> tuple[PlanNumber, tuple[Route, ...]]:
 
 def _route_from_msg(msg: RouteMsg, plan: PlanNumber) -> Route:
     places = tuple((place.x, place.y) for place in msg.places)
-    if not (places and _finite((msg.goal.x, msg.goal.y), *places)):
+    if not _finite((msg.goal.x, msg.goal.y), *places):
         raise ValueError(
             f"routes of plan {plan.epoch}/{plan.number} are ignored: that of {msg.robot[:40]!r} "
             "needs a goal and places of finite numbers"

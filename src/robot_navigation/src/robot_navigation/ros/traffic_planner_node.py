@@ -1,221 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The traffic planner: a coordinator with the topics of the hive.
+"""The process of the traffic planner: it lives no longer than the one that started it.
 
-The member that leads starts it as a child process with its epoch, and ends it when it stops
-leading. It keeps nothing that it cannot rebuild from what robots announce, but for the zones that
-an operator has closed: these it tells on `traffic_state`, and gets them back as a parameter.
+Robots wait for its first plan after a takeover, so it listens while it imports the planner.
 """
 
 from __future__ import annotations
 
-import math
 import os
 import stat
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING
 
-import attrs
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray
-from robot_description.msg import Routes, Traffic, TrafficState, ZoneCommand
-from std_msgs.msg import Header
-from visualization_msgs.msg import Marker, MarkerArray
 
-from hive_common.errors import ParameterError
-from hive_common.ros.conversions import grid_from_msg
-from hive_common.ros.inbox import Inbox
-from hive_common.ros.params import whole_number
-from hive_common.structuring import NotAllowedError, structure
-from hive_common.zone import Zone
-from robot_navigation.planning.clearance import ClearanceField
-from robot_navigation.ros.conversions import routes_to_msg, traffic_from_msg
-from robot_navigation.ros.startup import run_node, wait_for_map
-from robot_navigation.ros.traffic_markers import lanes_marker, traffic_markers
-from robot_navigation.ros.traffic_report import TrafficReport, Waiting
-from robot_navigation.ros.traffic_told import diagnostics_of, state_to_msg
-from robot_navigation.traffic.coordinator import Coordinator
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from robot_navigation.mapf.route import Route
-    from robot_navigation.traffic.right_of_way import Announcement
-
-_MAP_FRAME = "map"
-
-_PERIOD = 0.25  # time between two steps of the coordinator [s]
-_TELL_PERIOD = 1.0  # time between two messages that tell the state [s, wall clock]
-_LOOK = 0.02  # time between two looks at the clock and the inbox [s, wall clock]
-_QUEUE = 1000  # announcements that wait to be read; a robot sends a dozen a second
-
-_LISTEN = 0.6
-"""How long the planner listens before its first plan [s]: idle robots announce twice a second."""
-
-_SILENT = 5.0  # a robot that has not announced itself for longer is no longer told of [s]
+from robot_navigation.ros.startup import run_node
+from robot_navigation.ros.traffic_ears import Ears
 
 _LAST_PATIENCE = 2.0  # time to shut down before the process ends anyway [s, wall clock]
-_HIGHEST = 2**31 - 1  # the highest number that a parameter can hold
-
-
-class TrafficPlanner:
-    """Plans for all robots of the hive.
-
-    Callbacks only fill an inbox, which the main loop empties before each step. The constructor
-    waits for the map and until robots were heard.
-
-    ROS Subscribers: `map` (nav_msgs/OccupancyGrid), `traffic` (robot_description/Traffic),
-        `zone_command` (robot_description/ZoneCommand), of the hive.
-    ROS Publishers: `routes` (robot_description/Routes), once a second and when a robot gets a
-        goal; `traffic_state` (robot_description/TrafficState), 1 Hz, latched;
-        `traffic_lanes` (visualization_msgs/Marker), latched, and `traffic_markers`
-        (visualization_msgs/MarkerArray), 1 Hz while somebody listens, for RViz; `/diagnostics`
-        (diagnostic_msgs/DiagnosticArray), 1 Hz: WARN while robots wait in a circle or for long.
-    ROS Parameters: `~epoch`, higher than that of any planner before, 1 by default; `~zones` as in
-        a fleet file, none by default; `~closed`, the names of those that are closed, by default
-        those that say so.
-
-    Raises:
-        ParameterError: A parameter has a value that is not allowed.
-        rospy.ROSInterruptException: The node was shut down.
-    """
-
-    def __init__(self, hive: str) -> None:
-        """Listen and make the roadmap; `hive` is the hive's namespace and ends in a slash."""
-        self._inbox = Inbox()
-        self._robots: dict[str, Announcement] = {}
-        self._news: dict[str, Announcement] = {}  # what the coordinator has not heard yet
-        self._routes: dict[str, Route] = {}
-        self._report = TrafficReport()
-        self._tell_at = 0.0  # [s, monotonic]
-        self._stepped_at = -math.inf
-        self._epoch = whole_number("epoch", least=1, most=_HIGHEST, default=1)
-        self._publisher = rospy.Publisher(f"{hive}routes", Routes, queue_size=10)
-        state = f"{hive}traffic_state"
-        self._state = rospy.Publisher(state, TrafficState, queue_size=1, latch=True)
-        self._lanes = rospy.Publisher(f"{hive}traffic_lanes", Marker, queue_size=1, latch=True)
-        self._markers = rospy.Publisher(f"{hive}traffic_markers", MarkerArray, queue_size=1)
-        self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
-        rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=_QUEUE)
-        field = ClearanceField.of(grid_from_msg(wait_for_map(f"{hive}map")))
-        zones = _zones()
-        self._zones = tuple(zone.name for zone in zones)
-        self._closed = _closed([zone.name for zone in zones if zone.closed])
-        self._listen()
-        radii = sorted({robot.radius for robot in self._news.values()})
-        zones = [attrs.evolve(zone, closed=zone.name in self._closed) for zone in zones]
-        self._coordinator = Coordinator(field, radii, zones, self._epoch)
-        self._lanes.publish(lanes_marker(self._coordinator.roadmap, _header()))
-        rospy.Subscriber(f"{hive}zone_command", ZoneCommand, self._obey, queue_size=10)
-
-    def run(self) -> None:
-        """Plan until the node is shut down."""
-        while not rospy.is_shutdown():
-            now = rospy.get_time()
-            self._inbox.empty()
-            if _is_due(now, self._stepped_at, _PERIOD):
-                self._stepped_at = now
-                self._step(now)
-            self._tell(now)
-            rospy.rostime.wallsleep(_LOOK)
-
-    def _listen(self) -> None:
-        """Wait until robots have been heard for so long that all were."""
-        first = None
-        while first is None or not _is_due(rospy.get_time(), first, _LISTEN):
-            if rospy.is_shutdown():
-                raise rospy.ROSInterruptException
-            rospy.rostime.wallsleep(_LOOK)
-            self._inbox.empty()
-            self._tell(rospy.get_time())
-            if self._news and first is None:
-                first = rospy.get_time()
-
-    def _hear(self, msg: Traffic) -> None:
-        try:
-            announcement = traffic_from_msg(msg)
-        except ValueError as error:
-            rospy.logwarn_throttle_identical(10, str(error))
-            return
-        self._inbox.put(lambda: self._news.update({announcement.name: announcement}))
-
-    def _obey(self, msg: ZoneCommand) -> None:
-        self._inbox.put(lambda: self._switch(msg.zone, closed=msg.closed))
-
-    def _switch(self, zone: str, *, closed: bool) -> None:
-        """Close or open a zone, and tell it at once, so that everybody remembers it."""
-        if zone not in self._zones:
-            known = ", ".join(self._zones) or "none; a fleet file names them under zones"
-            rospy.logwarn(f"there is no zone {zone[:40]!r}; there are: {known}")
-            return
-        if closed:
-            self._coordinator.close(zone)
-        else:
-            self._coordinator.open(zone)
-        self._closed = set(self._coordinator.roadmap.closed)
-        self._tell_state()
-
-    def _step(self, now: float) -> None:
-        """Do one step of the coordinator, and tell what has changed."""
-        for announcement in self._news.values():
-            self._coordinator.hear(announcement)
-        self._robots |= self._news
-        self._news = {}
-        routes = self._coordinator.step(now)
-        if routes:
-            self._routes = {route.robot: route for route in routes}
-            self._publisher.publish(routes_to_msg(routes[0].plan, routes, now, _MAP_FRAME))
-        waiting = self._coordinator.waiting()
-        self._report.note(now, [Waiting(w.robot, w.waits_for, *w.at, w.since) for w in waiting])
-
-    def _tell(self, now: float) -> None:
-        """Tell the state once a second on the wall, also while a simulation is paused.
-
-        Whoever started this process takes it to be alive as long as it does.
-        """
-        if time.monotonic() < self._tell_at:
-            return
-        self._tell_at = time.monotonic() + _TELL_PERIOD
-        self._robots = {
-            name: each for name, each in self._robots.items() if now - each.time < _SILENT
-        }
-        self._tell_state()
-        self._diagnostics.publish(diagnostics_of(self._report, len(self._robots), _header()))
-        if self._markers.get_num_connections():
-            shown = traffic_markers(self._routes, self._robots, self._report.waits, _header())
-            self._markers.publish(shown)
-
-    def _tell_state(self) -> None:
-        robots, zones, closed = sorted(self._robots), self._zones, sorted(self._closed)
-        self._state.publish(
-            state_to_msg(self._report, self._epoch, robots, zones, closed, _header())
-        )
-
-
-def _header() -> Header:
-    return Header(stamp=rospy.Time.now(), frame_id=_MAP_FRAME)
-
-
-def _zones() -> Sequence[Zone]:
-    given = rospy.get_param("~zones", [])
-    try:
-        return structure(given, tuple[Zone, ...])
-    except NotAllowedError as error:
-        raise ParameterError(f"parameter ~zones: {error}") from None
-
-
-def _closed(default: list[str]) -> set[str]:
-    """Return the names of the zones that are closed from the start."""
-    names = rospy.get_param("~closed", default)
-    if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
-        raise ParameterError(f"parameter ~closed: {names!r}; allowed: a list of names of zones")
-    return set(names)
-
-
-def _is_due(now: float, last: float, period: float) -> bool:
-    """Return whether a period has passed [s], or the clock was set back."""
-    return not last <= now < last + period
 
 
 def _end_with_parent() -> None:
@@ -243,6 +45,10 @@ def main() -> int:
 
 def _run() -> None:
     began = time.monotonic()
-    planner = TrafficPlanner(rospy.get_namespace())
+    hive = rospy.get_namespace()
+    ears = Ears(hive)
+    from robot_navigation.ros.traffic_planner import TrafficPlanner  # noqa: PLC0415  (see above)
+
+    planner = TrafficPlanner(hive, ears)
     rospy.loginfo(f"plans traffic after {time.monotonic() - began:.1f} s")
     planner.run()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an operator is told about traffic: who waits in a circle, and where it is slow.
+"""What an operator is told about traffic: who waits, who cannot go on, and where it is slow.
 
 It takes what the coordinator knows of waiting robots and keeps the last ten minutes. It needs no
 ROS, so that tests run it with virtual time.
@@ -14,7 +14,11 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections import Counter
+    from collections.abc import Mapping, Sequence
+
+    from robot_navigation.traffic.deadlock import Kind, LockWatch
+    from robot_navigation.traffic.landmarks import Landmarks
 
 WINDOW = 600.0  # how long waiting is remembered [s]
 SIDE = 2.0  # of the squares by which places are told apart [m]
@@ -30,6 +34,7 @@ class Waiting(NamedTuple):
         waits_for: For whom.
         x, y: Where it stands, frame map [m].
         since: Since when [s].
+        where: The same place in words.
     """
 
     robot: str
@@ -37,6 +42,23 @@ class Waiting(NamedTuple):
     x: float
     y: float
     since: float
+    where: str = ""
+
+
+class Locked(NamedTuple):
+    """Robots that cannot go on.
+
+    Attributes:
+        kind: Why.
+        robots: See `traffic.deadlock.Lock`.
+        since: Since when [s].
+        text: The same in words.
+    """
+
+    kind: Kind
+    robots: tuple[str, ...]
+    since: float
+    text: str
 
 
 class SlowPlace(NamedTuple):
@@ -46,12 +68,14 @@ class SlowPlace(NamedTuple):
         x, y: The middle of those who waited, frame map [m].
         waited: How long, all together [s].
         waits: How often one has begun to wait.
+        where: The same place in words.
     """
 
     x: float
     y: float
     waited: float
     waits: int
+    where: str
 
 
 class _Sample(NamedTuple):
@@ -63,40 +87,28 @@ class _Sample(NamedTuple):
     begins: bool
 
 
-def cycles(waits: Iterable[Waiting]) -> set[frozenset[str]]:
-    """Return the sets of robots that wait for each other in a circle."""
-    waits_for = {wait.robot: wait.waits_for for wait in waits}
-    found, seen = set[frozenset[str]](), set[str]()
-    for start in waits_for:
-        trail: list[str] = []
-        robot = start
-        while robot in waits_for and robot not in seen:
-            seen.add(robot)
-            trail.append(robot)
-            robot = waits_for[robot]
-        if robot in trail:
-            found.add(frozenset(trail[trail.index(robot) :]))
-    return found
-
-
 class TrafficReport:
     """Remembers who has waited where.
 
     Attributes:
         waits: Who waits now.
-        cycles: The robots that wait for each other in a circle now.
-        deadlocks: How many such circles there have been, each counted once.
+        locks: Who cannot go on now.
+        counts: How many locks of each kind there have been.
+        unreached: By robot, the names of the places that it cannot reach; the caller fills it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, landmarks: Landmarks, watch: LockWatch) -> None:
         self.waits: tuple[Waiting, ...] = ()
-        self.cycles: set[frozenset[str]] = set()
-        self.deadlocks = 0
+        self.locks: tuple[Locked, ...] = ()
+        self.counts: Counter[Kind] = watch.counts
+        self.unreached: dict[str, list[str]] = {}
+        self._landmarks = landmarks
+        self._watch = watch
         self._now = -math.inf
         self._samples: deque[_Sample] = deque()
 
     def note(self, now: float, waits: Sequence[Waiting]) -> None:
-        """Take in who waits at a time [s]; call it about once a second."""
+        """Take in who waits at a time [s], and who cannot go on; call it about once a second."""
         waited_before = {(wait.robot, wait.since) for wait in self.waits}
         if now < self._now:  # the clock was set back
             self._samples.clear()
@@ -107,9 +119,13 @@ class TrafficReport:
             self._samples.append(_Sample(now, square, wait.x, wait.y, span, begins))
         while self._samples and self._samples[0].time < now - WINDOW:
             self._samples.popleft()
-        found = cycles(waits)
-        self.deadlocks += len(found - self.cycles)
-        self._now, self.waits, self.cycles = now, tuple(waits), found
+        where = self._landmarks.where
+        self.waits = tuple(wait._replace(where=where((wait.x, wait.y))) for wait in waits)
+        self.locks = tuple(
+            Locked(lock.kind, lock.robots, lock.since, self._landmarks.words_of(lock))
+            for lock in self._watch.locks
+        )
+        self._now = now
 
     def standing(self) -> list[Waiting]:
         """Return who has waited for longer than `LONG`."""
@@ -120,13 +136,27 @@ class TrafficReport:
         at: dict[tuple[int, int], list[_Sample]] = defaultdict(list)
         for sample in self._samples:
             at[sample.square].append(sample)
-        places = [
-            SlowPlace(
-                x=sum(sample.x for sample in there) / len(there),
-                y=sum(sample.y for sample in there) / len(there),
-                waited=sum(sample.span for sample in there),
-                waits=sum(sample.begins for sample in there),
-            )
-            for there in at.values()
-        ]
+        places = []
+        for there in at.values():
+            x = sum(sample.x for sample in there) / len(there)
+            y = sum(sample.y for sample in there) / len(there)
+            waited = sum(sample.span for sample in there)
+            waits = sum(sample.begins for sample in there)
+            places.append(SlowPlace(x, y, waited, waits, self._landmarks.where((x, y))))
         return heapq.nlargest(MOST_PLACES, places, key=attrgetter("waited"))
+
+
+def out_of_reach(unreached: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return in words which robots cannot reach which places, robots with the same ones together.
+
+    Args:
+        unreached: By robot, the names of the places.
+    """
+    together: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for robot, places in sorted(unreached.items()):
+        if places:
+            together[tuple(places)].append(robot)
+    return [
+        f"{', '.join(robots)} cannot reach {', '.join(places)}"
+        for places, robots in together.items()
+    ]

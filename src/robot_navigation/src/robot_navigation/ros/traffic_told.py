@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point32
-from robot_description.msg import RobotWait, SlowPlace, TrafficState
+from robot_description.msg import RobotWait, SlowPlace, TrafficLock, TrafficState, Unreached
 from std_msgs.msg import Header
 
-from robot_navigation.ros.traffic_report import LONG
+from robot_navigation.ros.traffic_report import LONG, out_of_reach
+from robot_navigation.traffic.deadlock import Kind
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from robot_navigation.ros.traffic_report import TrafficReport, Waiting
+    from robot_navigation.ros.traffic_report import TrafficReport
 
 
 def state_to_msg(
@@ -34,14 +35,24 @@ def state_to_msg(
         zones=list(zones),
         closed=list(closed),
         waits=[
-            RobotWait(wait.robot, wait.waits_for, Point32(wait.x, wait.y, 0.0), wait.since)
+            RobotWait(
+                wait.robot, wait.waits_for, Point32(wait.x, wait.y, 0.0), wait.since, wait.where
+            )
             for wait in report.waits
         ],
         slowest=[
-            SlowPlace(Point32(place.x, place.y, 0.0), place.waited, place.waits)
+            SlowPlace(Point32(place.x, place.y, 0.0), place.waited, place.waits, place.where)
             for place in report.slowest()
         ],
-        deadlocks=report.deadlocks,
+        deadlocks=report.counts[Kind.CIRCLE],
+        locks=[
+            TrafficLock(lock.kind.value, list(lock.robots), lock.since, lock.text)
+            for lock in report.locks
+        ],
+        blocked=report.counts[Kind.BLOCKED],
+        overtaken=report.counts[Kind.OVERTAKEN],
+        held=report.counts[Kind.HELD],
+        unreached=[Unreached(robot, places) for robot, places in _missing(report)],
     )
 
 
@@ -52,8 +63,9 @@ def diagnostics_of(report: TrafficReport, robots: int, header: Header) -> Diagno
         "robots": robots,
         "waiting": len(report.waits),
         "waiting for long": len(report.standing()),
-        "cycles": len(report.cycles),
-        "cycles so far": report.deadlocks,
+        "locks": len(report.locks),
+        **{f"{kind.value} so far": report.counts[kind] for kind in Kind},
+        "out of reach": sum(len(places) for _, places in _missing(report)),
     }
     status = DiagnosticStatus(
         level=level,
@@ -66,15 +78,22 @@ def diagnostics_of(report: TrafficReport, robots: int, header: Header) -> Diagno
 
 
 def _verdict(report: TrafficReport) -> tuple[int, str]:
-    if report.cycles:
-        names = "; ".join(", ".join(sorted(each)) for each in sorted(report.cycles, key=sorted))
-        return DiagnosticStatus.WARN, f"robots wait for each other: {names}"
+    """Return the worst of what there is to tell."""
+    if report.locks:
+        text = "; ".join(lock.text for lock in report.locks)
+        return DiagnosticStatus.WARN, f"cannot go on: {text}"
     standing = report.standing()
     if standing:
-        text = "; ".join(map(_waits, standing))
+        text = "; ".join(
+            f"{wait.robot} waits for {wait.waits_for} {wait.where}" for wait in standing
+        )
         return DiagnosticStatus.WARN, f"for more than {LONG:g} s {text}"
+    missing = out_of_reach(report.unreached)
+    if missing:
+        return DiagnosticStatus.WARN, "; ".join(missing)
     return DiagnosticStatus.OK, "nobody waits for long"
 
 
-def _waits(wait: Waiting) -> str:
-    return f"{wait.robot} waits for {wait.waits_for} at ({wait.x:.1f}, {wait.y:.1f})"
+def _missing(report: TrafficReport) -> list[tuple[str, list[str]]]:
+    """Return each robot that cannot reach a place, with the names of such places."""
+    return sorted((robot, places) for robot, places in report.unreached.items() if places)
