@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 from functools import lru_cache
 from typing import TYPE_CHECKING
 

@@ -258,9 +258,7 @@ def _nearer(segments: Array, others: Array, limit: float) -> tuple[Indices, Indi
     return first[:found].copy(), second[:found].copy()
 
 
-@compiled(
-    "boolean[::1](float64[:, ::1], int64[::1], int64[::1], int64[::1], int64[::1], int64)"
-)
+@compiled("boolean[::1](float64[:, ::1], int64[::1], int64[::1], int64[::1], int64[::1], int64)")
 def _still_too_near(
     lines: Array, mine: Indices, other: Indices, begins: Indices, crowded: Indices, ends: int
 ) -> NDArray[np.bool_]:

@@ -133,9 +133,9 @@ class Fleet:
             return self._found(robot, self.reservations)
         task = self.tasks[robot]
         kept = self._found(robot, self.reservations, self.habits[robot])
-        if kept is not None and kept.complete:
-            if kept.end <= task.ready + self.searches[robot].alone(task) + STICK:
-                return kept
+        soonest = task.ready + self.searches[robot].alone(task)
+        if kept is not None and kept.complete and kept.end <= soonest + STICK:
+            return kept
         path = self._found(robot, self.reservations)
         if kept is None or path is None or (path.complete and not kept.complete):
             return path

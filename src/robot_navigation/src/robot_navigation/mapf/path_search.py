@@ -268,11 +268,9 @@ class PathSearch:
 
     def _onwards(self, place: int, heading: float, times: Array) -> float:
         """Return the time to the goal from a place at which a robot is with a heading [s]."""
-        return time_onwards(*self._graph[:4], *self._graph[6:9], times, place, heading, *self._costs)
-
-    @property
-    def _costs(self) -> tuple[float, float]:
-        return self._turn, self._stand
+        graph = self._graph
+        lanes = *graph[:3], *graph[6:9]
+        return time_onwards(*lanes, times, place, heading, self._turn, self._stand)
 
     def _from_start(self, task: Task, times: Array) -> float:
         """Return how long a robot takes from its start to its goal, by the times of nodes [s]."""
@@ -372,4 +370,5 @@ class PathSearch:
 def _directions(places: Array, lanes: Indices) -> Array:
     """Return the directions of lanes between places [rad]."""
     along = places[lanes[:, 1]] - places[lanes[:, 0]]
-    return np.arctan2(along[:, 1], along[:, 0])
+    angles: Array = np.arctan2(along[:, 1], along[:, 0])
+    return angles

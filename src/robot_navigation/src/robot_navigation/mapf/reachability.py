@@ -49,6 +49,4 @@ def unreached(
     found = csgraph.breadth_first_order(ways, ends.index[0], return_predecessors=False)
     reached = np.zeros(count, dtype=np.bool_)
     reached[found] = True
-    return [
-        name for name, place in zip(goals, ends.index[1:], strict=True) if not reached[place]
-    ]
+    return [name for name, place in zip(goals, ends.index[1:], strict=True) if not reached[place]]

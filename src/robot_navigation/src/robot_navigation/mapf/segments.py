@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How near straight stretches come to each other."""
+"""Compiled: how near straight stretches come to each other, and who goes first where they do."""
 
 from __future__ import annotations
 
@@ -71,4 +71,69 @@ def segments_near(begins: Array, ends: Array, points: Array, apart: float) -> In
                 found[count] = index
                 count += 1
                 break
+    return found[:count]
+
+
+@compiled("int64(float64[:, ::1], float64[::1], int64, int64, int64, float64, boolean)")
+def _last_before(
+    points: Array, begins: Array, mine: int, first: int, end: int, apart: float, yields: bool
+) -> int:
+    """Return the last action from `first` to `end` that goes before `mine` and is in conflict.
+
+    -1 if there is none. Of two that begin at the same time, `mine` is the second if it `yields`.
+    """
+    last = -1
+    for its in range(first, end):
+        if begins[its] > begins[mine] or (begins[its] == begins[mine] and not yields):
+            break
+        after = min(its + 1, end - 1)
+        if segments_apart(points[mine], points[mine + 1], points[its], points[after]) < apart:
+            last = its
+    return last
+
+
+@compiled("boolean(float64[::1], float64[::1], float64[::1], float64[::1], float64)")
+def _boxes_meet(low: Array, high: Array, its_low: Array, its_high: Array, apart: float) -> bool:
+    """Return whether two boxes come nearer to each other than `apart` along both axes [m]."""
+    return bool(
+        low[0] <= its_high[0] + apart
+        and high[0] >= its_low[0] - apart
+        and low[1] <= its_high[1] + apart
+        and high[1] >= its_low[1] - apart
+    )
+
+
+@compiled("int64[:, ::1](float64[:, ::1], float64[::1], int64[::1], float64[::1], float64)")
+def arcs(points: Array, begins: Array, first: Indices, radii: Array, gap: float) -> Indices:
+    """Return the arcs of an action dependency graph; see `dependency_graph.dependencies`.
+
+    Args:
+        points: (n, 2) of all courses, frame map [m].
+        begins: (n,) when a robot leaves each [s].
+        first: (k + 1,) course i has the points from `first[i]` to `first[i + 1]`.
+        radii: (k,) of the robots [m].
+        gap: Distance between their circles [m].
+    """
+    robots = len(radii)
+    low, high = np.empty((robots, 2)), np.empty((robots, 2))
+    for robot in range(robots):
+        for axis in range(2):
+            low[robot, axis] = np.min(points[first[robot] : first[robot + 1], axis])
+            high[robot, axis] = np.max(points[first[robot] : first[robot + 1], axis])
+    found, count = np.empty((64, 4), dtype=np.int64), 0
+    for me in range(robots):
+        for other in range(robots):
+            apart = radii[me] + radii[other] + gap
+            if me == other or not _boxes_meet(low[me], high[me], low[other], high[other], apart):
+                continue
+            for mine in range(first[me], first[me + 1] - 1):
+                last = _last_before(
+                    points, begins, mine, first[other], first[other + 1], apart, other < me
+                )
+                if last < 0:
+                    continue
+                if count == len(found):
+                    found = np.concatenate((found, np.empty_like(found)))
+                found[count] = np.array([me, mine - first[me], other, last - first[other]])
+                count += 1
     return found[:count]

@@ -258,13 +258,12 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
         if goals[here] and end >= now + dwell:
             last, status = state, FOUND
             break
-        if end == np.inf:
-            if may_stop[here] or links[state, 0] < 0:
-                if now >= horizon:
-                    last, status = state, PARTIAL
-                    break
-                if togo[links[state, 5]] < best_togo - 1e-9:
-                    best, best_togo = state, togo[links[state, 5]]
+        if end == np.inf and (may_stop[here] or links[state, 0] < 0):
+            if now >= horizon:
+                last, status = state, PARTIAL
+                break
+            if togo[links[state, 5]] < best_togo - 1e-9:
+                best, best_togo = state, togo[links[state, 5]]
         facing = heading if links[state, 1] < 0 else angles[links[state, 1]]
         lanes = begins[here + 1] - begins[here]
         for item in range(lanes + legs[here + 1] - legs[here]):
@@ -336,14 +335,13 @@ def search(  # noqa: C901, D417, PLR0912, PLR0915  (an inner loop; calls with le
 
 
 @compiled(
-    "float64(int64[::1], int64[::1], int64, int64[::1], int64[::1], float64[::1], float64[::1],"
-    " float64[::1], int64, float64, float64, float64)"
+    "float64(int64[::1], int64[::1], int64, int64[::1], float64[::1], float64[::1], float64[::1],"
+    " int64, float64, float64, float64)"
 )
-def time_onwards(
+def time_onwards(  # noqa: D417  (the first ones are those of `Graph`)
     begins: Indices,
     legs: Indices,
     first_leg: int,
-    to: Indices,
     node: Indices,
     angles: Array,
     durations: Array,

@@ -24,8 +24,8 @@ from robot_navigation.mapf.joint_planner import (
     PlannerSettings,
     Timetable,
 )
-from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.path_search import Motion
+from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.route import PlanNumber, Route, Wait, marks
 from robot_navigation.mapf.zones import roadmap_with
 from robot_navigation.traffic.committed import Drive, Tracked
@@ -228,7 +228,11 @@ class Coordinator:
 
         A place is -1 for a robot that is not planned, and for one without a goal.
         """
-        points, radii, direct, own, begins = [], [], [], [], []
+        points: list[Point] = []
+        radii: list[float] = []
+        direct: list[tuple[int, int]] = []
+        own: list[int] = []  # rows of points
+        begins: list[int] = []  # rows of points
         rows: list[tuple[int, int]] = []
         crowded = _crowded(robots, begun)
         for number, (robot, start) in enumerate(zip(robots, begun, strict=True)):
@@ -265,7 +269,9 @@ class Coordinator:
             goals.append(goal)
         return ends, starts, goals
 
-    def _asked(self, robot: Tracked, begun: Committed, start: int, goal: int, now: float) -> _Asked:
+    def _asked(
+        self, robot: Tracked, begun: Committed, start: int, goal: int, now: float
+    ) -> _Asked:
         """Return what is asked of the planner for a robot.
 
         Args:
@@ -404,9 +410,7 @@ def _route(said: Announcement, drive: Drive) -> Route:
     Where a path lies on itself nobody can say how far along it a robot is.
     """
     points = drive.points
-    headings = [
-        math.atan2(by - ay, bx - ax) for (ax, ay), (bx, by) in itertools.pairwise(points)
-    ]
+    headings = [math.atan2(by - ay, bx - ax) for (ax, ay), (bx, by) in itertools.pairwise(points)]
     backs = (
         index
         for index, (one, other) in enumerate(itertools.pairwise(headings), start=1)

@@ -84,9 +84,7 @@ def retime(courses: Mapping[str, Course], clears: Mapping[str, float]) -> dict[s
                 when = max(when, clears.get(wait.robot, -math.inf))
         leaves[name].append(when)
         arrives[name].append(when + rest.arrives[index + 1] - rest.leaves[index])
-    return {
-        name: Times(tuple(arrives[name]), (*leaves[name], math.inf)) for name in courses
-    }
+    return {name: Times(tuple(arrives[name]), (*leaves[name], math.inf)) for name in courses}
 
 
 def _passed(course: Course, arrives: list[float], mark: int) -> float:
