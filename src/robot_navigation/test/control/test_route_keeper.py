@@ -17,7 +17,7 @@ GOAL = Pose(4.0, 0.0, 0.0)
 HERE = Pose(0.0, 0.0, 0.0)
 
 
-def route(*waits, plan=PLAN, first=10, goal=(4.0, 0.0), places=None, robot="me"):
+def route(*waits, plan=PLAN, first=10_000, goal=(4.0, 0.0), places=None, robot="me"):
     places = places or tuple((float(x), 0.0) for x in range(5))
     return Route(robot, plan, goal, first, places, waits, complete=True)
 
@@ -53,7 +53,7 @@ def test_it_takes_its_own_route_from_where_it_is(keeper):
     path = keeper.offer(GOAL, Pose(1.4, 0.05, 0.0), [])
 
     assert path.length == pytest.approx(2.6)
-    assert (keeper.plan, keeper.passed) == (PLAN, 11)
+    assert (keeper.plan, keeper.passed) == (PLAN, 11_400)
 
 
 def test_it_refuses_a_route_to_another_goal(keeper):
@@ -81,6 +81,32 @@ def test_it_refuses_a_route_that_begins_elsewhere(keeper):
     keeper.hear([route()], now=0.0)
 
     assert keeper.offer(GOAL, Pose(0.0, 2.0, 0.0), []) is None
+
+
+def test_on_a_path_that_comes_by_twice_it_is_where_it_has_driven_to(keeper):
+    there_and_back = ((0.0, 0.0), (2.0, 0.0), (0.0, 0.0), (0.0, 3.0))
+    keeper.hear([route(places=there_and_back)], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+    keeper.advance(0.5)
+    keeper.hear([route(places=there_and_back, plan=PlanNumber(3, 8))], now=1.0)
+
+    path = keeper.offer(GOAL, Pose(0.5, 0.0, 0.0), [])
+
+    assert path.length == pytest.approx(6.5)
+    assert keeper.passed == 10_500
+
+
+def test_a_robot_that_goes_on_along_its_path_counts_on(keeper):
+    keeper.hear([route()], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+    keeper.advance(1.0)
+    keeper.hear([route(Wait(13_000, "other", 5_000), plan=PlanNumber(3, 8))], now=1.0)
+    keeper.offer(GOAL, Pose(1.0, 0.0, 0.0), [])
+    keeper.go_on(1.0)
+    keeper.advance(1.5)
+
+    assert keeper.passed == 11_500
+    assert keeper.hold(1.5, heard(passed=0)).room == pytest.approx(1.5)
 
 
 def test_an_older_plan_does_not_replace_a_newer_one(keeper):
@@ -123,7 +149,7 @@ def test_a_plan_that_is_heard_once_more_guides_nobody(keeper):
     assert not keeper.is_guided(SILENCE)
 
 
-def test_it_counts_the_places_that_it_reaches(keeper):
+def test_it_counts_what_it_has_driven(keeper):
     keeper.hear([route()], now=0.0)
     keeper.offer(GOAL, HERE, [])
 
@@ -132,36 +158,36 @@ def test_it_counts_the_places_that_it_reaches(keeper):
         keeper.advance(progress)
         counts.append(keeper.passed)
 
-    assert counts == [10, 11, 11, 12, 14]
+    assert counts == [10_500, 10_950, 11_500, 12_000, 14_000]
 
 
 def test_it_stops_at_the_place_where_another_one_goes_first(keeper):
-    keeper.hear([route(Wait(12, "other", 5))], now=0.0)
+    keeper.hear([route(Wait(12_000, "other", 5_000))], now=0.0)
     keeper.offer(GOAL, HERE, [])
     keeper.advance(0.5)
 
-    hold = keeper.hold(0.5, heard(passed=4))
+    hold = keeper.hold(0.5, heard(passed=4_000))
 
     assert (hold.room, hold.robot) == (pytest.approx(1.5), "other")
 
 
 def test_it_goes_on_when_the_other_one_has_passed(keeper):
-    keeper.hear([route(Wait(12, "other", 5))], now=0.0)
+    keeper.hear([route(Wait(12_000, "other", 5_000))], now=0.0)
     keeper.offer(GOAL, HERE, [])
 
-    assert math.isinf(keeper.hold(0.0, heard(passed=5)).room)
+    assert math.isinf(keeper.hold(0.0, heard(passed=5_000)).room)
 
 
 def test_it_waits_for_one_that_follows_a_plan_of_another_epoch_or_is_not_heard(keeper):
-    keeper.hear([route(Wait(12, "other", 5))], now=0.0)
+    keeper.hear([route(Wait(12_000, "other", 5_000))], now=0.0)
     keeper.offer(GOAL, HERE, [])
 
-    assert keeper.hold(0.0, heard(passed=9, plan=PlanNumber(2, 1))).room == pytest.approx(2.0)
+    assert keeper.hold(0.0, heard(passed=9_000, plan=PlanNumber(2, 1))).room == pytest.approx(2.0)
     assert keeper.hold(0.0, Neighbourhood()).room == pytest.approx(2.0)
 
 
 def test_what_it_has_passed_holds_it_no_more(keeper):
-    keeper.hear([route(Wait(10, "other", 5))], now=0.0)
+    keeper.hear([route(Wait(10_000, "other", 5_000))], now=0.0)
     keeper.offer(GOAL, HERE, [])
     keeper.advance(1.0)
 

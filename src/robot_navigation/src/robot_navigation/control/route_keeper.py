@@ -142,6 +142,8 @@ class RouteKeeper:
             if other is not None and other.plan.epoch == epoch and other.passed >= reached:
                 continue
             room = (wait.at - self._begin) / PER_METRE - progress
+            if room < -BESIDE:  # it has entered already, and blocks the way if it stops
+                continue
             if room < nearest.room:
                 nearest = Hold(max(0.0, room), wait.robot)
         return nearest
