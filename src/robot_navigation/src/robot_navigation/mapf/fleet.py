@@ -43,7 +43,7 @@ class Fleet:
         horizon: float,
         effort: int,
         states: int,
-        dwell: float = math.inf,
+        dwells: Sequence[float],
     ) -> None:
         """Start with no robot planned.
 
@@ -55,7 +55,7 @@ class Fleet:
             horizon: From when on a path may end anywhere [s].
             effort: Most searches.
             states: Most states of one search.
-            dwell: How long a robot stays at its goal [s].
+            dwells: How long each robot stays at its goal [s].
         """
         self.tasks = list(tasks)
         self.sizes = sizes
@@ -66,7 +66,7 @@ class Fleet:
         self.reservations = reservations
         self._horizon = horizon
         self._states = states
-        self._dwell = dwell
+        self._dwells = dwells
         self._stood: dict[int, float] = {}
         self._budget = 0
         self._nobody = Reservations.like(reservations)
@@ -151,7 +151,7 @@ class Fleet:
             reservations,
             self._horizon,
             self._states,
-            self._dwell,
+            self._dwells[robot],
             only,
         )
 

@@ -58,6 +58,7 @@ class Agent:
         yaw_rate: Its highest turning speed [rad/s].
         priority: The lesser of two is planned first.
         stays: Whether it cannot be moved: it picks, charges, is defect or follows no plan.
+        dwell: How long it stays at its goal; later others may plan to pass there [s].
         body: Where it is until it is at its start, x, y [m] and when it leaves each point [s].
     """
 
@@ -71,6 +72,7 @@ class Agent:
     yaw_rate: float
     priority: float
     stays: bool = False
+    dwell: float = math.inf
     body: tuple[tuple[float, float, float], ...] = ()
 
 
@@ -111,7 +113,6 @@ class PlannerSettings:
         horizon: A robot that gets to its goal later than this ends somewhere on the way, where it
             can stay [s]; infinite to plan all the way.
         gap: Between the circles of two robots [m].
-        dwell: How long a robot stays at its goal; later others may plan to pass there [s].
         searches: Most searches for paths of one plan, for each robot.
         states: Most states that one search looks at.
         improvements: How often parts of a plan are made anew to see whether it gets shorter.
@@ -121,7 +122,6 @@ class PlannerSettings:
 
     horizon: float = 30.0
     gap: float = 0.1
-    dwell: float = math.inf
     searches: int = 20
     states: int = 20_000
     improvements: int = 0
@@ -253,7 +253,7 @@ class JointPlanner:
             settings.horizon,
             settings.searches * len(agents),
             settings.states,
-            settings.dwell,
+            [agent.dwell for agent in agents],
         )
         if not settings.classical:
             blocked = _Blocked(self._lines(), self._ends, self._count, len(self._one_end), agents)
@@ -321,7 +321,7 @@ class JointPlanner:
                 return None
             left = float(self._search(agent).times_from(agent.goal)[places[-1]])
         leaves = [max(table.leaves[first], agent.ready), *table.leaves[first + 1 :]]
-        stays = self.settings.dwell if complete and agent.start != agent.goal else math.inf
+        stays = agent.dwell if complete and agent.start != agent.goal else math.inf
         return self._path(
             places, table.arrives[first:], leaves, left, complete=complete, stays=stays
         )

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from robot_navigation.traffic.right_of_way import Announcement
 
 BACK = math.radians(150)  # a robot that turns by more goes back [rad]
+PATIENCE = 40.0  # so old a goal is planned for without trust that others leave theirs [s]
 SHORT = 0.1  # a way that is not worth driving [m]
 PASSED = 100  # a robot this near before a mark has come to it [mm]
 
@@ -102,7 +103,7 @@ class Coordinator:
 
     def _take_roadmap(self, roadmap: Roadmap) -> None:
         self.roadmap = roadmap
-        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP, dwell=STAYS))
+        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP))
         self._planned_at = -math.inf
         for robot in self._robots.values():
             robot.drive = None  # its places have other numbers now
@@ -301,6 +302,7 @@ class Coordinator:
             acceleration=said.limits.acceleration,
             yaw_rate=said.limits.yaw_rate,
             priority=said.right.since,
+            dwell=STAYS if now < said.right.since + PATIENCE else math.inf,
             body=track,
         )
         return _Asked(agent, Body(said.radius, track), arrives)
