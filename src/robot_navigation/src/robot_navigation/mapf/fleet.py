@@ -66,7 +66,7 @@ class Fleet:
         self.reservations = reservations
         self._horizon = horizon
         self._states = states
-        self._dwells = dwells
+        self._dwells = list(dwells)
         self._stood: dict[int, float] = {}
         self._budget = 0
         self._nobody = Reservations.like(reservations)
