@@ -9,8 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
-from robot_navigation.mapf.roadmap import Roadmap
+from robot_navigation.mapf.joint_planner import (
+    Agent,
+    Body,
+    JointPlanner,
+    PlannerSettings,
+    Timetable,
+)
+from robot_navigation.mapf.roadmap import Limit, Roadmap
 
 OPEN = ["........"] * 6
 AISLES = ["..........", ".###.####.", "..........", ".####.###.", ".........."]
@@ -378,3 +384,39 @@ def later(agents, tables, roadmap, step):
             )
         )
     return moved, shifted
+
+
+@pytest.mark.parametrize("most", [1, 2])
+def test_no_more_robots_are_in_a_zone_than_its_limit_allows(most):
+    roadmap, number = grid_map(OPEN)
+    middle = np.array([number[y, x] for y in range(6) for x in (3, 4)])
+    lanes = np.flatnonzero(np.isin(roadmap.lanes, middle).any(axis=1))
+    roadmap = replace(roadmap, limits=(Limit("middle", middle, lanes, most),))
+    agents = [
+        robot(number[y, x], number[y, 7 - x], priority=float(y))
+        for y, x in ((0, 0), (2, 0), (4, 0), (1, 7), (3, 7))
+    ]
+
+    tables = JointPlanner(roadmap, PlannerSettings(horizon=math.inf)).plan(agents)
+
+    assert all(table.complete for table in tables)
+    left, right = 2.0 * CELL, 5.0 * CELL
+    counts = [
+        sum(left + 0.01 < where(roadmap, table, time)[0] < right - 0.01 for table in tables)
+        for time in np.arange(0.0, max(table.arrives[-1] for table in tables), 0.1)
+    ]
+    assert max(counts) == most
+
+
+def test_a_robot_that_is_not_planned_counts_in_a_zone_too():
+    roadmap, number = grid_map(OPEN)
+    middle = np.array([number[y, x] for y in range(6) for x in (3, 4)])
+    lanes = np.flatnonzero(np.isin(roadmap.lanes, middle).any(axis=1))
+    roadmap = replace(roadmap, limits=(Limit("middle", middle, lanes, 1),))
+    stranger = Body(0.3, ((3.0 * CELL, 0.0, math.inf),))
+    agent = robot(number[5, 0], number[5, 7])
+
+    (table,) = JointPlanner(roadmap).plan([agent], bodies=[stranger])
+
+    assert not table.complete
+    assert not set(table.places) & set(middle.tolist())

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hive_common.geometry import Array, Indices
-    from robot_navigation.mapf.roadmap import Roadmap
+    from robot_navigation.mapf.roadmap import Limit, Roadmap
     from robot_navigation.planning.clearance import ClearanceField
 
 REACH = 2.3  # how far an end's lanes lead [spacings]: as far as a knight's move
@@ -48,6 +48,8 @@ class Ends:
         widths: (x,) least clearance along each [m].
         speeds: (x,) highest speed on each [m/s].
         may_park: (e,) whether an idle robot may stay there for long.
+        limits: Those of the roadmap, with the ends and legs that they concern: indices of places,
+            and of legs.
     """
 
     points: Array
@@ -57,6 +59,7 @@ class Ends:
     widths: Array
     speeds: Array
     may_park: NDArray[np.bool_]
+    limits: tuple[Limit, ...] = ()
 
 
 NO_ENDS = Ends(
@@ -143,6 +146,14 @@ def joined_ends(
         widths=zoned.widths[used],
         speeds=zoned.speeds[used],
         may_park=zoned.may_park[count:],
+        limits=tuple(
+            replace(
+                each,
+                places=each.places[each.places >= count],
+                lanes=(np.cumsum(used) - 1)[each.lanes[used[each.lanes]]],
+            )
+            for each in zoned.limits
+        ),
     )
 
 

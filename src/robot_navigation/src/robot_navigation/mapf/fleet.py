@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Array, Indices
     from robot_navigation.mapf.path_search import PathSearch, Task
+    from robot_navigation.mapf.zone_counts import ZoneCounts
 
 IDLE = 0.01  # what the time of a robot counts that only makes way, beside that of others
+GAIN = 0.1  # a shorter path that is worth a change [s]
 STICK = 3.0  # how much faster a new way must be than the way that a robot has [s]
 NEVER = 1e5  # when a robot that does not get to its goal is taken to go on, without a horizon [s]
 
@@ -31,6 +33,7 @@ class Fleet:
         searches: How each robot's paths are found.
         paths: What each robot does; None if it is not planned yet.
         effort: How many searches are left.
+        counts: How many robots are in zones with a limit; None without such zones.
         habits: The lanes and legs that a robot was to drive along before, (k,), by robot.
     """
 
@@ -63,6 +66,7 @@ class Fleet:
         self.paths: list[Path | None] = [None] * len(tasks)
         self.effort = effort
         self.habits: dict[int, Indices] = {}
+        self.counts: ZoneCounts | None = None
         self.reservations = reservations
         self._horizon = horizon
         self._states = states
@@ -81,6 +85,8 @@ class Fleet:
         self._get_up(robot)
         self.paths[robot] = path
         self.reservations.add(robot, self.sizes[robot], path.actions, path.times)
+        if self.counts is not None:
+            self.counts.put(robot, path)
         self._settled.append(robot)
 
     def take(self, robot: int) -> Path:
@@ -89,6 +95,8 @@ class Fleet:
         if path is None:
             raise ValueError(f"robot {robot} is not planned")
         self.reservations.remove(robot, self.sizes[robot], path.actions)
+        if self.counts is not None:
+            self.counts.take(robot)
         self.paths[robot] = None
         self._settled.remove(robot)
         return path
@@ -141,6 +149,14 @@ class Fleet:
             return path
         return kept if kept.end + kept.left <= path.end + path.left + STICK else path
 
+    def shorten(self, robot: int, only: Indices) -> None:
+        """Plan a robot anew along some lanes and legs, (k,), if it gets to its end sooner."""
+        path = self.take(robot)
+        found = self._found(robot, self.reservations, only)
+        if found is None or found.complete < path.complete or found.end > path.end - GAIN:
+            found = path
+        self.put(robot, found)
+
     def _found(
         self, robot: int, reservations: Reservations, only: Indices | None = None
     ) -> Path | None:
@@ -182,8 +198,8 @@ class Fleet:
             return []
         things, times = self._needs(robot, path)
         found = self.reservations.blockers(self.sizes[robot], things, times)
-        # Bodies on their way to a start have numbers behind those of the robots.
-        return [int(other) for other in found if other < len(self.tasks) and other != robot]
+        # Bodies have numbers behind those of the robots, and full zones negative ones.
+        return [int(other) for other in found if 0 <= other < len(self.tasks) and other != robot]
 
     def _stand_until(self, robot: int, until: float) -> None:
         """Take a robot that is not planned yet to stand where it is until some time [s]."""

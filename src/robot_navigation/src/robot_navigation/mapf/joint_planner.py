@@ -28,6 +28,7 @@ from robot_navigation.mapf.path_search import Motion, Path, PathSearch, Task
 from robot_navigation.mapf.pushing import PushingFleet
 from robot_navigation.mapf.reservations import Reservations
 from robot_navigation.mapf.segments import segments_apart, segments_near
+from robot_navigation.mapf.zone_counts import ZoneCounts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -116,6 +117,8 @@ class PlannerSettings:
         searches: Most searches for paths of one plan, for each robot.
         states: Most states that one search looks at.
         improvements: How often parts of a plan are made anew to see whether it gets shorter.
+        gain: By how much a part of a plan has to get shorter to be changed [s].
+        straight: Whether robots that begin at ends go straight to later places of their paths.
         classical: Whether robots are points and conflict as in the classical problem; see
             `conflicts.classical_conflicts`.
     """
@@ -125,6 +128,8 @@ class PlannerSettings:
     searches: int = 20
     states: int = 20_000
     improvements: int = 0
+    gain: float = 1e-3
+    straight: bool = False
     classical: bool = False
 
 
@@ -183,17 +188,37 @@ class JointPlanner:
         self._keep(fleet, agents, before, order)
         fixed = {robot for robot in order if agents[robot].stays}
         if not fleet.settle_freely(order, fixed) and not self._step_by_step(fleet, agents):
+            # Those for whom there was no place are planned anew, and if need be all of them.
+            contested = fleet.contested
             fleet = self._fleet(agents, bodies)
-            self._keep(fleet, agents, (), order)
-            fleet.settle_all(order)
+            kept = [None if robot in contested else table for robot, table in enumerate(before)]
+            self._keep(fleet, agents, kept, order)
+            if not fleet.settle_all(order):
+                fleet = self._fleet(agents, bodies)
+                self._keep(fleet, agents, (), order)
+                fleet.settle_all(order)
         # Bodies may keep a robot from getting out of the way; it waits for the next plan.
         for robot, path in enumerate(fleet.paths):
             if path is None:
                 fleet.put(robot, fleet.stand(robot))
         movable = [robot for robot in order if robot not in fixed]
-        improve(fleet, movable, self.settings.improvements)
+        if self.settings.straight:
+            self._straighten(fleet, agents, movable)
+        improve(fleet, movable, self.settings.improvements, self.settings.gain)
         paths = [path for path in fleet.paths if path is not None]
         return [self._timetable(path, agent) for path, agent in zip(paths, agents, strict=True)]
+
+    def _straighten(self, fleet: Fleet, agents: Sequence[Agent], movable: Sequence[int]) -> None:
+        """Let robots go straight from where they begin to a later place of their paths."""
+        for robot in movable:
+            path = fleet.paths[robot]
+            start = agents[robot].start
+            if path is None or len(path.actions) < 2 or fleet.tasks[robot].goal < 0:  # noqa: PLR2004
+                continue
+            places = (path.actions[0::2] - self._lanes).tolist()
+            legs = [leg for place in places[2:] if (leg := self._leg_of.get((start, place)))]
+            if legs:
+                fleet.shorten(robot, np.concatenate([path.actions[1::2], legs]))
 
     def _join(self, ends: Ends) -> None:
         """Take the ends of the next plan, in place of those before."""
@@ -255,6 +280,7 @@ class JointPlanner:
             settings.states,
             [agent.dwell for agent in agents],
         )
+        fleet.counts = self._counts(reservations)
         if not settings.classical:
             blocked = _Blocked(self._lines(), self._ends, self._count, len(self._one_end), agents)
             moving = [Body(agent.radius, agent.body) for agent in agents]
@@ -267,7 +293,31 @@ class JointPlanner:
                         fleet.reservations.block(
                             len(agents) + number, size, things, -math.inf, after[2]
                         )
+                    if fleet.counts is not None and who < 0:
+                        fleet.counts.stay(len(agents) + number, things, after[2])
         return fleet
+
+    def _counts(self, reservations: Reservations) -> ZoneCounts | None:
+        """Return what counts robots in zones with a limit; None without such zones."""
+        limits = self.roadmap.limits
+        if not limits:
+            return None
+        ways = len(self._one_end) - self._count
+        more = {each.name: each for each in self._ends.limits}
+        first_leg, first_way = self._lanes + len(self._places), ways + len(self._places)
+        none = np.empty(0, dtype=np.intp)
+        things, actions = [], []
+        for limit in limits:
+            ends = more.get(limit.name)
+            places, legs = (none, none) if ends is None else (ends.places, ends.lanes)
+            places = np.concatenate([limit.places, places])
+            things.append(
+                np.concatenate(
+                    [np.unique(self._ways[limit.lanes]), ways + places, first_way + legs]
+                )
+            )
+            actions.append(np.concatenate([limit.lanes, self._lanes + places, first_leg + legs]))
+        return ZoneCounts(reservations, things, actions, [limit.robots for limit in limits])
 
     def _lines(self) -> tuple[Array, Array]:
         """Return the ends of all things that are reserved, (k, 2) each, frame map [m]."""

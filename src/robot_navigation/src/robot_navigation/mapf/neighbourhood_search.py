@@ -17,29 +17,29 @@ if TYPE_CHECKING:
     from robot_navigation.mapf.fleet import Fleet
     from robot_navigation.mapf.path_search import Path
 
-LEAST = 1e-3  # a gain that counts [s]
 SMALLEST, LARGEST = 2, 8  # robots of a neighbourhood
 TRIED = 0.7  # how much less likely a robot is chosen again each time it did not help
 RARELY = 0.05  # and not less likely than this
 
 
-def improve(fleet: Fleet, movable: Sequence[int], tries: int) -> None:
+def improve(fleet: Fleet, movable: Sequence[int], tries: int, gain: float) -> None:
     """Make a plan shorter.
 
     Args:
         fleet: The robots, all planned.
         movable: Those whose plans may change.
         tries: How many neighbourhoods to look at.
+        gain: By how much one has to get shorter [s].
     """
     chance = random.Random(len(movable))  # noqa: S311  (the same plan for the same robots)
     weights = dict.fromkeys(movable, 1.0)
     for _ in range(tries):
         delays = [fleet.delay(robot) * weights[robot] for robot in movable]
-        if sum(delays) < LEAST:
+        if sum(delays) < gain:
             return
         seed = chance.choices(movable, delays)[0]
         robots = _neighbours(fleet, seed, movable, chance)
-        better = _replan(fleet, robots, chance)
+        better = _replan(fleet, robots, chance, gain)
         weights[seed] = 1.0 if better else max(weights[seed] * TRIED, RARELY)
 
 
@@ -61,7 +61,7 @@ def _neighbours(
     return robots
 
 
-def _replan(fleet: Fleet, robots: Sequence[int], chance: random.Random) -> bool:
+def _replan(fleet: Fleet, robots: Sequence[int], chance: random.Random, gain: float) -> bool:
     """Plan some robots anew; return whether it is better, else nothing changed."""
     before: dict[int, Path] = {}
     cost = sum(fleet.cost(robot) for robot in robots)
@@ -77,7 +77,7 @@ def _replan(fleet: Fleet, robots: Sequence[int], chance: random.Random) -> bool:
             break
         fleet.put(robot, path)
         spent += fleet.cost(robot)
-        if spent > cost - LEAST:
+        if spent > cost - gain:
             break
     else:
         return True

@@ -42,7 +42,13 @@ SHARE = 60  # most searches for one robot and all those that it has to push
 
 
 class PushingFleet(Fleet):
-    """Robots that are planned one after the other; see the module."""
+    """Robots that are planned one after the other; see the module.
+
+    Attributes:
+        contested: Those of which one found no way past another.
+    """
+
+    contested: frozenset[int] = frozenset()
 
     def settle_freely(self, order: Sequence[int], fixed: Collection[int]) -> bool:
         """Plan robots in some order as if those that are not planned yet were not there.
@@ -65,6 +71,7 @@ class PushingFleet(Fleet):
             others: list[int] = []
             if not self._satisfies(robot, path):
                 others = [other for other in self.hinder(robot) if other not in fixed]
+                self.contested |= {robot, *others}
             if others:
                 left -= 1
                 if left < 0:

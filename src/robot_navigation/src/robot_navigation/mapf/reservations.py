@@ -125,6 +125,19 @@ class Reservations:
             things[:0],
         )
 
+    def unblock(self, who: int, size: int, things: Indices) -> None:
+        """Free what `block` reserved."""
+        count = len(things)
+        remove_spans(
+            self.heads[size],
+            self.links,
+            self._free,
+            who,
+            np.arange(count),
+            np.arange(count + 1),
+            things,
+        )
+
     def blocked_by(self, who: int, sizes: Indices, things: Indices) -> Array:
         """Return when a robot blocks each of some things first [s], (k,); infinite for never."""
         return first_blocked(self.heads, self.spans, self.links, who, sizes, things)

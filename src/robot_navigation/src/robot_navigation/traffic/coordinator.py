@@ -31,6 +31,7 @@ from robot_navigation.mapf.zones import roadmap_with
 from robot_navigation.traffic.committed import Drive, Tracked
 from robot_navigation.traffic.retiming import STAYS, Course, Times, retime
 from robot_navigation.traffic.right_of_way import GAP
+from robot_navigation.traffic.zone_order import zone_waits
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,6 +47,8 @@ if TYPE_CHECKING:
 
 BACK = math.radians(150)  # a robot that turns by more goes back [rad]
 PATIENCE = 40.0  # so old a goal is planned for without trust that others leave theirs [s]
+IMPROVEMENTS = 3  # parts of a plan that are made anew each time
+GAIN = 2.0  # by how much they have to get shorter, so that robots keep their paths [s]
 SHORT = 0.1  # a way that is not worth driving [m]
 PASSED = 100  # a robot this near before a mark has come to it [mm]
 
@@ -103,7 +106,9 @@ class Coordinator:
 
     def _take_roadmap(self, roadmap: Roadmap) -> None:
         self.roadmap = roadmap
-        self._planner = JointPlanner(roadmap, PlannerSettings(gap=GAP))
+        self._planner = JointPlanner(
+            roadmap, PlannerSettings(gap=GAP, improvements=IMPROVEMENTS, gain=GAIN, straight=True)
+        )
         self._planned_at = -math.inf
         for robot in self._robots.values():
             robot.drive = None  # its places have other numbers now
@@ -377,6 +382,16 @@ class Coordinator:
                     passes=drives[other].passed_after(its),
                 )
             )
+        open_ = [zone for zone in self.roadmap.zones if zone.name not in self.roadmap.closed]
+        for me, mine, other, its in zone_waits(drives, open_):
+            if mine >= len(begun[me].points) - 1 and robots[other].is_planned(now):
+                waits[me].append(
+                    Wait(
+                        at=drives[me].marks[mine],
+                        robot=robots[other].said.name,
+                        passes=drives[other].passed_after(its),
+                    )
+                )
         return waits
 
 
