@@ -14,7 +14,9 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hive_common.geometry import Array, Indices
+    from numpy.typing import NDArray
+
+    from hive_common.geometry import Indices
     from robot_navigation.mapf.path_search import Path
     from robot_navigation.mapf.reservations import Reservations
 
@@ -78,7 +80,7 @@ class ZoneCounts:
                 reservations.block(FIRST - zone, size, things, begin, end)
 
 
-def stays(path: Path, inside: Array) -> list[Span]:
+def stays(path: Path, inside: NDArray[np.bool_]) -> list[Span]:
     """Return from when to when a robot is in a zone, by which of its actions are in it [s]."""
     spans: list[Span] = []
     for index in np.flatnonzero(inside).tolist():
