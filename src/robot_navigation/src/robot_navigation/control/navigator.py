@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 SLACK = 0.02  # clearance beyond the robot's radius at a passing place [m]
 AT_HAND = 0.1  # a robot that may go no farther than this waits [m]
 SAME_PATH = 0.02  # how far corners of a path may be from those of another to be the same [m]
+NEAR = 0.5  # a robot has driven no farther than this since its last round [m]
 ROUTE_WITHIN = 3.0  # how long a goal waits for a route while a planner is heard [s]
 
 
@@ -177,8 +178,9 @@ class Navigator:
         path = keeper.offer(self.goal, pose, self._driver.claimed())
         if path is None or keeper.route is None:
             return
-        if self._goes_on(path) and self._ends_at_goal == keeper.route.complete:
-            keeper.go_on(self._driver.progress)
+        along = self._along(path)
+        if along is not None and self._ends_at_goal == keeper.route.complete:
+            keeper.go_on(along)
             return
         self._ends_at_goal = keeper.route.complete
         goal = self.goal if keeper.route.complete else None
@@ -186,15 +188,19 @@ class Navigator:
         yaw = None if goal is None else goal.yaw
         self._driver.start(path, yaw, settle_from=None)
 
-    def _goes_on(self, path: Path) -> bool:
-        """Return whether a new path is what is left of the one that the robot drives along."""
+    def _along(self, path: Path) -> float | None:
+        """Return how far along its path a new one begins that goes on with it [m], if one does."""
         if self.path is None or self._moving_aside:
-            return False
-        left = self.path.section(self._driver.progress, self.path.length)
+            return None
+        progress = self._driver.progress
+        begin = path.at(0.0)
+        along = self.path.nearest(begin, progress - NEAR, progress + NEAR)
+        left = self.path.section(along, self.path.length)
         points = path.section(0.0, path.length)
-        return len(left) == len(points) and all(
+        same = len(left) == len(points) and all(
             math.dist(*pair) < SAME_PATH for pair in zip(left, points, strict=True)
         )
+        return along if same else None
 
     def _plan_to_goal(self, now: float, pose: Pose, heard: Neighbourhood) -> GoalOutcome | None:
         """Plan to the goal, if there is one and the robot has no path."""

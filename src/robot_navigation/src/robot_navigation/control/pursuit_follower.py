@@ -38,6 +38,13 @@ SWING = 0.3  # share of its acceleration that a holonomic base may use to turn w
 HOLONOMIC_TOLERANCE = 0.3
 """Share of `position_tolerance` for a holonomic base, which can correct sideways [-]."""
 
+BESIDE_BEND = 0.03
+"""By how far a base may cut a bend [m]. A turn by an angle `a` from standstill to standstill takes
+2 sqrt(a / yaw acceleration). A base that drives a way `s` meanwhile describes about an arc of that
+length, which passes the corner at a distance of s a / 8."""
+
+SLOWEST = 0.12  # speed at which it takes the sharpest bend that it does not turn in on the spot [m/s]
+
 STRAIGHT = 0.1  # heading error at which a turn on the spot ends [rad]
 
 
@@ -133,10 +140,16 @@ class PursuitFollower:
             max(STANDSTILL, speed_to_stop_within(left, brake, 0.05)) if room.ahead > 0 else 0.0,
         )
         for mark, turn in self._path.bends(self.progress - 0.1, self.progress + 5.0):
-            slow = max(0.15, 1.0 - turn / 1.2) * min(base.max_speed, 0.8)
+            slow = max(SLOWEST, self._speed_in(turn))
             gap = max(0.0, mark - self.progress)
             speed = min(speed, math.sqrt(slow * slow + 2 * brake * gap))
         return speed
+
+    def _speed_in(self, turn: float) -> float:
+        """Return the speed at which the base may drive through a bend [m/s]; see `BESIDE_BEND`."""
+        if turn == 0.0:
+            return math.inf
+        return 4 * BESIDE_BEND * math.sqrt(self._base.yaw_acceleration / turn) / turn
 
     def _steer(
         self, pose: Pose, bearing: float, distance: float, speed: float, room: Room

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from shapely.geometry import LineString
 
 from robot_navigation.mapf.dependency_graph import Course as Line
 from robot_navigation.mapf.dependency_graph import dependencies
@@ -50,6 +51,7 @@ PATIENCE = 40.0  # so old a goal is planned for without trust that others leave 
 IMPROVEMENTS = 3  # parts of a plan that are made anew each time
 GAIN = 2.0  # by how much they have to get shorter, so that robots keep their paths [s]
 SHORT = 0.1  # a way that is not worth driving [m]
+STRAIGHT = 0.01  # so far beside a line is on it [m]
 PASSED = 100  # a robot this near before a mark has come to it [mm]
 
 
@@ -440,10 +442,17 @@ def _route(said: Announcement, drive: Drive) -> Route:
         plan=drive.plan,
         goal=said.goal,
         first=drive.marks[0],
-        places=points[: end + 1],
+        places=_without_straight(points[: end + 1]),
         waits=drive.waits,
         complete=drive.complete and end == len(points) - 1,
     )
+
+
+def _without_straight(points: tuple[Point, ...]) -> tuple[Point, ...]:
+    """Return the points at which a robot turns, so that it does not slow down at the others."""
+    if len(points) < 3:  # noqa: PLR2004  (the points inside a line of two ends)
+        return points
+    return tuple(LineString(points).simplify(STRAIGHT).coords)
 
 
 def _heading(begun: Committed, said: Announcement) -> float:
