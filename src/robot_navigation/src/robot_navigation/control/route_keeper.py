@@ -139,7 +139,7 @@ class RouteKeeper:
         for wait in self.route.waits:
             other = heard.latest(wait.robot)
             reached = wait.passes - REACHED * PER_METRE
-            if other is not None and other.plan.epoch == epoch and other.passed >= reached:
+            if other is not None and other.plan.epoch == epoch and other.reaches >= reached:
                 continue
             room = (wait.at - self._begin) / PER_METRE - progress
             if room < -BESIDE:  # it has entered already, and blocks the way if it stops

@@ -202,7 +202,7 @@ class Coordinator:
                 wait.at
                 for wait in robot.drive.waits
                 if (other := self._robots.get(wait.robot)) is not None
-                and other.said.passed < wait.passes - PASSED
+                and other.said.reaches < wait.passes - PASSED
             ),
             default=math.inf,
         )

@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hive_common.compiled import compiled
-from robot_navigation.mapf.route import NO_PLAN
+from robot_navigation.mapf.route import NO_PLAN, PER_METRE
 from robot_navigation.planning.path import sampled
 
 if TYPE_CHECKING:
@@ -158,6 +158,15 @@ class Announcement:
     passed: int = 0
     waits_for: str = ""
     obstacles: tuple[tuple[float, float, float], ...] = ()
+
+    @cached_property
+    def reaches(self) -> int:
+        """The mark of its route up to which it claims its path.
+
+        Nobody else can be there before it has passed.
+        """
+        length = sum(math.dist(*leg) for leg in itertools.pairwise(self.path))
+        return self.passed + round(PER_METRE * min(self.claim, length))
 
     @cached_property
     def samples(self) -> tuple[Array, Array]:
