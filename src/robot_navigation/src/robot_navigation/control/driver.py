@@ -67,11 +67,7 @@ class Driver:
         self._check = ObstacleCheck(model.base, model.laser)
         self.sight = model.laser.range_max + math.hypot(*model.laser.pose[:2])
         self.sight += HEARD_LATE + ON_ROBOT
-        self.limits = Limits(
-            follower.top_speed(self._check.most_room),
-            model.base.acceleration,
-            model.base.max_yaw_rate,
-        )
+        self.limits = follower.limits(self._check.most_room)
 
     @property
     def progress(self) -> float:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from hive_common.pose import STOP, Pose, Velocity
 from robot_navigation.planning.path import Path, angle_between
+from robot_navigation.traffic.right_of_way import Limits
 
 if TYPE_CHECKING:
     from robot_description.models import Base
@@ -44,6 +45,8 @@ BESIDE_BEND = 0.03
 length, which passes the corner at a distance of s a / 8."""
 
 SLOWEST = 0.12  # speed at which it takes the sharpest bend that it does not turn in on the spot [m/s]
+
+QUARTER = math.pi / 2  # the turn by which its turning speed is told [rad]
 
 STRAIGHT = 0.1  # heading error at which a turn on the spot ends [rad]
 
@@ -96,6 +99,19 @@ class PursuitFollower:
         """See `Follower.top_speed`."""
         brake = BRAKING * self._base.acceleration
         return min(self._base.max_speed, speed_to_stop_within(room, brake, REACTION))
+
+    def limits(self, room: float) -> Limits:
+        """See `Follower.limits`."""
+        base = self._base
+        per_speed = (1 + 1 / BRAKING) / 2  # it brakes more gently than it accelerates
+        fastest = math.sqrt(QUARTER * base.yaw_acceleration / per_speed)
+        speeding = per_speed * fastest / base.yaw_acceleration
+        quarter = 2 * speeding
+        if fastest > base.max_yaw_rate:
+            fastest = base.max_yaw_rate
+            speeding = per_speed * fastest / base.yaw_acceleration
+            quarter = QUARTER / fastest + speeding
+        return Limits(self.top_speed(room), base.acceleration / per_speed, QUARTER / quarter)
 
     def halt(self, dt: float) -> Velocity:
         """See `Follower.halt`."""
