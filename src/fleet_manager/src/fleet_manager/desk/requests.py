@@ -62,7 +62,7 @@ class SentTask:
 
 
 class RequestQueue:
-    """Sends tasks, cancellations and zones to close or open to the link until they are answered."""
+    """Sends tasks, cancellations and commands for zones to the link until they are answered."""
 
     def __init__(self, send: Callable[[Command], None]) -> None:
         self._send = send
