@@ -70,10 +70,8 @@ class Account:
         if isinstance(report, TaskUpdate):
             self._count(report)
         elif isinstance(report, RobotStatus):
-            if report.task_id:
-                self._busy.add(report.robot_id)
-            else:
-                self._busy.discard(report.robot_id)
+            if (report.robot_id in self._busy) is not bool(report.task_id):
+                self._busy ^= {report.robot_id}
                 self._moved.pop(report.robot_id, None)
         elif isinstance(report, TruePlace):
             self._follow(report)
