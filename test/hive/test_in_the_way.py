@@ -23,6 +23,7 @@ WEST, EAST = (7.0, 3.2, 0.0), (13.5, 3.2, 0.0)
 DOOR = (10.0, 3.2)  # between them; the lab has another door farther off
 WIDE = 1.4  # how near to its middle a robot comes that looks into it [m]
 WITHIN = 90.0  # [s]
+QUEUE = 4.0  # a robot that waits for a station is this near [m]
 
 
 @cache
@@ -140,5 +141,24 @@ def test_nobody_touches_a_robot_that_a_person_drives_and_all_arrive():
     lab.wait(20.0, each_step)
 
     assert arrived
+    assert lab.traffic.outcomes["b"].reached
+    assert lab.simulation.collisions == 0
+
+
+def test_robots_queue_for_a_station_beside_the_way_and_come_in_when_it_is_free():
+    station = (12.7, 10.5, math.pi / 2)
+    lab = Lab(a=station, b=(12.0, 3.0, 0.0), c=(7.0, 3.2, 0.0))
+    lab.traffic.navigators["a"].stationary = True
+    lab.traffic.send("b", station)
+    lab.wait(40.0)
+    waits_at = lab.simulation.poses["b"][:2]
+
+    _, passes = lab.drive("c", (16.9, 10.5, math.pi / 2))
+    lab.traffic.navigators["a"].stationary = False
+    lab.traffic.send("a", (2.6, 4.0, 0.0))
+    lab.wait(60.0)
+
+    assert math.dist(waits_at, station[:2]) < QUEUE
+    assert passes
     assert lab.traffic.outcomes["b"].reached
     assert lab.simulation.collisions == 0
