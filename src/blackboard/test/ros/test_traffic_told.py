@@ -57,14 +57,14 @@ def test_what_stays_as_it_is_is_not_passed_on(wire):
     assert wire.used == []
 
 
-def test_delays_count_in_whole_seconds_and_now_and_then_only(wire):
+def test_delays_count_in_steps_at_the_middle_of_their_square_and_now_and_then_only(wire):
     wire.say(epoch=1000, slowest=slow(4.4))
     wire.now += DELAYS_PERIOD / 2
     wire.say(epoch=1000, slowest=slow(9.0))
     wire.now += DELAYS_PERIOD / 2
-    wire.say(epoch=1000, slowest=slow(0.9))
+    wire.say(epoch=1000, slowest=slow(1.4))
 
-    assert [each.slow for each in wire.used] == [(Slow(2.0, 3.0, 4.0),), ()]
+    assert [each.slow for each in wire.used] == [(Slow(3.0, 3.0, 3.0),), ()]
 
 
 def test_a_planner_that_was_replaced_is_not_heard_any_more(wire):

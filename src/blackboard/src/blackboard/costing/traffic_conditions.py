@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -32,8 +32,7 @@ FREE_SPEED = 1.0
 AGAINST = 0.01  # cosine; who drives across a one-way zone does not drive against it
 
 
-@dataclass(frozen=True)
-class SlowPlace:
+class SlowPlace(NamedTuple):
     """A place where robots lose time.
 
     Attributes:

@@ -16,8 +16,11 @@ from hive_common.zone import Zone
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-DELAYS_PERIOD = 30.0
+DELAYS_PERIOD = 60.0
 """New delays count so often [s]: with each of them, all path lengths are worked out anew."""
+
+STEP = 3.0  # delays count in such steps, so that most of the time nothing changes [s]
+SQUARE = 2.0  # side of the squares by which the traffic planner tells slow places apart [m]
 
 
 class TrafficTold:
@@ -60,12 +63,21 @@ class TrafficTold:
 
 
 def _slow_places(msg: Any) -> tuple[SlowPlace, ...]:  # noqa: ANN401  (a TrafficState)
-    """Return where robots lose a second and more; less than that is worth no detour."""
+    """Return where robots lose time, in an order that does not change."""
     return tuple(
-        SlowPlace(round(each.place.x, 1), round(each.place.y, 1), float(round(each.delay)))
-        for each in msg.slowest
-        if each.delay >= 1.0
+        sorted(
+            SlowPlace(
+                _middle(each.place.x), _middle(each.place.y), STEP * round(each.delay / STEP)
+            )
+            for each in msg.slowest
+            if each.delay >= STEP / 2
+        )
     )
+
+
+def _middle(coordinate: float) -> float:
+    """Return the middle of the square that has a coordinate in it [m]."""
+    return SQUARE * (math.floor(coordinate / SQUARE) + 0.5)
 
 
 def _zones(hive: str) -> tuple[Zone, ...]:
