@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip("ompl")
 
+from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
@@ -113,6 +114,15 @@ def test_legs_of_tours_are_counted_once_each():
     account(TaskUpdate("T2", TaskState.FAILED, step=2, steps=4), ())
 
     assert (account.legs, account.failed) == (4, 1)
+
+
+def test_the_longest_time_between_two_heartbeats_is_kept():
+    times = iter((5.0, 5.2, 5.9, 6.1))
+    account = Account(lambda: 0.0, lambda: next(times))
+    for number in range(4):
+        account(Heartbeat(1, "blackboard", "robot1", ("blackboard",), number), ())
+
+    assert account.heartbeat_gap == pytest.approx(0.7)
 
 
 def test_a_robot_stands_while_it_has_a_task_and_does_not_move():

@@ -10,12 +10,14 @@ from __future__ import annotations
 import contextlib
 import math
 import tempfile
+import time
 from collections import defaultdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from blackboard.consensus.messages import Heartbeat
 from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
@@ -54,12 +56,17 @@ class Account:
         contacts: How often robots have touched something.
         locks: How many locks the traffic planner has found.
         longest_stand: For how long a robot with a task has stood still [s].
+        heartbeat_gap: The longest time between two heartbeats of the hive [s, wall clock].
     """
 
-    def __init__(self, now: Callable[[], float]) -> None:
-        """Begin with nothing; `now` returns the hive's time [s]."""
+    def __init__(
+        self, now: Callable[[], float], wall: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Begin with nothing; `now` returns the hive's time, `wall` that of the wall clock [s]."""
         self.legs = self.failed = self.contacts = self.locks = 0
-        self.longest_stand = 0.0
+        self.longest_stand = self.heartbeat_gap = 0.0
+        self._wall = wall
+        self._beat = math.inf
         self._now = now
         self._steps: dict[str, int] = defaultdict(int)
         self._busy: set[str] = set()
@@ -75,6 +82,9 @@ class Account:
                 self._moved.pop(report.robot_id, None)
         elif isinstance(report, TruePlace):
             self._follow(report)
+        elif isinstance(report, Heartbeat):
+            before, self._beat = self._beat, self._wall()
+            self.heartbeat_gap = max(self.heartbeat_gap, self._beat - before)
         elif isinstance(report, Collisions):
             self.contacts = report.total
         elif isinstance(report, TrafficState):
@@ -101,8 +111,9 @@ def through_ros(connect: Connect, minutes: int) -> BenchResult:
 
     Returns:
         Of both: goals per hour and robot, tours that failed, contacts, the longest stand of a
-        robot with a task [s]; of the planned one how many locks its planner has found; and the
-        planned goals over the local ones.
+        robot with a task [s], the longest time between two heartbeats [s, wall clock]; of the
+        planned one how many locks its planner has found; and the planned goals over the local
+        ones.
     """
     figures: dict[str, float] = {}
     for traffic in ("planned", "local"):
@@ -140,5 +151,6 @@ def _drive(connect: Connect, traffic: str, seconds: float) -> dict[str, float]:
             "failed tours": float(account.failed),
             "contacts": float(account.contacts),
             "longest stand": account.longest_stand,
+            "heartbeat gap": account.heartbeat_gap,
             "locks": float(account.locks),
         }
