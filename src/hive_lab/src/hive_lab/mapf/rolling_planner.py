@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hive_lab.mapf.grid_file import Grid
 
 HORIZON = 30.0  # how far ahead robots are planned [steps]
-IMPROVEMENTS = 400  # how often a part of a plan to the end is made anew
+IMPROVEMENTS = 200  # how often a part of a plan to the end is made anew
 TINY = 1e-6  # rounding of times [steps]
 
 
