@@ -9,6 +9,7 @@ setup(
             "hive_lab.allocation",
             "hive_lab.bench",
             "hive_lab.bench.allocation",
+            "hive_lab.bench.traffic",
             "hive_lab.fault_schedules",
             "hive_lab.fleets",
             "hive_lab.live",

@@ -18,6 +18,9 @@ WEST, EAST = (6.5, 3.2, 0.0), (13.5, 3.2, 0.0)
 """On both sides of the zone; the upper door is the other way between them."""
 
 
+IN_THE_DOOR = (10.0, 3.2, 0.0)
+
+
 class Planned:
     """What the planner and the robots say about traffic."""
 
@@ -143,6 +146,16 @@ def test_a_zone_that_is_closed_is_driven_around(operator, traffic):
     assert list(traffic.state.closed) == [ZONE]
 
 
+def test_no_robot_bids_for_a_place_in_a_closed_zone(operator, traffic):  # noqa: ARG001
+    operator.post(task("F1", TaskMsg.GA, IN_THE_DOOR))
+
+    def refusals():
+        return [bids[-1].reason for bids in list(operator.bids["F1"].values())]
+
+    operator.expect(lambda: len(refusals()) == len(ROBOTS), "bids of all robots", refusals)
+    assert all("finds no path there" in reason for reason in refusals())
+
+
 def test_a_zone_that_does_not_exist_is_refused_with_those_that_do(operator):  # noqa: ARG001
     refused = hive("zone", "close", "roof")
 
@@ -174,6 +187,7 @@ def test_a_zone_that_is_opened_again_is_driven_through(operator, traffic):
     assert operator.follow("E1").state == TaskState.DONE
     assert was_in_zone(operator, began)
     assert list(traffic.state.closed) == []
+    assert operator.follow("F1").state == TaskState.DONE  # it has waited for this
 
 
 def test_the_command_line_shows_the_traffic(operator, traffic):  # noqa: ARG001

@@ -21,7 +21,7 @@ BUSY = TrafficState(
         RobotWait("robot3", "robot1", 4.0, 2.5, 92.0, "at the dock"),
         RobotWait("robot2", "robot3", 5.0, 2.5, 30.0, "at (5.0, 2.5)"),
     ),
-    slowest=(SlowPlace(4.2, 2.6, 95.0, 7, "near the dock"),),
+    slowest=(SlowPlace(4.2, 2.6, 95.0, 7, "near the dock", 4.5),),
     locks=(Lock("held", ("robot2",), 60.0, "robot2 stands at the dock"),),
     counts={"circle": 2, "blocked": 0, "held": 1},
     unreached={"robot1": ("shelf", "dock")},
@@ -116,7 +116,7 @@ def test_traffic_as_json_has_numbers_in_metres_and_seconds(terminal):
     }
     assert data["zones"] == [{"name": "door", "closed": False}, {"name": "hall", "closed": True}]
     assert data["slowest"] == [
-        {"x": 4.2, "y": 2.6, "where": "near the dock", "waited": 95.0, "waits": 7}
+        {"x": 4.2, "y": 2.6, "where": "near the dock", "waited": 95.0, "waits": 7, "delay": 4.5}
     ]
     assert data["locks"] == [
         {"kind": "held", "robots": ["robot2"], "for": 40.0, "text": "robot2 stands at the dock"}

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -170,6 +171,11 @@ def test_a_rejected_task_is_not_done_with_its_reason(link, plan):
     result = DemoRun(plan, FakeLocalHive(), link, io.StringIO()).run()
 
     assert not_done(result.report) == ["S1 REJECTED: goal A is inside a wall"]
+
+
+@pytest.mark.parametrize("wanted", ["", "local", "planned"])
+def test_a_demo_starts_the_hive_with_the_traffic_that_is_wanted(plan, wanted):
+    assert replace(plan, traffic=wanted).arguments["traffic"] == wanted
 
 
 def test_a_clock_slower_than_asked_is_said(link):

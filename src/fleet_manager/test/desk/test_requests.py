@@ -8,6 +8,7 @@ import pytest
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
+from fleet_manager.client.traffic import TrafficState, ZoneCommand
 from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
 from fleet_manager.desk.requests import MAX_SHOWN, REPEAT, Answer, RequestQueue
 from hive_common.pose import Pose
@@ -139,3 +140,28 @@ def test_only_the_newest_answered_tasks_are_shown_and_no_open_one_is_dropped(des
     assert "T1" in names
     assert len(names) <= MAX_SHOWN + 1
     assert desk.queue.unanswered == 1
+
+
+def test_a_zone_is_asked_for_again_until_the_traffic_planner_tells_that_it_is_so():
+    desk, close = Desk(), ZoneCommand("door", closed=True)
+    desk.queue.switch(close)
+    desk.tick()
+    desk.hear(TrafficState(1, 0.0, zones=("door", "hall"), closed=("hall",)))
+    desk.tick(after=REPEAT)
+    desk.hear(TrafficState(1, 0.0, zones=("door", "hall"), closed=("door", "hall")))
+    desk.tick(after=REPEAT)
+
+    assert desk.sent == [close, close]
+
+
+def test_what_a_person_asks_for_a_zone_last_counts():
+    desk, close, open_ = (
+        Desk(),
+        ZoneCommand("door", closed=True),
+        ZoneCommand("door", closed=False),
+    )
+    desk.queue.switch(close)
+    desk.queue.switch(open_)
+    desk.tick()
+
+    assert desk.sent == [open_]

@@ -6,9 +6,10 @@ Fleet files hold them, and the traffic planner obeys them.
 
 from itertools import combinations
 from math import pi
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import attrs
+import numpy as np
 
 from hive_common.structuring import (
     Allowed,
@@ -19,6 +20,9 @@ from hive_common.structuring import (
     one_of,
     positive,
 )
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 ONE_WAY = "one-way"
 KEEP_OUT = "keep-out"
@@ -89,6 +93,18 @@ class Zone:
                 f"an area of {area:.3g} m^2, or edges that cross; allowed: corners in their order "
                 f"around the zone, at least {MIN_AREA:g} m^2",
             )
+
+
+def inside(corners: "NDArray[np.float64]", points: "NDArray[np.float64]") -> "NDArray[np.bool_]":
+    """Return which points (n, 2) lie in a polygon with corners (k, 2), by counting crossings."""
+    x, y = points[:, :1], points[:, 1:]
+    ahead = np.roll(corners, -1, axis=0)
+    rises = ahead[:, 1] - corners[:, 1]
+    spans = (corners[:, 1] <= y) != (ahead[:, 1] <= y)
+    share = (y - corners[:, 1]) / np.where(rises == 0, 1.0, rises)
+    crossed = spans & (x < corners[:, 0] + share * (ahead[:, 0] - corners[:, 0]))
+    found: NDArray[np.bool_] = crossed.sum(axis=1) % 2 == 1
+    return found
 
 
 def _area(corners: tuple[Corner, ...]) -> float:

@@ -7,6 +7,7 @@ from hive_common.landmark import Landmark
 from robot_navigation.ros.traffic_report import (
     LONG,
     MOST_PLACES,
+    RECENT,
     WINDOW,
     TrafficReport,
     Waiting,
@@ -81,13 +82,13 @@ def test_the_time_that_robots_have_waited_at_a_place_is_added_up(report):
 
 
 def test_the_slowest_places_come_first_and_are_few(report):
-    for now in range(30):
-        there = [Waiting(f"r{n}", "a", 10.0 * n, 0.0, 0.0) for n in range(20) if now <= 1 + n]
+    for now in range(70):
+        there = [Waiting(f"r{n}", "a", 10.0 * n, 0.0, 0.0) for n in range(60) if now <= 1 + n]
         report.note(float(now), there)
     xs = [place.x for place in report.slowest()]
 
     assert len(xs) == MOST_PLACES
-    assert xs[:3] == [190.0, 180.0, 170.0]
+    assert xs[:3] == [590.0, 580.0, 570.0]
 
 
 def test_what_was_long_ago_is_forgotten(report):
@@ -104,3 +105,29 @@ def test_after_the_clock_was_set_back_waiting_is_counted_anew(report):
     report.note(2.0, waits("ab", since=1.5))
 
     assert [place.waited for place in report.slowest()] == pytest.approx([0.5])
+
+
+def test_what_a_robot_loses_at_a_place_is_what_all_have_lost_over_how_many_have_passed(report):
+    for now in range(10, 21):
+        there = {"a": (1.0, 1.0), "c": (-1.0 + 0.4 * (now - 10), 1.0), "d": (9.0, 1.0 * now)}
+        report.note(float(now), waits("ab", since=10.0), there)
+    (place,) = report.slowest()
+
+    assert place.delay == pytest.approx(10.0)  # c alone has come in
+
+    for now in range(21, 25):
+        there = {"a": (1.0, 1.0), "e": (1.0, -1.0 + 0.7 * (now - 21))}
+        report.note(float(now), [], there)
+    (place,) = report.slowest()
+
+    assert place.delay == pytest.approx(5.0)
+
+
+def test_what_was_lost_minutes_ago_delays_nobody_any_more(report):
+    report.note(0.0, waits("ab"))
+    report.note(5.0, waits("ab"))
+    report.note(5.0 + RECENT + 1.0, [])
+    (place,) = report.slowest()
+
+    assert place.waited == pytest.approx(5.0)
+    assert place.delay == 0.0

@@ -25,6 +25,8 @@ QUIET = 30.0
 OF_EVERY_NODE = ("/get_loggers", "/set_logger_level")
 OF_EVERY_RUN = {"run_id", "rosdistro", "rosversion", "roslaunch", "journal", "launch_fleet"}
 """First parts of the names of parameters that differ, or that users have no use for."""
+OF_EVERY_START = {"/traffic_planner/epoch"}
+"""Parameters that differ whenever a hive is started."""
 ANONYMOUS = re.compile(r"_\d+_\d{13}\b")
 PLACE = re.compile(rf"{re.escape(str(ROOT))}(/[\w.-]+)*/")
 LONG = 300
@@ -131,7 +133,7 @@ def recordable(parameters):
     return {
         name: plain(value)
         for name, value in parameters.items()
-        if name.split("/")[1] not in OF_EVERY_RUN
+        if name.split("/")[1] not in OF_EVERY_RUN and name not in OF_EVERY_START
     }
 
 

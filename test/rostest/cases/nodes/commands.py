@@ -7,7 +7,7 @@ import time
 import actionlib
 import pytest
 import rospy
-from move_base_msgs.msg import MoveBaseAction, MoveBaseActionResult
+from move_base_msgs.msg import MoveBaseAction
 
 from blackboard.domain.task import StepKind, TaskStep
 from blackboard.robot.executor import CommandState
@@ -46,15 +46,19 @@ def server():
 def test_a_goal_that_is_reached_while_it_is_being_sent_ends():
     command = MoveBaseCommand(Talker(), 5.0)
     reached, ended, results = threading.Event(), threading.Event(), []
-    rospy.Subscriber("move_base/result", MoveBaseActionResult, lambda _: reached.set())
     client = command._client  # noqa: SLF001  (where a busy machine stops for a while)
-    send = client.manager.send_goal_fn
+    send, hear = client.manager.send_goal_fn, client.manager.update_results
+
+    def hear_result(result):
+        hear(result)
+        reached.set()
 
     def send_slowly(goal):
         send(goal)
         assert reached.wait(PATIENCE)
 
     client.manager.register_send_goal_fn(send_slowly)
+    client.manager.update_results = hear_result
     assert client.wait_for_server(rospy.Duration(PATIENCE))
     command.start(
         TaskStep(StepKind.MOVE, Pose(1.0, 2.0, 0.0), 0.0, "T1"),

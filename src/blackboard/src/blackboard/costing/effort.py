@@ -58,8 +58,8 @@ class Predictor:
 
     def leg(self, start: Pose, goal: Pose, force: float) -> tuple[float, float, float]:
         """Return the distance [m], energy [J] and duration [s] of a drive with a force [N]."""
-        distance = self._path_lengths.length(start, goal)
-        duration = self._pace.duration(start, goal, distance)
+        distance, delay = self._path_lengths.length_and_delay(start, goal)
+        duration = self._pace.duration(start, goal, distance) + delay
         return distance, force * distance + self._robot.idle_power * duration, duration
 
     def arm_work(self, kind: StepKind, here: Pose) -> Effort:

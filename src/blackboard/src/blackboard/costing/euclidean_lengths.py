@@ -22,6 +22,10 @@ class EuclideanLengths:
         """Return the distance [m]."""
         return start.distance_to(goal)
 
+    def length_and_delay(self, start: Pose, goal: Pose) -> tuple[float, float]:
+        """Return the distance [m], and no delay."""
+        return start.distance_to(goal), 0.0
+
     def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
         """Return all distances, (starts, goals) [m]."""
         here = np.array([(pose.x, pose.y) for pose in starts]).reshape(-1, 1, 2)

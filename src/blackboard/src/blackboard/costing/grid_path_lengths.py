@@ -7,19 +7,21 @@ import math
 from collections import OrderedDict
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.costing.traffic_conditions import NO_TRAFFIC
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from blackboard.costing.traffic_conditions import TrafficConditions
     from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
 
@@ -36,38 +38,67 @@ _MAX_STANDS = 4000
 _STEP_ASIDE = 0.15
 """A pose this close to the free floor counts as on it: no robot knows exactly where it is [m]."""
 
+_DETOUR = 1.0  # how much farther a robot drives to save a second [m]
+
 
 class GridPathLengths:
     """Shortest paths on a map for a round robot, from a distance field per goal.
 
     A field holds the distance from every cell to one goal, so all bids on a task share one search.
-    Paths are symmetric: the field of either end answers.
+    Without traffic, paths are symmetric: the field of either end answers.
+
+    Where traffic costs time, paths are those that a robot prefers which drives `_DETOUR` farther
+    to save a second.
 
     Args:
         grid: What is known of the floor.
         radius: How close the robot's centre may come to a blocked cell [m].
+        traffic: Where robots may not go, and where they lose time.
     """
 
-    def __init__(self, grid: GridMap, radius: float = 0.0) -> None:
+    def __init__(
+        self, grid: GridMap, radius: float = 0.0, traffic: TrafficConditions = NO_TRAFFIC
+    ) -> None:
         self._radius = radius
-        self.use(grid)
+        self._lay_out(grid, traffic)
+        self._follow(traffic)
 
-    def use(self, grid: GridMap) -> None:
-        """Use another map from now on."""
+    def use(self, grid: GridMap, traffic: TrafficConditions = NO_TRAFFIC) -> None:
+        """Use another map, or other conditions of traffic, from now on."""
+        if grid is not self._floor or traffic.zones != self._traffic.zones:
+            self._lay_out(grid, traffic)
+        self._follow(traffic)
+
+    def _lay_out(self, grid: GridMap, traffic: TrafficConditions) -> None:
         self._floor = grid
-        self._fields: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
         self._stand = lru_cache(_MAX_STANDS)(self._find_stand)
-        self._roads = cache(partial(_make_roads, grid, self._radius))  # made when first needed
+        # Made when first needed.
+        self._roads = cache(partial(_make_roads, grid, self._radius, traffic))
+
+    def _follow(self, traffic: TrafficConditions) -> None:
+        self._traffic = traffic
+        self._moves = cache(lambda: _moves_in_traffic(self._roads(), self._floor, traffic))
+        self._fields: OrderedDict[int, _Field] = OrderedDict()
 
     def length(self, start: Pose, goal: Pose) -> float:
-        """Return the length of the shortest path [m]; infinite if there is none."""
+        """Return the length of the path [m]; infinite if there is none."""
+        return self.length_and_delay(start, goal)[0]
+
+    def length_and_delay(self, start: Pose, goal: Pose) -> tuple[float, float]:
+        """Return the length of the path [m] and the time that traffic costs on it [s].
+
+        The length is infinite if there is no path.
+        """
         first, last = self._stand(start), self._stand(goal)
         if first is None or last is None or first.part != last.part:
-            return math.inf
+            return math.inf, 0.0
         ends = [first.node, last.node]
-        if ends[0] in self._fields and ends[1] not in self._fields:
+        symmetric = self._traffic.change_nothing
+        if symmetric and ends[0] in self._fields and ends[1] not in self._fields:
             ends.reverse()
-        return max(float(self._field(ends[1])[ends[0]]), start.distance_to(goal))
+        field = self._field(ends[1])
+        delay = 0.0 if field.delays is None else float(field.delays[ends[0]])
+        return max(float(field.lengths[ends[0]]), start.distance_to(goal)), delay
 
     def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
         """Return the lengths of all paths, (starts, goals) [m]; see `length`.
@@ -83,7 +114,7 @@ class GridPathLengths:
             end = self._stand(goal)
             if end is not None:
                 reached = parts == end.part
-                field = self._field(end.node)[nodes[reached]]
+                field = self._field(end.node).lengths[nodes[reached]]
                 found[reached, column] = np.maximum(field, straight[reached, column])
         return found
 
@@ -101,11 +132,15 @@ class GridPathLengths:
             return "is inside a wall or in unknown space; choose a free place of the map"
         return ""
 
-    def _field(self, node: int) -> NDArray[np.float64]:
-        """Return the distance from every node of the coarse grid to one node [m]."""
+    def _field(self, node: int) -> _Field:
+        """Return the paths from every node of the coarse grid to one node."""
         field = self._fields.pop(node, None)
         if field is None:
-            field = csgraph.dijkstra(self._roads().graph, directed=False, indices=node)
+            if self._traffic.change_nothing:
+                graph = self._roads().graph
+                field = _Field(csgraph.dijkstra(graph, directed=False, indices=node), None)
+            else:
+                field = _field_in_traffic(self._roads(), self._moves(), node)
         self._fields[node] = field
         if len(self._fields) > _MAX_FIELDS:
             self._fields.popitem(last=False)
@@ -122,8 +157,15 @@ class GridPathLengths:
         if free is None:
             return None
         row, column = free
-        node = (row // roads.factor) * roads.columns + column // roads.factor
+        node = (row // roads.factor) * roads.shape[1] + column // roads.factor
         return _Stand(node, int(roads.parts[free]))
+
+
+class _Field(NamedTuple):
+    """The paths from all nodes of the coarse grid to one of them."""
+
+    lengths: NDArray[np.float64]  # [m]; infinite where there is no path
+    delays: NDArray[np.float64] | None  # what traffic costs on each [s]; None if nothing
 
 
 @dataclass(frozen=True)
@@ -142,17 +184,22 @@ class _Roads:
     # to; 0 if it is not free.
     parts: NDArray[np.int32]
     factor: int  # how many of the map's cells make one side of a coarse cell
-    columns: int  # of the coarse grid
+    shape: tuple[int, int]  # of the coarse grid
+    side: float  # of a coarse cell [m]
     graph: sparse.csr_matrix  # moves between the coarse cells [m], which are numbered row by row
 
 
-def _make_roads(grid: GridMap, radius: float) -> _Roads:
+def _make_roads(grid: GridMap, radius: float, traffic: TrafficConditions) -> _Roads:
     """Compute where a robot can drive, and the moves on a grid of about `_MAX_CELLS`.
 
     A coarse cell is free if any part of it is, which keeps narrow doors open. The map's own cells
     decide whether there is a path at all, so that none opens where the robot does not fit.
     """
-    padded = np.pad(grid.blocked, 1, constant_values=True)
+    blocked = grid.blocked
+    if traffic.zones:
+        middles = _middles(grid, blocked.shape, grid.resolution)
+        blocked = blocked | traffic.is_shut(middles).reshape(blocked.shape)
+    padded = np.pad(blocked, 1, constant_values=True)
     clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * grid.resolution
     free = clearance > max(radius, grid.resolution / 2)
     parts, _ = ndimage.label(free)
@@ -163,7 +210,48 @@ def _make_roads(grid: GridMap, radius: float) -> _Roads:
     whole = np.zeros((rows * factor, columns * factor), dtype=bool)
     whole[: free.shape[0], : free.shape[1]] = free
     coarse = whole.reshape(rows, factor, columns, factor).any(axis=(1, 3))
-    return _Roads(parts, factor, columns, _graph(coarse) * (grid.resolution * factor))
+    side = grid.resolution * factor
+    return _Roads(parts, factor, (rows, columns), side, _graph(coarse) * side)
+
+
+def _middles(grid: GridMap, shape: tuple[int, ...], side: float) -> NDArray[np.float64]:
+    """Return the middles of cells of a side [m], row by row, (n, 2), frame map [m]."""
+    rows, columns = np.indices(shape).reshape(2, -1)
+    corner = np.array(grid.origin[:2])
+    middles: NDArray[np.float64] = corner + side * (np.column_stack([columns, rows]) + 0.5)
+    return middles
+
+
+def _moves_in_traffic(
+    roads: _Roads, grid: GridMap, traffic: TrafficConditions
+) -> sparse.csr_matrix:
+    """Return the moves that traffic allows, from each cell to where a robot comes from.
+
+    A move costs its length, and what time it takes longer, as `_DETOUR` says [m].
+    """
+    middles = _middles(grid, roads.shape, roads.side)
+    ways = roads.graph.tocoo()
+    lost = traffic.lost_time(middles)
+    costs = ways.data * (1.0 + _DETOUR * (lost[ways.row] + lost[ways.col]) / 2)
+    starts, ends = np.concatenate([ways.row, ways.col]), np.concatenate([ways.col, ways.row])
+    kept = traffic.is_allowed(middles[starts], middles[ends])
+    moves = (np.concatenate([costs, costs])[kept], (ends[kept], starts[kept]))
+    return sparse.csr_matrix(moves, shape=roads.graph.shape)
+
+
+def _field_in_traffic(roads: _Roads, moves: sparse.csr_matrix, node: int) -> _Field:
+    """Return the paths of least cost to a node, and what they consist of."""
+    costs, following = csgraph.dijkstra(moves, indices=node, return_predecessors=True)
+    ahead = np.where(following < 0, np.arange(len(following)), following)
+    rows, columns = np.divmod(np.arange(len(ahead)), roads.shape[1])
+    lengths = roads.side * np.hypot(rows[ahead] - rows, columns[ahead] - columns)
+    # Each round doubles how far ahead a node has added up the steps on its way.
+    while (ahead != ahead[ahead]).any():
+        lengths, ahead = lengths + lengths[ahead], ahead[ahead]
+    lengths[np.isinf(costs)] = math.inf
+    with np.errstate(invalid="ignore"):
+        delays = np.maximum(0.0, np.nan_to_num(costs - lengths)) / _DETOUR
+    return _Field(lengths, delays)
 
 
 def _nearest(

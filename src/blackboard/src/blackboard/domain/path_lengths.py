@@ -15,5 +15,11 @@ class PathLengths(Protocol):
     def length(self, start: Pose, goal: Pose) -> float:
         """Return the length of the path [m]; infinite if there is none."""
 
+    def length_and_delay(self, start: Pose, goal: Pose) -> tuple[float, float]:
+        """Return the length of the path [m] and the time that traffic costs on it [s].
+
+        The length is infinite if there is no path.
+        """
+
     def refusal(self, pose: Pose) -> str:
         """Return why no robot can stand at a pose, to follow its name; empty if one can."""

@@ -89,12 +89,13 @@ class Robot:
         self._last_order = ""
         aging = Aging(talker.world.now, settings.aging)
         pace = Pace(characteristics.max_speed)
-        controller.observe(
-            lambda: self._pose,
-            lambda start, goal, duration: pace.learn(
-                start, goal, path_lengths.length(start, goal), duration
-            ),
-        )
+
+        def learn(start: Pose, goal: Pose, duration: float) -> None:
+            # The pace is that on a free floor; what traffic costs comes on top of it.
+            distance, delay = path_lengths.length_and_delay(start, goal)
+            pace.learn(start, goal, distance, duration - delay)
+
+        controller.observe(lambda: self._pose, learn)
         self._schedule = Schedule(characteristics, path_lengths, settings.cost_model, aging, pace)
         self._service = service = Service()
         self._filter = hive_filter = hive_filter or NoFilter(talker)

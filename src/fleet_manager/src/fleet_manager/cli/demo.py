@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from blackboard.domain.settings import TRAFFIC
 from fleet_manager.cli.context import FileName, pass_context
 from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.scenario import read_scenario
@@ -39,6 +40,11 @@ if TYPE_CHECKING:
     help="The robots: name or path of a fleet file; the scenario's own by default.",
 )
 @click.option(
+    "--traffic",
+    type=click.Choice(TRAFFIC),
+    help="Who says who goes first where robots meet; what the fleet file says by default.",
+)
+@click.option(
     "--rtf",
     type=click.FloatRange(0.1, 20),
     default=1.0,
@@ -62,6 +68,7 @@ def demo(
     context: CliContext,
     scenario: str,
     fleet: str | None,
+    traffic: str | None,
     rtf: float,
     windows: bool | None,
     results: Path,
@@ -75,6 +82,7 @@ def demo(
     Examples:
       hive demo
       hive demo --scenario warehouse --rtf 2
+      hive demo --traffic planned
       hive demo --fleet ./my_fleet.yaml --headless
 
     Exits with 0 only if every task is DONE and nothing collided; otherwise it names what
@@ -86,6 +94,7 @@ def demo(
         fleet=read_fleet(fleet or what.fleet),
         rtf=rtf,
         windows=screen_is_usable() if windows is None else windows,
+        traffic=traffic or "",
     )
     folder = _new_folder(results, f"{what.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}")
     with local_hive(folder) as hive:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 CIRCLE = "circle"  # the kind of lock of robots that wait for each other
 LONG = 30.0  # a robot that waits for longer is worth an event [s]
+MOST_SHOWN = 10  # of the slow places that the planner tells
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,7 @@ class SlowPlace:
     waited: float  # all together [s]
     waits: int  # how often one has begun to wait
     where: str  # in words
+    delay: float = 0.0  # what a robot that passes there loses at present, in the mean [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +147,7 @@ def traffic_data(state: TrafficState) -> dict[str, Any]:
                 "where": place.where,
                 "waited": place.waited,
                 "waits": place.waits,
+                "delay": place.delay,
             }
             for place in state.slowest
         ],
@@ -169,10 +172,10 @@ def wait_rows(state: TrafficState) -> list[tuple[str, ...]]:
 
 
 def place_rows(state: TrafficState) -> list[tuple[str, ...]]:
-    """Return a row for each slow place."""
+    """Return a row for each of the slowest places."""
     return [
         (f"{each.x:.1f}, {each.y:.1f}", each.where, duration(each.waited), str(each.waits))
-        for each in state.slowest
+        for each in state.slowest[:MOST_SHOWN]
     ]
 
 

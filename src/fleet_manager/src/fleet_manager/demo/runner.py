@@ -43,6 +43,7 @@ class DemoPlan:
     fleet: Fleet  # the robots
     rtf: float  # the requested real-time factor
     windows: bool  # whether RViz and the operator's windows open
+    traffic: str = ""  # who says who goes first; empty: as the fleet file says
 
     @property
     def arguments(self) -> dict[str, str]:
@@ -55,6 +56,7 @@ class DemoPlan:
             "rtf": f"{self.rtf:g}",
             "rviz": windows,
             "gui": windows,
+            "traffic": self.traffic,
         }
 
     @property

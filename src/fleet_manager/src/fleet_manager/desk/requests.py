@@ -3,7 +3,7 @@
 
 A publisher in ROS does not know whether anybody heard it, and the leader may change between a
 request and its answer. So a request is repeated until the hive answers; the blackboard takes the
-same task twice as one.
+same task twice as one. The traffic planner answers by telling which zones are closed.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
+from fleet_manager.client.traffic import TrafficState, ZoneCommand
 from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
 
 if TYPE_CHECKING:
@@ -61,12 +62,13 @@ class SentTask:
 
 
 class RequestQueue:
-    """Sends tasks and cancellations to the link until they are answered."""
+    """Sends tasks, cancellations and commands for zones to the link until they are answered."""
 
     def __init__(self, send: Callable[[Command], None]) -> None:
         self._send = send
         self._tasks: dict[str, SentTask] = {}
         self._cancels: dict[str, float | None] = {}
+        self._zones: dict[ZoneCommand, float | None] = {}
 
     @property
     def sent_tasks(self) -> tuple[SentTask, ...]:
@@ -90,6 +92,11 @@ class RequestQueue:
         """Add a cancellation; the next `tick` sends it."""
         self._cancels[task_id] = None
 
+    def switch(self, command: ZoneCommand) -> None:
+        """Add a zone to close or open, in place of what was asked for it before."""
+        self._zones.pop(ZoneCommand(command.zone, not command.closed), None)
+        self._zones[command] = None
+
     def hear(self, fact: Fact, find: Callable[[str], TaskRecord | None]) -> bool:
         """Look for answers in a fact, and return whether a sent task changed.
 
@@ -100,6 +107,10 @@ class RequestQueue:
             return self._hear_update(report, find)
         if isinstance(report, TaskList):
             return self._hear_list(report)
+        if isinstance(report, TrafficState):
+            done = [each for each in self._zones if (each.zone in report.closed) is each.closed]
+            for command in done:
+                del self._zones[command]
         return False
 
     def tick(self, now: float, someone_listens: bool) -> bool:
@@ -120,6 +131,10 @@ class RequestQueue:
             if someone_listens and _is_due(asked, now):
                 self._send(CancelTask(name))
                 self._cancels[name] = now
+        for command, asked in self._zones.items():
+            if someone_listens and _is_due(asked, now):
+                self._send(command)
+                self._zones[command] = now
         return changed
 
     def _hear_update(self, update: TaskUpdate, find: Callable[[str], TaskRecord | None]) -> bool:

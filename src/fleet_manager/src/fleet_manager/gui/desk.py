@@ -16,6 +16,7 @@ from python_qt_binding.QtCore import QObject, QTimer, Signal
 from blackboard.consensus.messages import Heartbeat
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.leadership import Standing
+from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.client.words import Event, Severity
 from fleet_manager.desk.facts import (
     Clicked,
@@ -121,6 +122,13 @@ class Desk(QObject):
         for task_id in task_ids:
             self.requests.cancel(task_id)
             self.hive.note(Event(f"asked the hive to cancel task {task_id}", task_id=task_id))
+        self._tick()
+
+    def switch_zone(self, name: str, *, closed: bool) -> None:
+        """Ask the traffic planner to close a zone, or to open it."""
+        self.requests.switch(ZoneCommand(name, closed))
+        verb = "close" if closed else "open"
+        self.hive.note(Event(f"asked the traffic planner to {verb} zone {name}"))
         self._tick()
 
     def send_again(self, task_ids: Iterable[str]) -> None:

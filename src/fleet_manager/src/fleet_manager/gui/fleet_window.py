@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from python_qt_binding.QtCore import Qt
@@ -118,6 +119,8 @@ class FleetWindow(QMainWindow):
         menu = self.menuBar().addMenu("&File")
         leave = menu.addAction("&Quit", self.close)
         leave.setShortcut(QKeySequence.Quit)
+        self.zones_menu = self.menuBar().addMenu("Closed &zones")
+        self.zones_menu.aboutToShow.connect(self._list_zones)
         menu = self.menuBar().addMenu("&View")
         for dock in self._docks:
             menu.addAction(dock.toggleViewAction())
@@ -130,6 +133,25 @@ class FleetWindow(QMainWindow):
             looks.addAction(action)
         group.triggered.connect(lambda action: self.appear(action.data()))
         self._looks = group
+
+    def _list_zones(self) -> None:
+        """Fill the menu with the zones; the checked ones are closed."""
+        self.zones_menu.clear()
+        traffic = self._desk.hive.traffic
+        if traffic is None or not traffic.zones:
+            why = (
+                "No traffic planner is heard" if traffic is None else "The fleet file has no zones"
+            )
+            self.zones_menu.addAction(why).setEnabled(False)
+            return
+        for name in traffic.zones:
+            action = self.zones_menu.addAction(name.replace("&", "&&"))
+            action.setCheckable(True)
+            action.setChecked(name in traffic.closed)
+            action.triggered.connect(partial(self._switch_zone, name))
+
+    def _switch_zone(self, name: str, closed: bool) -> None:
+        self._desk.switch_zone(name, closed=closed)
 
     def appear(self, appearance: Appearance) -> None:
         """Apply an appearance, now and at the next start."""

@@ -74,6 +74,9 @@ def launch_fleet(
     except HiveError as error:
         click.echo(f"launch_fleet: {error}", err=True)
         sys.exit(_BAD_INPUT)
+    if wanted.zones and wanted.traffic == "local":
+        remedy = "start with traffic:=planned, or write `traffic: planned` in the fleet file"
+        click.echo(f"launch_fleet: the fleet's zones bind nobody: {remedy}", err=True)
     if check:
         click.echo(text, nl=False)
     else:

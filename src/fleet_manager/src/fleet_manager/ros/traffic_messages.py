@@ -33,7 +33,7 @@ def state_from_msg(msg: messages.TrafficState) -> TrafficState:
             for each in msg.waits
         ),
         slowest=tuple(
-            SlowPlace(each.place.x, each.place.y, each.waited, each.waits, each.where)
+            SlowPlace(each.place.x, each.place.y, each.waited, each.waits, each.where, each.delay)
             for each in msg.slowest
         ),
         locks=tuple(

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     "--robots",
     type=click.IntRange(min=2),
     metavar="N",
-    help="How large a fleet, for auction, hive and system.",
+    help="How large a fleet, for auction, hive, system and traffic.",
 )
 @click.option(
     "--map",
@@ -82,6 +82,14 @@ if TYPE_CHECKING:
     help="How many people walk among each fleet, for traffic.",
 )
 @click.option("--close", is_flag=True, help="A lane closes and opens again, for traffic.")
+@click.option("--site", metavar="NAME", help="hall, lab or warehouse, for traffic.")
+@click.option("--ros", is_flag=True, help="A hive on ROS, planned and local, for traffic.")
+@click.option(
+    "--keep",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Keep each run's result; with the same file a measurement goes on, for traffic.",
+)
 @pass_context
 def bench(context: CliContext, name: str | None, file: Path | None, **options: object) -> None:
     """Measure; without a NAME, list what can be measured.
@@ -96,11 +104,13 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench flake --runs 5
       hive bench auction --robots 10
       hive bench hive --robots 100
-      hive bench traffic --minutes 60 --runs 5
+      hive bench traffic --minutes 60 --runs 5 --keep hours.jsonl
+      hive bench traffic --site lab --robots 4
       hive bench traffic --map room-32-32-4.map --scen room-32-32-4-random-1.scen
       hive bench traffic --faults 1000
       hive bench traffic --people 5
       hive bench traffic --close
+      hive bench traffic --ros
 
     Ends with 0 when the measurement ran, whatever it found; faults, hive and traffic end with 1
     when a property was broken.

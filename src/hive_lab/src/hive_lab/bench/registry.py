@@ -185,9 +185,23 @@ BENCHES: Mapping[str, Bench] = {
         connects=True,
     ),
     "traffic": Bench(
-        "share of its throughput that a fleet loses [1], or MAPF files, --map, or --faults N runs",
-        "bench.traffic",
-        options=("map", "scen", "faults", "minutes", "runs", "local", "people", "close"),
+        "share of its throughput that a fleet loses [1]; --map: MAPF files; --faults N; --ros",
+        "bench.traffic.measure",
+        options=(
+            "map",
+            "scen",
+            "faults",
+            "site",
+            "robots",
+            "minutes",
+            "runs",
+            "local",
+            "people",
+            "close",
+            "ros",
+            "keep",
+        ),
+        connects=True,
     ),
 }
 

@@ -9,21 +9,18 @@ with roslaunch and the ROS master, but not the process that posts the tours.
 from __future__ import annotations
 
 import contextlib
-import random
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from blackboard.domain.task import Task, TaskType
 from fleet_manager.client.client import HiveClient
 from fleet_manager.config.fleet_file import read_fleet
-from fleet_manager.config.places import places_of
 from fleet_manager.demo.history import History
 from fleet_manager.demo.local_hive import local_hive, wait_for_everyone
-from fleet_manager.errors import NoHiveError
 from hive_lab.bench.registry import BenchResult, run_apart
+from hive_lab.bench.tours import Tours
 from hive_lab.bench.usage import shares, usage_of
 from hive_lab.fleets.hall_files import HallFiles, write_hall
 
@@ -39,9 +36,6 @@ if TYPE_CHECKING:
 _WORLD = "lab"
 _SECONDS = 60.0  # measured time [s, wall clock]; well above the length of a tour's legs
 _UNDER_WAY = 10.0  # time from the first tour to the measurement [s]: by then all robots drive
-_GOALS = 4
-_SPARE = 2
-_SEED = 1
 _SLOWEST = 1.05  # a run counts as in time if it takes so many times as long [1]
 _MOVING = 0.05  # a robot that covers less than this in a second stands still [m]
 AIMS: Mapping[int, Mapping[str, float]] = {
@@ -51,37 +45,6 @@ AIMS: Mapping[int, Mapping[str, float]] = {
 """Cores and memory [GB] at real time, by the number of robots."""
 _FASTER = {4: 5.0, 10: 2.0}
 """How many times as fast as real time so many robots should be able to drive."""
-
-
-class _Tours:
-    """Keeps more tours on the list than there are robots.
-
-    Attributes:
-        unanswered: Tours posted in vain, as to a hive that has no leader for a while.
-    """
-
-    def __init__(self, client: HiveClient, robots: int, world: str) -> None:
-        self._client = client
-        self._wanted = robots + _SPARE
-        places = places_of(world).items()
-        self._goals = [pose for name, pose in places if "charger" not in name]
-        self._draw = random.Random(_SEED)
-        self._ids: list[str] = []
-        self.unanswered = 0
-
-    def refill(self) -> None:
-        """Post tours until enough are unfinished."""
-        states = (self._client.state.state_of(task_id) for task_id in self._ids)
-        open_now = sum(state is None or not state.is_terminal for state in states)
-        for _ in range(self._wanted - open_now):
-            task_id = f"tour-{len(self._ids) + 1}"
-            goals = tuple(self._draw.sample(self._goals, _GOALS))
-            self._ids.append(task_id)
-            try:
-                self._client.submit(Task(task_id, TaskType.GAB, goals))
-            except NoHiveError:
-                self.unanswered += 1
-                return
 
 
 class _Recorder:
@@ -146,13 +109,13 @@ def measure(
         recorder = _Recorder(link)
         client = HiveClient(link, recorder)
         wait_for_everyone(client, names, hive)
-        tours = _Tours(client, robots, files.world)
+        tours = Tours(client, robots, files.world)
         figures = _measure(client, tours, recorder, hive, robots)
     return {**figures, "slowness": round(rtf / figures["real_time_factor"], 4)}
 
 
 def _measure(
-    client: HiveClient, tours: _Tours, recorder: _Recorder, hive: LocalHive, robots: int
+    client: HiveClient, tours: Tours, recorder: _Recorder, hive: LocalHive, robots: int
 ) -> dict[str, float]:
     """Let the robots drive, and compare what was taken before and after."""
     _drive(client, tours, recorder, hive, _UNDER_WAY)
@@ -178,7 +141,7 @@ def _measure(
 
 
 def _drive(
-    client: HiveClient, tours: _Tours, recorder: _Recorder, hive: LocalHive, seconds: float
+    client: HiveClient, tours: Tours, recorder: _Recorder, hive: LocalHive, seconds: float
 ) -> float:
     """Keep the robots driving for a time [s]; return the mean number that moved."""
     end = client.link.now() + seconds

@@ -67,6 +67,10 @@ class Traffic:
         self.outcomes.pop(name, None)
         self.navigators[name].set_goal(Pose(*goal), self._simulation.time)
 
+    def announce(self, said: Announcement) -> None:
+        """Have all hear what a robot announces that is not one of the navigators."""
+        self._said.append((self._steps + STEPS_TO_HEAR, said))
+
     def step(self) -> None:
         """Advance by one step."""
         due = [name for name in self._due() if name not in self.held_up]
@@ -111,6 +115,6 @@ class Traffic:
         heard = Neighbourhood() if name in self.deaf else self._heard
         tick = self.navigators[name].tick(self._simulation.time, pose, ranges, heard)
         self._simulation.set_command(name, *tick.velocity)
-        self._said.append((self._steps + STEPS_TO_HEAR, tick.announcement))
+        self.announce(tick.announcement)
         if tick.outcome is not None:
             self.outcomes[name] = tick.outcome

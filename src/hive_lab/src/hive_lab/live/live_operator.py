@@ -55,6 +55,8 @@ class LiveOperator:
         updates: Every TaskState, by task id.
         robots: The last status of every robot.
         acknowledged: The version that each member has on disk, by its name.
+        echoed: When the newest message was sent that each member has answered, by its name, on
+            the monotonic clock [s].
         lives: The id of each member, which changes with its disk, by its name.
 
     ROS Subscribers: `bb_backup`, `bb_ack`, `bb_sync`, `task_state`, `robot_status`.
@@ -70,6 +72,7 @@ class LiveOperator:
         self.updates: dict[str, list[Any]] = defaultdict(list)
         self.robots: dict[str, Any] = {}
         self.acknowledged: dict[str, int] = {}
+        self.echoed: dict[str, float] = {}
         self.lives: dict[str, str] = {}
         self._list: dict[str, Any] = {}
         self._list_version = (0, 0)
@@ -113,6 +116,15 @@ class LiveOperator:
         """Return the leader once every member votes and answers, and a backup is named."""
         self.demand(self.is_whole, f"{sorted(self._members)} are a complete hive")
         return str(self.last.active)
+
+    def wait_until_up_to_date(self, since: float) -> None:
+        """Wait until every member has answered a message sent since then [s, monotonic clock]."""
+
+        def answered() -> bool:
+            others = self._members - {self.last.active}
+            return all(self.echoed.get(name, 0.0) > since for name in others)
+
+        self.demand(answered, f"every member answers what was sent after {since:.1f}")
 
     def forget_answers(self) -> None:
         """Forget all answers so far, before a fault."""
@@ -205,6 +217,8 @@ class LiveOperator:
         with self._changed:
             name = ack.member.partition("#")[0]
             self.acknowledged[name], self.lives[name] = ack.version, ack.member
+            if ack.echo <= time.monotonic():  # Else it answers an odd message, not the leader's.
+                self.echoed[name] = max(ack.echo, self.echoed.get(name, 0.0))
             same_epoch = self.last is not None and ack.epoch == self.last.epoch
             self._acks[name] = self._acks.get(name, 0) + 1 if same_epoch else 0
             self._changed.notify_all()

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hive_lab.mapf.grid_file import Grid
 
 HORIZON = 30.0  # how far ahead robots are planned [steps]
+IMPROVEMENTS = 200  # how often a part of a plan to the end is made anew
 TINY = 1e-6  # rounding of times [steps]
 
 
@@ -55,7 +56,8 @@ class RollingPlanner:
     @classmethod
     def to_the_end(cls, grid: Grid, robots: int) -> RollingPlanner:
         """Return a planner whose every plan leads all robots to their goals."""
-        return cls(grid, robots, 0, PlannerSettings(horizon=math.inf, classical=True))
+        settings = PlannerSettings(horizon=math.inf, classical=True, improvements=IMPROVEMENTS)
+        return cls(grid, robots, 0, settings)
 
     def plan(self, cells: Indices, goals: Indices) -> Indices:
         """See `StepPlanner.plan`."""

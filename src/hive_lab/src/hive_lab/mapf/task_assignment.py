@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array, Indices
 
 NOBODY = -1
-EARLY = 0.5  # how much a step of a task's own length counts beside one to its pickup
-LATE = -0.3  # the same once the tasks left are few for the robots
-FEW = 2.0  # tasks that wait per robot
+EARLY = 0.2  # how much a step of a task's own length counts beside one to its pickup
+LATE = -0.5  # the same once the tasks left are few for the robots
+FEW = 3.0  # tasks that wait per robot
 
 
 class OpenTasks(NamedTuple):

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import spatial
 
-from hive_common.zone import PARKING
+from hive_common.zone import PARKING, inside
 from robot_navigation.mapf.detours import open_all
 from robot_navigation.mapf.lattice import COMFORT, CROWDED, GAP, fitted, roomier
 from robot_navigation.mapf.parking import may_park
 from robot_navigation.mapf.repair import Net, connect_all, cover_all
 from robot_navigation.mapf.roadmap import assembled, need
-from robot_navigation.mapf.zones import inside, with_zones
+from robot_navigation.mapf.zones import with_zones
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hive_common.compiled import compiled
-from hive_common.zone import AT_MOST, KEEP_OUT, ONE_WAY, PARKING, SLOW
+from hive_common.zone import AT_MOST, KEEP_OUT, ONE_WAY, PARKING, SLOW, inside
 from robot_navigation.mapf.roadmap import Limit
 
 if TYPE_CHECKING:
@@ -60,18 +60,6 @@ def roadmap_with(base: Roadmap, closed: Collection[str]) -> Roadmap:
         closed: The names of all zones that are closed now.
     """
     return with_zones(base.unzoned or base, base.zones, closed)
-
-
-def inside(corners: Array, points: Array) -> NDArray[np.bool_]:
-    """Return which points (n, 2) lie in a polygon with corners (k, 2), by counting crossings."""
-    x, y = points[:, :1], points[:, 1:]
-    ahead = np.roll(corners, -1, axis=0)
-    rises = ahead[:, 1] - corners[:, 1]
-    spans = (corners[:, 1] <= y) != (ahead[:, 1] <= y)
-    share = (y - corners[:, 1]) / np.where(rises == 0, 1.0, rises)
-    crossed = spans & (x < corners[:, 0] + share * (ahead[:, 0] - corners[:, 0]))
-    found: NDArray[np.bool_] = crossed.sum(axis=1) % 2 == 1
-    return found
 
 
 def _applied(roadmap: Roadmap, zone: Zone, kind: str) -> Roadmap:

@@ -172,7 +172,11 @@ class TrafficPlanner:
             self._publisher.publish(routes_to_msg(routes[0].plan, routes, now, _MAP_FRAME))
         self._check_reach()
         waiting = self._coordinator.waiting()
-        self._report.note(now, [Waiting(w.robot, w.waits_for, *w.at, w.since) for w in waiting])
+        self._report.note(
+            now,
+            [Waiting(w.robot, w.waits_for, *w.at, w.since) for w in waiting],
+            {name: (robot.x, robot.y) for name, robot in self._robots.items()},
+        )
 
     def _check_reach(self) -> None:
         """Find out which landmarks the robots that are new cannot reach, and say so."""

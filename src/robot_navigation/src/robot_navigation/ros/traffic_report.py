@@ -9,20 +9,21 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections import defaultdict, deque
+from collections import Counter, defaultdict, deque
 from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from collections import Counter
     from collections.abc import Mapping, Sequence
 
+    from robot_navigation.planning.path import Point
     from robot_navigation.traffic.deadlock import Kind, LockWatch
     from robot_navigation.traffic.landmarks import Landmarks
 
 WINDOW = 600.0  # how long waiting is remembered [s]
 SIDE = 2.0  # of the squares by which places are told apart [m]
-MOST_PLACES = 10  # so many slow places are told
+RECENT = 120.0  # how far back what a robot loses at a place is reckoned [s]
+MOST_PLACES = 50  # so many slow places are told
 LONG = 30.0  # a robot that waits for longer makes no progress [s]
 
 
@@ -69,6 +70,7 @@ class SlowPlace(NamedTuple):
         waited: How long, all together [s].
         waits: How often one has begun to wait.
         where: The same place in words.
+        delay: What a robot that passes there loses at present, in the mean [s].
     """
 
     x: float
@@ -76,11 +78,15 @@ class SlowPlace(NamedTuple):
     waited: float
     waits: int
     where: str
+    delay: float
+
+
+Square = tuple[int, int]
 
 
 class _Sample(NamedTuple):
     time: float
-    square: tuple[int, int]
+    square: Square
     x: float
     y: float
     span: float  # how long the robot has waited since the sample before [s]
@@ -106,15 +112,27 @@ class TrafficReport:
         self._watch = watch
         self._now = -math.inf
         self._samples: deque[_Sample] = deque()
+        self._squares: dict[str, Square] = {}  # where each robot was last
+        self._passes: deque[tuple[float, Square]] = deque()  # when robots have entered squares
 
-    def note(self, now: float, waits: Sequence[Waiting]) -> None:
-        """Take in who waits at a time [s], and who cannot go on; call it about once a second."""
+    def note(
+        self, now: float, waits: Sequence[Waiting], at: Mapping[str, Point] | None = None
+    ) -> None:
+        """Take in what is so now; call it about once a second.
+
+        Args:
+            now: The time [s].
+            waits: Who waits for whom.
+            at: Where each robot is, by name, frame map [m].
+        """
+        self._note_passes(now, at or {})
         waited_before = {(wait.robot, wait.since) for wait in self.waits}
         if now < self._now:  # the clock was set back
             self._samples.clear()
+            self._passes.clear()
         for wait in waits:
             span = max(0.0, now - max(wait.since, self._now))
-            square = (math.floor(wait.x / SIDE), math.floor(wait.y / SIDE))
+            square = _square((wait.x, wait.y))
             begins = (wait.robot, wait.since) not in waited_before
             self._samples.append(_Sample(now, square, wait.x, wait.y, span, begins))
         while self._samples and self._samples[0].time < now - WINDOW:
@@ -127,6 +145,18 @@ class TrafficReport:
         )
         self._now = now
 
+    def _note_passes(self, now: float, at: Mapping[str, Point]) -> None:
+        """Count who has come from one square into another."""
+        squares = {robot: _square(point) for robot, point in at.items()}
+        self._passes += [
+            (now, square)
+            for robot, square in squares.items()
+            if self._squares.get(robot, square) != square
+        ]
+        self._squares = squares
+        while self._passes and self._passes[0][0] < now - RECENT:
+            self._passes.popleft()
+
     def standing(self) -> list[Waiting]:
         """Return who has waited for longer than `LONG`."""
         return [wait for wait in self.waits if self._now - wait.since > LONG]
@@ -136,14 +166,22 @@ class TrafficReport:
         at: dict[tuple[int, int], list[_Sample]] = defaultdict(list)
         for sample in self._samples:
             at[sample.square].append(sample)
+        passes = Counter(square for _, square in self._passes)
         places = []
-        for there in at.values():
+        for square, there in at.items():
             x = sum(sample.x for sample in there) / len(there)
             y = sum(sample.y for sample in there) / len(there)
             waited = sum(sample.span for sample in there)
             waits = sum(sample.begins for sample in there)
-            places.append(SlowPlace(x, y, waited, waits, self._landmarks.where((x, y))))
+            lately = sum(sample.span for sample in there if sample.time >= self._now - RECENT)
+            delay = lately / max(1, passes[square])
+            places.append(SlowPlace(x, y, waited, waits, self._landmarks.where((x, y)), delay))
         return heapq.nlargest(MOST_PLACES, places, key=attrgetter("waited"))
+
+
+def _square(point: Point) -> Square:
+    """Return the square in which a point lies."""
+    return math.floor(point[0] / SIDE), math.floor(point[1] / SIDE)
 
 
 def out_of_reach(unreached: Mapping[str, Sequence[str]]) -> list[str]:

@@ -41,7 +41,9 @@ def state_to_msg(
             for wait in report.waits
         ],
         slowest=[
-            SlowPlace(Point32(place.x, place.y, 0.0), place.waited, place.waits, place.where)
+            SlowPlace(
+                Point32(place.x, place.y, 0.0), place.waited, place.waits, place.where, place.delay
+            )
             for place in report.slowest()
         ],
         deadlocks=report.counts[Kind.CIRCLE],

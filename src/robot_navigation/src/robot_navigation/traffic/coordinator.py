@@ -177,7 +177,7 @@ class Coordinator:
         planned = self._planner.plan(
             [each.agent for each in asked if each.agent is not None],
             [table for each, table in zip(asked, before, strict=True) if each.agent is not None],
-            [each.body for each in asked if each.agent is None],
+            [each.body for each in asked if each.agent is None] + self._obstacles(),
             ends,
         )
         timetables = iter(planned)
@@ -192,6 +192,11 @@ class Coordinator:
         for robot, drive, waiting in zip(robots, drives, waits, strict=True):
             robot.give(replace(drive, waits=tuple(waiting)))
         return tuple(_route(robot.said, robot.drive) for robot in robots if robot.drive)
+
+    def _obstacles(self) -> list[Body]:
+        """Return what robots have seen in their way; they forget it by themselves after a time."""
+        seen = {each for robot in self._robots.values() for each in robot.said.obstacles}
+        return [Body(radius, ((x, y, math.inf),)) for x, y, radius in sorted(seen)]
 
     def _held(self, robot: Tracked) -> float:
         """Return the mark at which a robot has to wait now; infinite if at none."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robot_navigation.mapf.zones import inside
+from hive_common.zone import inside
 from robot_navigation.traffic.deadlock import Kind
 
 if TYPE_CHECKING:

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from hive_common.zone import AT_MOST
-from robot_navigation.mapf.zones import inside
+from hive_common.zone import AT_MOST, inside
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the traffic planner tells of zones and slow places, for bids."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import rospy
+
+from blackboard.costing.traffic_conditions import NO_TRAFFIC, SlowPlace, TrafficConditions
+from hive_common.structuring import NotAllowedError, structure
+from hive_common.zone import Zone
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+DELAYS_PERIOD = 60.0
+"""New delays count so often [s]: with each of them, all path lengths are worked out anew."""
+
+STEP = 3.0  # delays count in such steps, so that most of the time nothing changes [s]
+SQUARE = 2.0  # side of the squares by which the traffic planner tells slow places apart [m]
+
+
+class TrafficTold:
+    """Passes on the conditions of traffic: closed zones at once, new delays now and then.
+
+    Args:
+        hive: Namespace of the hive, ending in a slash.
+        now: Returns the time [s].
+        use: Takes new conditions, in a thread of rospy's.
+
+    ROS Subscribers: `traffic_state` (robot_description/TrafficState) of the hive.
+    ROS Parameters: `traffic_planner/zones` of the hive, read once.
+    """
+
+    def __init__(
+        self, hive: str, now: Callable[[], float], use: Callable[[TrafficConditions], None]
+    ) -> None:
+        from robot_description.msg import TrafficState  # noqa: PLC0415  (few hives need it)
+
+        self._now, self._use = now, use
+        self._zones = _zones(hive)
+        self.conditions = TrafficConditions(self._zones)
+        self._epoch = 0
+        self._delays_at = -math.inf
+        rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
+
+    def _hear(self, msg: Any) -> None:  # noqa: ANN401  (a TrafficState)
+        if msg.epoch < self._epoch:
+            return
+        self._epoch = msg.epoch
+        zones = tuple(attrs.evolve(each, closed=each.name in msg.closed) for each in self._zones)
+        slow = self.conditions.slow
+        if zones != self.conditions.zones or self._now() - self._delays_at >= DELAYS_PERIOD:
+            self._delays_at = self._now()
+            slow = _slow_places(msg)
+        told = TrafficConditions(zones, slow)
+        if told != self.conditions:
+            self.conditions = told
+            self._use(told)
+
+
+def _slow_places(msg: Any) -> tuple[SlowPlace, ...]:  # noqa: ANN401  (a TrafficState)
+    """Return where robots lose time, in an order that does not change."""
+    return tuple(
+        sorted(
+            SlowPlace(
+                _middle(each.place.x), _middle(each.place.y), STEP * round(each.delay / STEP)
+            )
+            for each in msg.slowest
+            if each.delay >= STEP / 2
+        )
+    )
+
+
+def _middle(coordinate: float) -> float:
+    """Return the middle of the square that has a coordinate in it [m]."""
+    return SQUARE * (math.floor(coordinate / SQUARE) + 0.5)
+
+
+def _zones(hive: str) -> tuple[Zone, ...]:
+    """Return the hive's zones; the traffic planner refuses those that are not allowed."""
+    try:
+        return structure(rospy.get_param(f"{hive}traffic_planner/zones", []), tuple[Zone, ...])
+    except NotAllowedError:
+        return NO_TRAFFIC.zones

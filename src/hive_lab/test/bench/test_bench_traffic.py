@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The parts of the benchmark `traffic` that need no simulated hours."""
+
+from __future__ import annotations
+
+import click
+import pytest
+
+pytest.importorskip("ompl")
+
+from blackboard.consensus.messages import Heartbeat
+from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.record import TaskUpdate
+from blackboard.domain.task import TaskState
+from fleet_manager.client.reports import TruePlace
+from hive_common.errors import FileError
+from hive_common.pose import Pose
+from hive_lab.bench.traffic.fleets import FLEETS, LD60, Fleet, chosen, of_fleets
+from hive_lab.bench.traffic.kept_runs import KeptRuns
+from hive_lab.bench.traffic.measure import run
+from hive_lab.bench.traffic.through_ros import Account
+from hive_lab.fleets.throughput import Trouble
+
+
+def double(number):
+    """Stand for a run."""
+    return {"double": 2 * number}
+
+
+def fail(_number):
+    """Stand for a run that nobody should do again."""
+    raise AssertionError
+
+
+def test_results_come_in_order_and_are_not_measured_twice(tmp_path):
+    file = tmp_path / "runs"
+    first = KeptRuns(file).all_of({f"run {n}": (double, (n,)) for n in (3, 1)})
+    again = KeptRuns(file).all_of(
+        {"run 1": (fail, (1,)), "run 2": (double, (2,)), "run 3": (fail, (3,))}
+    )
+
+    assert first == [{"double": 6}, {"double": 2}]
+    assert again == [{"double": 2}, {"double": 4}, {"double": 6}]
+
+
+def test_a_line_that_was_cut_off_is_measured_again(tmp_path):
+    file = tmp_path / "runs"
+    KeptRuns(file).all_of({"run 1": (double, (1,))})
+    with file.open("a") as end:
+        end.write('{"run": "run 2", "resu')
+    jobs = {"run 1": (fail, (1,)), "run 2": (double, (2,))}
+
+    assert KeptRuns(file).all_of(jobs) == [{"double": 2}, {"double": 4}]
+    assert KeptRuns(file).all_of(dict.fromkeys(jobs, (fail, (0,)))) == [
+        {"double": 2},
+        {"double": 4},
+    ]
+
+
+def test_another_file_is_refused_with_its_line(tmp_path):
+    file = tmp_path / "notes"
+    file.write_text("buy milk\n")
+
+    with pytest.raises(FileError, match=r"notes:1: 'buy milk'; allowed: runs that --keep"):
+        KeptRuns(file)
+    assert file.read_text() == "buy milk\n"
+
+
+@pytest.mark.parametrize(
+    ("site", "robots", "names"),
+    [
+        (None, None, [fleet.name for fleet in FLEETS]),
+        ("lab", None, ["lab 4", "lab 8", "lab 4 mixed"]),
+        ("lab", 4, ["lab 4", "lab 4 mixed"]),
+        (None, 40, ["hall 40 mixed"]),
+        ("hall", 12, ["hall 12"]),
+    ],
+)
+def test_fleets_are_chosen_by_site_and_number(site, robots, names):
+    assert [fleet.name for fleet in chosen(site, robots)] == names
+
+
+@pytest.mark.parametrize(
+    ("choice", "said"),
+    [
+        ({"site": "garage"}, "--site garage; allowed: hall, lab, warehouse"),
+        ({"robots": 7}, "--robots 7 needs a --site"),
+        ({"close": True, "local": True}, "--close needs the traffic planner"),
+        ({"scen": ["a.scen"]}, "--map and --scen need each other"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(choice, said):
+    with pytest.raises(click.UsageError, match=said):
+        run(lambda _: None, **choice)
+
+
+def test_a_small_fleet_is_measured_and_its_kept_run_gives_the_same_figures(tmp_path, monkeypatch):
+    monkeypatch.setattr("hive_lab.bench.traffic.fleets.ALONE", 60.0)
+    fleet = Fleet("lab", 2, LD60, 0.5)
+    results = [
+        of_fleets([fleet], 60.0, 1, Trouble(), KeptRuns(tmp_path / "runs"), planned=True)
+        for _ in range(2)
+    ]
+
+    assert results[0] == results[1]
+    assert results[0].figures["lab 2 contacts"] == 0.0
+    assert results[0].figures["lab 2 goals per hour and robot"] > 60.0
+
+
+def test_legs_of_tours_are_counted_once_each():
+    account = Account(lambda: 0.0)
+    for state, step in (("STARTED", 0), ("STARTED", 1), ("STARTED", 1), ("DONE", 1)):
+        account(TaskUpdate("T1", TaskState[state], step=step, steps=4), ())
+    account(TaskUpdate("T2", TaskState.FAILED, step=2, steps=4), ())
+
+    assert (account.legs, account.failed) == (4, 1)
+
+
+def test_the_longest_time_between_two_heartbeats_is_kept():
+    times = iter((5.0, 5.2, 5.9, 6.1))
+    account = Account(lambda: 0.0, lambda: next(times))
+    for number in range(4):
+        account(Heartbeat(1, "blackboard", "robot1", ("blackboard",), number), ())
+
+    assert account.heartbeat_gap == pytest.approx(0.7)
+
+
+def test_a_robot_stands_while_it_has_a_task_and_does_not_move():
+    times = iter((0.0, 50.0, 60.0, 67.0, 90.0))
+    account = Account(lambda: next(times))
+    for x, task in ((0.0, ""), (0.0, "T1"), (1.0, "T1"), (1.0, "T1"), (1.0, "")):
+        account(RobotStatus("r", RobotState.BUSY, Pose(x, 0.0), 1.0, task_id=task), ())
+        account(TruePlace("r", x, 0.0), ())
+
+    assert account.longest_stand == 7.0
