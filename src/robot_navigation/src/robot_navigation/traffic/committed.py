@@ -195,7 +195,8 @@ class Tracked:
 
     def _standing(self, left: Drive, here: Point) -> Committed:
         """Return where a robot goes on that has stopped; it can still do anything."""
-        if left.complete and math.dist(here, left.points[-1]) < AT_GOAL:
+        stays = self.said.goal in {None, left.goal}
+        if stays and left.complete and math.dist(here, left.points[-1]) < AT_GOAL:
             rest = left.cut(left.marks[-1])
             return Committed(left.marks[0], left.points, left.places, 0.0, rest)
         for index, point in enumerate(left.points[:2]):
