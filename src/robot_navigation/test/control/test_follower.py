@@ -11,7 +11,11 @@ import pytest
 from hive_common.pose import STOP, Pose, Velocity
 from robot_description.models import load_model, model_names
 from robot_navigation.control.follower import Room
-from robot_navigation.control.pursuit_follower import PursuitFollower, speed_to_stop_within
+from robot_navigation.control.pursuit_follower import (
+    STRAIGHT,
+    PursuitFollower,
+    speed_to_stop_within,
+)
 from robot_navigation.planning.path import Path, angle_between
 
 DT = 0.1
@@ -56,6 +60,24 @@ def test_it_stays_near_the_path(model: str) -> None:
         here = pose[:2]
 
         assert math.dist(CORNER.at(CORNER.nearest(here, 0.0, 99.0)), here) < 0.1
+
+
+def test_a_slight_bend_costs_no_time() -> None:
+    straight = Path([(0.0, 0.0), (8.0, 0.0)])
+    bent = Path([(0.0, 0.0), (4.0, 0.0), (8.0, 4.0 * math.tan(math.radians(3.0)))])
+
+    extra = len(driven("ld60", bent, 0.0, Room(3.0))) - len(driven("ld60", straight, 0.0, Room(3.0)))
+
+    assert extra * DT <= 0.2
+
+
+@pytest.mark.parametrize("model", model_names())
+def test_it_knows_how_long_a_quarter_turn_takes(model: str) -> None:
+    poses = [pose for pose, _ in driven(model, Path([(0.0, 0.0)]), math.pi / 2, Room())]
+    turned = next(index for index, pose in enumerate(poses) if pose.yaw > math.pi / 2 - STRAIGHT)
+    rate = PursuitFollower(load_model(model).base).limits(3.0).yaw_rate
+
+    assert turned * DT == pytest.approx(math.pi / 2 / rate, abs=0.4)
 
 
 @pytest.mark.parametrize("model", model_names())

@@ -22,7 +22,7 @@ def route(*waits, plan=PLAN, first=10_000, goal=(4.0, 0.0), places=None, robot="
     return Route(robot, plan, goal, first, places, waits, complete=True)
 
 
-def heard(passed, plan=PLAN):
+def heard(passed, plan=PLAN, path=((9.0, 9.0),), claim=0.0):
     neighbourhood = Neighbourhood()
     neighbourhood.hear(
         Announcement(
@@ -32,8 +32,8 @@ def heard(passed, plan=PLAN):
             9.0,
             0.4,
             no_right("other"),
-            ((9.0, 9.0),),
-            0.0,
+            path,
+            claim,
             stationary=False,
             plan=plan,
             passed=passed,
@@ -176,6 +176,17 @@ def test_it_goes_on_when_the_other_one_has_passed(keeper):
     keeper.offer(GOAL, HERE, [])
 
     assert math.isinf(keeper.hold(0.0, heard(passed=5_000)).room)
+
+
+def test_it_follows_one_that_claims_its_way_past_as_far_as_the_claim_lets_it(keeper):
+    keeper.hear([route(Wait(12_000, "other", 2_000))], now=0.0)
+    keeper.offer(GOAL, HERE, [])
+    ahead = ((9.0, 9.0), (10.2, 9.0))
+
+    assert keeper.hold(0.0, heard(1_000, path=ahead, claim=0.5)).room == pytest.approx(2.0)
+    assert keeper.hold(0.0, heard(1_000, path=ahead, claim=1.0)).room == math.inf
+    # It is to stop at the end of its path, which its claim reaches beyond.
+    assert keeper.hold(0.0, heard(500, path=ahead, claim=3.0)).room == pytest.approx(2.0)
 
 
 def test_it_waits_for_one_that_follows_a_plan_of_another_epoch_or_is_not_heard(keeper):

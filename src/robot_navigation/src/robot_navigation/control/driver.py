@@ -18,7 +18,7 @@ from robot_navigation.control.obstacle_check import (
     sort_points,
 )
 from robot_navigation.planning.clearance import Disc
-from robot_navigation.traffic.right_of_way import Announcement, Limits, claimed_stretch
+from robot_navigation.traffic.right_of_way import Announcement, claimed_stretch
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from hive_common.pose import Pose, Velocity
     from robot_navigation.planning.path import Path
+    from robot_navigation.traffic.right_of_way import Limits
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,14 @@ class Follower(Protocol):
 
     def top_speed(self, room: float) -> float:
         """Return the highest speed on a straight path that is free for `room` [m] ahead [m/s]."""
+        ...
+
+    def limits(self, room: float) -> Limits:
+        """Return how fast the base drives, speeds up and turns on a path, by experience.
+
+        `room` [m] is how far ahead a path is free at most. Braking and speeding up count as one
+        acceleration, their mean, and a turn on the spot as one rate, that of a quarter turn.
+        """
         ...
 
     def halt(self, dt: float) -> Velocity:

@@ -99,6 +99,7 @@ class Navigator:
         self._waits_for = ""  # the robot for which it waits
         self._given_at = 0.0
         self._ends_at_goal = False  # whether the route's path does
+        self._turns_only = False  # whether it only turns to its path, until it has a route
 
     @property
     def path(self) -> Path | None:
@@ -182,6 +183,7 @@ class Navigator:
         if along is not None and self._ends_at_goal == keeper.route.complete:
             keeper.go_on(along)
             return
+        self._turns_only = False
         self._ends_at_goal = keeper.route.complete
         goal = self.goal if keeper.route.complete else None
         self._moving_aside = False
@@ -204,12 +206,14 @@ class Navigator:
 
     def _plan_to_goal(self, now: float, pose: Pose, heard: Neighbourhood) -> GoalOutcome | None:
         """Plan to the goal, if there is one and the robot has no path."""
-        tracker = self._tracker
+        tracker, awaits_route = self._tracker, self._awaits_route(now)
+        if self._turns_only and not awaits_route:
+            self._driver.drop()
+            self._turns_only = False
         if tracker is None or self.path is not None or now < tracker.retry_at:
             return None
-        if self._keeper.is_guided(now) and now < self._given_at + ROUTE_WITHIN:
-            return None
-        self._keeper.drop()
+        if not awaits_route:
+            self._keeper.drop()
         others = heard.others(self._name, now, self._settings.silence)
         stationary = other_robots([other for other in others if other.stationary])
         try:
@@ -219,15 +223,26 @@ class Navigator:
         except PlanError as error:
             if error.lasting:
                 return GoalOutcome(reached=False, text=str(error))
-            return tracker.attempt_failed(now, str(error))
-        self._start(now, points, tracker.goal)
+            return None if awaits_route else tracker.attempt_failed(now, str(error))
+        self._start(now, points, tracker.goal, turns_only=awaits_route)
         return None
 
-    def _start(self, now: float, points: list[Point], goal: Pose | None) -> None:
+    def _awaits_route(self, now: float) -> bool:
+        """Return whether a planner will soon send a route to the goal.
+
+        Meanwhile the robot turns to where it would drive alone.
+        """
+        return self._keeper.is_guided(now) and now < self._given_at + ROUTE_WITHIN
+
+    def _start(
+        self, now: float, points: list[Point], goal: Pose | None, *, turns_only: bool = False
+    ) -> None:
         """Take a path to a goal; None for a passing place."""
         self._ends_at_goal = False
         self._moving_aside = goal is None
-        self._driver.start(Path(points), None if goal is None else goal.yaw, settle_from=now)
+        self._turns_only = turns_only
+        yaw = None if goal is None else goal.yaw
+        self._driver.start(Path(points), yaw, settle_from=None if turns_only else now)
 
     def _meet(
         self, now: float, pose: Pose, heard: Neighbourhood
@@ -257,6 +272,8 @@ class Navigator:
     def _allowed(self, met: Sequence[Meeting], heard: Neighbourhood) -> float:
         """Return how far the route and the right of way let the robot drive on its path [m]."""
         holds = [Hold(meeting.room, meeting.other.name) for meeting in met]
+        if self._turns_only:
+            holds.append(Hold(0.0, ""))
         if self._keeper.route is not None:
             self._keeper.advance(self._driver.progress)
             holds.append(self._keeper.hold(self._driver.progress, heard))
@@ -285,7 +302,7 @@ class Navigator:
     ) -> GoalOutcome | None:
         """Plan again, or give up, after standing for too long on the path to the goal."""
         tracker, path, patience = self._tracker, self.path, self._settings.patience
-        if tracker is None or path is None or self._moving_aside:
+        if tracker is None or path is None or self._moving_aside or self._turns_only:
             return None
         guided = self._keeper.route is not None
         if not guided:

@@ -47,6 +47,7 @@ length, which passes the corner at a distance of s a / 8."""
 SLOWEST = 0.12  # speed at which it takes the sharpest bend that it does not turn in on the spot [m/s]
 
 QUARTER = math.pi / 2  # the turn by which its turning speed is told [rad]
+TURN_STEP = 0.02  # in which that turn is followed [s]
 
 STRAIGHT = 0.1  # heading error at which a turn on the spot ends [rad]
 
@@ -103,15 +104,17 @@ class PursuitFollower:
     def limits(self, room: float) -> Limits:
         """See `Follower.limits`."""
         base = self._base
-        per_speed = (1 + 1 / BRAKING) / 2  # it brakes more gently than it accelerates
-        fastest = math.sqrt(QUARTER * base.yaw_acceleration / per_speed)
-        speeding = per_speed * fastest / base.yaw_acceleration
-        quarter = 2 * speeding
-        if fastest > base.max_yaw_rate:
-            fastest = base.max_yaw_rate
-            speeding = per_speed * fastest / base.yaw_acceleration
-            quarter = QUARTER / fastest + speeding
-        return Limits(self.top_speed(room), base.acceleration / per_speed, QUARTER / quarter)
+        inverse = (1 + 1 / BRAKING) / 2  # it brakes more gently than it speeds up
+        return Limits(self.top_speed(room), base.acceleration / inverse, self._quarter_rate())
+
+    def _quarter_rate(self) -> float:
+        """Return the mean rate of a quarter turn on the spot [rad/s]."""
+        left, rate, steps = QUARTER, 0.0, 0
+        while left > STRAIGHT:
+            rate = min(rate + self._base.yaw_acceleration * TURN_STEP, self._turning_rate(left))
+            left -= rate * TURN_STEP
+            steps += 1
+        return QUARTER / (steps * TURN_STEP)
 
     def halt(self, dt: float) -> Velocity:
         """See `Follower.halt`."""
@@ -217,13 +220,13 @@ class PursuitFollower:
         """Return the velocity of a turn on the spot by an angle [rad]."""
         if not room.turn:
             return STOP
+        return Velocity(0.0, 0.0, math.copysign(self._turning_rate(abs(error)), error))
+
+    def _turning_rate(self, left: float) -> float:
+        """Return how fast the base turns with so much left of a turn on the spot [rad], [rad/s]."""
         base = self._base
-        rate = min(
-            base.max_yaw_rate,
-            math.sqrt(2 * BRAKING * base.yaw_acceleration * abs(error)),
-            3.0 * abs(error) + 0.02,
-        )
-        return Velocity(0.0, 0.0, math.copysign(rate, error))
+        brake = BRAKING * base.yaw_acceleration
+        return min(base.max_yaw_rate, math.sqrt(2 * brake * left), 3.0 * left + 0.02)
 
     def _turn_to_goal(self, pose: Pose, room: Room) -> Velocity:
         """Return the velocity at the end of the path, where the base turns to the goal's yaw."""
