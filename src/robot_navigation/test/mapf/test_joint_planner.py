@@ -268,6 +268,20 @@ def test_points_that_fill_most_of_a_map_all_arrive():
     assert [table.places[-1] for table in tables] == goals
 
 
+@pytest.mark.parametrize(("side", "robots", "stand", "seed"), [(6, 22, 6, 0), (7, 30, 10, 4)])
+def test_points_that_always_stand_are_driven_through_by_no_shorter_plan(side, robots, stand, seed):
+    roadmap, _ = grid_map(["." * side] * side, cell=1.0)
+    places = range(len(roadmap.places))
+    chance = random.Random(seed)
+    starts = chance.sample(places, robots)
+    others = [place for place in places if place not in starts[:stand]]
+    goals = starts[:stand] + chance.sample(others, robots - stand)
+    agents = [point(start, goal) for start, goal in zip(starts, goals, strict=True)]
+    settings = PlannerSettings(horizon=math.inf, classical=True, improvements=100)
+
+    assert meetings(JointPlanner(roadmap, settings).plan(agents)) == 0
+
+
 def test_two_robots_change_places_in_a_dead_end():
     roadmap, number = grid_map([".......", "##.####"])
     agents = [

@@ -44,7 +44,9 @@ BESIDE_BEND = 0.03
 2 sqrt(a / yaw acceleration). A base that drives a way `s` meanwhile describes about an arc of that
 length, which passes the corner at a distance of s a / 8."""
 
-SLOWEST = 0.12  # speed at which it takes the sharpest bend that it does not turn in on the spot [m/s]
+SLOWEST = (
+    0.12  # speed at which it takes the sharpest bend that it does not turn in on the spot [m/s]
+)
 
 QUARTER = math.pi / 2  # the turn by which its turning speed is told [rad]
 TURN_STEP = 0.02  # in which that turn is followed [s]
@@ -223,7 +225,7 @@ class PursuitFollower:
         return Velocity(0.0, 0.0, math.copysign(self._turning_rate(abs(error)), error))
 
     def _turning_rate(self, left: float) -> float:
-        """Return how fast the base turns with so much left of a turn on the spot [rad], [rad/s]."""
+        """Return how fast the base turns on the spot [rad/s] with so much left of it [rad]."""
         base = self._base
         brake = BRAKING * base.yaw_acceleration
         return min(base.max_yaw_rate, math.sqrt(2 * brake * left), 3.0 * left + 0.02)
