@@ -394,8 +394,7 @@ class JointPlanner:
         times[0::2, 0], times[0::2, 1] = arrives, leaves
         times[0, 0] = -math.inf
         times[1::2, 0], times[1::2, 1] = times[:-1:2, 1], times[2::2, 0]
-        # Who stands at its only place has always been there, and -inf + inf is no time.
-        times[-1, 1] = math.inf if math.isinf(stays) else times[-1, 0] + stays
+        times[-1, 1] = arrives[-1] + stays
         return Path(actions, times, complete, left)
 
     def _lane(self, pair: tuple[int, int]) -> int | None:
