@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from shapely.geometry import LineString
 
-from robot_navigation.mapf.dependency_graph import Course as Line
-from robot_navigation.mapf.dependency_graph import dependencies
 from robot_navigation.mapf.ends import joined_ends
 from robot_navigation.mapf.joint_planner import (
     Agent,
@@ -27,12 +25,12 @@ from robot_navigation.mapf.joint_planner import (
 )
 from robot_navigation.mapf.path_search import Motion
 from robot_navigation.mapf.roadmap_builder import build_roadmap
-from robot_navigation.mapf.route import PlanNumber, Route, Wait, marks
+from robot_navigation.mapf.route import PlanNumber, Route, marks
 from robot_navigation.mapf.zones import roadmap_with
 from robot_navigation.traffic.committed import Drive, Tracked
 from robot_navigation.traffic.retiming import STAYS, Course, Times, retime
 from robot_navigation.traffic.right_of_way import GAP
-from robot_navigation.traffic.zone_order import zone_waits
+from robot_navigation.traffic.waits import Part, waits_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -188,9 +186,14 @@ class Coordinator:
             self._drive(robot, start, each, table, plan, places, now)
             for robot, start, each, table in zip(robots, begun, asked, tables, strict=True)
         ]
-        waits = self._waits(robots, begun, drives, now)
-        for robot, drive, waiting in zip(robots, drives, waits, strict=True):
-            robot.give(replace(drive, waits=tuple(waiting)))
+        parts = [
+            Part(robot.said.name, robot.said.radius, drive, len(start.points) - 1, planned)
+            for robot, start, drive in zip(robots, begun, drives, strict=True)
+            for planned in (robot.is_planned(now),)
+        ]
+        open_ = [zone for zone in self.roadmap.zones if zone.name not in self.roadmap.closed]
+        for robot, drive, waits in zip(robots, drives, waits_of(parts, open_), strict=True):
+            robot.give(replace(drive, waits=waits))
         return tuple(_route(robot.said, robot.drive) for robot in robots if robot.drive)
 
     def _obstacles(self) -> list[Body]:
@@ -359,47 +362,6 @@ class Coordinator:
             complete=complete,
             goal=said.goal,
         )
-
-    def _waits(
-        self,
-        robots: Sequence[Tracked],
-        begun: Sequence[Committed],
-        drives: Sequence[Drive],
-        now: float,
-    ) -> list[list[Wait]]:
-        """Return for each robot whom it lets pass first."""
-        courses = [
-            Line(
-                np.array(drive.points),
-                np.array([*drive.leaves[:-1], drive.arrives[-1]]),
-                robot.said.radius,
-            )
-            for robot, drive in zip(robots, drives, strict=True)
-        ]
-        waits: list[list[Wait]] = [[] for _ in robots]
-        for me, mine, other, its in dependencies(courses, GAP).tolist():
-            if mine < len(begun[me].points) - 1:
-                continue  # It cannot avoid this any more; the claims keep them apart.
-            if not robots[other].is_planned(now):
-                continue  # Nobody knows when it goes on; the claims keep them apart.
-            waits[me].append(
-                Wait(
-                    at=drives[me].marks[mine],
-                    robot=robots[other].said.name,
-                    passes=drives[other].passed_after(its),
-                )
-            )
-        open_ = [zone for zone in self.roadmap.zones if zone.name not in self.roadmap.closed]
-        for me, mine, other, its in zone_waits(drives, open_):
-            if mine >= len(begun[me].points) - 1 and robots[other].is_planned(now):
-                waits[me].append(
-                    Wait(
-                        at=drives[me].marks[mine],
-                        robot=robots[other].said.name,
-                        passes=drives[other].passed_after(its),
-                    )
-                )
-        return waits
 
 
 class _Asked(NamedTuple):
