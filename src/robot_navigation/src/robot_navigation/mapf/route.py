@@ -40,10 +40,13 @@ NO_PLAN = PlanNumber(0, 0)
 class Wait(NamedTuple):
     """A robot may not go past a mark of its own before another robot has come to one of its own.
 
+    It is enough that the other robot claims its path up to there: it goes first then in any case,
+    and by the right of way nobody drives into a claim.
+
     Attributes:
         at: The mark past which it may not go; see `Route`.
         robot: The other robot.
-        passes: The mark that the other robot must have come to.
+        passes: The mark that the other robot must have come to, or claim its path up to.
     """
 
     at: int
