@@ -39,7 +39,7 @@ SWING = 0.3  # share of its acceleration that a holonomic base may use to turn w
 HOLONOMIC_TOLERANCE = 0.3
 """Share of `position_tolerance` for a holonomic base, which can correct sideways [-]."""
 
-BESIDE_BEND = 0.03
+BESIDE_BEND = 0.04
 """By how far a base may cut a bend [m]. A turn by an angle `a` from standstill to standstill takes
 2 sqrt(a / yaw acceleration). A base that drives a way `s` meanwhile describes about an arc of that
 length, which passes the corner at a distance of s a / 8."""

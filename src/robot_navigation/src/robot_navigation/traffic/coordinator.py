@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 BACK = math.radians(150)  # a robot that turns by more goes back [rad]
 PATIENCE = 40.0  # so old a goal is planned for without trust that others leave theirs [s]
-IMPROVEMENTS = 3  # parts of a plan that are made anew each time
+IMPROVEMENTS = 20  # parts of a plan that are made anew each time
 GAIN = 2.0  # by how much they have to get shorter, so that robots keep their paths [s]
 SHORT = 0.1  # a way that is not worth driving [m]
 STRAIGHT = 0.01  # so far beside a line is on it [m]
