@@ -11,6 +11,7 @@ import numpy as np
 
 from hive_lab.mapf.grid_roadmap import roadmap_of
 from robot_navigation.mapf.joint_planner import Agent, JointPlanner, PlannerSettings, Timetable
+from robot_navigation.traffic.coordinator import IMPROVEMENTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,14 +20,15 @@ if TYPE_CHECKING:
     from hive_lab.mapf.grid_file import Grid
 
 HORIZON = 30.0  # how far ahead robots are planned [steps]
-IMPROVEMENTS = 200  # how often a part of a plan to the end is made anew
+TO_THE_END = 200  # how often a part of a plan to the end is made anew
 TINY = 1e-6  # rounding of times [steps]
 
 
 class RollingPlanner:
     """A `StepPlanner` that plans as the traffic planner does: again and again, with a horizon.
 
-    The robot with the oldest goal is planned first.
+    It makes as many parts of each plan anew as that one. The robot with the oldest goal is planned
+    first.
 
     Attributes:
         spent: The processor time of each plan [s].
@@ -44,7 +46,9 @@ class RollingPlanner:
             settings: How to plan; its conflicts must be the classical ones.
         """
         self.spent: list[float] = []
-        settings = settings or PlannerSettings(horizon=HORIZON, classical=True)
+        settings = settings or PlannerSettings(
+            horizon=HORIZON, improvements=IMPROVEMENTS, classical=True
+        )
         self._planner = JointPlanner(roadmap_of(grid), settings)
         self._steps = steps
         self._clock = 0
@@ -56,7 +60,7 @@ class RollingPlanner:
     @classmethod
     def to_the_end(cls, grid: Grid, robots: int) -> RollingPlanner:
         """Return a planner whose every plan leads all robots to their goals."""
-        settings = PlannerSettings(horizon=math.inf, classical=True, improvements=IMPROVEMENTS)
+        settings = PlannerSettings(horizon=math.inf, classical=True, improvements=TO_THE_END)
         return cls(grid, robots, 0, settings)
 
     def plan(self, cells: Indices, goals: Indices) -> Indices:

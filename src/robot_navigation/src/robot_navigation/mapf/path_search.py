@@ -18,6 +18,7 @@ from robot_navigation.mapf.sipp import (
     NOTHING,
     Graph,
     Workspace,
+    safe_interval,
     search,
     time_onwards,
     trace,
@@ -319,7 +320,8 @@ class PathSearch:
             task: What to plan.
             size: Number of the robot's size in the reservations.
             reservations: Of all others.
-            horizon: From when on it may end anywhere [s].
+            horizon: From when on it may end anywhere [s]. Where somebody stands at the goal for ever
+                it ends as near as it can, however long that takes.
             limit: Most states to look at.
             dwell: For how long it must be able to stay at its goal [s].
             only: The lanes and legs that it may use, (k,); None for all.
@@ -334,6 +336,8 @@ class PathSearch:
         goal = task.goal if task.goal >= 0 else task.start
         was_goal = bool(goals[goal])
         goals[goal] = True
+        if task.goal >= 0 and self._is_taken(goal, reservations, size, horizon):
+            horizon = math.inf  # however far it drives, it ends best where it is nearest
         space = self._workspace
         status, last = search(
             *self._graph,
@@ -365,6 +369,12 @@ class PathSearch:
             spans[-1, 1] = spans[-1, 0] + dwell
         left = 0.0 if status == FOUND else float(times[space.links[last, 5]])
         return Path(actions, spans, status == FOUND, left)
+
+    def _is_taken(self, goal: int, reservations: Reservations, size: int, since: float) -> bool:
+        """Return whether somebody is at a place for ever, from some time on [s]."""
+        head = int(reservations.heads[size][self.thing(goal)])
+        begin, _ = safe_interval(head, reservations.spans, reservations.links, since)
+        return begin == math.inf
 
 
 def _directions(places: Array, lanes: Indices) -> Array:
