@@ -132,7 +132,7 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
         "improve_by": "waiting",
         "distance": "path",
         "bid_timeout": "2",
-        "traffic": "local",
+        "traffic": "planned",
     }
     assert [one["name"] for one in values[1:]] == [robot.name for robot in fleet.robots]
     assert values[1]["model"] == "mir100"

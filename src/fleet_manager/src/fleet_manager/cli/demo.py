@@ -82,7 +82,7 @@ def demo(
     Examples:
       hive demo
       hive demo --scenario warehouse --rtf 2
-      hive demo --traffic planned
+      hive demo --traffic local
       hive demo --fleet ./my_fleet.yaml --headless
 
     Exits with 0 only if every task is DONE and nothing collided; otherwise it names what

@@ -320,7 +320,7 @@ class PathSearch:
             task: What to plan.
             size: Number of the robot's size in the reservations.
             reservations: Of all others.
-            horizon: From when on it may end anywhere [s]. Where somebody stands at the goal for ever
+            horizon: From when on it may end anywhere [s]. Where somebody is at the goal for ever,
                 it ends as near as it can, however long that takes.
             limit: Most states to look at.
             dwell: For how long it must be able to stay at its goal [s].
