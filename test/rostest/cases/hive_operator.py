@@ -28,7 +28,7 @@ from std_msgs.msg import Header, String, UInt32
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 """The lab's fleet: two AGVs, then two mobile manipulators."""
-PATIENCE = float(os.environ.get("HIVE_PATIENCE", "120"))
+PATIENCE = float(os.environ.get("HIVE_PATIENCE", "240"))
 """Time that a busy machine with two cores may take for anything [s, wall clock]."""
 REPEAT = 1.0
 """Time after which an unanswered task is posted again [s, wall clock]."""
