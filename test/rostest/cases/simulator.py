@@ -25,7 +25,7 @@ from std_srvs.srv import Empty, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-WAIT = 20.0  # on the wall clock [s]
+WAIT = 60.0  # on the wall clock [s]
 COMMAND_WAIT = 1.0  # the default of `command_wait` [s, wall clock]
 
 
