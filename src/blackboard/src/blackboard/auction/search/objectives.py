@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What to minimise, by name.
+"""What to minimise, by the names of the measures that parameter files use.
 
 An objective turns the totals of each list into a number; the sum over all lists counts. A bid is
 how much that number grows when a task is inserted at its best place in the robot's list.
@@ -11,15 +11,18 @@ from collections.abc import Callable
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from blackboard.costing.cost import LATEST_COUNT
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hive_lab.allocation.timetable import Floats, Totals
+    from blackboard.auction.search.problem import Floats
+    from blackboard.auction.search.timetable import Totals
 
 Objective = Callable[["Totals"], "Floats"]
 """Returns a number for each list, smaller where it is better."""
 
-_POWER, _SCALE = 12, 100.0
+_SCALE = 100.0
 
 
 def _makespan(totals: Totals) -> Floats:
@@ -28,15 +31,14 @@ def _makespan(totals: Totals) -> Floats:
     Only the latest of all robots counts, but a sum over lists is compared. A high power
     approximates that, and still rewards the other robots for being early.
     """
-    return (totals.finish / _SCALE) ** _POWER
+    return (totals.finish / _SCALE) ** LATEST_COUNT
 
 
 OBJECTIVES: Mapping[str, Objective] = MappingProxyType(
     {
-        "report": lambda totals: totals.toil,
-        "energy": lambda totals: totals.energy,
+        "way": lambda totals: totals.energy,
         "makespan": _makespan,
-        "latency": lambda totals: totals.waiting,
+        "waiting": lambda totals: totals.waiting,
     }
 )
-"""The objectives by the names that fleet files use."""
+"""The objectives by the names of `costing.cost.MEASURES`; all that a way takes is energy."""

@@ -10,7 +10,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hive_lab.allocation.timetable import Bundles, Numbers
+    from blackboard.auction.search.problem import Numbers
+    from blackboard.auction.search.timetable import Bundles
 
 Plan = tuple[tuple[int, ...], ...]  # the tasks of each robot in their order
 

@@ -12,53 +12,47 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_lab.allocation.exchange import best_places
-from hive_lab.allocation.timetable import Book, Timetable, make_bundles
+from blackboard.auction.search.exchange import best_places
+from blackboard.auction.search.timetable import Timetable, make_bundles
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from hive_lab.allocation.instance import Instance
-    from hive_lab.allocation.objectives import Objective
-    from hive_lab.allocation.plan import Plan
-    from hive_lab.allocation.timetable import Floats, Numbers
+    from blackboard.auction.search.objectives import Objective
+    from blackboard.auction.search.plan import Plan
+    from blackboard.auction.search.problem import Floats
+    from blackboard.auction.search.timetable import Book
 
 
-def auction(
-    instance: Instance,
-    objective: Objective,
-    plan: Plan | None = None,
-    tasks: Iterable[int] | None = None,
-) -> Plan:
-    """Allocate tasks, by default all that are on no list; one that no robot may do stays there."""
-    lists = [list(row) for row in plan or [()] * len(instance.robots)]
-    listed = {task for row in lists for task in row}
-    open_tasks = np.array(
-        sorted(set(range(len(instance.tasks)) if tasks is None else tasks) - listed), dtype=int
-    )
-    rounds = _Rounds(Book(instance), objective, lists, open_tasks)
-    while rounds.give_out():
-        pass
-    return tuple(tuple(row) for row in rounds.lists)
+class Sequential:
+    """An auction of all tasks that are on no list of a plan.
 
+    A task that no robot may do stays there. The bids of all robots on all open tasks are kept
+    while they are valid.
 
-class _Rounds:
-    """The bids of all robots on all open tasks, kept while they are valid."""
+    Attributes:
+        lists: Of each robot, as they are so far.
+    """
 
-    def __init__(
-        self, book: Book, objective: Objective, lists: list[list[int]], tasks: Numbers
-    ) -> None:
-        self.lists = lists
+    def __init__(self, book: Book, objective: Objective, plan: Plan) -> None:
+        self.lists = [list(row) for row in plan]
+        listed = {task for row in plan for task in row}
+        tasks = np.array(sorted(set(range(book.nothing)) - listed), dtype=int)
         self._book = book
         self._objective = objective
         self._tasks = tasks
         self._open = np.ones(tasks.size, dtype=bool)
-        shape = (len(lists), tasks.size)
+        shape = (len(plan), tasks.size)
         self._bids, self._places = np.full(shape, np.inf), np.zeros(shape, dtype=int)
-        for robot in range(len(lists)):
-            self._bid(robot)
+        self._next = 0
 
-    def give_out(self) -> bool:
+    def step(self) -> bool:
+        """Take one robot's first bids, or allocate one task; return whether more is to be done."""
+        if self._next < len(self.lists):
+            self._bid(self._next)
+            self._next += 1
+            return True
+        return self._give_out()
+
+    def _give_out(self) -> bool:
         """Allocate the best of the most urgent tasks; return whether there was one."""
         if not self._open.any():
             return False

@@ -13,17 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_lab.allocation.exchange import exchange
-from hive_lab.allocation.plan import narrow, to_order, to_plan
-from hive_lab.allocation.timetable import Book, Timetable
+from blackboard.auction.search.exchange import exchange
+from blackboard.auction.search.plan import narrow, to_order, to_plan
+from blackboard.auction.search.timetable import Timetable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hive_lab.allocation.instance import Instance
-    from hive_lab.allocation.objectives import Objective
-    from hive_lab.allocation.plan import Plan
-    from hive_lab.allocation.timetable import Floats, Numbers
+    from blackboard.auction.search.objectives import Objective
+    from blackboard.auction.search.plan import Plan
+    from blackboard.auction.search.problem import Floats, Numbers
+    from blackboard.auction.search.timetable import Book
 
 
 @dataclass(frozen=True)
@@ -39,9 +37,6 @@ class Search:
             so that copies leave local optima.
         period: Rounds after which all copies restart from the best plan so far.
         cool: Share of a period after which bids are exact.
-        threshold: A plan changes only for a gain above this share of its score, so that
-        assignments
-            do not flutter.
     """
 
     lists: int = 24
@@ -51,7 +46,6 @@ class Search:
     heat: float = 1.0
     period: int = 40
     cool: float = 0.5
-    threshold: float = 0.0
 
     def heat_in(self, number: int) -> float:
         """Return the share by which bids are distorted in a round."""
@@ -59,32 +53,16 @@ class Search:
         return self.heat * max(0.0, 1.0 - phase / self.cool)
 
 
-def improve(
-    instance: Instance,
-    objective: Objective,
-    plan: Plan,
-    random: np.random.Generator,
-    go_on: Callable[[], bool],
-    search: Search | None = None,
-) -> Plan:
-    """Return a plan that is at least as good; a task on no list stays on none.
+class Improvement:
+    """Improves a plan round by round; a task that is on no list stays on none.
 
-    `random` chooses the offers. `go_on` is asked before each round whether to continue.
+    Args:
+        random: Chooses the offers.
+
+    Attributes:
+        best: The best lists so far, (robots, places).
+        best_score: What the objective makes of them.
     """
-    if not any(plan):
-        return plan
-    hunt = _Hunt(Book(instance), objective, plan, random, search or Search())
-    before = hunt.best_score
-    while go_on():
-        hunt.step()
-    hunt.note_best()
-    if before - hunt.best_score <= hunt.search.threshold * before:
-        return plan
-    return to_plan(hunt.best, hunt.book.nothing)
-
-
-class _Hunt:
-    """The copies of a plan that are searched side by side, and the best one seen."""
 
     def __init__(
         self,
@@ -92,33 +70,50 @@ class _Hunt:
         objective: Objective,
         plan: Plan,
         random: np.random.Generator,
-        search: Search,
+        search: Search | None = None,
     ) -> None:
-        self.book = book
-        self.search = search
+        self._book = book
+        self._search = search or Search()
         self.best = to_order(plan, book.nothing)
         self._objective = objective
         self._random = random
         self._number = 0
-        self._copies = max(1, search.lists // len(plan))
+        self._copies = max(1, self._search.lists // len(plan))
         self._robots = np.tile(np.arange(len(plan)), (self._copies, 1))
         self._lists = np.tile(self.best, (self._copies, 1, 1))
         self.best_score = float(self._scores()[0])
 
+    @property
+    def plan(self) -> Plan:
+        """The best plan so far."""
+        return to_plan(self.best, self._book.nothing)
+
+    @property
+    def cells(self) -> int:
+        """How many places a round evaluates, about."""
+        return int(self._lists.size * self._lists.shape[1])
+
+    @property
+    def can_improve(self) -> bool:
+        """Whether there is anything to choose: a robot and two tasks, or two robots and one."""
+        tasks = int((self.best != self._book.nothing).sum())
+        return tasks > 1 or (tasks == 1 and self.best.shape[0] > 1)
+
     def step(self) -> None:
         """Hold a round in each copy."""
-        heat = self.search.heat_in(self._number) if self._copies > 1 else 0.0
-        if self._copies > 1 and self._number % self.search.period == 0:
+        heat = self._search.heat_in(self._number) if self._copies > 1 else 0.0
+        if self._number % self._search.period == 0:
             self.note_best()
-            self._lists = np.tile(self.best, (self._copies, 1, 1))
+            if self._copies > 1:
+                self._lists = np.tile(self.best, (self._copies, 1, 1))
         self._number += 1
         start, size = self._offers()
         shape = (*self._robots.shape, self._robots.shape[-1])
         factor = 1.0 + heat * self._random.random(shape) if heat else 1.0
         lists = exchange(
-            self.book, self._objective, self._robots, self._lists, start, size, factor
+            self._book, self._objective, self._robots, self._lists, start, size, factor
         )
-        self._lists = narrow(lists, self.book.nothing)
+        self._lists = narrow(lists, self._book.nothing)
 
     def note_best(self) -> None:
         """Keep the best of the copies if it is better than all before."""
@@ -129,14 +124,14 @@ class _Hunt:
 
     def _scores(self) -> Floats:
         """Return the score of each copy: the sum over its lists."""
-        table = Timetable(self.book, self._robots, self._lists)
+        table = Timetable(self._book, self._robots, self._lists)
         scores: Floats = self._objective(table).sum(axis=-1)
         return scores
 
     def _offers(self) -> tuple[Numbers, Numbers]:
         """Return the start and the size of each offered bundle."""
-        search = self.search
-        length = (self._lists != self.book.nothing).sum(axis=-1)
+        search = self._search
+        length = (self._lists != self._book.nothing).sum(axis=-1)
         where, how_many, who = self._random.random((3, *length.shape))
         if self._random.random() < search.ends:
             start = (where * (length + 1)).astype(int)

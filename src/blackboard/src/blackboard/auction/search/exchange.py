@@ -16,14 +16,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
-from hive_lab.allocation.plan import cut_out, put_in, without
-from hive_lab.allocation.timetable import Insertions, Timetable, make_bundles
+from blackboard.auction.search.plan import cut_out, put_in, without
+from blackboard.auction.search.timetable import Insertions, Timetable, make_bundles
 
 if TYPE_CHECKING:
-    from hive_lab.allocation.objectives import Objective
-    from hive_lab.allocation.timetable import Book, Bundles, Floats, Numbers
+    from blackboard.auction.search.objectives import Objective
+    from blackboard.auction.search.problem import Floats, Numbers
+    from blackboard.auction.search.timetable import Book, Bundles
 
 _REFUSED = 1e30  # above any bid; the assignment needs finite numbers
 
@@ -66,6 +66,9 @@ def exchange(
     Returns:
         The new lists, (groups, members, places or more).
     """
+    # Only a leader with a plan to improve needs it; it takes 10 MB.
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415
+
     nothing = book.nothing
     rest = without(order, start, size, nothing)
     bundles = make_bundles(book, cut_out(order, start, size, nothing))
@@ -76,7 +79,11 @@ def exchange(
     for group in range(groups):
         bundle, taker = linear_sum_assignment(cost[group])
         takes[group, taker] = bundle
-    rows = np.arange(groups)[:, None]
-    chosen = place[rows, takes, np.arange(members)]
+    rows, columns = np.arange(groups)[:, None], np.arange(members)
+    chosen = place[rows, takes, columns]
+    if (cost[rows, takes, columns] >= _REFUSED).any():
+        # Lists that are not allowed as they are may leave nothing that is: those groups stay.
+        stay = (cost[rows, takes, columns] >= _REFUSED).any(axis=1, keepdims=True)
+        takes, chosen = np.where(stay, columns, takes), np.where(stay, start, chosen)
     given = make_bundles(book, bundles.tasks[rows, takes])
     return put_in(rest, chosen, given, nothing)
