@@ -44,7 +44,7 @@ class KeptRuns:
                 kept = json.loads(line)
                 self._known[kept["run"]] = kept["result"]
             except (ValueError, TypeError, KeyError):
-                allowed = "runs that --keep has written, or a file that is not there yet"
+                allowed = "runs that --resume has written, or a file that is not there yet"
                 raise FileError(f"{file}:{number}: {line[:40]!r}; allowed: {allowed}") from None
         file.write_text(f"{whole}\n" if whole else "", encoding="utf-8")
 
@@ -63,11 +63,21 @@ class KeptRuns:
             under_way = {pool.submit(work, *given): name for name, (work, given) in todo.items()}
             for number, done in enumerate(as_completed(under_way), start=1):
                 name = under_way[done]
-                self._keep(name, done.result())
+                self.keep(name, done.result())
                 click.echo(f"{name}: done ({number} of {len(todo)})", err=True)
         return [self._known[name] for name in jobs]
 
-    def _keep(self, name: str, result: Data) -> None:
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all runs that are known, the oldest first."""
+        return tuple(self._known)
+
+    def __getitem__(self, name: str) -> Data:
+        """Return the result of a run that is known."""
+        return self._known[name]
+
+    def keep(self, name: str, result: Data) -> None:
+        """Keep the result of a run."""
         self._known[name] = result
         if self._file is not None:
             with self._file.open("a", encoding="utf-8") as file:
