@@ -38,7 +38,7 @@ wheels_stamp() {
 }
 
 readonly build_files=(-name CMakeLists.txt -o -name package.xml -o -name setup.py
-  -o -name '*.msg' -o -name '*.srv' -o -name '*.action')
+  -o -name '*.msg' -o -name '*.srv' -o -name '*.action' -o -name '*.c')
 
 build_stamp() {
   {
@@ -94,6 +94,19 @@ administer() {
     ${http_proxy:+"http_proxy=$http_proxy"} ${https_proxy:+"https_proxy=$https_proxy"} ${no_proxy:+"no_proxy=$no_proxy"} "$@"
 }
 
+# Prints what this machine runs.
+release() { ( . /etc/os-release && echo "${PRETTY_NAME:-an unknown system}" ) 2>/dev/null || uname -sr; }
+
+readonly home_of_ros='ROS 1 is in Debian 12 and 13, and in the universe of Ubuntu 22.04 and 24.04'
+
+# Prints those of some packages that apt does not know.
+unknown_packages() {
+  local name
+  for name in "$@"; do
+    apt-cache show --no-all-versions "$name" >/dev/null 2>&1 || echo "$name"
+  done
+}
+
 apt_get() { administer apt-get -y -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@"; }
 
 # The first try fails where apt knows no packages yet, knows old ones only, or was interrupted before.
@@ -103,18 +116,23 @@ apt_install() {
 }
 
 install_packages() {
-  local missing administrator
+  local missing unknown administrator
   mapfile -t missing < <(missing_packages)
   if ((${#missing[@]} == 0)); then return; fi
-  if ! grep -qs '^ID=debian$' /etc/os-release || ! grep -qs '^VERSION_ID="12"$' /etc/os-release; then
-    die "ROS 1 comes from Debian 12's packages, and this is $(sed -n 's/^PRETTY_NAME=//p' /etc/os-release 2>&1)." \
-      "Missing here: ${missing[*]}"
+  if ! command -v apt-get >/dev/null; then
+    die "this is $(release), which has no apt-get; $home_of_ros. Missing here: ${missing[*]}"
   fi
   administrator=$(find_administrator) ||
     die "Debian packages are missing and installing them needs root or sudo. Ask an administrator for:" \
       "apt-get install --no-install-recommends ${missing[*]}"
   step "installing Debian packages (${#missing[@]}, and what they need)" apt_install "${missing[@]}" ||
-    die "apt-get failed: $(grep '^E: ' "$log" | sort -u | tail -n 3 | tr '\n' ' ')(whole log: $log). Missing: $(missing_packages | xargs)"
+  {
+    mapfile -t unknown < <(unknown_packages "${missing[@]}")
+    if ((${#unknown[@]})); then
+      die "this is $(release), and its package sources lack: ${unknown[*]}. $home_of_ros (whole log: $log)"
+    fi
+    die "apt-get failed on $(release): $(grep '^E: ' "$log" | sort -u | tail -n 3 | tr '\n' ' ')(whole log: $log). Missing: $(missing_packages | xargs)"
+  }
 }
 
 # --- wheels ------------------------------------------------------------------------------------------

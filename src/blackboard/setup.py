@@ -7,6 +7,7 @@ setup(
         packages=[
             "blackboard",
             "blackboard.auction",
+            "blackboard.auction.search",
             "blackboard.board",
             "blackboard.consensus",
             "blackboard.costing",

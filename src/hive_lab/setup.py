@@ -6,11 +6,14 @@ setup(
     **generate_distutils_setup(
         packages=[
             "hive_lab",
+            "hive_lab.agvs",
             "hive_lab.allocation",
             "hive_lab.bench",
             "hive_lab.bench.allocation",
             "hive_lab.bench.traffic",
+            "hive_lab.compare",
             "hive_lab.fault_schedules",
+            "hive_lab.fault_schedules.features",
             "hive_lab.fleets",
             "hive_lab.live",
             "hive_lab.mapf",

@@ -7,6 +7,7 @@ hive is the real one: a ROS master, the simulator, the blackboard and the robots
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import time
@@ -31,6 +32,17 @@ START = 180.0
 
 PATIENCE = 60.0
 """Time that something may take to happen [s]; a robot on its way has more."""
+
+
+_RUNNING = contextlib.ExitStack()
+"""The hive, and the window on it."""
+
+
+@pytest.hookimpl(trylast=True)  # after the windows of the last test are closed
+def pytest_runtest_teardown(nextitem):
+    """End the hive after the last of these tests: its robots would slow down those that follow."""
+    if nextitem is None or nextitem.path.parent != HERE:
+        _RUNNING.close()
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest-xdist looks for the groups
@@ -67,12 +79,12 @@ def application(screen):  # noqa: ARG001  (it must be there first)
 def hive(tmp_path_factory):
     """Run the lab's fleet, without windows, at three times the real time."""
     folder = tmp_path_factory.mktemp("hive")
-    with local_hive(folder) as hive:
-        hive.start_master()
-        shown = {"rviz": "false", "gui": "false"}
-        # Tests freeze and kill nodes by name.
-        hive.launch({"fleet": "lab", "world": "lab", "rtf": "3", "processes": "each", **shown})
-        yield hive
+    hive = _RUNNING.enter_context(local_hive(folder))
+    hive.start_master()
+    shown = {"rviz": "false", "gui": "false"}
+    # Tests freeze and kill nodes by name.
+    hive.launch({"fleet": "lab", "world": "lab", "rtf": "3", "processes": "each", **shown})
+    return hive
 
 
 @pytest.fixture(scope="session")
@@ -91,9 +103,9 @@ def hive_window(application, hive, tmp_path_factory):
         return window.view.robot_rows.rowCount() == 4
 
     person.wait_until(all_here, START)
-    yield window
-    desk.stop()
-    window.deleteLater()
+    _RUNNING.callback(window.deleteLater)
+    _RUNNING.callback(desk.stop)
+    return window
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 """Hives whose members crash, freeze and are cut off, with every property checked."""
 
 import os
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -13,6 +14,7 @@ from hive_common.pose import Pose
 from hive_lab.bench.faults import simulate
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.faulty_network import Quality
+from hive_lab.fault_schedules.features.exercised import FEATURES
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
 from hive_lab.fault_schedules.run import run
 from hive_lab.fault_schedules.schedule import (
@@ -26,7 +28,7 @@ from hive_lab.fault_schedules.schedule import (
     PowerCut,
 )
 
-SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "1000"))
+SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "600"))
 """Number of random schedules; more on demand."""
 
 POSTS = tuple(
@@ -40,11 +42,27 @@ def schedule(*happenings, robots=3, seed=1):
     return FaultSchedule(seed, robots, (*POSTS, *happenings))
 
 
-@pytest.mark.timeout(1800)  # 40 s on two idle processors, of which there may be none
-def test_random_schedules_break_no_property():
-    broken = [outcome for outcome in simulate(range(SCHEDULES)) if outcome.violation]
+@pytest.fixture(scope="module")
+def outcomes():
+    """Return what came of the random schedules."""
+    return tuple(simulate(range(SCHEDULES)))
+
+
+@pytest.mark.timeout(1800)  # 50 s on two idle processors, of which there may be none
+@pytest.mark.xdist_group("random schedules")
+def test_random_schedules_break_no_property(outcomes):
+    broken = [outcome for outcome in outcomes if outcome.violation]
 
     assert not broken, broken[0].in_full()
+
+
+@pytest.mark.timeout(1800)  # as above
+@pytest.mark.xdist_group("random schedules")
+def test_random_schedules_use_every_feature_in_one_of_fifty(outcomes):
+    used = Counter(feature for outcome in outcomes for feature in outcome.exercised)
+    rare = {feature: used[feature] for feature in FEATURES if used[feature] < SCHEDULES / 50}
+
+    assert not rare
 
 
 @pytest.mark.timeout(1800)  # as above
@@ -62,6 +80,31 @@ def test_defects_that_schedules_have_found_stay_fixed(seed):
     outcome = run(draw(seed))
 
     assert not outcome.violation, outcome.in_full()
+
+
+@pytest.mark.parametrize(
+    ("seed", "scenario"),
+    [(8400027, ""), (8400404, ""), (25, "lost disks"), (47, "lost disks")],
+)
+def test_robots_that_come_back_pick_no_load_again(seed, scenario):
+    outcome = run(draw(seed, scenario))
+
+    assert not outcome.violation, outcome.in_full()
+
+
+def test_full_and_slow_disks_break_no_property():
+    outcomes = [run(draw(seed, "bad disks")) for seed in (*range(12), 54)]
+    broken = [outcome for outcome in outcomes if outcome.violation]
+
+    assert not broken, broken[0].in_full()
+
+
+def test_machines_that_sleep_break_no_property():
+    outcomes = [run(draw(seed, "sleeping machines")) for seed in range(12)]
+    broken = [outcome for outcome in outcomes if outcome.violation]
+
+    assert not broken, broken[0].in_full()
+    assert sum(outcome.takeovers for outcome in outcomes) > len(outcomes)
 
 
 def test_without_faults_the_first_leader_stays_and_every_task_is_done():

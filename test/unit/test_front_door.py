@@ -183,6 +183,89 @@ def test_set_up_is_looked_at_again_after_a_change(clone, change):
     assert not is_ready(clone)
 
 
+@pytest.mark.skipif(not (ROOT / "devel/environment.bash").is_file(), reason="needs ./hive setup")
+def test_workspaces_that_are_named_are_laid_over_the_hives_and_a_missing_one_is_said(tmp_path):
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "setup.bash").write_text(
+            f'false; echo "{name} $1 ${{UNSET_VARIABLE}} on ${{CMAKE_PREFIX_PATH##*/}}"\n'
+        )
+    overlays = f"{tmp_path}/first:{tmp_path}/nothing:{tmp_path}/second"
+    done = subprocess.run(
+        ["bash", "-euc", f"source {ROOT}/setup/environment.bash; echo $-"],
+        env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "HIVE_OVERLAYS": overlays},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    *laid, options = done.stdout.splitlines()
+    assert laid == ["first --extend  on devel", "second --extend  on devel"]
+    assert {"e", "u"} <= set(options)
+    assert done.stderr.count("\n") == 1
+    assert f"HIVE_OVERLAYS names {tmp_path}/nothing, which holds no setup.bash" in done.stderr
+
+
+def installed_on(tmp_path, programs):
+    """Install Debian packages where none is, with programs in bash; return what is said."""
+    (tmp_path / "setup").mkdir()
+    (tmp_path / ".hive").mkdir()
+    (tmp_path / "setup/apt-packages.txt").write_text("make\npython3-rospy\nrviz\n")
+    script = f"""
+        root=$1; source "$2/setup/install.bash"
+        release() {{ echo 'Plan 9'; }}
+        dpkg-query() {{ :; }}
+        administer() {{ "$@"; }}
+        find_administrator() {{ :; }}
+        {programs}
+        install_packages
+    """
+    words = ["bash", "-uo", "pipefail", "-c", script, "-", tmp_path, ROOT]
+    return subprocess.run(words, capture_output=True, text=True, check=False)
+
+
+def test_setup_names_the_release_and_the_packages_that_it_does_not_have(tmp_path):
+    said = installed_on(
+        tmp_path,
+        """
+        apt-get() { return 100; }
+        apt-cache() { [[ ${*: -1} == make ]]; }
+        """,
+    )
+
+    assert said.returncode == 1
+    assert "this is Plan 9, and its package sources lack: python3-rospy rviz." in said.stderr
+    assert "Ubuntu 22.04 and 24.04" in said.stderr
+
+
+def test_setup_names_the_release_and_what_apt_said_where_all_packages_are_known(tmp_path):
+    said = installed_on(
+        tmp_path,
+        """
+        apt-get() { echo 'E: no space left'; return 100; }
+        apt-cache() { :; }
+        """,
+    )
+
+    assert said.returncode == 1
+    assert "apt-get failed on Plan 9: E: no space left" in said.stderr
+
+
+def test_setup_names_the_release_where_there_is_no_apt(tmp_path):
+    said = installed_on(tmp_path, "command() { [[ $2 != apt-get ]]; }")
+
+    assert said.returncode == 1
+    assert "this is Plan 9, which has no apt-get" in said.stderr
+    assert "make python3-rospy rviz" in said.stderr
+
+
+def test_setup_goes_on_with_any_release_that_has_the_packages(tmp_path):
+    said = installed_on(tmp_path, "apt-get() { :; }")
+
+    assert said.returncode == 0
+    assert "done in" in said.stderr
+
+
 def test_setup_with_arguments_is_refused_in_one_line():
     refused = hive("setup", "everything")
 
@@ -213,11 +296,14 @@ def test_every_debian_package_stands_on_a_line_of_its_own_and_only_once():
 
 def test_no_file_names_a_place_on_one_machine():
     home = re.compile(r"(?<![\w.$}])/(?:home|root|Users)/\w")
+    here = f"{ROOT.parent}/"
+    if len(ROOT.parent.parts) <= 2:
+        here = f"{ROOT}/"
     found = [
         f"{file.relative_to(ROOT)}:{number}"
         for file in tracked_text_files()
         for number, line in enumerate(file.read_text(errors="replace").splitlines(), 1)
-        if home.search(line) or f"{ROOT.parent}/" in line
+        if home.search(line) or here in line
     ]
 
     assert found == []

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,8 @@ def test_a_style_tool_finds_nothing(name):
     path = beside_python or shutil.which(program)
     if path is None:
         pytest.skip(f"{program} is not installed; ./hive setup does so")
+    if name == "mypy" and not version("numpy").startswith("1."):
+        pytest.skip(f"types are checked with Debian 12's numpy 1; this is {version('numpy')}")
     # import-linter must find the sources, not catkin's relays to them.
     sources = os.pathsep.join(str(folder) for folder in ROOT.glob("src/*/src"))
     done = subprocess.run(

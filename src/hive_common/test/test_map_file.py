@@ -56,6 +56,47 @@ def test_the_thresholds_decide(tmp_path):
     assert grid.cells.tolist() == [[OCCUPIED, FREE]]
 
 
+def test_colours_and_opacity_are_averaged_as_map_server_does(tmp_path):
+    # Brightness 60, 180, 165; with opacity averaged in 109, 199, 124.
+    pixels = [[[30, 60, 90, 255], [180, 180, 180, 255], [250, 150, 95, 0]]]
+
+    trinary = load_map(write(tmp_path, pixels, occupied_thresh="0.55", free_thresh="0.25"))
+    scale = load_map(write(tmp_path, pixels, mode="scale", free_thresh="0.1"))
+    opaque = load_map(
+        write(tmp_path, np.array(pixels)[:, :, :3], occupied_thresh="0.55", free_thresh="0.3")
+    )
+
+    assert trinary.cells.tolist() == [[OCCUPIED, FREE, UNKNOWN]]
+    assert scale.cells.tolist() == [[OCCUPIED, 35, UNKNOWN]]
+    assert opaque.cells.tolist() == [[OCCUPIED, FREE, UNKNOWN]]
+
+
+def test_a_transparent_pixel_of_a_scaled_map_is_still_occupied_where_it_is_dark(tmp_path):
+    grid = load_map(write(tmp_path, [[[0, 0, 0, 0], [255, 255, 255, 0]]], mode="scale"))
+
+    assert grid.cells.tolist() == [[OCCUPIED, FREE]]
+
+
+def test_raw_pixels_are_the_cells_as_signed_bytes_and_may_be_negated(tmp_path):
+    pixels = [[0, 100, 127, 128, 255]]
+
+    raw = load_map(write(tmp_path, pixels, mode="raw"))
+    negated = load_map(write(tmp_path, pixels, mode="raw", negate="1"))
+
+    assert raw.cells.tolist() == [[0, 100, 127, -128, -1]]
+    assert negated.cells.tolist() == [[-1, -101, -128, 127, 0]]
+
+
+def test_a_key_that_map_server_does_not_know_is_warned_of_and_ignored(tmp_path):
+    said = []
+
+    grid = load_map(write(tmp_path, [[254]], colour="red"), said.append)
+
+    assert grid.cells.tolist() == [[FREE]]
+    assert len(said) == 1
+    assert ":7: colour: unknown, and ignored; known are image, " in said[0]
+
+
 def test_a_saved_map_is_read_back_as_it_was(tmp_path):
     random = np.random.default_rng(1)
     cells = random.choice([FREE, OCCUPIED, UNKNOWN], (30, 20)).astype(np.int8)
@@ -84,7 +125,6 @@ def test_a_saved_map_is_read_back_as_it_was(tmp_path):
         ({"negate": "2"}, "0, or 1 if white means occupied"),
         ({"mode": "odd"}, "trinary"),
         ({"free_thresh": "0.9"}, ":6: free_thresh: 0.9 is not below occupied_thresh 0.65"),
-        ({"colour": "red"}, ":7: colour: unknown; allowed: the keys image, "),
     ],
 )
 def test_a_bad_map_gives_one_line_that_says_what_is_allowed(tmp_path, changes, words):
@@ -160,7 +200,7 @@ def test_cells_that_something_reaches_into_are_occupied_and_those_beside_it_are_
 
 
 def test_a_drawn_map_agrees_with_the_world_cell_by_cell():
-    pillar = Shape("pillar", Point(4.0, 4.0).buffer(0.7, resolution=8))
+    pillar = Shape("pillar", Point(4.0, 4.0).buffer(0.7, 8))
     world = hall(pillar)
     grid = draw_map(world, 0.1)
 
@@ -204,20 +244,6 @@ def test_in_scale_mode_shades_say_how_occupied_a_cell_is(tmp_path):
     assert grid.cells[0, 0] == FREE
     assert grid.cells[0, 3] == OCCUPIED
     assert 1 <= grid.cells[0, 1] < grid.cells[0, 2] <= 99
-
-
-def test_in_scale_mode_transparent_cells_are_unknown(tmp_path):
-    name = write(tmp_path, [[0]], mode="scale")
-    pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 0]]], dtype=np.uint8)
-    PIL.Image.fromarray(pixels).save(tmp_path / "m.png")
-
-    assert load_map(name).cells.tolist() == [[OCCUPIED, UNKNOWN]]
-
-
-def test_in_raw_mode_a_pixel_is_the_cell(tmp_path):
-    grid = load_map(write(tmp_path, [[0, 37, 100, 101, 255]], mode="raw"))
-
-    assert grid.cells.tolist() == [[0, 37, 100, UNKNOWN, UNKNOWN]]
 
 
 def test_a_map_can_be_saved_as_png(tmp_path):

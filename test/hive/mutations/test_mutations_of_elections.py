@@ -143,8 +143,8 @@ STORM, LATE, RESTARTS = "election storm", "late messages", "quick restarts"
 CHURN, DISKS, ALONE = "members come and go", "lost disks", "a founder alone"
 
 CAUGHT_BY = {
-    vote_for_any_list: (30, STORM),
-    vote_although_the_active_one_is_heard: (35, STORM),
+    vote_for_any_list: (32, STORM),
+    vote_although_the_active_one_is_heard: (8, STORM),
     vote_twice_in_an_epoch: "rivals",
     do_not_take_a_vote_for_a_promise: (71, STORM),
     forget_the_vote_over_a_restart: "forgetful rivals",
@@ -152,13 +152,13 @@ CAUGHT_BY = {
     elect_with_half_of_the_members: (1, STORM),
     count_a_vote_however_late: "late vote",
     obey_an_active_one_of_any_epoch: (77, LATE),
-    ignore_epochs: (96, LATE),
+    ignore_epochs: (17, LATE),
     count_when_an_answer_came: (22, LATE),
     go_on_without_a_majority: (0, STORM),
-    change_members_without_waiting: (76, CHURN),
-    keep_the_id_when_the_disk_is_lost: (43, DISKS),
+    change_members_without_waiting: (39, CHURN),
+    keep_the_id_when_the_disk_is_lost: (114, DISKS),
     listen_to_every_hive: (1, ALONE),
-    join_without_handing_over: (76, DISKS),
+    join_without_handing_over: (72, DISKS),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
 

@@ -15,7 +15,9 @@ from blackboard.consensus.lease import Lease, Leases
 from blackboard.consensus.node import RaftNode
 from blackboard.consensus.step import Propose
 from blackboard.robot.lease_keeper import LeaseKeeper
+from blackboard.robot.loads import Loads
 from blackboard.robot.reports import Reports
+from hive_lab.fault_schedules.simulated_arm import SimulatedArm
 from hive_lab.fault_schedules.simulated_member import Disk
 
 
@@ -89,6 +91,19 @@ def carry_out_an_order_again(patch):
     patch.setattr(Reports, "answer", lambda *_: False)
 
 
+def pick_under_another_id_after_a_restart(patch):
+    knows = SimulatedArm.knows
+
+    def forgetful(self, step):
+        return knows(self, replace(step, action="", look=False))
+
+    patch.setattr(SimulatedArm, "knows", forgetful)
+
+
+def believe_an_order_rather_than_the_arm(patch):
+    patch.setattr(Loads, "expect", lambda *_: None)
+
+
 def work_on_without_a_lease(patch):
     patch.setattr(LeaseKeeper, "holds", lambda _: True)
 
@@ -127,12 +142,14 @@ CAUGHT_BY = {
     drop_the_journal: (2, STORM),
     acknowledge_what_is_missing: (1, STORM),
     keep_what_the_new_active_one_lacks: (6, STORM),
-    forget_reports_over_a_restart: (4, ANY),
+    forget_reports_over_a_restart: (45, ANY),
     forget_who_has_reported: (1, STORM),
     carry_out_an_order_again: (28, ANY),
+    pick_under_another_id_after_a_restart: (8400404, ANY),
+    believe_an_order_rather_than_the_arm: (47, "lost disks"),
     work_on_without_a_lease: (456, STORM),
     renew_a_lease_after_its_end: (34, ANY),
-    reassign_before_the_lease_has_ended: (11, ANY),
+    reassign_before_the_lease_has_ended: (56, ANY),
     count_leases_from_before_the_takeover: (3, STORM),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""

@@ -4,8 +4,12 @@
 Nothing of the system is imported here but its messages.
 """
 
+import socket
+
+import psutil
 from blackboard.msg import TaskMsg, TaskState
 from hive_operator import DONE_IN_ORDER, TOLERANCE, apart, task
+from launching import sockets_of
 
 
 def test_a_task_of_every_type_is_done_with_its_states_in_order(operator):
@@ -85,3 +89,30 @@ def test_a_cancelled_task_ends_at_once_and_its_robot_is_free_again(operator):
 def test_after_all_that_no_robot_has_touched_anything(operator):
     operator.expect(lambda: operator.collisions is not None, "a count of collisions")
     assert operator.collisions == 0
+
+
+def test_nothing_of_the_whole_system_listens_beyond_this_machine(operator, launches):
+    launches.run(
+        "roscore", "-p", str(free_port())
+    )  # rostest has a master of its own in its process
+    needed = {"rosout", "rosmaster", "blackboard_node", "simulator"}
+    operator.expect(
+        lambda: needed <= {name for name, _ in sockets_of_all()},
+        f"sockets of {', '.join(sorted(needed))}",
+        lambda: sorted(sockets_of_all()),
+        patience=60.0,
+    )
+
+    assert {address for _, address in sockets_of_all()} == {"127.0.0.1"}, sockets_of_all()
+
+
+def free_port():
+    """Return a port that nobody uses at this moment."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
+def sockets_of_all():
+    """Return who listens where, of the processes that rostest began."""
+    return sockets_of(psutil.Process().parent())

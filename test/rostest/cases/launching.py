@@ -8,6 +8,7 @@ import subprocess
 import time
 import xmlrpc.client
 
+import psutil
 import rosgraph
 from hive_operator import PATIENCE
 
@@ -59,6 +60,19 @@ def kill(*nodes):
     """Kill nodes (SIGKILL)."""
     for pid in [pid_of(node) for node in nodes]:
         os.kill(pid, signal.SIGKILL)
+
+
+def sockets_of(started):
+    """Return name and address for each TCP and UDP port of a process and those below it."""
+    root, found = psutil.Process(started.pid), set()
+    for process in (root, *root.children(recursive=True)):
+        with contextlib.suppress(psutil.NoSuchProcess):
+            found |= {
+                (process.name(), each.laddr.ip)
+                for each in process.connections("inet")
+                if each.status in {psutil.CONN_LISTEN, psutil.CONN_NONE}  # the second: UDP
+            }
+    return found
 
 
 def is_heard(node, topic, listener):

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`amcl` with its standard topics and services, under a robot that drives to a goal."""
+"""`amcl` with its standard topics and services, under a robot that drives to a goal.
+
+Beside it stands a robot that the simulator tells where it is, for navigation of ROS's own.
+"""
 
 import contextlib
 import math
@@ -9,11 +12,13 @@ import time
 import actionlib
 import pytest
 import rospy
+import tf2_ros
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 
 WAIT = 40.0  # on the wall clock [s]
@@ -102,3 +107,60 @@ def test_an_initialpose_that_is_none_is_ignored_and_a_good_one_is_taken():
         if far_from_the_truth(pose()) < 0.15:
             return
     pytest.fail("amcl did not take the initialpose")
+
+
+class StrictPlanner:
+    """Looks up transforms as costmap_2d and the stock local planners do.
+
+    A scan counts once the odometry of its time is there (tf's message filter, frame odom). Then
+    the plan, which is in the map frame, is wanted at that very time, without waiting for it.
+    """
+
+    def __init__(self, robot):
+        self.found, self.failed = 0, []
+        self._odom, self._base = f"{robot}/odom", f"{robot}/base_footprint"
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer)
+        self._scans = queue.Queue()
+        rospy.Subscriber(f"{robot}/scan", LaserScan, self._scans.put)
+
+    def wait_for_map(self):
+        """Wait until the robot is localized, and leave out what came before."""
+        end = time.monotonic() + WAIT
+        while not self._buffer.can_transform("map", self._base, rospy.Time(0)):
+            assert time.monotonic() < end, f"{self._base} is not in the map"
+            time.sleep(0.01)
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._scans.get_nowait()
+
+    def watch(self, scans):
+        """Look at a number of scans; those from before its first transform do not count."""
+        while self.found + len(self.failed) < scans:
+            stamp = self._scans.get(timeout=WAIT).header.stamp
+            if not self._comes(stamp):
+                continue
+            try:
+                self._buffer.lookup_transform(self._odom, "map", stamp)
+                self.found += 1
+            except tf2_ros.ExtrapolationException as error:
+                self.failed.append(str(error))
+
+    def _comes(self, stamp):
+        """Return whether the odometry of a time comes; that of a time long past does not."""
+        end = time.monotonic() + 1.0
+        while not self._buffer.can_transform(self._odom, self._base, stamp):
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.002)  # tf2's own wait looks every 20 ms
+        return True
+
+
+def test_a_strict_stock_local_planner_finds_every_transform_at_the_time_of_its_scan():
+    planner = StrictPlanner("robot2")
+    planner.wait_for_map()
+    planner.watch(150)
+
+    # On a busy machine one may be late now and then; without the tolerance half of them are.
+    assert len(planner.failed) <= 4, planner.failed[:3]
+    assert planner.found >= 146

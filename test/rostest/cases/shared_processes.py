@@ -17,7 +17,8 @@ ALONE = yaml.safe_load(
 )["fleet"]
 """What is recorded of the default fleet, each node of which has a process."""
 
-OF_ONE_NODE = {"joint_states", "tf2_frames"}  # of robot_state_publisher, and of each tf listener
+OF_ONE_NODE = {"joint_states", "tf2_frames", "launch_arguments"}
+"""Of robot_state_publisher, of each tf listener, and of robot.launch."""
 
 
 @pytest.fixture(scope="module")

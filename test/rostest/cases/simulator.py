@@ -16,7 +16,7 @@ from actionlib_msgs.msg import GoalStatus
 from blackboard.msg import PickAction, PickGoal, PickResult
 from geometry_msgs.msg import Pose2D, Twist
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
-from nav_msgs.srv import GetMap
+from nav_msgs.srv import GetMap, LoadMap, LoadMapResponse
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from simenv.srv import Remove, Spawn
@@ -225,6 +225,28 @@ def test_a_load_is_picked_and_put_down(fetch):
     assert (put_down[0], put_down[1].outcome) == (GoalStatus.SUCCEEDED, PickResult.SUCCESS)
 
 
+def test_an_action_that_is_asked_for_again_is_done_once(fetch):
+    order = {"task_id": "T5", "payload": 2.0}
+    first, ended = fetch.order(act=PickGoal.PICK, action_id="hive1/T5/1/1", **order)
+    again = pick(fetch, act=PickGoal.PICK, action_id="hive1/T5/1/1", **order)
+    assert ended.wait(WAIT)
+    put_down = [
+        pick(fetch, act=PickGoal.PLACE, action_id="hive1/T5/1/3", **order) for _ in range(2)
+    ]
+
+    assert first.get_goal_status() == GoalStatus.PREEMPTED
+    assert again[0] == GoalStatus.SUCCEEDED
+    assert [state for state, _ in put_down] == [GoalStatus.SUCCEEDED] * 2
+
+
+def test_an_arm_that_looks_first_says_what_it_holds(fetch):
+    pick(fetch, act=PickGoal.PICK, task_id="T6", payload=2.0)
+
+    state, result = pick(fetch, act=PickGoal.PICK, task_id="T7", payload=1.0, look=True)
+
+    assert (state, result.outcome) == (GoalStatus.ABORTED, PickResult.HOLDS_ANOTHER)
+
+
 def test_a_load_that_is_too_heavy_aborts_with_the_reason(fetch):
     state, result = pick(fetch, act=PickGoal.PICK, task_id="T2", payload=50.0)
 
@@ -297,6 +319,43 @@ def test_the_map_is_there_for_latecomers_and_agrees_with_the_service():
     assert grid.data == served.data
     assert grid.data[0] == 100
     assert grid.data[20 * 400 + 20] == 0
+
+
+def test_a_map_server_takes_a_file_as_argument_and_another_one_while_it_runs(tmp_path):
+    (tmp_path / "hall.pgm").write_bytes(b"P5\n2 1\n255\n" + bytes([0, 254]))
+    (tmp_path / "hall.yaml").write_text(
+        "image: hall.pgm\nresolution: 0.5\norigin: [1, 2, 0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\ncolour: blue\n"
+    )
+    names = [
+        "__name:=hall_server",
+        "map:=hall",
+        "change_map:=change_hall",
+        "static_map:=static_hall",
+    ]
+    server = subprocess.Popen(
+        ["rosrun", "robot_navigation", "map_server", str(tmp_path / "hall.yaml"), *names],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        maps = Topic("hall", OccupancyGrid)
+        first = maps.until(lambda _: True)
+        rospy.wait_for_service("change_hall", WAIT)
+        change = rospy.ServiceProxy("change_hall", LoadMap)
+        missing, changed = change("/nowhere/map.yaml"), change("lab")
+        second = maps.until(lambda _: True)
+    finally:
+        server.terminate()
+        said = server.communicate(timeout=WAIT)[1]
+
+    assert list(first.data) == [100, 0]
+    assert first.info.origin.position.x == 1.0
+    assert missing.result == LoadMapResponse.RESULT_INVALID_MAP_METADATA
+    assert changed.result == LoadMapResponse.RESULT_SUCCESS
+    assert second.info.width == 400
+    assert second.data == changed.map.data
+    assert "colour: unknown, and ignored" in said
 
 
 @pytest.mark.usefixtures("robot1")

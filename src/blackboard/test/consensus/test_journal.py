@@ -10,7 +10,7 @@ import pytest
 
 from blackboard.consensus.journal import HardState, SqliteJournal
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
-from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.record import Hold, Load, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.errors import JournalError
 from hive_common.pose import Pose
@@ -113,6 +113,16 @@ def test_acknowledged_reports_are_gone(path):
     journal.save_reports([])
 
     assert again(journal, path).load_reports() == ()
+
+
+def test_the_next_process_reads_what_may_be_on_board(path):
+    hold = Hold((Load("T1", 2.5, "hive1", 3),), sure=True)
+    journal = SqliteJournal(path)
+    assert journal.load_hold() == Hold()
+    journal.save_hold(Hold(sure=True))
+    journal.save_hold(hold)
+
+    assert again(journal, path).load_hold() == hold
 
 
 def test_a_damaged_file_is_renamed_unchanged(path):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.domain.battery import Battery, BatteryModel
+from blackboard.domain.battery import Battery, BatteryModel, MeasuredBattery
 from blackboard.errors import CharacteristicsError
 
 MODEL = BatteryModel(capacity=20.0, voltage_full=28.0, voltage_empty=22.0, charging_time=3600.0)
@@ -134,3 +134,15 @@ def test_a_battery_that_cannot_be_is_refused_by_the_name_of_the_value(name, bad)
 def test_a_full_battery_does_not_have_less_voltage_than_an_empty_one(bad):
     with pytest.raises(CharacteristicsError, match=r"at least voltage_empty, which is 22\.0 V"):
         BatteryModel(20.0, bad, 22.0, 3600.0)
+
+
+def test_a_battery_that_is_measured_is_as_full_as_its_robot_says():
+    battery = MeasuredBattery(BatteryModel(40.0, 27.0, 22.0, 3600.0), 0.5)
+    battery.update_level(1e9)
+    battery.charge(1e9)
+    assert battery.level == 0.5
+
+    battery.measure(0.8)
+    assert battery.level == 0.8
+    battery.measure(1.7)
+    assert battery.level == 1.0

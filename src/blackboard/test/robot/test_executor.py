@@ -278,9 +278,10 @@ def test_each_step_has_attempts_of_its_own():
 
 
 @pytest.mark.parametrize(
-    "state", [state for state in CommandState if state is not CommandState.SUCCEEDED]
+    "state",
+    [CommandState.PREEMPTED, CommandState.ABORTED, CommandState.REJECTED, CommandState.LOST],
 )
-def test_everything_but_success_is_retried(state):
+def test_a_step_that_failed_is_retried(state):
     bench = Bench()
     bench.run(GO)
 
@@ -469,3 +470,15 @@ def test_a_late_result_of_a_halted_drive_does_not_count_for_the_resumed_one():
 
     assert bench.controller.state is State.DRIVING
     assert bench.steps == []
+
+
+def test_a_step_whose_action_server_has_ended_is_given_up_without_another_try():
+    bench = Bench()
+    gone = CommandResult(CommandState.GONE, "the action server move_base has ended")
+    bench.run(GO)
+
+    bench.drive.done(gone)
+
+    assert bench.ends == [gone]
+    assert len(bench.drive.started) == 1
+    assert bench.controller.state is State.IDLE

@@ -5,6 +5,7 @@ import pytest
 
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.record import OrderKind
+from blackboard.domain.talker import TASK_STATE
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import STEP, RobotHarness
@@ -173,3 +174,21 @@ def test_a_list_that_agrees_or_is_older_than_the_order_changes_nothing(state, ro
     harness.wait(STEP)
 
     assert harness.reports(GO)[:2] == [(STARTED, 0), (DONE, 1)]
+
+
+def test_a_robot_drops_what_a_hive_gave_it_that_it_has_left():
+    harness = RobotHarness()
+    harness.order(GO, assignment=5, hive="first")
+    harness.order(GO, assignment=1, hive="second", kind=OrderKind.TAKE_BACK)
+
+    assert harness.status.tasks == ()
+
+
+def test_a_robot_reports_to_the_hive_that_gave_it_the_task_last():
+    harness = RobotHarness()
+    harness.order(GO, assignment=5, hive="first")
+    harness.order(GO, assignment=1, hive="second")
+    harness.wait(2 * STEP)
+
+    last = harness.said(TASK_STATE)[-1]
+    assert (last.state, last.assignment) == (DONE, 1)

@@ -3,6 +3,7 @@
 
 import pytest
 
+from blackboard.domain.bid import MAX_COST
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
@@ -36,6 +37,27 @@ def test_a_step_that_keeps_failing_hands_the_task_back_with_the_reason():
     assert (report.state, report.robot_id, report.step) == (WAITING, "robot1", 0)
     assert report.reason == "robot1: aborted: no way"
     assert harness.status.state is RobotState.IDLE
+
+
+def test_a_robot_whose_action_server_has_ended_hands_back_and_takes_nothing_until_it_is_there():
+    harness = RobotHarness()
+    ended = CommandResult(CommandState.GONE, "the action server move_base has ended")
+    harness.command.results = [ended]
+    harness.order(GO)
+    harness.wait(STEP / 2)
+    harness.missing = ended.text
+    harness.wait(STEP)
+    report, refused, reason = (
+        harness.said(TASK_STATE)[-1],
+        harness.bids(ROUND).bids[0],
+        harness.status.reason,
+    )
+    harness.missing = ""
+
+    assert (report.state, report.reason) == (WAITING, f"robot1: gone: {ended.text}")
+    assert (refused.cost, refused.reason) == (MAX_COST, ended.text)
+    assert reason == ended.text
+    assert harness.bids(ROUND).bids[0].cost < MAX_COST
 
 
 def test_a_robot_that_is_set_defect_stops_and_hands_all_its_tasks_back():
@@ -84,12 +106,25 @@ def test_a_task_whose_load_is_on_board_has_failed_and_a_person_is_told_where_it_
 def test_before_the_pick_nothing_is_on_board_and_the_task_is_handed_back():
     harness = RobotHarness()
     harness.order(CARRY)
+    harness.wait(STEP / 2)
+
+    harness.set_state("defect")
+
+    assert harness.reports(CARRY)[-1] == (WAITING, 0)
+    assert harness.status.payload == 0.0
+
+
+def test_a_robot_that_is_stopped_while_its_arm_picks_does_not_know_what_is_on_board():
+    harness = RobotHarness()
+    harness.order(CARRY)
     harness.wait(STEP)
 
     harness.set_state("defect")
 
-    assert harness.reports(CARRY)[-1] == (WAITING, 1)
-    assert harness.status.payload == 0.0
+    report = harness.said(TASK_STATE)[-1]
+    assert (report.state, report.step) == (FAILED, 1)
+    assert "its load of 5 kg may be on board at (6.00, 0.00): take it off" in report.reason
+    assert harness.status.payload == 5.0
 
 
 def test_a_robot_that_fails_with_a_load_on_board_leaves_service_and_hands_back_the_rest():
@@ -179,3 +214,27 @@ def test_a_charged_robot_stays_out_of_service_while_a_load_was_left_on_board(wor
     assert harness.status.state is RobotState.DEFECT
     assert harness.status.payload == 5.0
     assert "take it off" in harness.status.reason
+
+
+def test_a_robot_that_tells_a_trouble_leaves_service_and_comes_back_without_it():
+    harness = RobotHarness()
+    harness.order(GO)
+    harness.wait(STEP)
+    for _ in range(2):  # it is told again and again
+        harness.robot.note_trouble("a person controls it")
+    assert harness.status.state is RobotState.DEFECT
+    assert harness.status.reason == "a person controls it"
+    assert harness.status.tasks == ()
+
+    harness.robot.note_trouble("")
+    assert harness.status.state is RobotState.IDLE
+
+
+def test_a_trouble_that_is_over_does_not_end_what_an_operator_said():
+    harness = RobotHarness()
+    harness.robot.note_trouble("a person controls it")
+    harness.set_state("defect")
+    harness.robot.note_trouble("")
+
+    assert harness.status.state is RobotState.DEFECT
+    assert harness.status.reason == "defect, set by an operator"

@@ -55,7 +55,7 @@ SNAPSHOT = Snapshot(Position(2, 8), {"T1": RECORD}, ("robot1#1",), 6)
 FULL = {
     "POSE": HERE,
     "TASK": TASK,
-    "ORDER": Order(TASK, "robot1", OrderKind.HAND_BACK_UNBEGUN, 1, 2, 3, 4.5, "hive"),
+    "ORDER": Order(TASK, "robot1", OrderKind.HAND_BACK_UNBEGUN, 1, 2, 3, 4.5, "hive", 6),
     "RECORD": RECORD,
     "UPDATE": TaskUpdate(
         *("T1", TaskState.STARTED, "robot1", 1, 2, 3.5, 4, "slow", 5, 6.5), put_off_for="T9"

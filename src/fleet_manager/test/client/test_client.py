@@ -169,9 +169,39 @@ def test_robots_are_known_as_soon_as_all_that_are_there_have_reported(link):
     assert link.now() == pytest.approx(0.2)
 
 
-def test_a_robot_that_is_silent_is_waited_for_no_longer_than_a_status_takes(link):
+def heartbeat_that_names(*robots):
+    return Heartbeat(1, "/blackboard", "", ("/blackboard",), heard=dict.fromkeys(robots, 1.0))
+
+
+def test_a_robot_that_the_leader_hears_is_waited_for_however_slow_it_is(link):
+    link.robots = {"robot1", "robot2", "crashed"}
+    say_status(link, "robot1")
+    link.say(heartbeat_that_names("robot1", "robot2"), after=0.1)
+    say_status(link, "robot2", after=3.0)
+    client = HiveClient(link)
+
+    client.fetch_robots()
+
+    assert set(client.state.robots) == {"robot1", "robot2"}
+    assert link.now() == pytest.approx(3.0)
+
+
+def test_a_robot_that_never_reports_is_left_out_in_the_end(link):
     link.robots = {"robot1", "robot2"}
     say_status(link, "robot1")
+    link.say(heartbeat_that_names("robot1", "robot2"))
+    client = HiveClient(link)
+
+    client.fetch_robots()
+
+    assert set(client.state.robots) == {"robot1"}
+    assert link.now() == pytest.approx(ANSWER_WITHIN)
+
+
+def test_a_node_that_the_leader_does_not_hear_is_waited_for_no_longer_than_a_status_takes(link):
+    link.robots = {"robot1", "crashed"}
+    say_status(link, "robot1")
+    link.say(heartbeat_that_names("robot1"))
     client = HiveClient(link)
 
     client.fetch_robots()

@@ -38,12 +38,12 @@ def refusal(tmp_path):
     return read
 
 
-@pytest.mark.parametrize("name", ["lab", "warehouse"])
-def test_the_fleets_that_come_along_are_good(name):
+@pytest.mark.parametrize(("name", "models"), [("lab", 4), ("warehouse", 4), ("mixed", 3)])
+def test_the_fleets_that_come_along_are_good(name, models):
     fleet = read_fleet(name)
 
     assert len(fleet.robots) >= 4
-    assert len({robot.model for robot in fleet.robots}) == 4
+    assert len({robot.model for robot in fleet.robots}) == models
 
 
 def test_a_fleet_file_holds_what_it_says_and_defaults_for_the_rest(tmp_path):
@@ -58,7 +58,8 @@ def test_a_fleet_file_holds_what_it_says_and_defaults_for_the_rest(tmp_path):
 
 
 def test_a_name_that_is_no_fleet_lists_those_there_are():
-    with pytest.raises(FileError, match="fleet 'kitchen': not known; allowed: lab, warehouse"):
+    known = "lab, mixed, warehouse"
+    with pytest.raises(FileError, match=f"fleet 'kitchen': not known; allowed: {known}"):
         read_fleet("kitchen")
 
 
@@ -85,6 +86,9 @@ def test_a_path_that_is_no_file_is_said(tmp_path):
         ("cost_model: time", "bid_timeout: -1", ["/mine.yaml:1: bid_timeout", "-1", "0.1..60"]),
         ("cost_model: time", "stand_by: 1", ["/mine.yaml:1: stand_by", "1", "at least 2"]),
         ("cost_model: time", "processes: two", ["/mine.yaml:1: processes", "two", "shared"]),
+        ("cost_model: time", "navigation: theirs", ["/mine.yaml:1: navigation", "ours | none"]),
+        ("cost_model: time", "plan: /a b", ["/mine.yaml:1: plan", "'/a b'", "NavfnROS/plan"]),
+        ("model: ld60", "model: ld60\n    navigation: no", ["robots[1].navigation", "ours"]),
         ("cost_model: time", "colour: red", ["/mine.yaml:1:", "colour"]),
         (
             "cost_model: time",
@@ -128,7 +132,7 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
     assert root.find("rosparam").text == "[]"
     assert files[0].endswith("blackboard.launch")
     assert values[0] == {
-        "decision": "distributed",
+        "decision": "optimized",
         "improve_by": "waiting",
         "distance": "path",
         "bid_timeout": "2",
@@ -288,6 +292,7 @@ def test_simulated_robots_share_processes_ten_in_each(crowd):
         "model": "mir100",
         "pose": [22.0, 2.0, 0.0],
         "localization": "fake_localization",
+        "navigation": "ours",
     }
     assert len(root.findall("include")) == 1
 
@@ -353,3 +358,62 @@ def test_the_traffic_planner_is_told_the_landmarks(tmp_path):
 
     told = yaml.safe_load(root.find("rosparam[@param='/traffic_planner/places']").text)
     assert structure(told, tuple[Landmark, ...]) == (landmark,)
+
+
+FOREIGN = """\
+localization: amcl
+robots:
+  - name: amy
+    model: mir100
+    pose: [1, 2, 0]
+  - name: bob
+    model: ld60
+    pose: [3.5, 2, 1.57]
+    navigation: none
+    localization: none
+  - name: cat
+    model: ld60
+    pose: [6, 2, 0]
+    navigation: none
+    plan: move_base/GlobalPlanner/plan
+"""
+
+
+def foreign(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(FOREIGN, encoding="utf-8")
+    return read_fleet(str(path))
+
+
+def test_a_robot_may_have_navigation_and_localization_of_its_own(tmp_path):
+    amy, bob, cat = foreign(tmp_path).robots
+
+    assert (amy.navigation, amy.localization) == ("ours", "amcl")
+    assert (bob.navigation, bob.localization) == ("none", "none")
+    assert (cat.navigation, cat.localization) == ("none", "amcl")
+
+
+def test_each_robots_launch_file_is_told_whose_navigation_it_has(tmp_path):
+    root = ET.fromstring(launch_text(foreign(tmp_path), sim=False))  # noqa: S314  (made here)
+    includes = [i for i in root.findall("include") if i.get("file").endswith("robot.launch")]
+    amy, bob, cat = ({arg.get("name"): arg.get("value") for arg in one} for one in includes)
+
+    assert (amy["navigation"], amy["localization"]) == ("ours", "amcl")
+    assert (bob["navigation"], bob["localization"]) == ("none", "none")
+    assert "plan" not in bob
+    assert cat["plan"] == "move_base/GlobalPlanner/plan"
+
+
+def test_a_hosted_robot_without_our_navigation_has_no_parameters_of_move_base(tmp_path):
+    root = ET.fromstring(launch_text(foreign(tmp_path), sim=True))  # noqa: S314  (made here)
+    loaded = {tag.get("ns") for tag in root.findall("rosparam") if tag.get("ns")}
+    told = {tag.get("name"): tag.get("value") for tag in root.findall("param")}
+    host = root.find("node/rosparam[@param='robots']")
+
+    assert "amy/move_base" in loaded
+    assert not {"bob/move_base", "cat/move_base"} & loaded
+    assert {name for name in loaded if name.endswith("amcl")} == {"amy/amcl", "cat/amcl"}
+    assert told["bob/plan_topic"] == "move_base/NavfnROS/plan"
+    assert told["cat/plan_topic"] == "move_base/GlobalPlanner/plan"
+    assert "amy/plan_topic" not in told
+    assert [robot["navigation"] for robot in yaml.safe_load(host.text)] == ["ours", "none", "none"]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import attrs
 import yaml
 
 from hive_common.errors import FileError
@@ -44,6 +45,18 @@ def read_all_mistakes(path: Path, kind: type[T]) -> tuple[T | None, list[FileErr
     found, mistakes = structure_all(content, kind)
     mistakes.sort(key=lambda mistake: _line_of(root, mistake.place))
     return found, [_located(path, root, mistake) for mistake in mistakes]
+
+
+def unknown_keys(path: Path, kind: type) -> list[str]:
+    """Return a line on each key of a file that was read whose attrs class does not know it."""
+    root, content = _parsed(path)
+    known = [field.name for field in attrs.fields(kind)]
+    words = f"unknown, and ignored; known are {', '.join(known)}"
+    return [
+        f"{path}:{_line_of(root, [key])}: {key}: {words}"
+        for key in map(str, content)
+        if key not in known
+    ]
 
 
 def error_at(path: Path, place: Iterable[str | int], problem: str) -> FileError:

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Maps in map_server's format: `<name>.yaml` with the figures, `<name>.pgm` with the cells.
 
-Keys and modes mean what map_server defines:
+Keys and modes mean what map_server (ROS Noetic, `image_loader.cpp`) makes of them. A pixel counts
+by the mean of its colours, and with `negate` by 255 less that:
 
-- `trinary`, what map_saver writes: every cell is free, occupied or unknown.
-- `scale`: between the two thresholds, occupancy goes from 1 to 99; transparent pixels are
-  unknown.
-- `raw`: a pixel's value is the cell's, 0..100; anything above is unknown.
+- `trinary`, what map_saver writes: every cell is free, occupied or unknown. Opacity is averaged in
+  as if it were a colour.
+- `scale`: between the two thresholds, occupancy goes from 1 to 99; transparent pixels are unknown
+  there.
+- `raw`: a pixel's value is the cell's; from 128 on it is stored as a negative number, 256 less.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -17,7 +20,7 @@ import numpy as np
 import PIL.Image
 from numpy.typing import NDArray
 
-from hive_common.checked_yaml import read_checked
+from hive_common.checked_yaml import read_checked, unknown_keys
 from hive_common.errors import MapError
 from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
 from hive_common.pose import Pose
@@ -31,9 +34,9 @@ MAX_CELLS = 25_000_000
 
 COARSEST = 10.0  # maximum size of a cell [m]; robots cannot drive by a coarser map
 
-_MAX_RAW = 100
 _FREE_PIXEL = 254
 _OCCUPIED_PIXEL = 0
+_WITH_ALPHA = 4  # channels of an image with opacity
 _UNKNOWN_PIXEL = 205
 _OCCUPIED_THRESH = 0.65
 _FREE_THRESH = 0.196
@@ -46,6 +49,8 @@ _Share = Annotated[
 @attrs.frozen(kw_only=True)
 class MapContent:
     """A map's YAML file, with map_server's keys."""
+
+    OTHER_KEYS = True  # as map_server; whoever reads the file may warn of them
 
     image: Annotated[str, Allowed("the name of an image file")]
     resolution: Annotated[float, positive("the size of a cell [m]", COARSEST)]
@@ -67,11 +72,12 @@ class MapContent:
             )
 
 
-def load_map(name_or_path: str) -> GridMap:
+def load_map(name_or_path: str, warn: Callable[[str], None] = lambda _: None) -> GridMap:
     """Read and check a map.
 
     Args:
         name_or_path: The name of a map of `simenv` (`lab`), or the path of a YAML file.
+        warn: Called with what is odd about the file and changes nothing.
 
     Raises:
         FileError: There is no such map, or its YAML file cannot be read or used.
@@ -79,29 +85,38 @@ def load_map(name_or_path: str) -> GridMap:
     """
     path = find_file("simenv", "maps", name_or_path)
     content = read_checked(path, MapContent)
-    pixels, opaque = _read_pixels(path.parent / content.image)
-    cells = _cells(pixels, content)
-    if content.mode == "scale":
-        cells[~opaque] = UNKNOWN
+    for problem in unknown_keys(path, MapContent):
+        warn(problem)
+    cells = _cells(_read_pixels(path.parent / content.image), content)
     return GridMap(cells[::-1].copy(), content.resolution, content.origin)
 
 
 def _cells(pixels: NDArray[np.uint8], content: MapContent) -> NDArray[np.int8]:
-    """Return the cells that pixels (rows, columns) stand for."""
+    """Return the cells that pixels (rows, columns, channels) stand for.
+
+    The channels are grey, or red, green and blue, or these and the opacity.
+    """
+    has_alpha = pixels.shape[2] == _WITH_ALPHA
+    counted = pixels[:, :, :-1] if has_alpha and content.mode != "trinary" else pixels
+    mean = counted.mean(axis=2)
+    bright = 255.0 - mean if content.negate else mean
     if content.mode == "raw":
-        return np.where(pixels <= _MAX_RAW, pixels, UNKNOWN).astype(np.int8)
-    dark = pixels / 255.0 if content.negate else 1.0 - pixels / 255.0
-    cells = np.full(pixels.shape, UNKNOWN, dtype=np.int8)
+        signed: NDArray[np.int8] = bright.astype(np.uint8).view(np.int8)
+        return signed
+    dark = (255.0 - bright) / 255.0
+    cells = np.full(dark.shape, UNKNOWN, dtype=np.int8)
     low, high = content.free_thresh, content.occupied_thresh
     if content.mode == "scale":
         cells = (1 + 98 * (dark - low) / (high - low)).clip(1, 99).astype(np.int8)
+        if has_alpha:
+            cells[pixels[:, :, -1] == 0] = UNKNOWN
     cells[dark > high] = OCCUPIED
     cells[dark < low] = FREE
     return cells
 
 
-def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Return an image's brightness (rows, columns), 0..255, top row first, and its opacity."""
+def _read_pixels(path: Path) -> NDArray[np.uint8]:
+    """Return an image's pixels (rows, columns, channels), 0..255, top row first; see `_cells`."""
     try:
         with PIL.Image.open(path) as image:
             if image.width * image.height > MAX_CELLS:
@@ -111,8 +126,11 @@ def _read_pixels(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
                 )
             if image.mode.startswith("I") or image.mode == "F":
                 raise MapError(f"{path}: has more than 8 bits a pixel; save it as 8-bit grey")
-            opaque = np.asarray(image.convert("RGBA"))[:, :, 3] > 0
-            return np.asarray(image.convert("L")), opaque
+            kind = "L" if image.mode in {"1", "L"} else "RGB"
+            if "A" in image.getbands() or "transparency" in image.info:
+                kind = "RGBA"
+            pixels: NDArray[np.uint8] = np.atleast_3d(np.asarray(image.convert(kind)))
+            return pixels
     except PIL.UnidentifiedImageError:
         raise MapError(f"{path}: is not a readable image; a .pgm or .png is needed") from None
     except PIL.Image.DecompressionBombError:

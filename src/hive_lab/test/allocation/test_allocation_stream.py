@@ -7,23 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hive_lab.allocation import rules
-from hive_lab.allocation.objectives import OBJECTIVES
-from hive_lab.allocation.policies import Append, IdleTakesNearest, Reallocation, aged
+from hive_lab.allocation.policies import Append, IdleTakesNearest
 from hive_lab.allocation.stream import Stream, simulate
 from hive_lab.allocation.testing import on_a_road
-
-
-def reallocation(**how):
-    """Return the policy that goes on improving."""
-    return Reallocation(OBJECTIVES["latency"], np.random.default_rng(1), **how)
-
 
 POLICIES = {
     "report": lambda: Append(rules.report),
     "idle takes nearest": IdleTakesNearest,
-    "improving": reallocation,
-    "with aging": lambda: reallocation(aging=10.0),
-    "afresh": lambda: reallocation(afresh=True),
+    "soonest": lambda: Append(rules.soonest),
 }
 
 
@@ -39,22 +30,11 @@ def test_a_single_task_takes_its_way(name):
     assert taken.tolist() == [7.0]
 
 
-def test_what_has_begun_is_finished_before_what_arrives_meanwhile():
-    taken = simulate(stream([0.0, 1.0], [0.0], [10.0, 1.0]), reallocation())
+def test_an_idle_robot_takes_what_is_nearest_once_it_has_finished():
+    taken = simulate(stream([0.0, 1.0, 1.0], [0.0], [10.0, 1.0, 9.0]), IdleTakesNearest())
 
-    # The robot drives to 10 first and comes back for the task at 1, posted at 1 s.
-    assert taken.tolist() == [10.0, 10.0 + 9.0 - 1.0]
-
-
-def test_what_has_not_begun_makes_way_for_what_is_quicker():
-    posted = [0.0, 0.1, 0.2]
-    road = ([0.0], [5.0, 50.0, 6.0])
-
-    by_report = simulate(stream(posted, *road), Append(rules.report))
-    improved = simulate(stream(posted, *road), reallocation())
-
-    assert by_report.sum() > improved.sum()
-    assert improved[2] == pytest.approx(6.0 - 0.2)
+    # From 10 it goes back to 9 first, then to 1; both were posted at 1 s.
+    assert taken.tolist() == [10.0, 10.0 + 1.0 + 8.0 - 1.0, 10.0 + 1.0 - 1.0]
 
 
 @settings(max_examples=15)
@@ -81,25 +61,3 @@ def test_a_stream_arrives_as_often_as_its_load_says():
 
     # Each takes 10 m back and 10 m with the load, so four robots do 0.2 tasks a second.
     assert 2000 / posted[-1] == pytest.approx(0.8 * 0.2, rel=0.05)
-
-
-def test_what_has_waited_for_long_outweighs_what_is_new():
-    weights = aged(np.ones(3), np.array([0.0, 60.0, 1e9]), 60.0)
-
-    assert weights.tolist() == [1.0, 2.0, 2.0**20]
-
-
-def near_tasks_without_end(policy):
-    """Return how long a far task takes while near ones arrive all the time [s]."""
-    near = 80
-    places = [30.0, *([1.0, 0.0] * (near // 2))]
-    posted = [0.1, *(0.05 + 0.9 * np.arange(near))]
-    order = np.argsort(posted)
-    instance = on_a_road([0.0], np.array(places)[order])
-    taken = simulate(Stream(instance, np.sort(posted)), policy)
-    return taken[int(np.argmax(order == 0))]
-
-
-def test_aging_ends_the_wait_of_a_far_task_that_near_ones_keep_pushing_back():
-    assert near_tasks_without_end(reallocation(aging=5.0, rounds=2)) < 65.0
-    assert near_tasks_without_end(reallocation(rounds=2)) > 75.0

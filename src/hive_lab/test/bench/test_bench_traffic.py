@@ -15,8 +15,8 @@ from blackboard.domain.task import TaskState
 from fleet_manager.client.reports import TruePlace
 from hive_common.errors import FileError
 from hive_common.pose import Pose
+from hive_lab.bench.kept_runs import KeptRuns
 from hive_lab.bench.traffic.fleets import FLEETS, LD60, Fleet, chosen, of_fleets
-from hive_lab.bench.traffic.kept_runs import KeptRuns
 from hive_lab.bench.traffic.measure import run
 from hive_lab.bench.traffic.through_ros import Account
 from hive_lab.fleets.throughput import Trouble
@@ -61,7 +61,7 @@ def test_another_file_is_refused_with_its_line(tmp_path):
     file = tmp_path / "notes"
     file.write_text("buy milk\n")
 
-    with pytest.raises(FileError, match=r"notes:1: 'buy milk'; allowed: runs that --keep"):
+    with pytest.raises(FileError, match=r"notes:1: 'buy milk'; allowed: runs that --resume"):
         KeptRuns(file)
     assert file.read_text() == "buy milk\n"
 

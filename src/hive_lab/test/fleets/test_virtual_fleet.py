@@ -12,15 +12,15 @@ from attrs import evolve
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.load import ROOM, random_tasks
 from hive_common.pose import Pose
 from hive_lab.bench.charge import Ledger
 from hive_lab.bench.day import APART, LOOK, Day, draw_day, live
-from hive_lab.fleets.random_tasks import ROOM, random_tasks
 from hive_lab.fleets.reckoned_bodies import ReckonedBodies
 from hive_lab.fleets.virtual_fleet import VirtualFleet
 
 LAB = read_fleet("lab")
-ONE = evolve(LAB, robots=LAB.robots[:1])
+ONE = evolve(LAB, robots=LAB.robots[:1], decision="distributed")
 GO = Task("T1", TaskType.GA, (Pose(8.0, 4.0, 0.0),))
 
 

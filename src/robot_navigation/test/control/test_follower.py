@@ -55,6 +55,20 @@ def test_it_stops_at_the_goal_with_the_wanted_yaw(model: str) -> None:
 
 
 @pytest.mark.parametrize("model", model_names())
+def test_it_drives_no_faster_than_its_speed_limit(model: str) -> None:
+    base = load_model(model).base
+    follower = PursuitFollower(base)
+    follower.speed_limit = base.max_speed / 2
+    follower.start(Path([(0.0, 0.0), (4.0, 0.0)]), None)
+    pose, fastest = Pose(0.0, 0.0, 0.0), 0.0
+    for _ in range(100):
+        velocity = follower.command(pose, Room(), DT)
+        pose, fastest = moved(pose, velocity), max(fastest, math.hypot(*velocity[:2]))
+
+    assert fastest == pytest.approx(base.max_speed / 2, rel=0.05)
+
+
+@pytest.mark.parametrize("model", model_names())
 def test_it_stays_near_the_path(model: str) -> None:
     for pose, _ in driven(model, CORNER, 0.0, Room()):
         here = pose[:2]

@@ -210,3 +210,53 @@ def test_the_numbers_are_those_of_the_action():
     assert {member.name: member.value for enum in (Act, PickOutcome) for member in enum} == {
         name: int(number) for name, number in numbers.items()
     }
+
+
+def test_an_order_that_was_done_succeeds_again_without_a_move():
+    simulation, arm = start()
+    order = Order(Act.PICK, "T1", 2.0, action_id="hive1/T1/1/1")
+    arm.start(order, HERE)
+    wait(simulation, PICK_TIME)
+    put_down = Order(Act.PLACE, "T1", 2.0, action_id="hive1/T1/1/3")
+    arm.start(put_down, HERE)
+    wait(simulation, PLACE_TIME)
+
+    for again in (order, put_down):
+        arm.start(again, HERE)
+
+        assert not arm.busy
+        assert arm.result.outcome is PickOutcome.SUCCESS
+        assert arm.load is None
+
+
+def test_an_order_without_an_id_is_done_each_time():
+    _, arm = start()
+    arm.start(Order(Act.PICK, "T1", 2.0), HERE)
+
+    assert not arm.is_at(Order(Act.PICK, "T1", 2.0))
+
+
+def test_an_order_whose_grip_failed_is_tried_again_under_the_same_id():
+    simulation, arm = start()
+    order = Order(Act.PICK, "T1", 2.0, action_id="hive1/T1/1/1")
+    arm.fail_next = 1
+    arm.start(order, HERE)
+    wait(simulation, PICK_TIME)
+
+    arm.start(order, HERE)
+
+    assert arm.is_at(order)
+
+
+@pytest.mark.parametrize(
+    ("task_id", "outcome"),
+    [("T1", PickOutcome.SUCCESS), ("T2", PickOutcome.HOLDS_ANOTHER)],
+)
+def test_an_arm_that_is_to_look_first_picks_nothing_while_a_load_is_on_board(task_id, outcome):
+    simulation, arm = start()
+    do(simulation, Act.PICK, "T1", 2.0)
+
+    arm.start(Order(Act.PICK, task_id, 1.0, action_id="hive2/T/1/1", look=True), HERE)
+
+    assert arm.result.outcome is outcome
+    assert arm.load == Load("T1", 2.0)

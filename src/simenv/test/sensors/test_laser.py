@@ -42,7 +42,7 @@ def test_what_is_farther_than_3_m_is_not_seen():
 
 
 def test_a_round_pillar_looks_round():
-    taken = scan(Shape("pillar", Point(6.5, 5.0).buffer(0.5, resolution=8)))
+    taken = scan(Shape("pillar", Point(6.5, 5.0).buffer(0.5, 8)))
 
     seen = np.flatnonzero(np.isfinite(taken))
     half_angle = math.asin(0.5 / 1.5)

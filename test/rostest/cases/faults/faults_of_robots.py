@@ -216,7 +216,7 @@ def test_the_task_of_a_robot_whose_navigation_dies_is_done_by_another(hive):
 
         assert operator.follow(task) == TaskState.DONE
         assert operator.record_of(task).robot != robot
-        assert any("has not answered" in u.reason for u in operator.updates[task])
+        assert any("move_base has ended" in u.reason for u in operator.updates[task])
     finally:
         planner.kill()
         planner.wait()

@@ -155,7 +155,7 @@ def test_every_parameter_file_is_read(launches, observed):
     fleet = file_of("fleet_manager", "fleets", "lab.yaml")
     robots = {robot["name"]: robot["model"] for robot in fleet.pop("robots")}
     read = {"/blackboard": file_of("blackboard", "config", "blackboard.yaml") | of_fleet(fleet)}
-    read["/blackboard"] |= {"traffic": fleet["traffic"]}
+    read["/blackboard"] |= {name: fleet[name] for name in ("decision", "traffic")}
     read["/blackboard"].pop("cost_model")
     for name, model in robots.items():
         read[f"/{name}/robot"] = file_of("blackboard", "config", "robot.yaml") | of_fleet(fleet)

@@ -23,7 +23,7 @@ from blackboard.domain.record import TaskRecord
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from blackboard.costing.bid_basis import Bids
+    from blackboard.costing.bid_basis import BidBasis, Bids
     from blackboard.domain.bid import Bid
 
 Bundle = tuple[TaskRecord, ...]
@@ -43,6 +43,8 @@ class Result:
     # Epoch, number of the auction, and round; zeros if none was held.
     auction: tuple[int, int, int] = (0, 0, 0)
     reason: str = ""  # why robots get their tasks, if not for the lowest bid
+    # Where tasks go in their robots' lists, by task id; 1 is first. The robot decides for others.
+    places: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +70,10 @@ class Auction:
     asked_in: Mapping[str, int] = field(default_factory=dict)
     all_asked_in: int = 0  # the round in which all robots were last asked
     outdated: frozenset[str] = frozenset()  # robots whose situation has improved since they bid
+    # Whether robots were asked what they bid from, because a plan is to be made of it.
+    is_for_plan: bool = False
+    # What they told, by robot.
+    bases: Mapping[str, BidBasis] = field(default_factory=dict)
 
     def next_round(
         self, bundles: Iterable[Bundle], asked: frozenset[str], in_service: frozenset[str]
@@ -97,6 +103,7 @@ class Auction:
             asked_in=({} if is_new else dict(self.asked_in)) | dict.fromkeys(missing, number),
             all_asked_in=number if is_new else self.all_asked_in,
             outdated=frozenset(),
+            is_for_plan=False,
         )
 
     @property
@@ -136,6 +143,22 @@ class Auction:
             flaw = f"{robot} bids twice on one task; allowed: one bid on each"
         valid = self.bids if flaw else {**self.bids, robot: bids}
         return replace(self, missing=missing, answered=answered, bids=valid), flaw
+
+    def for_plan(
+        self, bundles: Iterable[Bundle], asked: frozenset[str], in_service: frozenset[str]
+    ) -> Auction:
+        """Return the auction at the beginning of a round in which everybody tells their basis."""
+        begun = replace(self, bids={}, bundles={}).next_round(bundles, asked, in_service)
+        return replace(begun, is_for_plan=True, bases={}, all_asked_in=begun.round)
+
+    def hear_basis(self, answer: Bids) -> tuple[Auction, str]:
+        """Take in what a robot tells; see `hear`."""
+        robot = answer.robot_id
+        if refusal := self._why_unexpected(answer, {}, None):
+            return self, refusal
+        bases = {**self.bases, robot: answer.basis} if answer.basis is not None else self.bases
+        missing, answered = self.missing - {robot}, self.answered | {robot}
+        return replace(self, missing=missing, answered=answered, bases=bases), ""
 
     def _why_unexpected(
         self, answer: Bids, bids: Mapping[str, Bid], in_service: frozenset[str] | None

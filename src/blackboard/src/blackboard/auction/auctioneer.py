@@ -6,13 +6,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from blackboard.auction.candidate_selection import CandidateSelection
+from blackboard.auction.plan_maker import PlanMaker
 from blackboard.auction.reallocation import Reallocation
 from blackboard.auction.step import (
     AuctionState,
     AwardsCommitted,
     BidsHeard,
     CarryOut,
+    MakePlan,
+    PlanMade,
     Recall,
+    Reorder,
     ScheduleChanged,
     SetTimer,
     Signal,
@@ -43,6 +47,7 @@ class Auctioneer:
 
     Args:
         recall: Asks a robot to hand a task back if it has not begun.
+        reorder: Tells a robot another place for a task on its list.
         carry_out: Called with the result of each round, and with what follows once it is
             committed.
         central: Works bids out for the robots; they bid themselves if None.
@@ -57,6 +62,7 @@ class Auctioneer:
         in_service: Callable[[], frozenset[str]],
         last: Callable[[str], RobotStatus | None],
         recall: Callable[[TaskRecord], None],
+        reorder: Callable[[TaskRecord, int], None],
         carry_out: Callable[[Result, Callable[[], None]], None],
         central: Central | None,
     ) -> None:
@@ -65,6 +71,7 @@ class Auctioneer:
         self._in_service = in_service
         self._last = last
         self._recall = recall
+        self._reorder = reorder
         self._carry_out = carry_out
         self._central = central
         self._timers: dict[Signal, Timer] = {}
@@ -73,7 +80,17 @@ class Auctioneer:
             settings.order_timeout,
             CandidateSelection(settings.most_asked, settings.offers_each, settings.most_bids),
             Reallocation(settings.improve_by, settings.improve_threshold),
+            plans=central is not None and settings.decision == "optimized",
         )
+        self._plan_maker: PlanMaker | None = None
+        if central is not None and self._state.plans:
+            self._plan_maker = PlanMaker(
+                talker,
+                central,
+                settings.improve_by,
+                lambda planned: self.handle(PlanMade(planned)),
+                lambda: self.handle(Signal.PLAN_AGAIN),
+            )
 
     def has_recalled(self, record: TaskRecord) -> bool:
         """Return whether a task is handed back for a transfer rather than tried in vain."""
@@ -83,8 +100,12 @@ class Auctioneer:
         """Take in a robot's bids, or work them out from what it says of itself."""
         flaw = ""
         if self._central is not None and self._state.expects(bids):
+            auction = self._state.auction
             try:
-                bids = self._central.bids(bids, self._state.call)
+                if auction is None or not auction.is_for_plan:
+                    bids = self._central.bids(bids, self._state.call)
+                elif bids.basis is not None:
+                    self._central.check(bids.robot_id, bids.basis)
             except BidRefusedError as error:
                 flaw = str(error)
         self.handle(BidsHeard(bids, flaw))
@@ -94,11 +115,15 @@ class Auctioneer:
         is_noted_only = isinstance(event, ScheduleChanged | Withdrawn)
         if not (is_noted_only or event is Signal.STEPPED_DOWN or self._node.may_act()):
             return
+        if event is Signal.TASK_CAME and self._plan_maker is not None:
+            self._plan_maker.note_task()
         node = self._node
         view = View(node.hive, node.epoch, node.records, self._in_service(), self._last)
         self._state, effects = step(self._state, event, view)
         for effect in effects:
             self._do(effect)
+        if self._plan_maker is not None and not self._state.is_planning:
+            self._plan_maker.stop()
 
     def _do(self, effect: Effect) -> None:
         if isinstance(effect, Broadcast):
@@ -109,6 +134,11 @@ class Auctioneer:
             self._carry_out(effect.result, lambda: self.handle(committed))
         elif isinstance(effect, Recall):
             self._recall(effect.record)
+        elif isinstance(effect, Reorder):
+            self._reorder(effect.record, effect.place)
+        elif isinstance(effect, MakePlan):
+            assert self._plan_maker is not None  # noqa: S101  (only who plans is asked for plans)
+            self._plan_maker.begin(effect)
         elif isinstance(effect, SetTimer):
             self._set_timer(effect.signal, effect.seconds)
         else:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from blackboard.auction.search.survey import Situation
 from blackboard.costing.bidding import bids_from
 from blackboard.costing.cost import COST_MODELS
 from blackboard.domain.task import split_task
@@ -13,7 +14,7 @@ from blackboard.domain.validation import flaw_of
 from blackboard.errors import BidRefusedError, CharacteristicsError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
 
     from blackboard.costing.bid_basis import BidBasis, Bids
     from blackboard.domain.path_lengths import PathLengths
@@ -52,15 +53,27 @@ class Central:
         basis, robot = answer.basis, answer.robot_id
         if basis is None:
             return answer
-        if flaw := _flaw(basis):
-            raise BidRefusedError(f"{robot} cannot be bid for: {flaw}")
-        tasks = [self._listed(robot, task_id, step) for task_id, step in basis.tasks]
+        tasks = self.check(robot, basis)
         try:
             path_lengths = self._path_lengths_for(basis.body.radius)
             found = bids_from(basis, robot, tasks, broadcast, path_lengths, self._now())
         except CharacteristicsError as error:
             raise BidRefusedError(f"{robot} cannot be bid for: {error}") from None
         return replace(found, epoch=answer.epoch, auction=answer.auction, round=answer.round)
+
+    def check(self, robot: str, basis: BidBasis) -> list[Task]:
+        """Return the tasks of a robot's schedule.
+
+        Raises:
+            BidRefusedError: Nothing can be worked out from the basis.
+        """
+        if flaw := _flaw(basis):
+            raise BidRefusedError(f"{robot} cannot be bid for: {flaw}")
+        return [self._listed(robot, task_id, step) for task_id, step in basis.tasks]
+
+    def situation(self, bases: Mapping[str, BidBasis], records: Sequence[TaskRecord]) -> Situation:
+        """Return what a plan is made of."""
+        return Situation(bases, records, self._get, self._path_lengths_for, self._now())
 
     def _listed(self, robot: str, task_id: str, step: int) -> Task:
         record = self._get(task_id)

@@ -39,6 +39,13 @@ if TYPE_CHECKING:
 PASSES = 3
 """In one of this many passes through its schedule, a robot only takes."""
 
+PLANS = 2
+"""After so many plans that gain nothing, the next waits until something changes."""
+
+PLAN_THRESHOLD = 0.04
+"""A plan for the whole fleet is followed for this share of the gain that one exchange needs: what
+it changes is a small part of what all lists take."""
+
 
 @dataclass(frozen=True, slots=True)
 class Reallocation:
@@ -58,6 +65,19 @@ class Reallocation:
     def resume(self) -> Reallocation:
         """Begin to offer again: the allocation may no longer be the best."""
         return replace(self, quiet_steps=0)
+
+    @property
+    def may_plan(self) -> bool:
+        """Whether another plan may be better: the last ones were, or something has changed."""
+        return self.threshold < 1.0 and self.quiet_steps < PLANS
+
+    def planned(self) -> Reallocation:
+        """Note that one more plan is made."""
+        return replace(self, turn=self.turn + 1, quiet_steps=self.quiet_steps + 1)
+
+    def is_worth(self, gain: float) -> bool:
+        """Return whether a plan is followed that makes the measure smaller by a share."""
+        return gain > self.threshold * PLAN_THRESHOLD
 
     def next_step(
         self,

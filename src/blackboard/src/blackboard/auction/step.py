@@ -13,9 +13,10 @@ from enum import Enum, auto
 from typing import TYPE_CHECKING
 
 from blackboard.auction.auction import Auction, Result
+from blackboard.auction.carrying_out import steps_to
 from blackboard.auction.transfers import Transfers
 from blackboard.domain.record import Broadcast
-from blackboard.domain.task import TaskState
+from blackboard.domain.task import MAX_PRIORITY, TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
     from blackboard.auction.auction import Bundle
     from blackboard.auction.candidate_selection import CandidateSelection
     from blackboard.auction.reallocation import Reallocation
+    from blackboard.auction.search.planner import Planned
     from blackboard.auction.transfers import Move
-    from blackboard.costing.bid_basis import Bids
+    from blackboard.costing.bid_basis import BidBasis, Bids
     from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
@@ -55,6 +57,10 @@ class AuctionState:
     # The one under way; between its rounds, the awards of the last are being committed.
     auction: Auction | None = None
     auctions: int = 0
+    # Whether several tasks are planned together rather than auctioned one after the other.
+    plans: bool = False
+    # Tasks that are auctioned all the same: a plan has found no robot for them.
+    unplanned: frozenset[str] = frozenset()
     call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))  # the last call for bids
     # Epoch and number of the auction that was dropped last; late bids on it are no error.
     dropped: tuple[int, int] = (0, 0)
@@ -65,6 +71,12 @@ class AuctionState:
     # Tasks that the robots asked first cannot take; they are offered to all robots next.
     hard: frozenset[str] = frozenset()
     is_stale: bool = False  # whether the auction under way may find impossible what no longer is
+
+    @property
+    def is_planning(self) -> bool:
+        """Whether a plan is being made."""
+        auction = self.auction
+        return auction is not None and auction.is_for_plan and not auction.is_open
 
     def expects(self, bids: Bids) -> bool:
         """Return whether an auction is under way and the bids do not answer a dropped one."""
@@ -79,6 +91,7 @@ class Signal(Enum):
     ROUND_TIMEOUT = auto()  # the wait for bids is over
     TRANSFER_TIMEOUT = auto()  # the wait for tasks that are to be handed back is over
     STEPPED_DOWN = auto()  # this blackboard no longer leads
+    PLAN_AGAIN = auto()  # tasks have come while a plan was made
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +131,13 @@ class Withdrawn:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanMade:
+    """The plan that was asked for is made."""
+
+    planned: Planned
+
+
+@dataclass(frozen=True, slots=True)
 class ReallocationDue:
     """It is time to improve the allocation of the tasks that robots hold."""
 
@@ -131,6 +151,7 @@ Event = (
     | RobotImproved
     | ScheduleChanged
     | Withdrawn
+    | PlanMade
     | ReallocationDue
 )
 
@@ -150,6 +171,31 @@ class Recall:
 
 
 @dataclass(frozen=True, slots=True)
+class Reorder:
+    """Tell a robot another place for a task on its list; 1 is first."""
+
+    record: TaskRecord
+    place: int
+
+
+@dataclass(frozen=True, slots=True)
+class MakePlan:
+    """Make a plan of what robots tell, and report `PlanMade` then.
+
+    Attributes:
+        bases: What each robot tells, by its name.
+        records: What is to be planned.
+        improves: Whether nothing waits for it, so that no start is held.
+        number: Of the auction, from which chance is drawn.
+    """
+
+    bases: Mapping[str, BidBasis]
+    records: tuple[TaskRecord, ...]
+    improves: bool
+    number: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class SetTimer:
     """Send a signal after a time [s] from now, and no earlier; never if None."""
 
@@ -164,7 +210,7 @@ class Refuse:
     reason: str
 
 
-Effect = Broadcast | CarryOut | Recall | SetTimer | Refuse
+Effect = Broadcast | CarryOut | Recall | Reorder | MakePlan | SetTimer | Refuse
 """What a step asks for; a `Broadcast` is sent to the robots it asks."""
 
 Step = tuple[AuctionState, list[Effect]]
@@ -186,6 +232,8 @@ def step(state: AuctionState, event: Event, view: View) -> Step:
         after = replace(state, auction=auction, reallocation=state.reallocation.resume()), []
     elif isinstance(event, Withdrawn):
         after = _withdraw(state, event.task_ids), []
+    elif isinstance(event, PlanMade):
+        after = _follow_plan(state, event.planned, view)
     else:
         after = _reallocate(state, event, view)
     return after
@@ -202,11 +250,16 @@ def _follow(state: AuctionState, signal: Signal, view: View) -> Step:
         state = replace(state, transfers=state.transfers.give_up())
     elif signal is Signal.FLEET_CHANGED:
         state = replace(_unparked(state), is_stale=True)
+    elif signal is Signal.PLAN_AGAIN and state.is_planning:
+        return _next_round(state, (), view)
     return _open(state, view)
 
 
 def _unparked(state: AuctionState) -> AuctionState:
-    return replace(state, parked=frozenset(), reallocation=state.reallocation.resume())
+    nothing: frozenset[str] = frozenset()
+    return replace(
+        state, parked=nothing, unplanned=nothing, reallocation=state.reallocation.resume()
+    )
 
 
 def _open(state: AuctionState, view: View) -> Step:
@@ -260,12 +313,39 @@ def _next_round(state: AuctionState, awards: tuple[Bid, ...], view: View) -> Ste
     waiting = _waiting(state, view)
     if not waiting or not robots or state.is_stale:
         return _open(replace(state, auction=None), view)
+    planned = _to_plan(state, waiting, view)
+    if planned:
+        bundles = [(record,) for record in planned]
+        return _ask(state, auction, bundles, robots, awards, view, for_plan=True)
+    waiting = _urgent(waiting, state.unplanned) or waiting
     hard = [record for record in waiting if record.task.id in state.hard]
     most = len(robots) if hard else min(len(robots), state.selection.max_asked)
     offers = state.selection.offers(hard or waiting, most, auction.bundles)
     asked = robots if hard else state.selection.asked(offers, robots, view.last)
     state = replace(state, hard=state.hard - {record.task.id for record in offers})
     return _ask(state, auction, [(record,) for record in offers], asked, awards, view)
+
+
+def _to_plan(
+    state: AuctionState, waiting: Sequence[TaskRecord], view: View
+) -> Sequence[TaskRecord]:
+    """Return which of the waiting tasks are planned together; none if they are auctioned.
+
+    One task alone is auctioned: its best place is found at once, and no start is held for it. So
+    is what may interrupt a robot, and what a plan has found no robot for.
+    """
+    if not state.plans or _urgent(waiting, state.unplanned):
+        return ()
+    return waiting if len(waiting) > 1 and view.in_service else ()
+
+
+def _urgent(waiting: Sequence[TaskRecord], unplanned: frozenset[str]) -> list[TaskRecord]:
+    """Return the tasks that are auctioned before anything is planned."""
+    return [
+        record
+        for record in waiting
+        if record.task.priority == MAX_PRIORITY or record.task.id in unplanned
+    ]
 
 
 def _ask(
@@ -275,8 +355,11 @@ def _ask(
     robots: frozenset[str],
     awards: tuple[Bid, ...],
     view: View,
+    *,
+    for_plan: bool = False,
 ) -> Step:
-    auction = auction.next_round(bundles, robots, view.in_service)
+    begin = auction.for_plan if for_plan else auction.next_round
+    auction = begin(bundles, robots, view.in_service)
     bidders, auction = auction.missing, auction.excuse(state.slow)
     state = replace(state, auction=auction)
     if not auction.missing:
@@ -308,7 +391,10 @@ def _hear(state: AuctionState, event: BidsHeard, view: View) -> Step:
         return state, []
     if event.flaw:
         return state, [Refuse(event.flaw)]
-    auction, refusal = state.auction.hear(bids, view.in_service)
+    if state.auction.is_for_plan:
+        auction, refusal = state.auction.hear_basis(bids)
+    else:
+        auction, refusal = state.auction.hear(bids, view.in_service)
     state = replace(state, auction=auction)
     if refusal:
         return state, [Refuse(refusal)]
@@ -321,6 +407,13 @@ def _close_round(state: AuctionState, view: View) -> Step:
     auction = state.auction.close(view.in_service)
     state = replace(state, auction=auction, slow=state.slow | auction.missing)
     stop = SetTimer(Signal.ROUND_TIMEOUT)
+    if auction.is_for_plan:
+        state, effects = _make_plan(state, auction, view)
+        return state, [stop, *effects]
+    if len(_waiting(state, view)) > 1 and _to_plan(state, _waiting(state, view), view):
+        # While the robots answered, more has come: one plan for all is better.
+        state, effects = _next_round(state, (), view)
+        return state, [stop, *effects]
     if auction.reallocates:
         state, effects = _begin_transfers(state, auction, view)
         state, more = _open(replace(state, auction=None), view)
@@ -354,6 +447,8 @@ def _reallocate(state: AuctionState, event: ReallocationDue, view: View) -> Step
     if state.auction is not None or state.transfers.exchanges or _waiting(state, view):
         return state, []
     robots = view.in_service
+    if state.plans:
+        return _improve_plan(state, event, view)
     most = state.selection.max_bundles(len(robots))
     reallocation, bundles = state.reallocation.next_step(event.held, robots, view.last, most)
     state = replace(state, reallocation=reallocation)
@@ -364,6 +459,66 @@ def _reallocate(state: AuctionState, event: ReallocationDue, view: View) -> Step
     offers = [record for bundle in bundles for record in bundle]
     asked = state.selection.asked(offers, robots, view.last) | {each.robot for each in offers}
     return _ask(state, state.auction, bundles, asked, (), view)
+
+
+def _improve_plan(state: AuctionState, event: ReallocationDue, view: View) -> Step:
+    """Ask for what a better plan is made of, unless the last ones have found none."""
+    unbegun = [record for record in event.held if record.state is TaskState.ASSIGNED]
+    may_gain = len(unbegun) > 1 or (unbegun and len(view.in_service) > 1)
+    if not may_gain or not state.reallocation.may_plan:
+        return state, []
+    state = replace(
+        _begin(state, view, reallocates=True), reallocation=state.reallocation.planned()
+    )
+    assert state.auction is not None  # noqa: S101  (it has just begun)
+    bundles = [(record,) for record in unbegun]
+    return _ask(state, state.auction, bundles, view.in_service, (), view, for_plan=True)
+
+
+def _make_plan(state: AuctionState, auction: Auction, view: View) -> Step:
+    """Have a plan made of everything that waits or has not begun."""
+    left_out = state.parked | state.transfers.task_ids | state.unplanned
+    records = tuple(
+        record
+        for record in view.records.values()
+        if record.state in {TaskState.WAITING, TaskState.ASSIGNED}
+        and not record.parts
+        and record.task.id not in left_out
+        and (record.state is TaskState.ASSIGNED or record.task.priority < MAX_PRIORITY)
+    )
+    bases = {robot: each for robot, each in auction.bases.items() if robot in view.in_service}
+    number = (auction.epoch, auction.number, auction.round)
+    return state, [MakePlan(bases, records, auction.reallocates, number)]
+
+
+def _follow_plan(state: AuctionState, planned: Planned, view: View) -> Step:
+    """Carry a plan out, if it is still wanted; what it has no robot for is auctioned next."""
+    auction = state.auction
+    if auction is None or not state.is_planning:
+        return state, []
+    if auction.reallocates and not state.reallocation.is_worth(planned.gain):
+        return _open(replace(state, auction=None), view)
+    steps = steps_to(planned, view.records, view.in_service)
+    left = {each.task.id for each in planned.left if each.state is TaskState.WAITING}
+    state = replace(
+        state,
+        unplanned=state.unplanned | left,
+        reallocation=state.reallocation.resume(),
+    )
+    effects: list[Effect] = [Reorder(*each) for each in steps.reorders]
+    if steps.moves:
+        decided_in = (auction.epoch, auction.number, auction.round)
+        transfers = state.transfers.begin([steps.moves], view.records.get, decided_in)
+        state = replace(state, transfers=transfers)
+        timer = SetTimer(Signal.TRANSFER_TIMEOUT, state.transfer_timeout)
+        effects += [timer, *map(Recall, transfers.records)]
+    if auction.reallocates:
+        state, more = _open(replace(state, auction=None), view)
+        return state, effects + more
+    reason = f"planned together with {len(planned.places) - 1} others"
+    number = (auction.epoch, auction.number, auction.round)
+    result = Result(steps.awards, (), auction=number, reason=reason, places=steps.places)
+    return state, [*effects, CarryOut(result)]
 
 
 def _begin_transfers(state: AuctionState, auction: Auction, view: View) -> Step:
@@ -389,11 +544,14 @@ def _award_moves(state: AuctionState, moves: Sequence[Move], view: View) -> Step
     awards = tuple(bid for move in moves for bid in move.awards)
     bids = {record.task.id: move.bids for move in moves for record in move.records}
     reason = "exchanged: " + ", ".join(map(str, moves))
+    places = {each.task.id: move.place for move in moves for each in move.records}
     decided_in = state.transfers.decided_in
-    return _settle(state, Result(awards, (), bids, auction=decided_in, reason=reason))
+    result = Result(awards, (), bids, auction=decided_in, reason=reason, places=places)
+    return _settle(state, result)
 
 
 def _withdraw(state: AuctionState, task_ids: frozenset[str]) -> AuctionState:
     auction = state.auction and state.auction.withdraw(task_ids)
     hard, parked = state.hard - task_ids, state.parked - task_ids
-    return replace(state, auction=auction, hard=hard, parked=parked)
+    unplanned = state.unplanned - task_ids
+    return replace(state, auction=auction, hard=hard, parked=parked, unplanned=unplanned)

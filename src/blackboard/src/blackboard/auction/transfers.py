@@ -28,6 +28,7 @@ class Move(NamedTuple):
     records: Bundle  # its tasks, as the giver holds them
     taker: Bid  # the bid of the robot that gets it
     bids: tuple[Bid, ...]  # all bids on it
+    place: int = 0  # where it goes in the taker's list, 1 is first; 0 if the taker decides
 
     def __str__(self) -> str:
         tasks = " and ".join(record.task.id for record in self.records)

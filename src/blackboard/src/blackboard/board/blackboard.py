@@ -95,8 +95,9 @@ class Blackboard:
             in_service=self._presence.in_service,
             last=self._presence.last,
             recall=lambda record: self._orders.send(record, OrderKind.HAND_BACK_UNBEGUN),
+            reorder=self._orders.give,
             carry_out=self._carry_out,
-            central=central if settings.decision == "centralized" else None,
+            central=None if settings.decision == "distributed" else central,
         )
         self._retention = Retention(settings.keep_ended, settings.most_ended)
         self._done_twice: set[str] = set()
@@ -156,7 +157,7 @@ class Blackboard:
 
         def order() -> None:
             for record in won:
-                self._orders.give(record)
+                self._orders.give(record, result.places.get(record.task.id, 0))
             then()
 
         if won or others:

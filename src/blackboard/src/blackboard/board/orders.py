@@ -42,15 +42,19 @@ class Orders:
             if record.is_held:
                 self._note(record)
 
-    def give(self, record: TaskRecord) -> None:
-        """Order the robot of a record to take its task into its schedule."""
-        self._note(record)
-        self.send(record, OrderKind.ASSIGN)
+    def give(self, record: TaskRecord, place: int = 0) -> None:
+        """Order the robot of a record to take its task into its schedule, or to move it there.
 
-    def send(self, record: TaskRecord, kind: OrderKind) -> None:
+        `place` is where, 1 is first; by default the robot finds the best place, as it does if the
+        order is lost and repeated.
+        """
+        self._note(record)
+        self.send(record, OrderKind.ASSIGN, place)
+
+    def send(self, record: TaskRecord, kind: OrderKind, place: int = 0) -> None:
         """Order the robot of a record, if it has one, to do something with its task."""
         if record.robot:
-            self._tell(record.task, record.robot, kind, record.assignment, record.step)
+            self._tell(record.task, record.robot, kind, record.assignment, record.step, place)
 
     def disown(self, task_id: str, robot_id: str, assignment: int = ANY_ASSIGNMENT) -> None:
         """Have a robot drop a task that the hive has forgotten, and stop reporting on it.
@@ -110,7 +114,13 @@ class Orders:
         return record is not None and record.is_held and record.robot == robot_id
 
     def _tell(
-        self, task: Task, robot_id: str, kind: OrderKind, assignment: int, step: int = 0
+        self,
+        task: Task,
+        robot_id: str,
+        kind: OrderKind,
+        assignment: int,
+        step: int = 0,
+        place: int = 0,
     ) -> None:
         order = Order(
             task,
@@ -121,5 +131,6 @@ class Orders:
             assignment=assignment,
             heard=self._heard.get(robot_id, 0.0),
             hive=self._node.hive,
+            place=place,
         )
         self._talker.publish(TASK_ASSIGN, order, (robot_id,))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The disk of a member: its hard state, and a robot's unacknowledged reports, as JSON.
+"""The disk of a member: its hard state, and a robot's open reports and loads, as JSON.
 
 A member writes here before it sends anything that others rely on. `SqliteJournal` survives a power
 cut; `MemoryJournal` serves simulations, and survives a crash of its member.
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
-from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.record import Hold, Load, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState
 from blackboard.errors import JournalError
 from hive_common.pose import Pose
@@ -59,6 +59,12 @@ class Journal(Protocol):
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
         """Replace the reports that the blackboard has not acknowledged; raises as `save` does."""
 
+    def load_hold(self) -> Hold:
+        """Return what may be on board of the robot."""
+
+    def save_hold(self, hold: Hold) -> None:
+        """Replace what may be on board of the robot; raises as `save` does."""
+
 
 @dataclass
 class MemoryJournal:
@@ -66,6 +72,7 @@ class MemoryJournal:
 
     hard_state: HardState | None = None
     reports: tuple[TaskUpdate, ...] = field(default=())
+    hold: Hold = field(default_factory=Hold)
 
     def load(self) -> HardState | None:
         """Return the hard state written last."""
@@ -83,9 +90,18 @@ class MemoryJournal:
         """Replace the unacknowledged reports."""
         self.reports = tuple(reports)
 
+    def load_hold(self) -> Hold:
+        """Return what may be on board."""
+        return self.hold
+
+    def save_hold(self, hold: Hold) -> None:
+        """Replace what may be on board."""
+        self.hold = hold
+
 
 _FORMAT = 2
 _APPLICATION = 0x48495645
+_HOLD = "CREATE TABLE IF NOT EXISTS hold (one INTEGER PRIMARY KEY, hold TEXT NOT NULL)"
 _TABLES = f"""
 CREATE TABLE self (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE records
@@ -158,6 +174,16 @@ class SqliteJournal:
             self._database.execute("DELETE FROM reports")
             self._database.executemany("INSERT INTO reports VALUES (?, ?)", rows)
 
+    def load_hold(self) -> Hold:
+        """Return what may be on board."""
+        row = self._database.execute("SELECT hold FROM hold").fetchone()
+        return Hold() if row is None else _hold(json.loads(row[0]))
+
+    def save_hold(self, hold: Hold) -> None:
+        """Replace what may be on board."""
+        with self._transaction():
+            self._database.execute("INSERT OR REPLACE INTO hold VALUES (1, ?)", (_to_json(hold),))
+
     def close(self) -> None:
         """Close the file."""
         self._database.close()
@@ -174,6 +200,7 @@ class SqliteJournal:
             database.execute("PRAGMA synchronous = FULL")
             if is_new:
                 database.executescript(f"BEGIN;{_TABLES}COMMIT;")
+            database.execute(_HOLD)  # Journals of older versions lack it.
         except BaseException:
             database.close()
             raise
@@ -300,7 +327,7 @@ def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
     return values
 
 
-def _to_json(value: TaskRecord | Entry | TaskUpdate) -> str:
+def _to_json(value: TaskRecord | Entry | TaskUpdate | Hold) -> str:
     return json.dumps(value, default=fields_of)
 
 
@@ -317,6 +344,10 @@ def _entry(values: dict[str, Any]) -> Entry:
 
 def _report(values: dict[str, Any]) -> TaskUpdate:
     return TaskUpdate(state=TaskState(values.pop("state")), **values)
+
+
+def _hold(values: dict[str, Any]) -> Hold:
+    return Hold(tuple(Load(**load) for load in values["loads"]), values["sure"])
 
 
 def _record(values: dict[str, Any]) -> TaskRecord:

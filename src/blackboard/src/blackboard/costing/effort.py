@@ -13,11 +13,16 @@ from blackboard.domain.task import StepKind, load_during, split_task
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from blackboard.domain.battery import Battery
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.task import Task
     from hive_common.pose import Pose
+
+    Floats = NDArray[np.float64]
 
 
 class Effort(NamedTuple):
@@ -62,6 +67,13 @@ class Predictor:
         duration = self._pace.duration(start, goal, distance) + delay
         return distance, force * distance + self._robot.idle_power * duration, duration
 
+    def legs(
+        self, distances: Floats, delays: Floats, turning: Floats, forces: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return energies [J] and durations [s] of many drives, as `leg` does of one."""
+        durations = self._pace.durations(distances, turning) + delays
+        return forces * distances + self._robot.idle_power * durations, durations
+
     def arm_work(self, kind: StepKind, here: Pose) -> Effort:
         """Return what a pick or a place takes."""
         duration = self._robot.arm_time(kind)
@@ -82,37 +94,42 @@ class Job:
     Args:
         first_step: The first step that is still to be done.
         steps: How many steps count; by default all that are left.
+
+    Attributes:
+        begin: Where the drive goes; None if the robot's arm is next, or nothing is left.
+        force: What drives the robot there at constant speed [N].
+        rest: What follows from there; None if nothing is left.
     """
 
     def __init__(
         self, task: Task, first_step: int, predictor: Predictor, steps: int | None = None
     ) -> None:
         self._predictor = predictor
-        self._begin: Pose | None = None
-        self._force = 0.0
-        self._rest: Effort | None = None
+        self.begin: Pose | None = None
+        self.force = 0.0
+        self.rest: Effort | None = None
         last_step = None if steps is None else first_step + steps
         for index, step in list(enumerate(split_task(task)))[first_step:last_step]:
-            rest = self._rest or Effort(0.0, 0.0, 0.0, step.goal)
+            rest = self.rest or Effort(0.0, 0.0, 0.0, step.goal)
             if step.kind is not StepKind.MOVE:
-                self._rest = rest.then(predictor.arm_work(step.kind, rest.end))
-            elif self._rest is None:
-                self._begin = step.goal
-                self._force = predictor.force(load_during(task, index))
-                self._rest = rest
+                self.rest = rest.then(predictor.arm_work(step.kind, rest.end))
+            elif self.rest is None:
+                self.begin = step.goal
+                self.force = predictor.force(load_during(task, index))
+                self.rest = rest
             else:
                 drive = predictor.drive(rest.end, step.goal, load_during(task, index))
-                self._rest = rest.then(drive)
+                self.rest = rest.then(drive)
 
     def effort_from(self, start: Pose) -> Effort:
         """Return what it takes from a place on; a robot whose arm is next is where it works."""
-        if self._rest is None:
+        if self.rest is None:
             return Effort(0.0, 0.0, 0.0, start)
-        if self._begin is None:
-            return self._rest
+        if self.begin is None:
+            return self.rest
         # A robot does this for every place in its schedule and every task that is offered.
-        distance, energy, duration = self._predictor.leg(start, self._begin, self._force)
-        rest_distance, rest_energy, rest_duration, end = self._rest
+        distance, energy, duration = self._predictor.leg(start, self.begin, self.force)
+        rest_distance, rest_energy, rest_duration, end = self.rest
         return Effort(
             distance + rest_distance, energy + rest_energy, duration + rest_duration, end
         )

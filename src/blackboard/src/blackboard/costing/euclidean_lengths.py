@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -32,6 +32,13 @@ class EuclideanLengths:
         there = np.array([(pose.x, pose.y) for pose in goals]).reshape(1, -1, 2)
         lengths: NDArray[np.float64] = np.hypot(*np.moveaxis(there - here, -1, 0))
         return lengths
+
+    def columns(
+        self, starts: Sequence[Pose], goals: Sequence[Pose]
+    ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], float]]:
+        """Yield the distances from all starts [m] for each goal, no delays, and no time."""
+        for column in self.lengths(starts, goals).T:
+            yield column, np.zeros_like(column), 0.0
 
     def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
         """Return an empty text: without a map, a robot can stand anywhere."""

@@ -17,7 +17,7 @@ from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.traffic_conditions import NO_TRAFFIC
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -30,6 +30,9 @@ _MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2))
 
 _MAX_CELLS = 60_000
 """One distance field over so many cells takes about 50 ms on one core."""
+
+_FIELD_TIME, _READ_TIME = 0.015, 0.0002
+"""Processor time of a field over the warehouse, and of reading one for a thousand starts [s]."""
 
 _MAX_FIELDS = 200
 
@@ -101,7 +104,14 @@ class GridPathLengths:
         return max(float(field.lengths[ends[0]]), start.distance_to(goal)), delay
 
     def lengths(self, starts: Sequence[Pose], goals: Sequence[Pose]) -> NDArray[np.float64]:
-        """Return the lengths of all paths, (starts, goals) [m]; see `length`.
+        """Return the lengths of all paths, (starts, goals) [m]; see `columns`."""
+        columns = [lengths for lengths, *_ in self.columns(starts, goals)]
+        return np.array(columns).reshape(len(goals), len(starts)).T
+
+    def columns(
+        self, starts: Sequence[Pose], goals: Sequence[Pose]
+    ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], float]]:
+        """Yield lengths [m] and delays [s] from all starts to each goal, and the time of that [s].
 
         One field per goal answers for all starts, so there should be fewer goals than starts.
         """
@@ -109,14 +119,19 @@ class GridPathLengths:
         stands = [self._stand(pose) for pose in starts]
         nodes = np.array([stand.node if stand else 0 for stand in stands], dtype=int)
         parts = np.array([stand.part if stand else 0 for stand in stands], dtype=int)
-        found = np.full(straight.shape, math.inf)
         for column, goal in enumerate(goals):
-            end = self._stand(goal)
+            lengths, delays = np.full(len(starts), math.inf), np.zeros(len(starts))
+            end, taken = self._stand(goal), _READ_TIME
             if end is not None:
+                taken += 0.0 if end.node in self._fields else _FIELD_TIME
                 reached = parts == end.part
-                field = self._field(end.node).lengths[nodes[reached]]
-                found[reached, column] = np.maximum(field, straight[reached, column])
-        return found
+                field = self._field(end.node)
+                lengths[reached] = np.maximum(
+                    field.lengths[nodes[reached]], straight[reached, column]
+                )
+                if field.delays is not None:
+                    delays[reached] = field.delays[nodes[reached]]
+            yield lengths, delays, taken
 
     def refusal(self, pose: Pose) -> str:
         """Say why no robot can stand at a pose; empty if one can."""

@@ -10,7 +10,7 @@ section 11.2).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -19,7 +19,13 @@ from blackboard.errors import CharacteristicsError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from hive_common.pose import Pose
+
+    Floats = NDArray[np.float64]
+
+_Number = TypeVar("_Number", float, "NDArray[np.float64]")
 
 MEAN_SPEED_SHARE = 0.6
 """The rule of thumb: the mean speed over the demo's drives, as a share of the greatest speed
@@ -70,12 +76,15 @@ class Pace:
         """Return how long a drive over a distance [m] takes [s]; infinite if there is no path."""
         if distance == 0.0 or math.isinf(distance):
             return distance
-        per_drive, per_metre, per_radian = self.times
-        learned = per_drive + per_metre * distance
-        if per_radian:
-            learned += per_radian * _turns(start, goal)
-        least = self._least * distance
-        return max(least, learned)
+        turning = _turns(start, goal) if self.times[2] else 0.0
+        return max(self._least * distance, _learned(self.times, distance, turning))
+
+    def durations(self, distances: Floats, turning: Floats) -> Floats:
+        """Return how long many drives take [s]; see `duration` and `turnings`."""
+        least = self._least * distances
+        taken = np.maximum(least, _learned(self.times, distances, turning))
+        found: Floats = np.where((distances == 0.0) | np.isinf(distances), distances, taken)
+        return found
 
     def learn(self, start: Pose, goal: Pose, distance: float, duration: float) -> None:
         """Learn from a drive that took a time [s]; see `duration`."""
@@ -91,6 +100,30 @@ class Pace:
         self._covariance = (
             self._covariance - np.outer(gain, share @ self._covariance)
         ) / _FORGETTING
+
+
+def _learned(times: tuple[float, ...], distance: _Number, turning: _Number) -> _Number:
+    """Return what drives take by what has been learned [s]."""
+    per_drive, per_metre, per_radian = times
+    return per_drive + per_metre * distance + per_radian * turning
+
+
+def turnings(starts: Sequence[Pose], goals: Sequence[Pose]) -> Floats:
+    """Return how much a robot turns at both ends of straight paths [rad], (starts, goals)."""
+    here = np.array([(pose.x, pose.y, pose.yaw) for pose in starts]).reshape(-1, 1, 3)
+    there = np.array([(pose.x, pose.y, pose.yaw) for pose in goals]).reshape(1, -1, 3)
+    offset = there - here
+    bearing = np.arctan2(offset[..., 1], offset[..., 0])
+    both = _bend(bearing - here[..., 2]) + _bend(there[..., 2] - bearing)
+    stays = (offset[..., 0] == 0.0) & (offset[..., 1] == 0.0)
+    found: Floats = np.where(stays, _bend(offset[..., 2]), both)
+    return found
+
+
+def _bend(angle: Floats) -> Floats:
+    """Return angles without whole turns and without their signs [rad]."""
+    bend: Floats = np.abs((angle + math.pi) % math.tau - math.pi)
+    return bend
 
 
 def _turns(start: Pose, goal: Pose) -> float:

@@ -59,7 +59,17 @@ class Entry:
     def yields_to(self, order: Order, under_way: Entry | None) -> bool:
         """Return whether an order to take back its task means this assignment, as it stands."""
         keeps = self is under_way and order.kind is OrderKind.HAND_BACK_UNBEGUN
-        return self.order.assignment <= order.assignment and not keeps
+        means_it = self.order.assignment == order.assignment or self.is_older_than(order)
+        return means_it and not keeps
+
+    def is_older_than(self, order: Order) -> bool:
+        """Return whether an order is about a later assignment of its task.
+
+        Every hive counts its own assignments. What the robot holds of a hive that it has left is
+        older than any of its present hive.
+        """
+        later = self.order.assignment < order.assignment
+        return later or self.order.hive != order.hive
 
     def update(self, state: TaskState, **fields: object) -> TaskUpdate:
         """Return what the robot reports about it; further fields by name."""
@@ -115,14 +125,39 @@ class Schedule:
         """Return what is to be done now; None if the schedule is empty."""
         return self._entries[0] if self._entries else None
 
-    def insert(self, order: Order, here: Pose, *, keep_first: bool) -> None:
-        """Add an ordered task at its best position; one whose load is on board goes first."""
+    def insert(self, order: Order, here: Pose, *, keep_first: bool, loaded: bool = False) -> None:
+        """Add an ordered task where the order says, or at its best position.
+
+        One whose load is on board, or may be (`loaded`), goes first.
+        """
         step = step_to_go_on(order.task, order.step)
+        loaded = loaded or is_picked(order.task, step)
         position = 0
-        if not is_picked(order.task, step):
+        if order.place and not loaded:
+            position = self._allowed(order, keep_first=keep_first)
+        elif not loaded:
             route = self.route(here, at_work=keep_first)
             position = route.best_insertion((order.task, step)).position
         self._entries.insert(position, Entry(order, step))
+
+    def move(self, order: Order, *, keep_first: bool) -> None:
+        """Put a task of the schedule where an order says; what is under way stays first."""
+        entry = self.get(order.task.id)
+        if entry is None or (keep_first and entry is self.first()):
+            return
+        self.remove(order.task.id)
+        self._entries.insert(self._allowed(order, keep_first=keep_first), entry)
+
+    def _allowed(self, order: Order, *, keep_first: bool) -> int:
+        """Return the position nearest to an order's place that priorities allow."""
+        priorities = [entry.task.priority for entry in self._entries]
+        entry = self.first()
+        loaded = entry is not None and is_picked(entry.task, entry.step)
+        first = 1 if entry is not None and (keep_first or loaded) else 0
+        rest = priorities[first:]
+        least = first + sum(priority > order.task.priority for priority in rest)
+        most = least + sum(priority == order.task.priority for priority in rest)
+        return min(max(order.place - 1, least), most)
 
     def restore(self, entries: Iterable[Entry]) -> None:
         """Replace the whole schedule."""

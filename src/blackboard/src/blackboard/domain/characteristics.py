@@ -181,7 +181,7 @@ class RobotStatus:
     charge: float  # from 0 to 1
     payload: float = 0.0  # on board now [kg]
     task_id: str = ""  # the task under way; empty for none
-    reason: str = ""  # why it is out of service, or stands still with work to do; empty otherwise
+    reason: str = ""  # why it is out of service or stands still, or what is wrong; empty otherwise
     tasks: tuple[str, ...] = ()  # its schedule: all its tasks, in the order it will do them
     sent: float = 0.0  # when it was sent, by the robot's own clock [s]
     hive: str = ""  # id of its hive; empty before it belongs to one

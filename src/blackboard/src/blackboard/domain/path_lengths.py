@@ -6,7 +6,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
     from hive_common.pose import Pose
+
+    Floats = NDArray[np.float64]
 
 
 class PathLengths(Protocol):
@@ -19,6 +26,15 @@ class PathLengths(Protocol):
         """Return the length of the path [m] and the time that traffic costs on it [s].
 
         The length is infinite if there is no path.
+        """
+
+    def columns(
+        self, starts: Sequence[Pose], goals: Sequence[Pose]
+    ) -> Iterator[tuple[Floats, Floats, float]]:
+        """Yield, for each goal, lengths [m] and delays [s] of the paths from all starts.
+
+        This is `length_and_delay` of many. The third is the processor time that the goal took [s],
+        as it is counted and not measured: up to tens of milliseconds.
         """
 
     def refusal(self, pose: Pose) -> str:

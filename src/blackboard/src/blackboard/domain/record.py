@@ -195,3 +195,31 @@ class Order:
     # The last `RobotStatus.sent` that the blackboard has heard from the robot [s].
     heard: float = 0.0
     hive: str = ""  # id of the blackboard's hive
+    place: int = 0  # where it goes in the robot's list, 1 is first; 0 if the robot decides
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """A load that the robot's arm has begun to take."""
+
+    task_id: str
+    payload: float  # [kg]
+    hive: str  # of the assignment for which it was begun
+    assignment: int
+
+    @property
+    def name(self) -> str:
+        """The name of that assignment; the ids of the arm's actions begin with it."""
+        return f"{self.hive}/{self.task_id}/{self.assignment}"
+
+    def is_known_to(self, record: TaskRecord, hive: str) -> bool:
+        """Return whether a record of a hive is not from before that assignment."""
+        return hive != self.hive or record.assignment >= self.assignment
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """What may be on board, as a robot writes it down."""
+
+    loads: tuple[Load, ...] = ()
+    sure: bool = False  # whether nothing else can be on board

@@ -32,8 +32,8 @@ STANDING_BY = 12
 """Default number of robots that stand by to carry the blackboard: with the blackboard node, these
 are the seven voters and six to follow them."""
 
-DECISIONS = ("distributed", "centralized")
-"""Who works out bids: every robot its own, or the leader those of all."""
+DECISIONS = ("distributed", "centralized", "optimized")
+"""Who works out bids: every robot its own, or the leader those of all; or the leader plans."""
 
 DISTANCES = ("path", "euclidean")
 """How the length of a path is measured: on the map, or as the crow flies."""
@@ -158,7 +158,8 @@ class BlackboardSettings(Settings):
         "",
         "Who works out what a task costs each robot",
         "distributed: every robot its own bids. centralized: robots report their status, and the "
-        "leader works out the same bids for all of them.",
+        "leader works out the same bids for all of them. optimized: the same for one task; the "
+        "leader plans several tasks together, and improves the lists while that pays.",
         names=DECISIONS,
     )
     bid_timeout: float = setting(
@@ -353,7 +354,10 @@ class ControllerSettings(Settings):
     )
     retry_delay: float = setting(3.0, "s", "Pause before a step is tried again")
     server_timeout: float = setting(
-        5.0, "s", "An action server (move_base, pick) that is silent for longer counts as lost"
+        2.0,
+        "s",
+        "An action server (move_base, pick) that is silent for longer is frozen or cut off; the "
+        "robot hands its task back",
     )
 
 

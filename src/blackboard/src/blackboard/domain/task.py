@@ -13,7 +13,7 @@ happens to handle them.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from functools import lru_cache
 from types import MappingProxyType
@@ -142,6 +142,9 @@ class TaskStep:
     goal: Pose  # where [map frame]
     payload: float  # what the arm handles [kg]; 0 for a drive
     task_id: str  # the task it is a part of
+    # Of an arm's step, as the robot asks for it; see `blackboard.robot.loads`.
+    action: str = field(default="", compare=False)  # its id, the same whenever it is asked for
+    look: bool = field(default=False, compare=False)  # look first what is on board
 
 
 def used_goals(task: Task) -> tuple[Pose, ...]:

@@ -21,6 +21,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.domain.task import StepKind, split_task
+from blackboard.errors import JournalError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -45,6 +46,8 @@ class CommandState(Enum):
     ABORTED = "aborted"  # the robot tried and gave up
     REJECTED = "rejected"  # the robot did not try
     LOST = "lost"  # the action server does not answer
+    OCCUPIED = "occupied"  # the arm still holds the load of another task
+    GONE = "gone"  # the action server has ended or is silent; trying again would only take time
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +56,7 @@ class CommandResult:
 
     state: CommandState
     text: str = ""
+    begun: bool = True  # whether the robot may have moved
 
 
 _SUCCESS = CommandResult(CommandState.SUCCEEDED)
@@ -129,6 +133,12 @@ TRANSITIONS: Mapping[State, Mapping[Event, State | None]] = MappingProxyType(
 )
 """The next state for every state and event; None where the event changes nothing."""
 
+_NOT_TAKEN = {CommandState.ABORTED, CommandState.REJECTED, CommandState.OCCUPIED}
+"""How a pick ends of which the arm says that the load is where it was."""
+
+_NO_USE = {CommandState.GONE, CommandState.OCCUPIED}
+"""How a command ends that is not worth another attempt."""
+
 _WORKING = (State.DRIVING, State.RETURNING, State.ACTING)
 
 
@@ -149,11 +159,21 @@ class _Run:
 
 
 class Controller:
-    """Executes one task at a time, with a command for each kind of step."""
+    """Executes one task at a time, with a command for each kind of step.
+
+    Attributes:
+        missing: Says what keeps it from working at all, such as an action server that has ended;
+            empty while nothing does.
+    """
 
     def __init__(
-        self, commands: Mapping[StepKind, Command], clock: Clock, settings: ControllerSettings
+        self,
+        commands: Mapping[StepKind, Command],
+        clock: Clock,
+        settings: ControllerSettings,
+        missing: Callable[[], str] = str,
     ) -> None:
+        self.missing = missing
         self._commands = commands
         self._clock = clock
         self._settings = settings
@@ -164,6 +184,8 @@ class Controller:
         self._here: Callable[[], Pose] | None = None
         self._on_drive: Callable[[Pose, Pose, float], None] = lambda *_: None
         self._departure: tuple[Pose, float] | None = None
+        self._before_step: Callable[[int, TaskStep], TaskStep] = lambda _, step: step
+        self._on_miss: Callable[[str, bool], None] = lambda *_: None
         self.state = State.IDLE
 
     @property
@@ -181,6 +203,19 @@ class Controller:
         `on_drive` is called with start, goal and duration [s] of every drive that succeeds.
         """
         self._here, self._on_drive = here, on_drive
+
+    def handle_loads(
+        self,
+        before_step: Callable[[int, TaskStep], TaskStep],
+        on_miss: Callable[[str, bool], None],
+    ) -> None:
+        """Let the robot follow its loads.
+
+        `before_step` gets the number of a step and the step before it begins, and returns the step
+        as the arm is asked for it; it raises JournalError if the step must not begin. `on_miss`
+        is called with the task whose load was not picked, and whether the arm says so.
+        """
+        self._before_step, self._on_miss = before_step, on_miss
 
     def run(
         self,
@@ -272,6 +307,13 @@ class Controller:
             self._departure = self._here(), self._clock.now()
         self._started += 1
         number = self._started
+        if state is not State.RETURNING:
+            try:
+                step = self._before_step(run.step, step)
+            except JournalError as error:
+                result = CommandResult(CommandState.ABORTED, str(error), begun=False)
+                self._command_ended(number, result)
+                return
         self._command.start(step, lambda result: self._command_ended(number, result))
 
     def _command_ended(self, number: int, result: CommandResult) -> None:
@@ -279,7 +321,13 @@ class Controller:
             return
         if result.state is CommandState.SUCCEEDED:
             self._handle(Event.SUCCEEDED)
-        elif self._run.attempts < self._settings.attempts:
+            return
+        step = self._run.steps[self._run.step]
+        looked = result.begun and result.state in _NOT_TAKEN
+        acts = self.state is State.ACTING and step.kind is StepKind.PICK
+        if acts and (looked or not result.begun):
+            self._on_miss(step.task_id, looked)
+        if self._run.attempts < self._settings.attempts and result.state not in _NO_USE:
             self._handle(Event.FAILED)
         else:
             self._handle(Event.GAVE_UP, result)

@@ -40,6 +40,7 @@ class Reports:
         self._robot_id = robot_id
         self._journal = journal
         self._open = {report.task_id: report for report in journal.load_reports()}
+        self._saved = True
         self._newest: TaskList | None = None
         self._known: Mapping[str, TaskRecord] = {}
 
@@ -50,7 +51,9 @@ class Reports:
         self._send(report)
 
     def repeat(self) -> None:
-        """Send again what nobody has acknowledged."""
+        """Send again what nobody has acknowledged, and write it if that failed before."""
+        if not self._saved:
+            self._save()
         for report in self._open.values():
             self._send(report)
 
@@ -114,7 +117,9 @@ class Reports:
     def _save(self) -> None:
         try:
             self._journal.save_reports(self._open.values())
+            self._saved = True
         except JournalError as error:
+            self._saved = False
             self._talker.warn(f"{self._robot_id} may forget its reports if it restarts: {error}")
 
     def _is_known(self, report: TaskUpdate) -> bool:

@@ -40,12 +40,15 @@ class Respondent:
         model = COST_MODELS[settings.cost_model]
         self._bidder = Bidder(robot_id, body, battery, schedule, model, charging.reserve)
 
-    def answer(self, broadcast: Broadcast, here: Pose, *, at_work: bool) -> Bids:
+    def answer(
+        self, broadcast: Broadcast, here: Pose, missing: str = "", *, at_work: bool
+    ) -> Bids:
         """Return what a broadcast asks for.
 
-        `at_work` says whether the first task on the schedule is under way.
+        `missing` says what keeps the robot from working at all; `at_work` says whether the first
+        task on the schedule is under way.
         """
-        refusal = self._charging.refusal
+        refusal = self._charging.refusal or missing
         if not broadcast.basis:
             return self._bidder.answer(broadcast, here, refusal, at_work=at_work)
         basis = BidBasis(

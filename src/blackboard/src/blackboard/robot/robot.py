@@ -26,10 +26,12 @@ from blackboard.domain.talker import (
     TASK_COST,
     TASK_STATE,
 )
-from blackboard.domain.task import TaskState, is_picked, load_during, split_task
+from blackboard.domain.task import StepKind, TaskState, is_picked, load_during, split_task
 from blackboard.robot.charging import Charging
+from blackboard.robot.contact import Contact, Gate
 from blackboard.robot.executor import CommandState, State
 from blackboard.robot.lease_keeper import LeaseKeeper
+from blackboard.robot.loads import Loads
 from blackboard.robot.reports import Reports
 from blackboard.robot.respondent import Respondent
 from blackboard.robot.service import WORDS, Service
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
     from blackboard.domain.record import Broadcast, Order
     from blackboard.domain.settings import RobotSettings
     from blackboard.domain.talker import Talker
-    from blackboard.domain.task import Task
+    from blackboard.domain.task import Task, TaskStep
     from blackboard.robot.charging import ChargingPlan
     from blackboard.robot.executor import CommandResult, Controller
     from hive_common.pose import Pose
@@ -62,6 +64,7 @@ class Robot:
 
     Attributes:
         charging: Decides when it charges.
+        trouble: What is wrong with it though it works, such as its clock; empty if nothing is.
     """
 
     def __init__(
@@ -78,13 +81,15 @@ class Robot:
         hive_filter: HiveFilter | None = None,
         plan: ChargingPlan | None = None,
     ) -> None:
-        self._talker = talker
+        self._talker = talker = Gate(talker)
+        self._contact = Contact.KEPT
         self._id = robot_id
         self._characteristics = characteristics
         self._battery = battery
         self._controller = controller
         self._pose = pose
         self._settings = settings
+        self.trouble = ""
         self._unanswered: Broadcast | None = None
         self._last_order = ""
         aging = Aging(talker.world.now, settings.aging)
@@ -100,6 +105,10 @@ class Robot:
         self._service = service = Service()
         self._filter = hive_filter = hive_filter or NoFilter(talker)
         self._reports = Reports(talker, robot_id, journal, hive_filter)
+        self._loads = Loads(talker, journal)
+        controller.handle_loads(
+            self._before_step, lambda task, looked: self._loads.miss(task, looked=looked)
+        )
         self._lease = LeaseKeeper(
             talker,
             robot_id,
@@ -139,7 +148,10 @@ class Robot:
             charge=self._battery.level,
             payload=self._payload(),
             task_id=current.task.id if current else "",
-            reason=self._service.reason or self._why_stopped(),
+            reason=self._service.reason
+            or self._why_stopped()
+            or self._controller.missing()
+            or self.trouble,
             tasks=tuple(entry.task.id for entry in self._schedule),
             sent=self._talker.now(),
             hive=self._filter.hive,
@@ -170,9 +182,30 @@ class Robot:
             self._talker.refuse(SET_STATE, reason)
             return
         self.charging.abandon()
+        if word == "idle" and self._service.left_on_board is not None:
+            self._loads.empty()
         self._service.set(word)
         self._go_on()
         self._publish_status()
+
+    def note_trouble(self, reason: str) -> None:
+        """Leave service while the robot itself says why it must; an empty reason ends that."""
+        if self._service.note_trouble(reason):
+            self.charging.abandon()
+            self._go_on()
+            self._publish_status()
+
+    def note_contact(self, contact: Contact) -> None:
+        """Note whether its body can be reached, where that is a matter of its own.
+
+        While it cannot, the robot gives away nothing that the body may be doing. A robot whose
+        body is lost is silent until it is found, so `on_robot_lost` decides about its tasks.
+        """
+        if contact is not self._contact:
+            self._contact = contact
+            self._talker.is_shut = contact is Contact.LOST
+            self._go_on()
+            self._publish_status()
 
     @property
     def _current(self) -> Entry | None:
@@ -182,6 +215,8 @@ class Robot:
 
     def _why_stopped(self) -> str:
         """Say why a robot with work to do does none; empty if it works, or for another reason."""
+        if waits := self._loads.others(entry.task.id for entry in self._schedule):
+            return f"waits to hear what becomes of the load of {waits[0].task_id} on board"
         halted = self._current is None or self._controller.state is State.HALTED
         if self._schedule.first() is None or not halted or self._lease.holds():
             return ""
@@ -204,29 +239,46 @@ class Robot:
         self._unanswered = None
         if self._filter.obeys(asked.hive, asked.epoch):
             at_work = self._current is not None
-            answer = self._respondent.answer(asked, self._pose, at_work=at_work)
+            missing = self._controller.missing()
+            answer = self._respondent.answer(asked, self._pose, missing, at_work=at_work)
             self._talker.publish(TASK_COST, answer, self._filter.leader)
 
     def _obey(self, order: Order) -> None:
         if order.robot_id != self._id or not self._lease.allows(order):
             return
         entry = self._schedule.get(order.task.id)
+        if self._must_wait(order, entry):
+            return  # the leader repeats it
         if order.kind is not OrderKind.ASSIGN:
             self._take_back(order, entry)
             return
-        if entry is not None:
-            if order.assignment > entry.order.assignment:
-                self._schedule.renew(order)
-        elif not self._reports.answer(order):
+        at_work = self._current is not None
+        if entry is not None and entry.is_older_than(order):
+            self._schedule.renew(order)
+        elif entry is not None and order.place:
+            self._schedule.move(order, keep_first=at_work)
+            self._publish_status()
+            return
+        elif entry is None and not self._reports.answer(order):
             self._make_room_for(order.task)
-            if is_picked(order.task, order.step):
+            self._loads.expect(order)
+            loaded = is_picked(order.task, order.step) or self._loads.has(order.task.id)
+            if loaded:
                 # Before its process restarted, the robot was under way with this load.
                 self._controller.stop()
-            self._schedule.insert(order, self._pose, keep_first=self._current is not None)
+            at_work = self._current is not None
+            self._schedule.insert(order, self._pose, keep_first=at_work, loaded=loaded)
             self._go_on()
             self._publish_status()
         self._last_order = order.task.id
         self._answer()
+
+    def _must_wait(self, order: Order, entry: Entry | None) -> bool:
+        """Return whether an order could give away what a body out of reach may be doing."""
+        current = self._current
+        if self._contact is Contact.KEPT or current is None:
+            return False
+        return order.kind is OrderKind.ASSIGN or (entry is current and order.kind.asks_report)
 
     def _take_back(self, order: Order, entry: Entry | None) -> None:
         """Drop a task that is taken back; report how far it has come if the order asks for it."""
@@ -260,7 +312,23 @@ class Robot:
                 self._drop_and_go_on(entry)
             else:
                 self._schedule.note_known(record)
+        self._leave_unwanted()
         self._go_on()
+
+    def _leave_unwanted(self) -> None:
+        """Leave service with a load on board of a task that is not this robot's any more.
+
+        The robot has known of it since before its process restarted.
+        """
+        for load in self._loads.others(entry.task.id for entry in self._schedule):
+            known = self._reports.known_of([load.task_id])
+            hive = self._filter.hive
+            wanted = any(
+                (each.is_held and each.robot == self._id) or not load.is_known_to(each, hive)
+                for each in known
+            )
+            if not wanted and self._service.left_on_board is None:
+                self._service.leave_on_board(load.task_id, load.payload)
 
     def _pass_time(self, period: float) -> None:
         self.charging.pass_time(period)
@@ -278,10 +346,11 @@ class Robot:
         """Go on with the schedule; a robot that is out of service hands it all back instead."""
         entry, current = self._schedule.first(), self._current
         loaded = current is not None and is_picked(current.task, current.step)
+        loaded |= bool(self._loads.others(()))
         self.charging.consider(idle=entry is None, loaded=loaded)
         if self._service.state is not None:
             reason = f"{self._id} is out of service: {self._service.reason}"
-            for held in tuple(self._schedule):
+            for held in tuple(self._schedule) if self._contact is Contact.KEPT else ():
                 self._hand_back(held, reason)
         elif self._current is not None:
             self._controller.go_on()
@@ -294,7 +363,22 @@ class Robot:
     def _may_go(self) -> bool:
         """Return whether the next step of the first task may be done now."""
         entry = self._schedule.first()
-        return entry is not None and self._lease.holds() and entry.is_announced
+        if entry is None or self._loads.others([entry.task.id]):
+            return False
+        return self._lease.holds() and entry.is_announced
+
+    def _before_step(self, number: int, step: TaskStep) -> TaskStep:
+        """Write down what the arm is about to do; return the step as the arm is asked for it.
+
+        Nor does a last step begin whose report could not be written: it would be done again after
+        a restart.
+        """
+        entry = self._current
+        if entry is None:
+            return step  # a drive to a charger
+        if number == entry.steps - 1:
+            self._loads.check_writable()
+        return step if step.kind is StepKind.MOVE else self._loads.begin(entry.order, number, step)
 
     def _step_done(self, step: int) -> None:
         entry = self._schedule.first()
@@ -311,20 +395,23 @@ class Robot:
         assert entry is not None  # noqa: S101  (the controller runs only what is on the schedule)
         if result.state is CommandState.SUCCEEDED:
             self._schedule.remove(entry.task.id)
+            self._loads.end(entry.task.id)
             self._reports.add(entry.update(TaskState.DONE))
         else:
             self._hand_back(entry, f"{self._id}: {result.state.value}: {result.text}")
+        if result.state is CommandState.OCCUPIED:
+            self._service.leave_unknown_on_board(result.text)
         self._go_on()
         self._publish_status()
 
     def _drop(self, entry: Entry) -> bool:
-        """Take a task off the schedule and stop it; return whether its load is on board.
+        """Take a task off the schedule and stop it; return whether its load may be on board.
 
         A robot with a load that nobody wants leaves service.
         """
         if entry is self._current:
             self._controller.stop()
-        loaded = is_picked(entry.task, entry.step)
+        loaded = is_picked(entry.task, entry.step) or self._loads.has(entry.task.id)
         if loaded:
             self._service.leave_on_board(entry.task.id, entry.task.payload)
         self._schedule.remove(entry.task.id)
@@ -344,13 +431,18 @@ class Robot:
         if self._drop(entry):
             state = TaskState.FAILED
             weight = f"{entry.task.payload:g} kg"
-            reason += f"; its load of {weight} is on board at {self._pose}: take it off"
+            is_sure = is_picked(entry.task, entry.step)
+            where = f"{'is' if is_sure else 'may be'} on board at {self._pose}"
+            reason += f"; its load of {weight} {where}: take it off"
         self._reports.add(entry.update(state, reason=reason, put_off_for=put_off_for))
 
     def _payload(self) -> float:
         """Return what is on board [kg]."""
         entry = self._current
-        return load_during(entry.task, entry.step) if entry else self._service.left_on_board or 0.0
+        if entry is not None:
+            return load_during(entry.task, entry.step)
+        known = sum(load.payload for load in self._loads.others(()))
+        return self._service.left_on_board or known
 
     def _report_start(self, entry: Entry) -> None:
         started = entry.update(TaskState.STARTED, **self._schedule.promise(self._pose))

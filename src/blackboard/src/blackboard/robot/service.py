@@ -26,10 +26,12 @@ class Service:
         self.reason = ""
         self.left_on_board: float | None = None
         self.is_on_its_own = False
+        self._trouble = ""
 
     def set(self, word: str) -> None:
         """Obey one of `WORDS`; `idle` also says that nothing is on board any more."""
         self.is_on_its_own = False
+        self._trouble = ""
         if word == "idle":
             self.state, self.reason, self.left_on_board = None, "", None
             return
@@ -46,6 +48,29 @@ class Service:
             "take it off, then set the robot idle"
         )
 
+    def leave_unknown_on_board(self, what: str) -> None:
+        """Leave service because of a load on board of which only the arm knows, in words."""
+        self.left_on_board = self.left_on_board or 0.0
+        self.state = self.state or RobotState.DEFECT
+        self.reason = f"{what}: take it off, then set the robot idle"
+
+    def note_trouble(self, reason: str) -> bool:
+        """Leave service while the robot tells a reason, and come back when it is empty.
+
+        Returns:
+            Whether that changed anything.
+        """
+        if reason == self._trouble:
+            return False
+        if not reason:
+            self.be_charged()
+            return True
+        self._trouble, self.is_on_its_own = reason, False
+        self.state = RobotState.DEFECT
+        if self.left_on_board is None:
+            self.reason = reason
+        return True
+
     def go_charging(self, reason: str) -> None:
         """Leave service to charge, on the robot's own initiative."""
         if self.state is not RobotState.DEFECT:
@@ -58,5 +83,5 @@ class Service:
             self.reason = reason
 
     def be_charged(self) -> None:
-        """End charging; only a person can say that a load left on board is gone."""
+        """Come back into service; only a person can say that a load left on board is gone."""
         self.set("idle" if self.left_on_board is None else "defect")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import actionlib
 import rospy
@@ -30,7 +30,12 @@ _STATES = {
     GoalStatus.REJECTED: CommandState.REJECTED,
 }
 
-_CHECKS_PER_TIMEOUT = 5
+_PERIOD = 0.3
+"""Time between two looks at a server [s, the machine's clock]."""
+
+_GONE_AFTER = 1.5
+"""A server without a connection for this long has ended [s, the machine's clock]. A connection
+that broke is back sooner; rospy closes that of a dead process in some 25 ms."""
 
 
 def _never_back(generate: Callable[[], GoalID]) -> Callable[[], GoalID]:
@@ -49,13 +54,30 @@ def _never_back(generate: Callable[[], GoalID]) -> Callable[[], GoalID]:
     return next_id
 
 
+class _Moment(NamedTuple):
+    """A time on the machine's clock and on the robots' clock [s]."""
+
+    machine: float
+    world: float
+
+    def since(self, earlier: _Moment) -> float:
+        """Return the time that has passed on both clocks [s]."""
+        return min(self.machine - earlier.machine, self.world - earlier.world)
+
+
 class ActionCommand:
     """Sends steps as goals to one action server, and notices if the server is gone.
 
     A Python actionlib client does not learn that its server has died or that a goal was lost, so
-    this one listens to the server's status messages. It does not use actionlib's simple client,
-    which misses what the server says about a goal before `send_goal` returns: on a busy machine
-    that may be everything up to the result.
+    this one listens to its status messages. Where their connection is gone, the server has
+    ended; where they stay away, it is frozen or cut off. Either way the step ends at once,
+    because trying it again would only take time.
+
+    Time is measured on both clocks, and the shorter one counts: simulated time may pass slowly,
+    and then statuses are rare, or quickly, and then every hitch of the machine looks long.
+
+    It does not use actionlib's simple client, which misses what the server says about a goal
+    before `send_goal` returns: on a busy machine that may be everything up to the result.
 
     Args:
         name: Name of the action in the namespace of the talker's robot.
@@ -84,14 +106,35 @@ class ActionCommand:
         manager = self._client.manager
         manager._generate_id = _never_back(manager._generate_id)  # noqa: SLF001  (actionlib's only place for it)
         self._goal: actionlib.ClientGoalHandle | None = None
-        self._heard = -math.inf
+        self._heard: _Moment | None = None
         self._run = 0
-        rospy.Subscriber(f"{talker.own}{name}/status", GoalStatusArray, self._hear, queue_size=1)
+        self._status = rospy.Subscriber(
+            f"{talker.own}{name}/status", GoalStatusArray, self._hear, queue_size=1
+        )
+
+    @property
+    def gone(self) -> str:
+        """Why no step can be done: the server was there and has ended, or it is silent now.
+
+        Empty otherwise.
+        """
+        if self._heard is None:
+            return ""
+        now = self._now()
+        linked = self._status.get_num_connections()
+        if not linked and now.machine - self._heard.machine >= _GONE_AFTER:
+            return f"the action server {self._name} has ended; start it again"
+        if now.since(self._heard) > self._timeout:
+            return (
+                f"the action server {self._name} has been silent for more than "
+                f"{self._timeout:g} s: it is frozen, or cut off"
+            )
+        return ""
 
     def start(self, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
         """Send a step as a goal as soon as the server is there; see `Command.start`."""
         self._run += 1
-        self._wait_for_server(self._run, step, done, self._talker.world.now() + self._timeout)
+        self._wait_for_server(self._run, step, done, self._now())
 
     def cancel(self) -> None:
         """Cancel the goal if there is one; see `Command.cancel`."""
@@ -100,29 +143,31 @@ class ActionCommand:
             self._goal.cancel()
 
     def _wait_for_server(
-        self, run: int, step: TaskStep, done: Callable[[CommandResult], None], deadline: float
+        self, run: int, step: TaskStep, done: Callable[[CommandResult], None], since: _Moment
     ) -> None:
         if run != self._run:
             return
-        if self._is_alive():
+        if self.gone:
+            self._end_gone(run, done, begun=False)
+        elif self._heard is not None:
             self._send(run, step, done)
-        elif self._talker.world.now() > deadline:
-            self._give_up(run, done)
+        elif self._now().since(since) > self._timeout:
+            self._give_up(run, done, begun=False)
         else:
-            self._talker.world.after(
-                self._timeout / _CHECKS_PER_TIMEOUT,
-                lambda: self._wait_for_server(run, step, done, deadline),
-            )
+            self._talker.after(_PERIOD, lambda: self._wait_for_server(run, step, done, since))
 
     def _send(self, run: int, step: TaskStep, done: Callable[[CommandResult], None]) -> None:
         def changed(goal: actionlib.ClientGoalHandle) -> None:
             if goal.get_comm_state() == actionlib.CommState.DONE:
                 state = _STATES.get(goal.get_terminal_state(), CommandState.LOST)
-                words = goal.get_goal_status_text() or getattr(goal.get_result(), "message", "")
+                result = goal.get_result()
+                if getattr(result, "outcome", 0) == bb_msgs.PickResult.HOLDS_ANOTHER:
+                    state = CommandState.OCCUPIED
+                words = goal.get_goal_status_text() or getattr(result, "message", "")
                 self._talker.call(lambda: self._end(run, done, CommandResult(state, words)))
 
         self._goal = self._client.send_goal(self._make_goal(step), changed)
-        now = self._talker.world.now()
+        now = self._now()
         self._watch(run, self._goal, done, now, now)
 
     def _watch(
@@ -130,8 +175,8 @@ class ActionCommand:
         run: int,
         goal: actionlib.ClientGoalHandle,
         done: Callable[[CommandResult], None],
-        sent: float,
-        checked: float,
+        sent: _Moment,
+        checked: _Moment,
     ) -> None:
         """Check periodically that the server lives and has accepted the goal.
 
@@ -140,18 +185,31 @@ class ActionCommand:
         """
         if run != self._run:
             return
-        now, period = self._talker.world.now(), self._timeout / _CHECKS_PER_TIMEOUT
-        waiting = goal.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK
-        is_silent = not self._is_alive() or (waiting and now - sent > self._timeout)
-        if is_silent and now - checked < 2 * period:
-            goal.cancel()
-            self._give_up(run, done)
-            return
-        self._talker.world.after(period, lambda: self._watch(run, goal, done, sent, now))
+        now = self._now()
+        if now.machine - checked.machine < 2 * _PERIOD:
+            waiting = goal.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK
+            if self.gone:
+                goal.cancel()  # a server that only froze will read it
+                self._end_gone(run, done)
+                return
+            if waiting and now.since(sent) > self._timeout:
+                goal.cancel()
+                self._give_up(run, done)
+                return
+        self._talker.after(_PERIOD, lambda: self._watch(run, goal, done, sent, now))
 
-    def _give_up(self, run: int, done: Callable[[CommandResult], None]) -> None:
+    def _end_gone(
+        self, run: int, done: Callable[[CommandResult], None], *, begun: bool = True
+    ) -> None:
+        """End a step whose server has ended or is silent."""
+        result = CommandResult(CommandState.GONE, self.gone, begun)
+        self._talker.call(lambda: self._end(run, done, result))
+
+    def _give_up(
+        self, run: int, done: Callable[[CommandResult], None], *, begun: bool = True
+    ) -> None:
         text = f"the action server {self._name} has not answered for {self._timeout:g} s"
-        self._end(run, done, CommandResult(CommandState.LOST, text))
+        self._end(run, done, CommandResult(CommandState.LOST, text, begun))
 
     def _end(self, run: int, done: Callable[[CommandResult], None], result: CommandResult) -> None:
         if run == self._run:
@@ -160,10 +218,10 @@ class ActionCommand:
             done(result)
 
     def _hear(self, _: GoalStatusArray) -> None:
-        self._heard = self._talker.world.now()
+        self._heard = self._now()
 
-    def _is_alive(self) -> bool:
-        return self._talker.world.now() - self._heard < self._timeout
+    def _now(self) -> _Moment:
+        return _Moment(self._talker.now(), self._talker.world.now())
 
 
 class MoveBaseCommand(ActionCommand):
@@ -193,4 +251,10 @@ def _move_goal(step: TaskStep) -> MoveBaseGoal:
 
 def _pick_goal(step: TaskStep) -> bb_msgs.PickGoal:
     act = bb_msgs.PickGoal.PICK if step.kind is StepKind.PICK else bb_msgs.PickGoal.PLACE
-    return bb_msgs.PickGoal(act=act, task_id=step.task_id, payload=step.payload)
+    return bb_msgs.PickGoal(
+        act=act,
+        task_id=step.task_id,
+        payload=step.payload,
+        action_id=step.action,
+        look=step.look,
+    )

@@ -13,6 +13,7 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from blackboard.consensus.member import Role, name_of
+from blackboard.domain.clock_offsets import words
 from blackboard.ros.master_watch import MasterState, watch_master
 
 if TYPE_CHECKING:
@@ -28,7 +29,8 @@ class Diagnostics:
     """Publishes a member's role, what its hive lacks, and what it refused.
 
     ROS Publishers: `/diagnostics` (diagnostic_msgs/DiagnosticArray): OK; WARN while the ROS master
-        is gone; ERROR while the hive has no quorum or the member cannot write to its disk.
+        is gone or the clock of somebody whom the member hears is off; ERROR while the hive has no
+        quorum or the member cannot write to its disk.
     """
 
     def __init__(self, talker: MemberTalker, node: RaftNode, no_quorum: NoQuorum) -> None:
@@ -85,6 +87,9 @@ class Diagnostics:
             return DiagnosticStatus.ERROR, self._no_quorum.text
         if self._master_is_lost:
             return DiagnosticStatus.WARN, "the ROS master does not answer"
+        if clocks := self._talker.clocks.off(self._talker.now()):
+            texts = [f"the clock of {name} is {words(late)} mine" for name, late in clocks.items()]
+            return DiagnosticStatus.WARN, "; ".join(texts)
         if member.role is Role.LEADER:
             return DiagnosticStatus.OK, "carries the blackboard"
         return DiagnosticStatus.OK, f"follows {member.leader}" if member.leader else "waits"

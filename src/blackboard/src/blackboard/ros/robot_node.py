@@ -22,7 +22,7 @@ from blackboard.robot.charging import ChargingPlan
 from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
 from blackboard.ros import membership
-from blackboard.ros.commands import MoveBaseCommand, PickCommand
+from blackboard.ros.commands import ActionCommand, MoveBaseCommand, PickCommand
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.senses import Senses, wait_for_pose
 from blackboard.ros.startup import run_node
@@ -34,7 +34,10 @@ from hive_common.ros.names import own_names
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from blackboard.consensus.node import RaftNode
+    from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.robot.executor import Command
+    from blackboard.ros.talker import MemberTalker
     from hive_common.ros.names import RobotNames
 
 _NODE = "robot"
@@ -97,22 +100,66 @@ def start_robot(
         rospy.ROSInterruptException: The node was shut down first.
     """
     name = names.of(_NODE)
-    kinds = (RobotSettings, ControllerSettings, PathSettings)
-    params.refuse_unknown(kinds, ["charge", "journal", "stands_by"], node=name)
-    settings, patience = params.read(RobotSettings, name), params.read(ControllerSettings, name)
     body = characteristics_from(rospy.get_param(names.of("characteristics"), {}))
     battery = Battery(body.battery, rospy.get_param(f"{name}/charge", 1.0))
-
-    journal = membership.open_journal(name)
+    settings, patience = read_robot_settings(names)
     talker = process.member(name, names.robot, names.of(""))
-    path_lengths = lengths_by(params.read(PathSettings, name))
-    commands: dict[StepKind, Command] = {
-        StepKind.MOVE: MoveBaseCommand(talker, patience.server_timeout)
-    }
+    drive = MoveBaseCommand(talker, patience.server_timeout)
+    servers: list[ActionCommand] = [drive]
+    commands: dict[StepKind, Command] = {StepKind.MOVE: drive}
     if any(kind.picks for kind in body.capabilities):
         pick = PickCommand(talker, patience.server_timeout)
         commands |= {StepKind.PICK: pick, StepKind.PLACE: pick}
-    controller = Controller(commands, talker.world, patience)
+        servers.append(pick)
+
+    def missing() -> str:
+        return next(filter(None, (server.gone for server in servers)), "")
+
+    controller = Controller(commands, talker.world, patience, missing)
+    robot, node = join_hive(
+        talker, names, body, battery, controller, lengths_by, lambda: wait_for_pose(talker.own)
+    )
+    Senses(talker, robot, battery, settings.status_period).start()
+    robot.start()
+    node.start()
+
+
+def read_robot_settings(names: RobotNames) -> tuple[RobotSettings, ControllerSettings]:
+    """Read the parameters of a robot's part of the hive.
+
+    Raises:
+        ParameterError: One is unknown or has a value that is not allowed.
+    """
+    name = names.of(_NODE)
+    kinds = (RobotSettings, ControllerSettings, PathSettings)
+    params.refuse_unknown(kinds, ["charge", "journal", "stands_by"], node=name)
+    return params.read(RobotSettings, name), params.read(ControllerSettings, name)
+
+
+def join_hive(
+    talker: MemberTalker,
+    names: RobotNames,
+    body: RobotCharacteristics,
+    battery: Battery,
+    controller: Controller,
+    lengths_by: Callable[[PathSettings], RosPathLengths],
+    wait_for_pose: Callable[[], Pose],
+) -> tuple[Robot, RaftNode]:
+    """Make a robot and its member of the hive; the caller starts both, in this order.
+
+    Args:
+        talker: The robot's.
+        names: The robot's names.
+        body: What the robot is.
+        battery: How full it is.
+        controller: Makes it do its tasks.
+        lengths_by: Makes path lengths on the hive's map, as the settings say.
+        wait_for_pose: Returns where the robot is, frame map, as soon as that is known.
+    """
+    name = names.of(_NODE)
+    settings, _ = read_robot_settings(names)
+    path_lengths = lengths_by(params.read(PathSettings, name))
+    journal = membership.open_journal(name)
     node = membership.join(
         talker, names.hive, path_lengths, journal, stands_by=read_stands_by(names)
     )
@@ -123,15 +170,13 @@ def start_robot(
         battery,
         path_lengths.of(body.radius),
         controller,
-        wait_for_pose(talker.own),
+        wait_for_pose(),
         settings,
         journal,
         node,
         _charging_plan(names.hive),
     )
-    Senses(talker, robot, battery, settings.status_period).start()
-    robot.start()
-    node.start()
+    return robot, node
 
 
 def _charging_plan(hive: str) -> ChargingPlan:

@@ -12,15 +12,19 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Float64
 
+from blackboard.domain.clock_offsets import ClockOffsets, words
 from blackboard.errors import BlackboardError
 from blackboard.ros.codec.tables import yaw_of
 from blackboard.ros.startup import wait_for
+from blackboard.ros.talker import LEADER
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from blackboard.domain.battery import Battery
     from blackboard.robot.robot import Robot
     from blackboard.ros.talker import MemberTalker
+
+_BASE = "base"
 
 _MAX_STEP = 1.0
 """Two odometry messages further apart than this are a reset, not a drive [m]."""
@@ -57,6 +61,9 @@ class Senses:
         self._battery = battery
         self._period = period
         self._odometry: tuple[float, float] | None = None
+        self._late: float | None = None  # how long after its stamp the last odometry came [s]
+        self._base_clock = ClockOffsets()
+        self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
         self._publisher = rospy.Publisher(f"{talker.own}battery_state", BatteryState, queue_size=1)
 
     def start(self) -> None:
@@ -72,8 +79,26 @@ class Senses:
         drop = f"{own}drop_charge"
         rospy.Subscriber(drop, Float64, lambda msg: call(lambda: self._drop(msg.data)))
         self._talker.world.every(self._period, self._publish_battery)
+        if not self._simulated:
+            self._talker.every(self._period, self._compare_clocks)
+
+    def _compare_clocks(self) -> None:
+        """Have the robot say whose clock is off: this computer's, or that of its base."""
+        now = self._talker.now()
+        if self._late is not None:
+            self._base_clock.hear(_BASE, self._late, now)
+            self._late = None
+        leader, base = self._talker.clocks.behind(LEADER, now), self._base_clock.behind(_BASE, now)
+        texts = []
+        if leader:
+            texts.append(f"its clock is {words(-leader)} the leader's")
+        if base:
+            texts.append(f"the clock that stamps its odom is {words(base)} its robot_node's")
+        self._robot.trouble = "; ".join(texts)
 
     def _drive(self, msg: Odometry) -> None:
+        if not msg.header.stamp.is_zero():  # no stamp at all says nothing of a clock
+            self._late = rospy.get_time() - msg.header.stamp.to_sec()
         here = (msg.pose.pose.position.x, msg.pose.pose.position.y)
         distance = math.dist(here, self._odometry or here)
         self._odometry = here

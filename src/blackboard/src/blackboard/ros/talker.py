@@ -6,7 +6,6 @@ from __future__ import annotations
 import queue
 import socket
 import threading
-import time
 import xmlrpc.client
 from collections import defaultdict
 from dataclasses import dataclass
@@ -23,12 +22,14 @@ from blackboard.consensus.member import name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat
 from blackboard.costing.bid_basis import Bids
 from blackboard.domain.characteristics import RobotState, RobotStatus
+from blackboard.domain.clock_offsets import ClockOffsets
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, ROBOT_STATUS, SET_STATE
 from blackboard.ros.codec.tables import WIRES
 from blackboard.ros.liveness import PERIOD, LivenessWatch
 from blackboard.ros.rospy_patches.reading import unread
 from blackboard.ros.rospy_patches.sending import Audience
 from blackboard.ros.timers import Timers
+from hive_common.machine_clock import machine_time
 from hive_common.ros.onward_clock import OnwardClock
 
 if TYPE_CHECKING:
@@ -47,6 +48,9 @@ _CLOCK_POLL = 0.02
 
 _PING_TIMEOUT = 1.0
 """Wall time that a node may take to answer a ping [s]."""
+
+LEADER = "the leader"
+"""Whose clock the heartbeats show, in `RosTalker.clocks`."""
 
 SPEAKER_TIMEOUT = 5.0
 """A node that is silent for longer has given up its robot's name [s]; as long as the default of
@@ -77,6 +81,8 @@ class RosTalker:
 
     Attributes:
         refusals: What was refused so far.
+        clocks: How far the clocks of robots, by their names, and of the leader, `LEADER`, are off.
+            Under simulated time all have one clock.
         world: Simulated time if `/use_sim_time` is set, else this talker's own clock.
 
     ROS Publishers and Subscribers: as the core asks, with the types in `codec.tables.WIRES`.
@@ -90,7 +96,7 @@ class RosTalker:
         self._queue: queue.Queue[Callable[[], None]] = queue.Queue()
         self._spins = False
         self._simulated = bool(rospy.get_param("/use_sim_time", default=False))
-        self._timers = own = Timers(time.monotonic)
+        self._timers = own = Timers(machine_time)
         self.now, self.every, self.after = own.now, own.every, own.after
         self.world = Timers(OnwardClock(rospy.get_time).now) if self._simulated else own
         self._backups: rospy.Subscriber | None = None
@@ -100,6 +106,7 @@ class RosTalker:
         self._handlers: dict[str, list[_Listener]] = defaultdict(list)
         self.refusals = Refusals(rospy.logwarn)
         self.refuse = self.refusals.refuse
+        self.clocks = ClockOffsets()
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
         self._audience = Audience(self._node_of)
         self._is_voter = BB_ENTRIES in self._publishers
@@ -194,16 +201,30 @@ class RosTalker:
         if not wanted:
             return
         try:
-            value = WIRES[topic].from_msg(msg.read())
+            message = msg.read()
+            value = WIRES[topic].from_msg(message)
             reason = why_refused(topic, value)
-            reason = reason or self._speakers.why_refused(value, sender, time.monotonic())
+            reason = reason or self._speakers.why_refused(value, sender, machine_time())
         except (ValueError, genpy.DeserializationError) as error:
             reason = str(error)
         if reason:
             self.refuse(topic, reason)
             return
+        self._compare_clocks(value, message)
         for each in wanted:
             each.handler(value)
+
+    def _compare_clocks(self, value: object, message: Any) -> None:  # noqa: ANN401  (see `unread`)
+        """Note how late a message is by its stamp, if it says whose clock made that."""
+        if isinstance(value, Heartbeat):
+            name = LEADER
+        elif isinstance(value, RobotStatus) and value.state is not RobotState.OFFLINE:
+            name = value.robot_id
+        else:
+            return
+        if not (self._simulated or message.header.stamp.is_zero()):
+            late = rospy.get_time() - message.header.stamp.to_sec()
+            self.clocks.hear(name, late, self.now())
 
     def _node_of(self, name: str) -> str:
         """Return the node that speaks for a member or a robot; empty if unknown."""
@@ -247,12 +268,15 @@ class RosTalker:
         """Run the queue and the timers until the node is shut down."""
         self._spins = True
         while not rospy.is_shutdown():
+            try:
+                act = self._queue.get(timeout=self._patience())
+            except queue.Empty:
+                act = None
+            # What is overdue comes first: the machine may have slept, and a lease ended.
             self._timers.call_due()
             self.world.call_due()
-            try:
-                self._queue.get(timeout=self._patience())()
-            except queue.Empty:
-                continue
+            if act is not None:
+                act()
 
     def _advertise(self, topic: str) -> rospy.Publisher:
         wire = WIRES[topic]
@@ -310,6 +334,7 @@ class MemberTalker:
         name: The member's name.
         own: Namespace of its robot, ending in a slash.
         world: As that of `RosTalker`.
+        clocks: As that of `RosTalker`.
     """
 
     def __init__(self, talker: RosTalker, name: str, own: str) -> None:
@@ -320,7 +345,7 @@ class MemberTalker:
         self.now, self.every, self.after = talker.now, talker.every, talker.after
         self.world, self.call = talker.world, talker.call
         self.ping, self.warn, self.refuse = talker.ping, talker.warn, talker.refuse
-        self.refusals = talker.refusals
+        self.refusals, self.clocks = talker.refusals, talker.clocks
 
 
 class _Subscription:

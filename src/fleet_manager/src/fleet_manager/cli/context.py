@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from blackboard.domain.talker import ROBOT_STATUS
 from fleet_manager.client.client import HiveClient
 from hive_common.errors import HiveError
 from hive_common.resources import names_in
@@ -59,6 +59,29 @@ class FileName(click.ParamType):
         return click.Choice(names).shell_complete(ctx, param, incomplete)
 
 
+def new_folder(results: Path, name: str) -> Path:
+    """Make and return a folder of a run's own, even if another started in the same second.
+
+    Args:
+        results: The folder in which it is made.
+        name: What runs; the folder's name has the date and the time too.
+
+    Raises:
+        click.UsageError: It cannot be made.
+    """
+    stem = f"{name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    for ending in ("", *(f"-{number}" for number in range(2, 100))):
+        folder = results / f"{stem}{ending}"
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise click.UsageError(f"{folder} cannot be made: {error.strerror}") from None
+        return folder
+    raise click.UsageError(f"{results} has 99 runs of this second; choose another --results")
+
+
 class _OfHive(click.ParamType):
     """A name that the running hive knows; nothing is completed where no hive answers."""
 
@@ -90,8 +113,7 @@ def _open_tasks(client: HiveClient) -> Iterable[str]:
 
 
 def _robots(client: HiveClient) -> Iterable[str]:
-    client.link.listen(ROBOT_STATUS)
-    client.pump(client.link.has_heard_robots, 1.0)
+    client.fetch_robots()
     return sorted(client.state.robots)
 
 

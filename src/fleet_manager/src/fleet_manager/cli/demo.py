@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import json
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from blackboard.domain.settings import TRAFFIC
-from fleet_manager.cli.context import FileName, pass_context
+from fleet_manager.cli.context import FileName, new_folder, pass_context
 from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.local_hive import local_hive
@@ -96,7 +95,7 @@ def demo(
         windows=screen_is_usable() if windows is None else windows,
         traffic=traffic or "",
     )
-    folder = _new_folder(results, f"{what.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}")
+    folder = new_folder(results, what.name)
     with local_hive(folder) as hive:
         seen = "with RViz and the windows" if plan.windows else "without windows"
         click.echo(
@@ -106,20 +105,6 @@ def demo(
         result = run_demo(plan, hive, context.connect, click.get_text_stream("stdout"))
     _write(folder, what.map, result)
     _tell(folder, result)
-
-
-def _new_folder(results: Path, name: str) -> Path:
-    """Make and return a folder of this run's own, even if another started in the same second."""
-    for ending in ("", *(f"-{number}" for number in range(2, 100))):
-        folder = results / f"{name}{ending}"
-        try:
-            folder.mkdir(parents=True)
-        except FileExistsError:
-            continue
-        except OSError as error:
-            raise click.UsageError(f"{folder} cannot be made: {error.strerror}") from None
-        return folder
-    raise click.UsageError(f"{results} has 99 runs of this second; choose another --results")
 
 
 def _write(folder: Path, chart: str, result: DemoResult) -> None:

@@ -46,6 +46,8 @@ _MODULES = MappingProxyType(
         "replay": "why",
         "demo": "demo",
         "bench": "bench",
+        "compare": "bench",
+        "load": "load",
         "world": "world",
         "fault": "fault",
     }

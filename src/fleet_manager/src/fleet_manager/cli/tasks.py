@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fleet_manager.cli.context import CliContext
     from fleet_manager.client.reports import Report
     from fleet_manager.client.words import Event
+    from fleet_manager.config.scenario import Scenario
 
 _TYPE_NAMES = [kind.name for kind in TaskType]
 _SECONDS = click.FloatRange(min=0, min_open=True)
@@ -170,17 +171,32 @@ def run(context: CliContext, scenario: str, wait: bool, timeout: float | None) -
     Exits with 0 when every task is on the list (with --wait: when every task is DONE).
     """  # noqa: D301  (to click, \b means: keep the lines)
     # on demand, because the other commands here read no file
-    from fleet_manager.config.scenario import (  # noqa: PLC0415  (see above)
-        read_scenario,
-        with_free_ids,
-    )
+    from fleet_manager.config.scenario import read_scenario  # noqa: PLC0415  (see above)
 
-    read = read_scenario(scenario)
+    post_scenario(context, read_scenario(scenario), wait=wait, timeout=timeout)
+
+
+def post_scenario(
+    context: CliContext, scenario: Scenario, *, wait: bool, timeout: float | None
+) -> None:
+    """Post the tasks of a scenario at its times, under ids that no known task has.
+
+    Args:
+        context: Where the hive is.
+        scenario: What is posted.
+        wait: Whether to follow the tasks until the last one has ended.
+        timeout: With `wait`: the time after the last posting [s]; None for as long as it takes.
+
+    Raises:
+        NotDoneError: The hive rejected a task; with `wait`: a task was not done.
+    """
+    from fleet_manager.config.scenario import with_free_ids  # noqa: PLC0415  (on demand)
+
     tell = _TellAbout()
     with context.connect(()) as link:
         client = HiveClient(link, tell)
         client.fetch_tasks()
-        plan = with_free_ids(read, client.state.records)
+        plan = with_free_ids(scenario, client.state.records)
         feeder = Feeder(client, plan.tasks)
         while not feeder.done:
             for task_id, answer in feeder.post_due().items():

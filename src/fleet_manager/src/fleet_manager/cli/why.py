@@ -58,7 +58,8 @@ def why(
         return
     for decision in shown:
         click.echo(tables.decided(decision))
-        click.echo("\n".join(tables.bids_table(decision.bids)))
+        if decision.bids:
+            click.echo("\n".join(tables.bids_table(decision.bids)))
     if hidden := len(decisions) - len(shown):
         click.echo(f"{hidden} earlier: hive why {task} --all", err=True)
 

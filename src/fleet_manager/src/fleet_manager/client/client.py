@@ -38,7 +38,8 @@ ANSWER_WITHIN = 6.0
 """Time for the blackboard's answer [s]; longer than a takeover with its 2 s of silence."""
 
 STATUS_PERIOD = 1.5
-"""Every robot in service reports within this time [s]; robot_status comes at 1 Hz."""
+"""A robot that the hive does not name yet reports within this time [s]: statuses come at 1 Hz, by
+the robot's own clock."""
 
 TRAFFIC_STATE = "traffic_state"
 """The topic on which the traffic planner tells who waits, once a second."""
@@ -163,15 +164,25 @@ class HiveClient:
             raise self._no_answer("its list is unknown")
 
     def fetch_robots(self) -> None:
-        """Wait until every robot in service has reported, for `STATUS_PERIOD` at most.
+        """Wait until every robot has reported that the hive knows of.
+
+        The leader names the robots that it hears, so none is left out because it is slow. Beside
+        these, each node that tells of robots is waited for, for `STATUS_PERIOD` at most: it
+        may have died, and the ROS master would not know.
 
         Raises:
             NoHiveError: Neither a robot nor a blackboard was heard.
         """
-        self.link.listen(topics.ROBOT_STATUS)
-        self._pump(self.link.has_heard_robots, STATUS_PERIOD)
+        self.link.listen(topics.ROBOT_STATUS, topics.BACKUP)
+        if not self._pump(self.link.has_heard_robots, STATUS_PERIOD):
+            self._pump(self._knows_the_hives_robots, ANSWER_WITHIN - STATUS_PERIOD)
         if not self.pump(lambda: bool(self.state.robots or self.state.heartbeat), ANSWER_WITHIN):
             raise self._no_answer("no robot was heard either")
+
+    def _knows_the_hives_robots(self) -> bool:
+        """Return whether every robot that the leader hears has reported here too."""
+        beat = self.state.heartbeat
+        return beat is not None and beat.heard.keys() <= self.state.robots.keys()
 
     def fetch_traffic(self) -> TrafficState:
         """Wait for the traffic planner's word, and return it.

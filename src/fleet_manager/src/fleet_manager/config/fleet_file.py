@@ -27,6 +27,9 @@ from hive_common.resources import beside, find_file
 from hive_common.structuring import Allowed, Name, at_least, between, listed, one_of
 from hive_common.zone import Zone
 from robot_description.models import RobotModel, load_model
+from vda5050.mqtt.link import BrokerSettings
+from vda5050.protocol.topics import TopicPart
+from vda5050.protocol.versions import Version
 
 TAKEN_NAMES = frozenset({
     "blackboard", "simenv", "fleet_manager", "launch_fleet", "map_server", "rviz", "hive",
@@ -37,7 +40,41 @@ TAKEN_NAMES = frozenset({
 PROCESSES = ("each", "shared")
 """Whether each node of a robot has a process, or a few processes host simulated robots."""
 
+LOCALIZATIONS = ("fake_localization", "amcl", "none")
+"""How a robot finds where it is: told by the simulator, by laser and map, or by another node."""
+
+NAVIGATIONS = ("ours", "none")
+"""Whose `move_base` drives a robot: the hive's own, or that of another node."""
+
+OUR_PLAN, STOCK_PLAN = "move_base/plan", "move_base/NavfnROS/plan"
+"""Where our `move_base` publishes its planned path, and where ROS's own does with navfn."""
+
+_PLAN_TOPIC = Allowed(
+    "the name of a topic in the robot's namespace, such as move_base/NavfnROS/plan",
+    lambda value: (
+        re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*", value) is not None
+    ),
+)
+
+DRIVERS = ("move_base", "vda5050")
+"""What robots are driven by: the actions of ROS, or messages of VDA 5050."""
+
 _MapPose = Annotated[Pose, Allowed("[x, y, yaw] in the map frame [m, m, rad]")]
+
+
+@attrs.frozen(kw_only=True)
+class AgvOnBroker:
+    """What an AGV is called at the broker, and speaks."""
+
+    manufacturer: TopicPart = "RoboHive"
+    serial: TopicPart | None = None
+    """None: the robot's name."""
+    version: Annotated[str, one_of(*(version.value for version in Version))] = "2.1"
+    """Of VDA 5050."""
+    interface: TopicPart | None = None
+    """The first part of its topics; None: what its version proposes."""
+    maker: Annotated[str, Allowed("the name of a maker's file, or its path")] = "standard"
+    """What its maker calls actions, and where its maps lie."""
 
 
 @attrs.frozen(kw_only=True)
@@ -52,9 +89,32 @@ class FleetRobot:
         ),
     ]
     """Also its ROS namespace."""
-    model: Annotated[str, Allowed("the name of a robot model, or the path of its file")]
+    model: Annotated[str, Allowed("the name of a robot model, or the path of its file")] = ""
+    """Empty, for an AGV with `driver: vda5050` that is not simulated: what its factsheet tells."""
     pose: _MapPose
     """Where it starts."""
+    localization: Annotated[str, one_of(*LOCALIZATIONS)] | None = None
+    """None: as the fleet's."""
+    navigation: Annotated[str, one_of(*NAVIGATIONS)] | None = None
+    """None: as the fleet's."""
+    plan: Annotated[str, _PLAN_TOPIC] | None = None
+    """The topic of its planned path, to be shown; None: as the fleet's."""
+    driver: Annotated[str, one_of(*DRIVERS)] = "move_base"
+    """What it is driven by."""
+    simulated: bool = False
+    """Whether an AGV with `driver: vda5050` is simulated; others are as the launch file says."""
+    vda5050: AgvOnBroker = attrs.field(factory=AgvOnBroker)
+    """What an AGV with `driver: vda5050` is called and speaks."""
+
+    @property
+    def is_agv(self) -> bool:
+        """Whether it speaks VDA 5050."""
+        return self.driver == "vda5050"
+
+
+def plan_topic(robot: FleetRobot) -> str:
+    """Return the topic of a robot's planned path, in its namespace."""
+    return robot.plan or (STOCK_PLAN if robot.navigation == "none" else OUR_PLAN)
 
 
 @attrs.frozen(kw_only=True)
@@ -72,13 +132,18 @@ class FleetContent:
     cost_model: Annotated[str, one_of(*COST_MODELS)] = "report"
     """How robots work out what a task costs them."""
     decision: Annotated[str, one_of(*DECISIONS)] = "distributed"
-    """Who works out bids: `distributed`, each robot its own, or `centralized`."""
+    """Robots bid (`distributed`), the leader bids for all (`centralized`), or it plans for all
+    (`optimized`)."""
     distance: Annotated[str, one_of(*DISTANCES)] = "path"
     """Path lengths: `path` on the map, or `euclidean` as the crow flies."""
     bid_timeout: Annotated[float, between(0.1, 60, "a number of seconds")] = 2.0
     """How long an auction waits for bids at most [s]."""
-    localization: Annotated[str, one_of("fake_localization", "amcl", "none")] | None = None
+    localization: Annotated[str, one_of(*LOCALIZATIONS)] | None = None
     """None: the simulator tells robots where they are; without one, a node of their own does."""
+    navigation: Annotated[str, one_of(*NAVIGATIONS)] = "ours"
+    """Whose `move_base` drives the robots: `ours`, or with `none` that of a node of their own."""
+    plan: Annotated[str, _PLAN_TOPIC] | None = None
+    """The topic of each robot's planned path; None: the usual one of its navigation."""
     battery: ChargingSettings = attrs.field(factory=ChargingSettings)
     """When robots charge."""
     chargers: tuple[Charger, ...] | None = None
@@ -87,6 +152,8 @@ class FleetContent:
     """None: `shared` in simulation; real robots have `each` in any case."""
     traffic: Annotated[str, one_of(*TRAFFIC)] = "local"
     """Who says who goes first where robots meet: the robots, or a traffic planner."""
+    broker: BrokerSettings | None = None
+    """Where AGVs with `driver: vda5050` are found; None: one of its own on this machine."""
     zones: tuple[Zone, ...] = ()
     """Areas in which a traffic planner limits how robots drive."""
     stand_by: Annotated[int, at_least(2, "a number of robots")] = STANDING_BY
@@ -112,7 +179,14 @@ def read_fleet(name: str) -> Fleet:
     path = find_file("fleet_manager", "fleets", name)
     content = read_checked(path, FleetContent)
     robots = tuple(
-        attrs.evolve(robot, model=beside(path, robot.model)) for robot in content.robots
+        attrs.evolve(
+            robot,
+            model=robot.model and beside(path, robot.model),
+            localization=robot.localization or content.localization,
+            navigation=robot.navigation or content.navigation,
+            plan=robot.plan or content.plan,
+        )
+        for robot in content.robots
     )
     _check_names(path, robots)
     _check_zones(path, content.zones)
@@ -151,10 +225,19 @@ def _check_zones(path: Path, zones: tuple[Zone, ...]) -> None:
             raise error_at(path, ("zones", index, "name"), problem)
 
 
-def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel]:
+def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel | None]:
     """Return the model of each robot; refuse one that is missing or has a mistake."""
-    models = []
+    models: list[RobotModel | None] = []
     for index, robot in enumerate(robots):
+        if not robot.model and robot.is_agv and not robot.simulated:
+            models.append(None)
+            continue
+        if not robot.model:
+            problem = (
+                "model is missing; allowed: the name of a robot model, or the path of its file. "
+                "Only an AGV with driver: vda5050 that is not simulated needs none"
+            )
+            raise error_at(path, ("robots", index), problem)
         try:
             models.append(load_model(robot.model))
         except FileError as error:
@@ -162,14 +245,15 @@ def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel]:
     return models
 
 
-def _check_starts(path: Path, robots: tuple[FleetRobot, ...], models: list[RobotModel]) -> None:
+def _check_starts(
+    path: Path, robots: tuple[FleetRobot, ...], models: list[RobotModel | None]
+) -> None:
     """Refuse robots that overlap at the start."""
+    radii = [0.0 if model is None else model.base.inscribed_radius for model in models]
     for index, robot in enumerate(robots):
         for other_index, other in enumerate(robots[:index]):
             gap = dist(robot.pose[:2], other.pose[:2])
-            needed = (
-                models[index].base.inscribed_radius + models[other_index].base.inscribed_radius
-            )
+            needed = radii[index] + radii[other_index]
             if gap < needed:
                 problem = (
                     f"{robot.name} starts {gap:.2f} m from {other.name}; "

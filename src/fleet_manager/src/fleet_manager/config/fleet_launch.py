@@ -10,10 +10,13 @@ from xml.sax.saxutils import escape, quoteattr
 import attrs
 
 from blackboard.costing.cost import measure_for
+from fleet_manager.config.fleet_file import OUR_PLAN, plan_topic
 from robot_description.models import model_path
+from vda5050.mqtt.link import BrokerSettings
+from vda5050.mqtt.local_broker import free_port
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from fleet_manager.config.fleet_file import Fleet, FleetRobot
     from hive_common.landmark import Landmark
@@ -24,20 +27,27 @@ MOST_HOSTED = 10
 """Robots in one process: in Python, one process uses at most one core (docs/decisions/092)."""
 
 
-def launch_text(fleet: Fleet, *, sim: bool, landmarks: Sequence[Landmark] = ()) -> str:
+def launch_text(
+    fleet: Fleet,
+    *,
+    sim: bool,
+    landmarks: Sequence[Landmark] = (),
+    port: Callable[[], int] = free_port,
+) -> str:
     """Return the launch file that starts a fleet's blackboard and robots.
 
     It sets the parameters that robots need which join later, includes `blackboard.launch`, then
     `robot.launch` for each robot, in the fleet's order. With `sim`, robots are simulated; unless
     the fleet says otherwise, `robot_host` nodes then take the place of `robot.launch`.
-    `landmarks` are what the building's places are called.
+    `landmarks` are what the building's places are called. `port` gives one for a broker of the
+    fleet's own, which AGVs that speak VDA 5050 need where the fleet names none.
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
         lines.append(f'  <param name="/fleet/{name}" type="str" value="{value}"/>')
     lines += _charging(fleet)
-    lines.append(_yaml("/traffic_planner/zones", [_zone(zone) for zone in fleet.zones]))
-    lines.append(_yaml("/traffic_planner/places", [attrs.asdict(each) for each in landmarks]))
+    lines.append(yaml_line("/traffic_planner/zones", [_zone(zone) for zone in fleet.zones]))
+    lines.append(yaml_line("/traffic_planner/places", [attrs.asdict(each) for each in landmarks]))
     blackboard = {
         "decision": fleet.decision,
         "improve_by": measure_for(fleet.cost_model),
@@ -50,7 +60,9 @@ def launch_text(fleet: Fleet, *, sim: bool, landmarks: Sequence[Landmark] = ()) 
         lines += _shared(fleet)
     else:
         for number, robot in enumerate(fleet.robots):
-            lines += _each(fleet, robot, sim=sim, stands_by=number < fleet.stand_by)
+            if not robot.is_agv:
+                lines += _each(fleet, robot, sim=sim, stands_by=number < fleet.stand_by)
+    lines += agv_lines(fleet, port)
     lines.append("</launch>\n")
     return "\n".join(lines)
 
@@ -69,8 +81,12 @@ def _each(fleet: Fleet, robot: FleetRobot, *, sim: bool, stands_by: bool) -> lis
         "distance": fleet.distance,
         "stands_by": str(stands_by).lower(),
     }
-    if fleet.localization is not None:
-        values["localization"] = fleet.localization
+    given = {
+        "localization": robot.localization,
+        "navigation": robot.navigation,
+        "plan": robot.plan,
+    }
+    values |= {name: value for name, value in given.items() if value is not None}
     return _include("$(find fleet_manager)/launch/robot.launch", values)
 
 
@@ -80,8 +96,10 @@ def _shared(fleet: Fleet) -> list[str]:
     The parameters are those that the launch files of each robot set.
     """
     lines = []
-    localization = fleet.localization or "fake_localization"
+    members = [each for each in fleet.robots if not each.is_agv]
     for number, robot in enumerate(fleet.robots):
+        if robot.is_agv:
+            continue
         x, y, yaw = robot.pose
         settings: dict[str, dict[str, object]] = {
             "robot": {
@@ -93,34 +111,47 @@ def _shared(fleet: Fleet) -> list[str]:
         files = {
             "characteristics": str(model_path(robot.model)),
             "robot": "$(find blackboard)/config/robot.yaml",
-            "move_base": "$(find robot_navigation)/config/move_base.yaml",
         }
-        if localization == "amcl":
+        if robot.navigation != "none":
+            files["move_base"] = "$(find robot_navigation)/config/move_base.yaml"
+        if robot.localization == "amcl":
             files["amcl"] = "$(find robot_navigation)/config/amcl.yaml"
             start = {"initial_pose_x": x, "initial_pose_y": y, "initial_pose_a": yaw}
             settings["amcl"] = dict(start)
-        lines += [
-            f'  <rosparam command="load" file={quoteattr(file)} ns="{robot.name}/{node}"/>'
-            for node, file in files.items()
-        ]
-        lines += [_yaml(f"{robot.name}/{node}", values) for node, values in settings.items()]
-        lines.append(_text(f"{robot.name}/robot_description", _urdf(robot)))
-    for first in range(0, len(fleet.robots), MOST_HOSTED):
+        lines += parameters(robot, files, settings)
+        if (plan := plan_topic(robot)) != OUR_PLAN:
+            lines.append(_text(f"{robot.name}/plan_topic", plan))
+    for first in range(0, len(members), MOST_HOSTED):
         hosted = [
             {
                 "name": each.name,
                 "model": each.model,
                 "pose": each.pose,
-                "localization": localization,
+                "localization": each.localization or "fake_localization",
+                "navigation": each.navigation or "ours",
             }
-            for each in fleet.robots[first : first + MOST_HOSTED]
+            for each in members[first : first + MOST_HOSTED]
         ]
         name = f"robot_host_{first // MOST_HOSTED + 1}"
         lines.append(
             f'  <node pkg="fleet_manager" type="robot_host" name="{name}" output="screen">'
         )
-        lines += ["  " + _yaml("robots", hosted), "  </node>"]
+        lines += ["  " + yaml_line("robots", hosted), "  </node>"]
     return lines
+
+
+def parameters(
+    robot: FleetRobot, files: Mapping[str, str], settings: Mapping[str, object]
+) -> list[str]:
+    """Return the lines that load a robot's parameters: files and values, by their node."""
+    lines = [
+        f'  <rosparam command="load" file={quoteattr(file)} ns="{robot.name}/{node}"/>'
+        for node, file in files.items()
+    ]
+    lines += [yaml_line(f"{robot.name}/{node}", values) for node, values in settings.items()]
+    if not robot.model:
+        return lines
+    return [*lines, _text(f"{robot.name}/robot_description", _urdf(robot))]
 
 
 def _urdf(robot: FleetRobot) -> str:
@@ -130,7 +161,7 @@ def _urdf(robot: FleetRobot) -> str:
     return robot_urdf(robot.model, f"{robot.name}/")
 
 
-def _yaml(name: str, value: object) -> str:
+def yaml_line(name: str, value: object) -> str:
     """Return the line that sets a parameter, or those below it, to a value."""
     return f"  <rosparam param={quoteattr(name)}>{escape(json.dumps(value))}</rosparam>"
 
@@ -145,7 +176,7 @@ def _charging(fleet: Fleet) -> list[str]:
     levels = attrs.asdict(fleet.battery).items()
     lines = [f'  <param name="/charging/{name}" value="{level:g}"/>' for name, level in levels]
     places = [{"name": c.name, "pose": c.pose} for c in fleet.chargers or ()]
-    return [*lines, _yaml("/charging/chargers", places)]
+    return [*lines, yaml_line("/charging/chargers", places)]
 
 
 def _zone(zone: Zone) -> dict[str, object]:
@@ -159,3 +190,58 @@ def _include(file: str, values: Mapping[str, str]) -> list[str]:
     lines = [f'  <include file="{file}">']
     lines += [f"    <arg name={quoteattr(k)} value={quoteattr(v)}/>" for k, v in values.items()]
     return [*lines, "  </include>"]
+
+
+def agv_lines(fleet: Fleet, port: Callable[[], int]) -> list[str]:
+    """Return the lines of the AGVs that speak VDA 5050: their agent, and those simulated."""
+    agvs = [(number, each) for number, each in enumerate(fleet.robots) if each.is_agv]
+    if not agvs:
+        return []
+    lines = []
+    broker = fleet.broker
+    if broker is None:
+        broker = BrokerSettings(port=port())
+        lines.append(
+            f'  <node pkg="vda5050" type="broker" name="broker" args="{broker.port}" '
+            'respawn="true" respawn_delay="1"/>'
+        )
+    for number, robot in agvs:
+        files = {"robot": "$(find blackboard)/config/robot.yaml"}
+        if robot.model:
+            files["characteristics"] = str(model_path(robot.model))
+        own = {
+            "cost_model": fleet.cost_model,
+            "distance": fleet.distance,
+            "stands_by": number < fleet.stand_by,
+        }
+        lines += parameters(robot, files, {"robot": own})
+    simulated = [robot for _, robot in agvs if robot.simulated]
+    entries = [_entry(robot) | {"pose": robot.pose} for robot in simulated]
+    told = {key: value for key, value in attrs.asdict(broker).items() if value is not None}
+    if entries:
+        lines += _node("simulated_agv", {"agvs": entries, "broker": told})
+    known = [
+        _entry(robot) | {"maker": robot.vda5050.maker, "simulated": robot.simulated}
+        for _, robot in agvs
+    ]
+    return [*lines, *_node("vda5050_agent", {"robots": known, "broker": told}, ' respawn="true"')]
+
+
+def _entry(robot: FleetRobot) -> dict[str, object]:
+    """Return what both ends are told about an AGV."""
+    agv = robot.vda5050
+    entry: dict[str, object] = {
+        "name": robot.name,
+        "manufacturer": agv.manufacturer,
+        "serial": agv.serial or robot.name,
+        "version": agv.version,
+    }
+    given = {"model": robot.model or None, "interface": agv.interface}
+    return entry | {key: value for key, value in given.items() if value is not None}
+
+
+def _node(kind: str, values: Mapping[str, object], more: str = "") -> list[str]:
+    """Return the lines of a node of vda5050 with parameters, and more attributes if need be."""
+    head = f'  <node pkg="vda5050" type="{kind}" name="{kind}" output="screen"{more}>'
+    inner = [f"  {yaml_line(name, value)}" for name, value in values.items()]
+    return [head, *inner, "  </node>"]

@@ -7,6 +7,7 @@ One thread takes in what the hive says, records it, shows it, and posts what is 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from fleet_manager.demo.report import Clocks, make_report
 from fleet_manager.errors import NoHiveError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from contextlib import AbstractContextManager
     from typing import TextIO
 
@@ -33,6 +34,13 @@ if TYPE_CHECKING:
 
 _WALL_SLACK = 4.0  # a run ends after this multiple of its due wall time: the clock hardly runs
 _SLOW = 0.9  # a real-time factor under this share of the requested one is worth a remark
+
+
+Look = Callable[[float, float], None]
+
+
+def _ignore(_now: float, _ended: float) -> None:
+    """Do nothing with the state of a run."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +83,19 @@ class DemoResult:
 
 
 class DemoRun:
-    """One run on a launched hive, over a link that records the plan's robots."""
+    """One run on a launched hive, over a link that records the plan's robots.
 
-    def __init__(self, plan: DemoPlan, hive: LocalHive, link: ClientLink, sink: TextIO) -> None:
+    `look` is called several times a second with the time since the first posting [s, hive's time]
+    and the share of the tasks that have ended, 0..1.
+    """
+
+    def __init__(
+        self, plan: DemoPlan, hive: LocalHive, link: ClientLink, sink: TextIO, look: Look = _ignore
+    ) -> None:
         self._plan = plan
         self._hive = hive
         self._link = link
+        self._look = look
         self.client = HiveClient(link, self._hear)  # posts and follows the tasks
         self._ids = [planned.task.id for planned in plan.scenario.tasks]
         self._progress = Progress(sink, plan.robots, self._ids)
@@ -112,6 +127,7 @@ class DemoRun:
                 break
             self.client.pump(self._all_ended, feeder.next_in(most=0.25))
             self._hive.check()
+            self._look(link.hive_time() - hive, self._ended() / len(self._ids))
             self._progress.show(self.client.state, link.now() - wall, link.hive_time() - hive)
         clocks = Clocks(date, self._plan.rtf, link.hive_time() - hive, link.now() - wall)
         self._progress.end(self.client.state, clocks.wall, clocks.hive)
@@ -128,8 +144,11 @@ class DemoRun:
                 self._progress.tell(events, now - self._begin)
 
     def _all_ended(self) -> bool:
+        return self._ended() == len(self._ids)
+
+    def _ended(self) -> int:
         states = (self.client.state.state_of(task_id) for task_id in self._ids)
-        return all(state is not None and state.is_terminal for state in states)
+        return sum(state is not None and state.is_terminal for state in states)
 
     def _time_up(self, wall: float, hive: float) -> str:
         limit = self._plan.scenario.time_limit
@@ -142,8 +161,11 @@ def run_demo(
     hive: LocalHive,
     connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]],
     sink: TextIO,
+    look: Look = _ignore,
 ) -> DemoResult:
     """Start a hive, run a scenario on it, and return the result; the caller ends the processes.
+
+    For `look` see `DemoRun`.
 
     Raises:
         StartError: The hive did not start, or a process ended unexpectedly.
@@ -153,7 +175,7 @@ def run_demo(
     hive.start_master()
     hive.launch(plan.arguments)
     with connect(plan.robots) as link:
-        run = DemoRun(plan, hive, link, sink)
+        run = DemoRun(plan, hive, link, sink, look)
         wait_for_everyone(run.client, plan.robots, hive, tell=sink.write)
         sink.write(f"everyone is there after {time.monotonic() - begin:.0f} s\n")
         return run.run()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from python_qt_binding.QtCore import Qt
@@ -17,6 +18,7 @@ from python_qt_binding.QtWidgets import (
     QMessageBox,
 )
 
+from fleet_manager.gui.benchmarks import Benchmarks
 from fleet_manager.gui.look import Appearance, appear
 from fleet_manager.gui.task_entry import TaskEntry
 from fleet_manager.gui.task_view import TaskView
@@ -53,6 +55,7 @@ class FleetWindow(QMainWindow):
         self.entry = TaskEntry(desk) if entry else None
         self.view = TaskView(desk) if view else None
         self._docks: list[QDockWidget] = []
+        self._benchmarks_dock: QDockWidget | None = None
         if self.entry and self.view:
             self._docks = [self._dock(self.entry, "entry"), self._dock(self.view, "view")]
             self.entry.authority_label.hide()
@@ -87,6 +90,23 @@ class FleetWindow(QMainWindow):
         if self.view:
             self.view.save(self._settings)
         super().closeEvent(event)
+
+    def show_benchmarks(self) -> Benchmarks:
+        """Show the benchmarks as a tab beside the task view, and return them."""
+        if self._benchmarks_dock is None:
+            benchmarks = Benchmarks(Path("results").resolve(), self._settings)
+            dock = self._benchmarks_dock = self._dock(benchmarks, "benchmarks")
+            self.addDockWidget(Qt.RightDockWidgetArea, dock)
+            self.tabifyDockWidget(self._docks[-1], dock)
+        self._benchmarks_dock.show()
+        self._benchmarks_dock.raise_()
+        shown: Benchmarks = self._benchmarks_dock.widget()
+        return shown
+
+    def end(self) -> None:
+        """End what runs in the background."""
+        if self._benchmarks_dock is not None:
+            self._benchmarks_dock.widget().end()
 
     def _may_lose(self, count: int) -> bool:
         buttons = QMessageBox.Close | QMessageBox.Cancel
@@ -124,6 +144,8 @@ class FleetWindow(QMainWindow):
         menu = self.menuBar().addMenu("&View")
         for dock in self._docks:
             menu.addAction(dock.toggleViewAction())
+        if self._docks:
+            self.benchmarks_action = menu.addAction("&Benchmarks", self.show_benchmarks)
         menu.addAction("&Reset the layout", self._reset)
         looks = menu.addMenu("&Appearance")
         group = QActionGroup(self)

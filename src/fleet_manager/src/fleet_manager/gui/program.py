@@ -8,12 +8,14 @@ import gc
 import logging
 import signal
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import rospy
-from python_qt_binding.QtCore import QSettings
+from python_qt_binding.QtCore import QSettings, QTimer
 from python_qt_binding.QtWidgets import QApplication
 
+from fleet_manager.gui.benchmarks import Benchmarks
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 SWITCH_INTERVAL = 0.0005  # [s]
+_LOOK_EVERY = 200  # time between two looks for signals [ms]
 COLLECT_AFTER = (10_000, 20, 20)  # thresholds of the three generations, see gc.set_threshold
 _EXAMPLE = """example, with the stations of a world to choose from:
   rosrun fleet_manager {program} _world:=lab"""
@@ -34,6 +37,34 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     ROS Parameters:
         ~world (string): World whose stations and chargers can be chosen; none by default.
     """
+    application = _application(name)
+    desk = Desk(RosDeskLink(name, sys.argv))
+    window = FleetWindow(desk, _settings(), entry=entry, view=view)
+    desk.start()
+    window.show()
+    code = application.exec_()
+    desk.stop()
+    window.end()
+    sys.exit(code)
+
+
+def show_benchmarks() -> None:
+    """Run the window in which ways to decide are compared until it is closed."""
+    application = _application("benchmarks")
+    window = Benchmarks(Path("results").resolve(), _settings())
+    window.resize(1280, 800)
+    window.show()
+    # Without events the interpreter would not look whether a signal has come.
+    timer = QTimer(window)
+    timer.timeout.connect(lambda: None)
+    timer.start(_LOOK_EVERY)
+    code = application.exec_()
+    window.end()
+    sys.exit(code)
+
+
+def _application(name: str) -> QApplication:
+    """Return the application, with a window's ways to treat signals and exceptions."""
     arguments = _parse(name, rospy.myargv()[1:])
     application = QApplication([name, *arguments.qt])
     application.setApplicationName(name)
@@ -41,13 +72,11 @@ def main(name: str, *, entry: bool = True, view: bool = True) -> None:
     signal.signal(signal.SIGTERM, lambda *_: application.quit())
     keep_responsive()
     sys.excepthook = log_exception
-    desk = Desk(RosDeskLink(name, sys.argv))
-    window = FleetWindow(desk, QSettings("robo_hive", "fleet_manager"), entry=entry, view=view)
-    desk.start()
-    window.show()
-    code = application.exec_()
-    desk.stop()
-    sys.exit(code)
+    return application
+
+
+def _settings() -> QSettings:
+    return QSettings("robo_hive", "fleet_manager")
 
 
 def log_exception(

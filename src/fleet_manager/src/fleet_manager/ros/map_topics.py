@@ -16,6 +16,7 @@ from nav_msgs.msg import OccupancyGrid, Path
 from rospy.numpy_msg import numpy_msg
 
 from blackboard.ros.codec.tables import yaw_of
+from fleet_manager.config.fleet_file import OUR_PLAN
 from fleet_manager.desk.facts import Clicked, MapBounds, PlannedPath, RobotPose
 from hive_common.pose import Pose
 
@@ -45,11 +46,11 @@ class MapTopics:
 
         ROS Subscribers:
             ROBOT/amcl_pose (geometry_msgs/PoseWithCovarianceStamped), ROBOT/move_base/plan
-            (nav_msgs/Path).
+            (nav_msgs/Path), or the topic that the robot's parameter `plan_topic` names.
         """
         if rosgraph.names.is_legal_base_name(robot):
             hear = partial(self._hear_path, robot)
-            rospy.Subscriber(f"{robot}/move_base/plan", Path, hear, queue_size=1)
+            rospy.Subscriber(f"{robot}/{_plan_topic(robot)}", Path, hear, queue_size=1)
             locate = partial(self._hear_pose, robot)
             rospy.Subscriber(f"{robot}/amcl_pose", PoseWithCovarianceStamped, locate, queue_size=1)
 
@@ -75,3 +76,15 @@ class MapTopics:
     def _hear_path(self, robot: str, msg: Path) -> None:
         points = tuple((pose.pose.position.x, pose.pose.position.y) for pose in msg.poses)
         self._put(PlannedPath(robot, points), ("path", robot))
+
+
+def _plan_topic(robot: str) -> str:
+    """Return the topic of a robot's path, in its namespace."""
+    given = str(rospy.get_param(f"{robot}/plan_topic", OUR_PLAN))
+    if rosgraph.names.is_legal_name(given) and not given.startswith(("/", "~")):
+        return given
+    rospy.logwarn(
+        f"{robot}/plan_topic: {given[:64]!r}; allowed: a topic in the robot's namespace, such as "
+        f"move_base/NavfnROS/plan; {OUR_PLAN} is taken"
+    )
+    return OUR_PLAN

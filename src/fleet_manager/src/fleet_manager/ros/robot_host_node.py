@@ -16,22 +16,24 @@ from typing import TYPE_CHECKING, Annotated
 import attrs
 import rospy
 import tf2_ros
-from geometry_msgs.msg import Pose2D, Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Pose2D
 from simenv.srv import Spawn
 
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.robot_node import read_stands_by, start_robot, topics_of
 from blackboard.ros.startup import run_node
 from blackboard.ros.talker import RosTalker
+from fleet_manager.config.fleet_file import LOCALIZATIONS, NAVIGATIONS
 from hive_common.errors import HiveError, ParameterError
 from hive_common.pose import Pose  # noqa: TC001  (structure reads it)
 from hive_common.ros.loopback import hear_own_topics
 from hive_common.ros.names import RobotNames
 from hive_common.structuring import NotAllowedError, one_of, structure
-from robot_description.joints import fixed_joints
 from robot_navigation.ros.amcl_node import Amcl
 from robot_navigation.ros.fake_localization_node import FakeLocalization
+from robot_navigation.ros.fixed_links import links_of
 from robot_navigation.ros.move_base_node import MoveBase
+from robot_navigation.ros.position_announcer import PositionAnnouncer
 from robot_navigation.ros.surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -54,13 +56,15 @@ class HostedRobot:
     name: str
     model: str
     pose: Pose  # where it starts, frame map
-    localization: Annotated[str, one_of("fake_localization", "amcl", "none")]
+    localization: Annotated[str, one_of(*LOCALIZATIONS)]
+    navigation: Annotated[str, one_of(*NAVIGATIONS)]
 
 
 def main() -> None:
     """Run the robots until the node is shut down.
 
-    ROS Parameters: `~robots`, a list with name, model, pose and localization of each; those of
+    ROS Parameters: `~robots`, a list with name, model, pose, localization and navigation of each;
+        those of
         `robot_node`, `move_base` and `amcl` under the names that these nodes would have.
     """
     run_node("robot_host", _run)
@@ -74,15 +78,20 @@ def _run() -> None:
     names = {robot.name: RobotNames(hive, robot.name) for robot in robots}
     _in_thread(lambda: _spawn(hive, robots))
     broadcaster = tf2_ros.StaticTransformBroadcaster()
-    broadcaster.sendTransform([link for each in names.values() for link in _links(each)])
+    broadcaster.sendTransform([link for each in names.values() for link in links_of(each)])
     surroundings = Surroundings(hive)
     for robot in robots:
         if robot.localization == "fake_localization":
             FakeLocalization(names[robot.name])
         elif robot.localization == "amcl":
             _in_thread(Amcl(names[robot.name], surroundings.chart).run)
-    for each in names.values():
-        MoveBase(each, surroundings).start()
+    for robot in robots:
+        own = names[robot.name]
+        if robot.navigation == "ours":
+            MoveBase(own, surroundings).start()
+        else:
+            announcer = PositionAnnouncer(own, surroundings.transforms, surroundings.announce)
+            surroundings.every(announcer.PERIOD, announcer.announce)
     _in_thread(surroundings.run)
     _join_hive(hive, list(names.values()))
 
@@ -110,18 +119,6 @@ def _join_hive(hive: str, robots: Sequence[RobotNames]) -> None:
     for robot in robots:
         start_robot(talker, robot, lengths)
     talker.spin()
-
-
-def _links(robot: RobotNames) -> list[TransformStamped]:
-    """Return the transforms between the links of a robot, none of which moves."""
-    transforms = []
-    for joint in fixed_joints(rospy.get_param(robot.of("robot_description"))):
-        transform = TransformStamped(child_frame_id=joint.child)
-        transform.header.frame_id, transform.header.stamp = joint.parent, rospy.Time.now()
-        transform.transform.translation = Vector3(*joint.position)
-        transform.transform.rotation = Quaternion(*joint.rotation)
-        transforms.append(transform)
-    return transforms
 
 
 def _spawn(hive: str, robots: Sequence[HostedRobot]) -> None:

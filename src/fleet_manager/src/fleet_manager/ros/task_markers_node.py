@@ -40,8 +40,9 @@ class TaskMarkers:
     """Publishes markers for open tasks, robots and paths.
 
     ROS Subscribers:
-        Those of `HiveTopics`, and of every robot ROBOT/move_base/plan (nav_msgs/Path) and
-        ROBOT/amcl_pose (geometry_msgs/PoseWithCovarianceStamped).
+        Those of `HiveTopics`, and of every robot ROBOT/move_base/plan (nav_msgs/Path; or the
+        topic that its parameter `plan_topic` names) and ROBOT/amcl_pose
+        (geometry_msgs/PoseWithCovarianceStamped).
 
     ROS Publishers:
         task_markers (visualization_msgs/MarkerArray): all markers at every change, latched.

@@ -17,8 +17,8 @@ from blackboard.errors import AllocationError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from blackboard.auction.search.problem import Floats, Numbers
     from hive_lab.allocation.instance import Instance
-    from hive_lab.allocation.timetable import Floats, Numbers
 
 MAX_TASKS = 14
 

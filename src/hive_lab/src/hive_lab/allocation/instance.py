@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blackboard.auction.search.problem import Problem
 from blackboard.errors import AllocationError
 
 if TYPE_CHECKING:
@@ -127,6 +128,26 @@ class Instance:
         finite = np.isfinite(table)
         table[~finite] = table[finite].sum()
         return table
+
+    def problem(self) -> Problem:
+        """Return the same for the search of the hive."""
+        speeds, kind = np.unique(
+            np.column_stack([self.robots.speed, self.robots.draw]), axis=0, return_inverse=True
+        )
+        speed, draw = speeds[:, 0], speeds[:, 1]
+        inner, work = self.column("inner"), self.column("work")
+        return Problem(
+            kind.ravel(),
+            self.table / speed[:, None, None],
+            self.table * draw[:, None, None],
+            inner / speed[:, None] + work,
+            inner * draw[:, None],
+            self.robots.ready,
+            np.full(len(self.robots), np.inf),
+            self.tasks.weight,
+            self.tasks.priority,
+            self.able,
+        )
 
     def column(self, name: str) -> NDArray[np.float64]:
         """Return an array of `Tasks` with a 0 for `nothing` at its end."""

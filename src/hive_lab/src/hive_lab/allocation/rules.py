@@ -16,9 +16,9 @@ from scipy.optimize import linear_sum_assignment
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from blackboard.auction.search.plan import Plan
+    from blackboard.auction.search.problem import Floats
     from hive_lab.allocation.instance import Instance
-    from hive_lab.allocation.plan import Plan
-    from hive_lab.allocation.timetable import Floats
 
 
 class Ends:

@@ -17,8 +17,8 @@ from hive_lab.allocation.instance import Instance, Robots, Tasks
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hive_lab.allocation.plan import Plan
-    from hive_lab.allocation.timetable import Floats, Numbers
+    from blackboard.auction.search.plan import Plan
+    from blackboard.auction.search.problem import Floats, Numbers
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,9 @@ class _Floor:
             left = self._stream.posted[self._arrived :]
             arrival = float(left[0]) if left.size else np.inf
             busy = self._free[self._free > now]
-            now = min(arrival, float(busy.min(initial=np.inf)))
+            before, now = now, min(arrival, float(busy.min(initial=np.inf)))
+            if not np.isfinite(now) and any(self._lists):
+                now = before  # a task took no time, because its robot stood there already
             if not np.isfinite(now) or not (left.size or self._waiting):
                 return
             if now == arrival:

@@ -12,11 +12,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from attrs import evolve
 
 from blackboard.domain.task import TaskState
 from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.load import random_tasks
 from hive_lab.bench.registry import BenchResult
-from hive_lab.fleets.random_tasks import random_tasks
 from hive_lab.fleets.simulated_bodies import SimulatedBodies
 from hive_lab.fleets.virtual_fleet import VirtualFleet
 
@@ -65,7 +66,9 @@ def run(first: int = FIRST, tasks: int = TASKS, seed: int = 1) -> BenchResult:
         `simulated` time [s].
     """
     bodies = SimulatedBodies("lab", seed)
-    fleet = VirtualFleet(read_fleet("lab"), "lab", bodies, {})
+    # Its predictions are what robots bid; a leader that decides alone tells no bids.
+    robots = evolve(read_fleet("lab"), decision="distributed")
+    fleet = VirtualFleet(robots, "lab", bodies, {})
     ledger = Ledger(fleet)
     fleet.watch(ledger.note)
     source = random_tasks(fleet.grid, np.random.default_rng(seed))

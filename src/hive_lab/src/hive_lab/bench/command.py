@@ -47,13 +47,13 @@ if TYPE_CHECKING:
     "--minutes",
     type=click.IntRange(min=2),
     metavar="N",
-    help="How long, for soak and traffic.",
+    help="How long, for soak, traffic and vda5050.",
 )
 @click.option(
     "--robots",
     type=click.IntRange(min=2),
     metavar="N",
-    help="How large a fleet, for auction, hive, system and traffic.",
+    help="How large a fleet, for auction, hive, system, traffic and vda5050.",
 )
 @click.option(
     "--map",
@@ -85,10 +85,10 @@ if TYPE_CHECKING:
 @click.option("--site", metavar="NAME", help="hall, lab or warehouse, for traffic.")
 @click.option("--ros", is_flag=True, help="A hive on ROS, planned and local, for traffic.")
 @click.option(
-    "--keep",
+    "--resume",
     type=click.Path(dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="Keep each run's result; with the same file a measurement goes on, for traffic.",
+    help="Keep results; with the same file a measurement goes on, for faults, soak and traffic.",
 )
 @pass_context
 def bench(context: CliContext, name: str | None, file: Path | None, **options: object) -> None:
@@ -99,18 +99,19 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench
       hive bench system --robots 20 --json system.json
       hive bench failover --runs 20
-      hive bench soak --minutes 30
-      hive bench faults --schedules 10000
+      hive bench soak --minutes 30 --resume soak.jsonl
+      hive bench faults --schedules 100000 --resume faults.jsonl
       hive bench flake --runs 5
       hive bench auction --robots 10
       hive bench hive --robots 100
-      hive bench traffic --minutes 60 --runs 5 --keep hours.jsonl
+      hive bench traffic --minutes 60 --runs 5 --resume hours.jsonl
       hive bench traffic --site lab --robots 4
       hive bench traffic --map room-32-32-4.map --scen room-32-32-4-random-1.scen
       hive bench traffic --faults 1000
       hive bench traffic --people 5
       hive bench traffic --close
       hive bench traffic --ros
+      hive bench vda5050 --robots 50
 
     Ends with 0 when the measurement ran, whatever it found; faults, hive and traffic end with 1
     when a property was broken.

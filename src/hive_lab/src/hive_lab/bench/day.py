@@ -19,9 +19,9 @@ from matplotlib.patches import Patch
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.task import TaskState
 from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.load import random_tasks
 from hive_common.pose import Pose
 from hive_lab.bench.registry import BenchResult
-from hive_lab.fleets.random_tasks import random_tasks
 from hive_lab.fleets.reckoned_bodies import ReckonedBodies
 from hive_lab.fleets.virtual_fleet import VirtualFleet
 from simenv.world.world_file import load_world

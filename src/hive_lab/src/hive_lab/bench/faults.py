@@ -3,26 +3,32 @@
 
 from __future__ import annotations
 
+import itertools
 import multiprocessing
 import os
+import subprocess
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from hive_lab.bench.kept_runs import KeptRuns
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.features.exercised import FEATURES
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
 from hive_lab.fault_schedules.run import run as run_schedule
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from hive_lab.fault_schedules.run import RunResult
 
+_PIECE = 200  # schedules whose results are kept together
 _BATCH = 10  # schedules per batch of a process
 _PROGRESS_EVERY = 5.0  # time between two progress messages [s]
 _HOURS, _LOSS = 10.0, 0.2
@@ -38,14 +44,20 @@ AIMS = {
 
 @dataclass
 class _Sum:
-    """The sum of all results so far."""
+    """The sum of the results of some schedules.
+
+    Attributes:
+        took: Time on the wall [s]; of the pieces of a sum, the sum of theirs.
+    """
 
     schedules: int = 0
     events: int = 0
     takeovers: int = 0
     hours: float = 0.0
     left_behind: int = 0
+    took: float = 0.0
     faults: Counter[str] = field(default_factory=Counter)
+    exercised: Counter[str] = field(default_factory=Counter)
     bad: list[int] = field(default_factory=list)
 
     def add(self, result: RunResult) -> None:
@@ -56,15 +68,25 @@ class _Sum:
         self.hours += result.lasted / 3600.0
         self.left_behind += result.ended["left behind"]
         self.faults.update(result.faults)
+        self.exercised.update(result.exercised.keys())
         if result.violation:
             self.bad.append(result.schedule.seed)
 
-    def figures(self, took: float) -> dict[str, float]:
-        """Return the figures by name, of schedules that took a time [s]."""
+    def add_kept(self, kept: Mapping[str, Any]) -> None:
+        """Add a sum that was kept, as `vars` made it."""
+        for name in ("schedules", "events", "takeovers", "hours", "left_behind", "took"):
+            setattr(self, name, getattr(self, name) + kept[name])
+        self.faults.update(kept["faults"])
+        self.exercised.update(kept["exercised"])
+        self.bad += kept["bad"]
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """The figures by name."""
         figures = {
             "schedules": float(self.schedules),
-            "schedules_per_second": self.schedules / took,
-            "events_per_second": self.events / took,
+            "schedules_per_second": self.schedules / self.took,
+            "events_per_second": self.events / self.took,
             "virtual_hours": self.hours,
             "takeovers": float(self.takeovers),
             "violations": float(len(self.bad)),
@@ -72,35 +94,90 @@ class _Sum:
             "left_behind": float(self.left_behind),
         }
         faults = sorted(self.faults.items())
-        return figures | {
-            f"faults_{kind.lower().replace(' ', '_')}": float(count) for kind, count in faults
-        }
+        return (
+            figures
+            | {f"faults_{_word(kind)}": float(count) for kind, count in faults}
+            | {f"schedules_with_{_word(name)}": float(self.exercised[name]) for name in FEATURES}
+        )
 
 
-def run(schedules: int = 1000, first: int = 0) -> BenchResult:
+def _word(name: str) -> str:
+    return name.lower().replace(":", "").replace(" ", "_")
+
+
+def run(schedules: int = 1000, first: int = 0, resume: Path | None = None) -> BenchResult:
     """Run schedules, from the seed `first` on, on all processors.
+
+    Args:
+        schedules: How many in all, those that `resume` knows included.
+        first: The first seed.
+        resume: Where the results of each piece are kept, so that a long measurement can go on.
 
     Returns:
         Schedules per second and in all, events per second, hours of virtual time, takeovers,
         violations, the seed of the first violation (-1 if none), tasks left behind in a second
-        hive, and faults by kind; takeovers in 10 hours with 20 % of the messages lost, and for
-        each of 100 freezes of the leader for 5 s. Aims: no violation, no takeover by losses, one
-        for each freeze, no rivals.
+        hive, faults by kind, and in how many schedules each of `FEATURES` happened; takeovers in
+        10 hours with 20 % of the messages lost, and for each of 100 freezes of the leader for 5 s.
+        Aims: no violation, no takeover by losses, one for each freeze, no rivals.
+
+    Raises:
+        hive_common.errors.FileError: `resume` holds something else.
     """
-    began = said = time.perf_counter()
+    kept = KeptRuns(resume)
+    pieces = {
+        f"seeds {seeds.start} to {seeds.stop - 1}": seeds for seeds in _pieces(first, schedules)
+    }
+    _run_missing(pieces, kept, schedules)
     total = _Sum()
-    for result in simulate(range(first, first + schedules)):
-        total.add(result)
-        if result.violation:
-            click.echo(f"seed {result.schedule.seed}: {result.violation}", err=True)
-        now = time.perf_counter()
-        if now - said > _PROGRESS_EVERY:
-            said = now
-            rate = total.schedules / (now - began)
-            click.echo(f"{total.schedules} of {schedules}, {rate:.1f} schedules/s", err=True)
-    figures = total.figures(time.perf_counter() - began)
-    figures |= _idle_hive()
-    return BenchResult(figures, AIMS, broken=bool(total.bad))
+    for name in pieces:
+        total.add_kept(kept[name])
+    trees = sorted({kept[name]["tree"] for name in pieces})
+    if len(trees) > 1:
+        click.echo(f"some pieces are of other programs; the commits: {', '.join(trees)}", err=True)
+    return BenchResult(total.figures | _idle_hive(), AIMS, broken=bool(total.bad))
+
+
+def _run_missing(pieces: Mapping[str, range], kept: KeptRuns, schedules: int) -> None:
+    """Run and keep the pieces that are not known, and tell how it goes."""
+    todo = {name: seeds for name, seeds in pieces.items() if name not in kept.names}
+    done = schedules - sum(map(len, todo.values()))
+    results = simulate([seed for seeds in todo.values() for seed in seeds])
+    tree, ran = _tree(), 0
+    began = said = time.perf_counter()
+    for name, seeds in todo.items():
+        piece, begun = _Sum(), time.perf_counter()
+        for result in itertools.islice(results, len(seeds)):
+            piece.add(result)
+            ran += 1
+            if result.violation:
+                click.echo(f"seed {result.schedule.seed}: {result.violation}", err=True)
+            now = time.perf_counter()
+            if now - said > _PROGRESS_EVERY:
+                said = now
+                rate = ran / (now - began)
+                click.echo(f"{done + ran} of {schedules}, {rate:.1f} schedules/s", err=True)
+        piece.took = time.perf_counter() - begun
+        kept.keep(name, {**vars(piece), "tree": tree})
+
+
+def _pieces(first: int, schedules: int) -> Iterator[range]:
+    for begin in range(first, first + schedules, _PIECE):
+        yield range(begin, min(begin + _PIECE, first + schedules))
+
+
+def _tree() -> str:
+    """Return the commit of this program, with a mark if files were changed; "?" without git."""
+    try:
+        done = subprocess.run(
+            ["git", "describe", "--always", "--dirty"],  # noqa: S607  (the user's own git)
+            cwd=Path(__file__).parent,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return "?"
+    return done.stdout.strip()
 
 
 def _idle_hive() -> dict[str, float]:
@@ -115,7 +192,7 @@ def _idle_hive() -> dict[str, float]:
     }
 
 
-def simulate(seeds: range) -> Iterator[RunResult]:
+def simulate(seeds: Iterable[int]) -> Iterator[RunResult]:
     """Run the schedules of these seeds on all processors, in the order of the seeds."""
     context = multiprocessing.get_context("forkserver")
     with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:

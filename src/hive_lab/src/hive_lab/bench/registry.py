@@ -124,7 +124,7 @@ BENCHES: Mapping[str, Bench] = {
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
         "bench.faults",
-        options=("schedules",),
+        options=("schedules", "resume"),
     ),
     "failover": Bench(
         "time [s] without a leader after a crash and after a freeze, on real ROS",
@@ -170,7 +170,7 @@ BENCHES: Mapping[str, Bench] = {
     "soak": Bench(
         "tasks not done [1] and growth [MB, threads, files] of a hive with a fault each minute",
         "live.soak",
-        options=("minutes",),
+        options=("minutes", "resume"),
         own_master=True,
     ),
     "start": Bench(
@@ -199,9 +199,14 @@ BENCHES: Mapping[str, Bench] = {
             "people",
             "close",
             "ros",
-            "keep",
+            "resume",
         ),
         connects=True,
+    ),
+    "vda5050": Bench(
+        "CPU [s per s] of 20 AGVs' agents, of the AGVs and their broker; time of an order [s]",
+        "bench.vda5050",
+        options=("robots", "minutes"),
     ),
 }
 

@@ -15,8 +15,9 @@ from attrs import evolve
 
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
+from hive_lab.fault_schedules.drawn_features import with_features
 from hive_lab.fault_schedules.faulty_network import Quality
-from hive_lab.fault_schedules.scenarios import SCENARIOS, Setting
+from hive_lab.fault_schedules.scenarios import ASIDE, SCENARIOS, Setting
 from hive_lab.fault_schedules.schedule import (
     FAULT_PERIOD,
     SETTLE,
@@ -43,16 +44,17 @@ _ANEW = 0.3  # share of the tasks in these that are posted anew under the same i
 
 
 def draw(seed: int, scenario: str = "") -> FaultSchedule:
-    """Draw the schedule of a seed, in a scenario of `SCENARIOS` that by default is drawn too."""
+    """Draw the schedule of a seed, in a scenario that by default is drawn too."""
     random = Random(seed)
     follows = scenario or random.random() < _WITH_SCENARIO
     schedule = _by_scenario(seed, random, scenario) if follows else _ordinary(seed, random)
-    return _forgetful(schedule) if random.random() < _FORGETFUL else schedule
+    schedule = _forgetful(schedule) if random.random() < _FORGETFUL else schedule
+    return with_features(schedule)
 
 
 def _by_scenario(seed: int, random: Random, scenario: str) -> FaultSchedule:
     name = scenario or random.choice(list(SCENARIOS))
-    setting: Setting = SCENARIOS[name](random)
+    setting: Setting = {**SCENARIOS, **ASIDE}[name](random)
     posts = _posts(random)
     return FaultSchedule(
         seed,
@@ -83,7 +85,7 @@ def _ordinary(seed: int, random: Random) -> FaultSchedule:
 def _forgetful(schedule: FaultSchedule) -> FaultSchedule:
     """Make the hive forget ended tasks soon, and post some of them anew."""
     random = Random(schedule.seed)
-    keep, most = random.choice([0.5, 3.0, 12.0]), random.choice([1, 500])
+    keep, most = random.choice([0.1, 0.5, 3.0, 12.0]), random.choice([1, 500])
     anew = tuple(
         Post(each.at + random.uniform(5.0, 25.0), each.task, anew=True)
         for each in schedule.happenings

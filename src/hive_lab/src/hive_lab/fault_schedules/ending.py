@@ -60,8 +60,37 @@ class Ending:
         if not self.is_one_hive() or self._unanswered():
             return False
         truth = self.truth
-        ended = {task_id for task_id, record in truth.items() if record.state.is_terminal}
-        return set(self._tasks) <= ended | self.left_behind()
+        over = {task_id for task_id, record in truth.items() if self._is_over(record)}
+        return set(self._tasks) <= over | self.left_behind()
+
+    def _is_over(self, record: TaskRecord) -> bool:
+        """Return whether a task has ended, or needs a robot that there is not."""
+        if record.parts:
+            parts = (each for each in self.truth.values() if each.parent == record.task.id)
+            return record.state.is_terminal or all(map(self._is_over, parts))
+        return (
+            record.state.is_terminal
+            or self._waits_for_gone_robot(record)
+            or self._nobody_can(record)
+        )
+
+    def _waits_for_gone_robot(self, record: TaskRecord) -> bool:
+        """Return whether `on_robot_lost: wait` keeps a task for a robot that never comes back."""
+        robot = self._members.get(record.robot)
+        return (
+            record.is_held
+            and robot is not None
+            and robot.gone
+            and robot.board.on_robot_lost == "wait"
+        )
+
+    def _nobody_can(self, record: TaskRecord) -> bool:
+        """Return whether a task waits that no robot is made for which is not gone."""
+        return record.state is TaskState.WAITING and all(
+            each.kit.characteristics.excludes(record.task)
+            for each in self._members.values()
+            if each.drive is not None and not each.gone
+        )
 
     def _greatest(self) -> str:
         known = [each.disk.hard_state for each in self._members.values()]
@@ -82,7 +111,7 @@ class Ending:
                 continue
             if record is None:
                 self._broken("it goes on", f"{task_id} was never accepted")
-            elif not record.state.is_terminal:
+            elif not self._is_over(record):
                 self._broken(
                     "it goes on",
                     f"{task_id} is {record.state.name}: {record.reason or 'no reason'}",

@@ -26,6 +26,7 @@ class Host:
     Attributes:
         rate: How fast its clock runs; 1.01 gains 1 %.
         frozen: Whether it is suspended.
+        held_up: How long it has stood still in the present event [s].
         generation: Counts starts and ends; events for an earlier generation are dropped.
     """
 
@@ -40,6 +41,14 @@ class Host:
         self.watched: tuple[str, Callable[[], None]] | None = None
         self.backlog: list[tuple[bool, Callable[[Any], None], Any]] = []
         self.warnings: list[str] = []
+        self.held_up = 0.0
+
+    def hold_up(self, duration: float) -> None:
+        """Stand still for a while [s] in the present event, as for a write to a slow disk.
+
+        What it sends in the rest of the event is late by that.
+        """
+        self.held_up += duration
 
     def boot(self) -> None:
         """Start, with empty memory."""
@@ -273,7 +282,17 @@ class FaultyNetwork:
             action(argument)
         except SimulatedCrashError:
             host.crash()
+        held_up, host.held_up = host.held_up, 0.0
+        if held_up and host.up and not host.frozen:
+            host.frozen = True
+            self.schedule(held_up, None, self._go_on, (host, host.generation))
         self.after_event(host)
+
+    def _go_on(self, what: tuple[Host, int]) -> None:
+        """End the time for which a host stood still."""
+        host, generation = what
+        if host.frozen and host.generation == generation:
+            host.thaw()
 
     def send(
         self, sender: Host, topic: str, message: object, to: Collection[str] | None = None
@@ -298,7 +317,7 @@ class FaultyNetwork:
                 self.counts["lost"] += 1
                 continue
             spread = quality.delay - _FASTEST
-            takes = _FASTEST + spread * random.random() ** 3
+            takes = sender.held_up + _FASTEST + spread * random.random() ** 3
             if quality.late and random.random() < quality.late:
                 self.counts["late"] += 1
                 takes += quality.latest * random.random()

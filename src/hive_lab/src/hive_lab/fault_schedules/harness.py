@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from blackboard.domain.talker import NEW_TASK, TASK_STATE
 from blackboard.domain.task import TaskState
 from hive_lab.fault_schedules.faulty_network import FaultyNetwork
+from hive_lab.fault_schedules.features.exercised import Exercised
 from hive_lab.fault_schedules.injector import FaultInjector
 from hive_lab.fault_schedules.protocol_checker import ProtocolChecker
 from hive_lab.fault_schedules.schedule import OPERATOR
@@ -31,13 +32,14 @@ class Harness:
 
     def __init__(self, random: Random, proofs: float = 0.9) -> None:
         self.random = random
+        self.exercised = Exercised()
         self.network = FaultyNetwork(random, proofs)
         self.answered: set[str] = set()
 
     def connect(self, members: Mapping[str, SimulatedMember], tasks: Sequence[Task]) -> None:
         """Connect checker, injector and operator, once every member has its host."""
         self.members = members
-        self.checker = ProtocolChecker(members, tasks, lambda: self.network.now)
+        self.checker = ProtocolChecker(members, tasks, lambda: self.network.now, self.exercised)
         self.injector = FaultInjector(self.network, members, self.checker)
         self.network.after_event = self.checker.after_event
         self.network.said = self.checker.said
@@ -51,6 +53,7 @@ class Harness:
         """Schedule every member's start: at its time in `late` [s], or within the first second."""
         for member in members:
             member.at_work, member.step_done = self.checker.at_work, self.checker.step_done
+            self.checker.loads.follow(member.name, member.arm)
             at = (late or {}).get(member.name)
             chance = self.random.uniform(0.0, 1.0)
             self.network.schedule(chance if at is None else at, None, self.injector.boot, member)

@@ -41,6 +41,11 @@ class History:
         self._applied = 0
         self.truth: dict[str, TaskRecord] = {}
 
+    @property
+    def applied(self) -> int:
+        """Version of the last change that any member has committed; 0 if there is none."""
+        return self._applied
+
     def follow(
         self, member: Member, before: Member | None
     ) -> Iterator[tuple[TaskRecord | None, TaskRecord]]:

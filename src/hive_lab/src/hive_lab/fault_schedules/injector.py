@@ -10,6 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from blackboard.consensus.member import Role, majority_of
+from blackboard.domain.record import Hold
 from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import (
     LEADER,
@@ -17,7 +18,9 @@ from hive_lab.fault_schedules.schedule import (
     Crash,
     Cut,
     Freeze,
+    FullDisk,
     PowerCut,
+    SlowDisk,
     Strike,
     Trigger,
     WritePoint,
@@ -29,7 +32,7 @@ if TYPE_CHECKING:
     from blackboard.consensus.journal import HardState
     from hive_lab.fault_schedules.faulty_network import FaultyNetwork, Host
     from hive_lab.fault_schedules.protocol_checker import ProtocolChecker
-    from hive_lab.fault_schedules.simulated_member import SimulatedMember
+    from hive_lab.fault_schedules.simulated_member import Disk, SimulatedMember
 
 
 class FaultInjector:
@@ -68,6 +71,12 @@ class FaultInjector:
             self._bad_links.append(fault)
             self._network.quality = fault.quality
             self._network.schedule(fault.lasts, None, self._mend, fault)
+        elif isinstance(fault, FullDisk):
+            self._fill(self._members[self._who(fault.member)], fault.lasts)
+        elif isinstance(fault, SlowDisk):
+            disk = self._members[self._who(fault.member)].disk
+            disk.takes = fault.takes
+            self._network.schedule(fault.lasts, None, self._speed_up, disk)
         elif isinstance(fault, Strike):
             self._strikes.append(fault)
 
@@ -86,10 +95,13 @@ class FaultInjector:
         self._network.quality = Quality()
         self._apply_cuts(None)
         for member in self._members.values():
-            member.disk.crashes = False
+            member.disk.crashes = member.disk.full = False
+            member.disk.takes = 0.0
             if member.host.frozen:
                 self._thaw((member.host, member.host.generation))
             self.boot(member)
+            if member.drive is not None:
+                member.drive.stalls = 0.0
 
     def _who(self, name: str) -> str:
         if name != LEADER:
@@ -129,6 +141,16 @@ class FaultInjector:
         else:
             self._cut_off(replace(fault, members=(name,)))
 
+    def _fill(self, member: SimulatedMember, lasts: float) -> None:
+        member.disk.full = True
+        self._network.schedule(lasts, None, self._free, member.disk)
+
+    def _free(self, disk: Disk) -> None:
+        disk.full = False
+
+    def _speed_up(self, disk: Disk) -> None:
+        disk.takes = 0.0
+
     def _cut_off(self, cut: Cut) -> None:
         members = tuple(dict.fromkeys(map(self._who, cut.members)))
         others = tuple(name for name in map(self._who, cut.others) if name not in members)
@@ -160,10 +182,13 @@ class FaultInjector:
             member.host.crash()
         self._checker.after_event(member.host)
         self._checker.stopped(member.name)
+        if member.disk.filled_up:
+            self._checker.reports_lost(member.name)
         if crash.disk_lost:
             self.faults["disks lost"] += 1
             self._checker.disk_lost(member.name, member.disk.hard_state)
             member.disk.hard_state, member.disk.reports = None, ()
+            member.disk.hold = Hold()
         if crash.back_after is None:
             member.gone = True
         else:

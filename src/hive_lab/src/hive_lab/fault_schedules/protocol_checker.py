@@ -14,9 +14,10 @@ from blackboard.consensus.member import Role, has_lease, is_majority, name_of
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import Order, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.talker import BACKUP, TASK_ASSIGN, TASK_BROADCAST, TASK_STATE
-from blackboard.domain.task import TaskState, split_task
+from blackboard.domain.task import StepKind, TaskState, TaskType, split_task
 from hive_lab.fault_schedules.ending import Ending
 from hive_lab.fault_schedules.history import History, Violation
+from hive_lab.fault_schedules.simulated_arm import LoadChecker
 from hive_lab.virtual.task_checker import is_taken_away
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from blackboard.consensus.member import Member
     from blackboard.domain.task import Task, TaskStep
     from hive_lab.fault_schedules.faulty_network import Host
+    from hive_lab.fault_schedules.features.exercised import Exercised
     from hive_lab.fault_schedules.simulated_member import SimulatedMember
 
 
@@ -36,9 +38,11 @@ class ProtocolChecker:
         members: All members, by name.
         tasks: All tasks that will be posted.
         now: Returns the true time [s].
+        exercised: Counts what the hive does.
 
     Attributes:
         done: How often a robot has really finished each task.
+        loads: Follows what arms pick and put down.
     """
 
     def __init__(
@@ -46,8 +50,10 @@ class ProtocolChecker:
         members: Mapping[str, SimulatedMember],
         tasks: Iterable[Task],
         now: Callable[[], float],
+        exercised: Exercised,
     ) -> None:
         self._members = members
+        self._exercised = exercised
         self._last_steps = {task.id: split_task(task)[-1] for task in tasks}
         self._now = now
         self._seen: dict[str, Member] = {}
@@ -61,6 +67,7 @@ class ProtocolChecker:
         self._finished: set[str] = set()
         self._handed_back: set[tuple[str, str, int]] = set()
         self._lost: set[str] = set()
+        self.loads = LoadChecker(self._broken)
         self.ending = Ending(members, self._hives, self._last_steps, self._broken)
         self.takeovers = 0
         self.done: Counter[str] = Counter()
@@ -83,6 +90,8 @@ class ProtocolChecker:
         if before is None or member.log is not before.log:
             self._follow_commits(member, before)
         if member.role is Role.LEADER:
+            if before is not None and member.log.stable.members != before.log.stable.members:
+                self._exercised.changed_members()
             if before is None or before.role is not Role.LEADER:
                 self._check_takeover(member)
             self._check_lease(host, member)
@@ -93,6 +102,7 @@ class ProtocolChecker:
         """Check a message that a host is about to send."""
         if topic in {BACKUP, TASK_BROADCAST, TASK_ASSIGN}:
             self._check_may_say(host, topic)
+        self._exercised.said(message)
         self._note_told(message)
         if topic == TASK_STATE and isinstance(message, TaskUpdate):
             if message.robot_id and message.state is TaskState.WAITING:
@@ -126,17 +136,31 @@ class ProtocolChecker:
     def step_done(self, robot: str, step: TaskStep) -> None:
         """Record a completed step."""
         task = step.task_id
-        if step != self._last_steps.get(task):
+        if step != self._last_step(task):
             return
+        if step.kind is StepKind.PICK:
+            # A person is there and takes the load of a GPA off.
+            self.loads.arms[robot].take_off()
         self.done[task] += 1
         self._finished.add(task)
         self._finishers[task] = robot
         if self.done[task] > 1 and task not in self._lost:
             self._broken("done once", f"{robot} finishes {task} again")
 
+    def _last_step(self, task: str) -> TaskStep | None:
+        """Return the last step of a task that was posted, or that is a part of one."""
+        if task in self._last_steps:
+            return self._last_steps[task]
+        listed = (hive.truth.get(task) for hive in self._hives.values())
+        return next((split_task(record.task)[-1] for record in listed if record), None)
+
     def disk_lost(self, robot: str, hard_state: HardState | None) -> None:
         """Allow a robot's tasks to be done again: its disk is lost, and its reports with it."""
         self._lost_disks.append(hard_state)
+        self.reports_lost(robot)
+
+    def reports_lost(self, robot: str) -> None:
+        """Allow a robot's tasks to be done again of whose end neither it nor the hive knows."""
         for task, finisher in self._finishers.items():
             if finisher == robot and not self._is_known_as_done(task):
                 self.done[task] = 0
@@ -155,11 +179,16 @@ class ProtocolChecker:
         """Check a member's newly committed entries."""
         hive = self._hives[member.hive]
         for known, record in hive.follow(member, before):
+            anew = known is None and record.task.id in hive.forgotten
+            self._exercised.committed(known, record, anew=anew)
             if known is not None:
                 self._check_left(known, record)
-            elif record.task.id in hive.forgotten:
+            elif anew:
                 self._begin_anew(record.task.id)
-            if record.state is TaskState.DONE and record.task.id not in self._finished:
+            done = record.state is TaskState.DONE and not record.parts
+            if done and record.task.type == TaskType.GPAB:
+                self.loads.check_done(record.task.id)
+            if done and record.task.id not in self._finished:
                 what = f"{member.id} commits {record.task.id} as done, which nobody has finished"
                 self._broken("done once", what)
 
@@ -176,6 +205,7 @@ class ProtocolChecker:
         self.done[task] = 0
         self._finished.discard(task)
         self._lost.discard(task)
+        self.loads.begin_anew(task)
 
     def _check_left(self, before: TaskRecord, after: TaskRecord) -> None:
         """Check that a robot has stopped before its task is taken from it without a handback.
@@ -191,7 +221,10 @@ class ProtocolChecker:
 
     def _check_takeover(self, member: Member) -> None:
         self.takeovers += 1
-        self._hives[member.hive].take_over(member)
+        hive = self._hives[member.hive]
+        hive.take_over(member)
+        disks = [each.disk.hard_state for each in self._members.values()]
+        self._exercised.took_over(member, hive.applied, disks)
 
     def _check_lease(self, host: Host, member: Member) -> None:
         self._leader_now.add(host.name)

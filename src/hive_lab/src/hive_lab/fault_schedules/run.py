@@ -22,7 +22,7 @@ from hive_lab.fault_schedules.directed import DIRECTED
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.harness import Harness
 from hive_lab.fault_schedules.history import Violation
-from hive_lab.fault_schedules.scenarios import SCENARIOS
+from hive_lab.fault_schedules.scenarios import ASIDE, SCENARIOS
 from hive_lab.fault_schedules.schedule import BY_HAND, FAULT_PERIOD, SETTLE, Cancel, Post, SetState
 from hive_lab.fault_schedules.simulated_member import Disk, SimulatedMember
 
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
     from hive_lab.fault_schedules.schedule import FaultSchedule
 
-CALM = 120.0  # how long a hive has to finish everything after the last fault [s]
+CALM = 300.0  # how long a hive has to finish everything after the last fault [s]
+_ROUNDS = 30.0  # in the calm an operator puts robots back into service this often [s]
 _SLOWEST, _FASTEST = 0.99, 1.01
 
 
@@ -47,6 +48,7 @@ class RunResult:
         ended: Tasks by terminal state; "left behind" counts those in a hive that gives way to
             another one and waits for a person.
         lasted: Virtual time [s].
+        exercised: How often each of `FEATURES` happened.
     """
 
     schedule: FaultSchedule
@@ -56,6 +58,7 @@ class RunResult:
     takeovers: int
     ended: Counter[str] = field(default_factory=Counter)
     lasted: float = 0.0
+    exercised: Counter[str] = field(default_factory=Counter)
 
     def in_full(self) -> str:
         """Return the schedule, what broke, and how to run it again."""
@@ -78,6 +81,7 @@ class Run(Harness):
 
     def __init__(self, schedule: FaultSchedule) -> None:
         super().__init__(Random(schedule.seed), schedule.proofs)
+        self.exercised.drawn(schedule.board, schedule.kits, len(schedule.aside))
         self.schedule = schedule
         members = {name: self._member(name) for name in schedule.members}
         self.connect(
@@ -94,7 +98,8 @@ class Run(Harness):
         own = Random(random.random())
         settings, board = self.schedule.settings, self.schedule.board
         voter = name not in self.schedule.aside
-        return SimulatedMember(host, Disk(), pose, own, settings, board, voter=voter)
+        kit = self.schedule.kit_of(name)
+        return SimulatedMember(host, Disk(), pose, own, settings, board, voter=voter, kit=kit)
 
     def run(self) -> RunResult:
         """Run the schedule; a violation ends it."""
@@ -107,8 +112,7 @@ class Run(Harness):
         try:
             self.network.run(end)
             self.injector.calm_down()
-            for name in self.members:
-                self.network.send(self.operator, f"{name}/set_state", "idle")
+            self._set_all_idle(None)
             self.network.run(end + CALM, ending.is_over)
             ending.check()
         except Violation as broken:
@@ -123,7 +127,14 @@ class Run(Harness):
             self.checker.takeovers,
             +ended,
             self.network.now,
+            +self.exercised.counts,
         )
+
+    def _set_all_idle(self, _: object) -> None:
+        """Put every robot back into service, as a person does who has taken its load off."""
+        for name in self.members:
+            self.network.send(self.operator, f"{name}/set_state", "idle")
+        self.network.schedule(_ROUNDS, None, self._set_all_idle, None)
 
     def _happen(self, happening: object) -> None:
         if isinstance(happening, Post):
@@ -153,7 +164,7 @@ def main() -> None:
         "end", type=int, nargs="?", help="seed after the last; by default only one runs"
     )
     parser.add_argument(
-        "--scenario", "--mood", choices=SCENARIOS, default="", help="by default drawn"
+        "--scenario", "--mood", choices=[*SCENARIOS, *ASIDE], default="", help="by default drawn"
     )
     wanted = parser.parse_args()
     schedules: Iterable[FaultSchedule]

@@ -24,7 +24,9 @@ from hive_lab.fault_schedules.schedule import (
     Cut,
     FaultSchedule,
     Freeze,
+    FullDisk,
     SetState,
+    SlowDisk,
     Strike,
     Trigger,
     WritePoint,
@@ -35,6 +37,9 @@ if TYPE_CHECKING:
     from random import Random
 
     from hive_lab.fault_schedules.schedule import Happening
+
+
+_LEADER_SLEEPS = 0.4  # share of the times at which the leader's machine alone is suspended
 
 
 @dataclass
@@ -211,6 +216,54 @@ def _founder_alone(random: Random) -> Setting:
     return Setting(robots, faults)
 
 
+def _deaf_robots(random: Random) -> Setting:
+    """Let robots be heard that hear nothing, so that they repeat what the hive soon forgets."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    faults: list[Happening] = []
+    for at in _times(random, 4):
+        deaf = random.choice(members[1:])
+        others = tuple(name for name in members if name != deaf)
+        faults.append(Cut(at, others, random.uniform(4.0, 20.0), one_way=True, others=(deaf,)))
+        if random.choice([True, False, False]):
+            faults.append(_unseat(random, at + random.uniform(0.0, 4.0), members))
+    return Setting(robots, faults)
+
+
+def _bad_disks(random: Random) -> Setting:
+    """Fill disks and slow them down, and end processes that could not write."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    faults: list[Happening] = []
+    for at in _times(random, 5):
+        who = random.choice([LEADER, *members[1:], *members[1:]])
+        lasts = random.choice([1.0, 4.0, 10.0]) * random.uniform(0.5, 1.5)
+        if random.choice([True, False]):
+            faults.append(SlowDisk(at, who, lasts, random.choice([0.03, 0.3])))
+            continue
+        faults.append(FullDisk(at, who, lasts))
+        if random.choice([True, False]):
+            crash = Crash(at + random.uniform(0.0, lasts), who, _short(random))
+            faults.append(crash)
+    return Setting(robots, faults, _close(random))
+
+
+def _sleeping_machines(random: Random) -> Setting:
+    """Suspend machines, whose clocks go on, and lose or hold what is sent to them meanwhile."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    faults: list[Happening] = []
+    for at in _times(random, 4):
+        some = random.sample(members, random.randint(1, len(members) - 1))
+        for who in [LEADER] if random.random() < _LEADER_SLEEPS else some:
+            lasts = random.uniform(1.0, 12.0)
+            faults.append(Freeze(at, who, lasts))
+            faults.append(Cut(at, (who,), lasts, holds=random.choice([True, False])))
+        if random.choice([True, False]):
+            faults.append(_strike(random, at + random.uniform(0.0, 12.0), members))
+    return Setting(robots, faults, _close(random), far_clocks=random.choice([True, False]))
+
+
 SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
     {
         "election storm": _storm,
@@ -219,6 +272,12 @@ SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
         "members come and go": _come_and_go,
         "lost disks": _lost_disks,
         "a founder alone": _founder_alone,
+        "deaf robots": _deaf_robots,
     }
 )
 """The docstring of each says what it is for."""
+
+ASIDE: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
+    {"bad disks": _bad_disks, "sleeping machines": _sleeping_machines}
+)
+"""Scenarios that are drawn only by name, so that those above keep their seeds."""

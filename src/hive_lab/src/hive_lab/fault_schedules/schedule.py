@@ -10,8 +10,11 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
+import attrs
+
 from blackboard.domain.settings import BlackboardSettings, RaftSettings
 from blackboard.domain.task import TaskType
+from hive_lab.fault_schedules.features.kit import RobotKit
 
 if TYPE_CHECKING:
     from blackboard.domain.task import Task
@@ -100,6 +103,32 @@ class BadLinks:
             f"duplicate {q.double:.0%}, delay up to {q.delay:.2f} s"
             + (f"; {q.late:.0%} come up to {q.latest:.2f} s late" if q.late else "")
         )
+
+
+@dataclass(frozen=True, slots=True)
+class FullDisk:
+    """Nothing can be written to a member's disk for a while."""
+
+    at: float
+    member: str
+    lasts: float
+
+    def __str__(self) -> str:
+        return f"{self.at:6.2f} the disk of {self.member} is full for {self.lasts:.2f} s"
+
+
+@dataclass(frozen=True, slots=True)
+class SlowDisk:
+    """Every write to a member's disk holds its process up for a while."""
+
+    at: float
+    member: str
+    lasts: float
+    takes: float
+
+    def __str__(self) -> str:
+        takes = f"takes {self.takes * 1000:.0f} ms for a write for {self.lasts:.2f} s"
+        return f"{self.at:6.2f} the disk of {self.member} {takes}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +224,19 @@ class Strike:
         return f"{self.at:6.2f} the next that {self.trigger.value} {self.point.value}: {fault}"
 
 
-Happening = Crash | Freeze | Cut | BadLinks | PowerCut | Strike | SetState | Post | Cancel
+Happening = (
+    Crash
+    | Freeze
+    | Cut
+    | BadLinks
+    | FullDisk
+    | SlowDisk
+    | PowerCut
+    | Strike
+    | SetState
+    | Post
+    | Cancel
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +254,7 @@ class FaultSchedule:
         proofs: Share of the deaths that others get proof of.
         scenario: What it was drawn for.
         aside: Robots that are learners.
+        kits: What each robot is; by default all are equal.
     """
 
     seed: int
@@ -225,6 +267,12 @@ class FaultSchedule:
     proofs: float = 0.9
     scenario: str = BY_HAND
     aside: tuple[str, ...] = ()
+    kits: tuple[RobotKit, ...] = ()
+
+    def kit_of(self, member: str) -> RobotKit:
+        """Return what a member's robot is; that of the blackboard node does not matter."""
+        named = dict(zip(self.members[1:], self.kits, strict=False))
+        return named.get(member, RobotKit())
 
     @property
     def members(self) -> tuple[str, ...]:
@@ -247,6 +295,23 @@ class FaultSchedule:
         proofs = [] if self.proofs else ["no death is proven"]
         aside = [f"{', '.join(self.aside)} aside"] if self.aside else []
         late = [f"{at:6.2f} {name} is started for the first time" for name, at in self.late]
+        kits = zip(self.members[1:], self.kits, strict=False)
+        fleet = [f"       {name}: {kit}" for name, kit in kits]
         return "\n".join(
-            [", ".join([head, *timers, *clocks, *proofs, *aside]), *late, *map(str, ordered)]
+            [
+                ", ".join([head, *timers, *self._board(), *clocks, *proofs, *aside]),
+                *fleet,
+                *late,
+                *map(str, ordered),
+            ]
         )
+
+    def _board(self) -> list[str]:
+        """Return the blackboard's settings that are not the usual ones."""
+        told = {"keep_ended", "most_ended"}
+        return [
+            f"{each.name} {getattr(self.board, each.name)}"
+            for each in attrs.fields(BlackboardSettings)
+            if each.name not in told
+            and getattr(self.board, each.name) != getattr(BOARD_SETTINGS, each.name)
+        ]

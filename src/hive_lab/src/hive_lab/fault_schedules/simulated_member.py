@@ -10,20 +10,25 @@ from blackboard.board.blackboard import Blackboard
 from blackboard.consensus.journal import MemoryJournal
 from blackboard.consensus.node import RaftNode
 from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.domain.battery import Battery
 from blackboard.domain.settings import ControllerSettings
-from blackboard.domain.talker import BB_VOTE
+from blackboard.domain.talker import BB_VOTE, SET_STATE
 from blackboard.domain.task import StepKind
+from blackboard.errors import JournalError
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_lab.fault_schedules.faulty_network import HostTalker, SimulatedCrashError
+from hive_lab.fault_schedules.features.kit import RobotKit
 from hive_lab.fault_schedules.schedule import BLACKBOARD, WritePoint
+from hive_lab.fault_schedules.simulated_arm import SimulatedArm
 from hive_lab.virtual.hive import make_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
     from random import Random
 
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import HardState
+    from blackboard.domain.record import Hold, TaskUpdate
     from blackboard.domain.settings import BlackboardSettings, RaftSettings
     from blackboard.domain.task import TaskStep
     from blackboard.robot.robot import Robot
@@ -33,6 +38,7 @@ if TYPE_CHECKING:
 CONTROLLER_SETTINGS = ControllerSettings(retry_delay=1.0)
 
 _FAILURES = 0.05  # share of the steps that fail
+_STALLED = 30.0  # a step that stalls takes this long [s]
 
 
 @dataclass
@@ -41,14 +47,24 @@ class Disk(MemoryJournal):
 
     Attributes:
         crashes: Whether the host crashes at the next write, before anything is written.
+        full: Whether nothing can be written.
+        takes: How long each write holds the process up [s].
+        hold_up: Called with the time that a write takes [s].
+        filled_up: Whether a report could not be written of a step that began while there was room.
         watched_by: Gets the state before and after a write; returns whether and when to crash.
     """
 
     crashes: bool = False
+    full: bool = False
+    takes: float = 0.0
+    filled_up: bool = False
+    _had_room: bool = True
+    hold_up: Callable[[float], None] = lambda _: None
     watched_by: Callable[[HardState | None, HardState], WritePoint] = lambda *_: WritePoint.AFTER
 
     def save(self, hard_state: HardState) -> None:
         """Write, unless the host crashes before the write, or crash right after it."""
+        self._write()
         point = self.watched_by(self.hard_state, hard_state)
         if self.crashes or point is WritePoint.BEFORE_WRITING:
             self.crashes = False
@@ -57,19 +73,55 @@ class Disk(MemoryJournal):
         if point is WritePoint.BEFORE_SAYING:
             raise SimulatedCrashError
 
+    def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
+        """Write the reports, unless the disk is full."""
+        self.filled_up = self.full and self._had_room
+        self._write()
+        super().save_reports(reports)
+
+    def begin_step(self) -> None:
+        """Note whether there is room while a step begins."""
+        self._had_room = not self.full
+
+    def save_hold(self, hold: Hold) -> None:
+        """Write what may be on board, unless the disk is full."""
+        self._write()
+        super().save_hold(hold)
+
+    def _write(self) -> None:
+        if self.full:
+            raise JournalError("no space left on device")
+        if self.takes:
+            self.hold_up(self.takes)
+
 
 class Drive:
     """One robot's steps, each a few seconds; see `blackboard.robot.executor.Command`.
 
+    The arm's steps are done by `SimulatedArm`.
+
+    Args:
+        arrive: Called with the goal of every completed step.
+
     Attributes:
+        stalls: Share of the steps that stall.
         at_work: Called when the robot begins or stops working on a task.
         step_done: Called after every completed step.
     """
 
-    def __init__(self, host: Host, random: Random, arrive: Callable[[Pose], None]) -> None:
+    def __init__(
+        self,
+        host: Host,
+        random: Random,
+        arrive: Callable[[Pose], None],
+        arm: SimulatedArm,
+        stalls: float = 0.0,
+    ) -> None:
         self._host = host
+        self._arm = arm
         self._random = random
         self._arrive = arrive
+        self.stalls = stalls
         self._run = 0
         self._task = ""
         self._runs = False
@@ -82,16 +134,33 @@ class Drive:
         self._task = step.task_id
         self._runs = True
         self.at_work(self._task, True)
+        run = self._run
+
+        def end(result: CommandResult) -> None:
+            self._end((run, step, result, done))
+
+        if (known := self._arm.knows(step)) is not None:
+            self._host.network.schedule(0.0, self._host, end, known)
+            return
+        if self._arm.is_at(step):
+            self._arm.join(end)
+            return
         duration = self._random.uniform(0.5, 4.0)
         works = self._random.random() >= _FAILURES
-        self._host.network.schedule(
-            duration, self._host, self._end, (self._run, step, works, done)
-        )
+        if self.stalls and self._random.random() < self.stalls:
+            duration = _STALLED
+        if step.kind is not StepKind.MOVE:
+            self._arm.start(step, duration, end, works=works)
+            return
+        state = CommandState.SUCCEEDED if works else CommandState.ABORTED
+        result = CommandResult(state, "" if works else "path blocked")
+        self._host.network.schedule(duration, self._host, end, result)
 
     def cancel(self) -> None:
         """Stop."""
         self._run += 1
         self._runs = False
+        self._arm.cancel()
         self.at_work(self._task, False)
 
     def go_on(self) -> None:
@@ -99,17 +168,18 @@ class Drive:
         if self._runs:
             self.at_work(self._task, True)
 
-    def _end(self, what: tuple[int, TaskStep, bool, Callable[[CommandResult], None]]) -> None:
-        run, step, works, done = what
+    def _end(
+        self, what: tuple[int, TaskStep, CommandResult, Callable[[CommandResult], None]]
+    ) -> None:
+        run, step, result, done = what
         if run != self._run:
             return
         self._runs = False
         self.at_work(self._task, False)
-        if works:
+        if result.state is CommandState.SUCCEEDED:
             self._arrive(step.goal)
             self.step_done(step)
-        state = CommandState.SUCCEEDED if works else CommandState.ABORTED
-        done(CommandResult(state, "" if works else "path blocked"))
+        done(result)
 
 
 @dataclass
@@ -121,8 +191,11 @@ class SimulatedMember:
         pose: Where the robot stands, also while its process is down.
         node: Of the running process, if any.
         drive: Of the running robot, if any.
+        arm: Of its robot; it outlives the process.
         gone: Whether the member never comes back.
         voter: Whether it is a voter rather than a learner.
+        kit: What its robot is.
+        battery: Of its robot; it is as full after a crash as before.
     """
 
     host: Host
@@ -135,8 +208,16 @@ class SimulatedMember:
     drive: Drive | None = None
     gone: bool = False
     voter: bool = True
+    kit: RobotKit = field(default_factory=RobotKit)
+    battery: Battery = field(init=False)
+    arm: SimulatedArm = field(init=False)
     at_work: Callable[[str, str, bool], None] = field(default=lambda *_: None)
     step_done: Callable[[str, TaskStep], None] = field(default=lambda *_: None)
+
+    def __post_init__(self) -> None:
+        self.battery = Battery(self.kit.characteristics.battery, self.kit.charge)
+        self.arm = SimulatedArm(self.host)
+        self.disk.hold_up = self.host.hold_up
 
     @property
     def name(self) -> str:
@@ -169,20 +250,42 @@ class SimulatedMember:
             host.crash()
 
     def _robot(self, talker: HostTalker, hive_filter: HiveFilter) -> Robot:
+        kit = self.kit
+
         def arrive(pose: Pose) -> None:
+            distance = self.pose.distance_to(pose)
             self.pose = pose
             robot.set_pose(pose)
+            if kit.charging.chargers:
+                robot.add_travel(distance)
 
-        drive = self.drive = Drive(self.host, self.random, arrive)
-        drive.at_work = lambda task, works: self.at_work(self.name, task, works)
+        drive = self.drive = Drive(self.host, self.random, arrive, self.arm, kit.stalls)
+
+        def at_work(task: str, works: bool) -> None:
+            if works:
+                self.disk.begin_step()
+            self.at_work(self.name, task, works)
+
+        drive.at_work = at_work
         drive.step_done = lambda step: self.step_done(self.name, step)
         robot = make_robot(
             talker,
             self.name,
             self.pose,
             dict.fromkeys(StepKind, drive),
+            kit.characteristics,
+            battery=self.battery,
             controller=CONTROLLER_SETTINGS,
+            settings=kit.settings,
+            charging=kit.charging,
             journal=self.disk,
             hive_filter=hive_filter,
         )
+
+        def empty(word: str) -> None:
+            # Only a person who was told of the load takes it off.
+            if word == "idle" and "take it off" in robot.status.reason:
+                self.arm.take_off()
+
+        talker.subscribe(SET_STATE, empty)
         return robot

@@ -10,6 +10,8 @@ from blackboard.domain.task import StepKind
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
+from hive_lab.fleets.coordination import by_a_plan
+from hive_lab.fleets.sites import Site
 from hive_lab.fleets.traffic import STEP, Traffic
 from robot_description.models import load_model
 from simenv.bodies.pick import Act, Order
@@ -18,12 +20,13 @@ from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from blackboard.domain.task import TaskStep
     from blackboard.robot.executor import Command
     from blackboard.robot.robot import Robot
     from fleet_manager.config.fleet_file import FleetRobot
+    from hive_common.zone import Zone
     from hive_lab.fleets.virtual_fleet import VirtualFleet
 
 TOLD = 4  # a robot learns its pose and distance driven every so many steps: at 10 Hz
@@ -31,11 +34,31 @@ _ACTS = {StepKind.PICK: Act.PICK, StepKind.PLACE: Act.PLACE}
 
 
 class SimulatedBodies:
-    """Bodies in a simulation of a named world; see `virtual_fleet.Bodies`."""
+    """Bodies in a simulation; see `virtual_fleet.Bodies`.
 
-    def __init__(self, world: str, seed: int) -> None:
-        self.simulation = Simulation(load_world(world), seed=seed)
-        self._traffic = Traffic(self.simulation, load_map(world))
+    Args:
+        world: Name or path of the world.
+        seed: Of the simulation's noise.
+        chart: Name or path of the robots' map; empty for that of the world.
+        models: With a traffic planner: the models of the robots, which it plans for.
+        zones: What the traffic planner knows of areas.
+    """
+
+    def __init__(
+        self,
+        world: str,
+        seed: int,
+        chart: str = "",
+        models: Sequence[str] = (),
+        zones: Sequence[Zone] = (),
+    ) -> None:
+        content, grid = load_world(world), load_map(chart or world)
+        self.simulation = Simulation(content, seed=seed)
+        if models:
+            site = Site(content, grid, room=0.0)
+            self._traffic = by_a_plan(models, zones, self.simulation, site)
+        else:
+            self._traffic = Traffic(self.simulation, grid)
         self._bodies: dict[str, _Body] = {}
         self._steps = 0
 

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Protocol
 
 import yaml
 
+from blackboard.costing.cost import measure_for
 from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import characteristics_from
-from blackboard.domain.settings import RobotSettings
+from blackboard.domain.settings import BlackboardSettings, RobotSettings
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_COST, TASK_STATE
 from blackboard.robot.charging import ChargingPlan
 from hive_common.map_file import load_map
@@ -48,6 +49,8 @@ class VirtualFleet:
     """A hive with the robots of a fleet file.
 
     Args:
+        fleet: The robots, and how the hive decides.
+        chart: Name or path of the map.
         bodies: What moves the robots.
         chargers: Where a robot stands at each charger, by name, frame map.
 
@@ -59,7 +62,7 @@ class VirtualFleet:
     """
 
     def __init__(
-        self, fleet: Fleet, world: str, bodies: Bodies, chargers: Mapping[str, Pose]
+        self, fleet: Fleet, chart: str, bodies: Bodies, chargers: Mapping[str, Pose]
     ) -> None:
         self.network = Network()
         self.robots: dict[str, Robot] = {}
@@ -70,9 +73,17 @@ class VirtualFleet:
         self.statuses: dict[str, RobotStatus] = {}
         self.path_lengths: dict[str, PathLengths] = {}
         self._on_update: Callable[[TaskUpdate], None] = lambda _: None
-        self.grid = load_map(world)
+        self.grid = load_map(chart)
         self._plan = ChargingPlan(chargers, fleet.battery)
-        start_blackboard(NetworkTalker(self.network, "blackboard"), GridPathLengths(self.grid))
+        self._talkers: dict[str, NetworkTalker] = {}
+        self._commands: dict[str, Mapping[StepKind, Command]] = {}
+        settings = BlackboardSettings(
+            decision=fleet.decision,
+            improve_by=measure_for(fleet.cost_model),
+            bid_timeout=fleet.bid_timeout,
+        )
+        lengths = GridPathLengths(self.grid)
+        start_blackboard(NetworkTalker(self.network, "blackboard"), lengths, settings)
         self.network.listen(TASK_COST, self._note_bids)
         self.network.listen(TASK_STATE, self._note_update)
         self.network.listen(ROBOT_STATUS, self._note_status)
@@ -80,7 +91,8 @@ class VirtualFleet:
             self._add(entry, fleet, bodies)
 
     def _add(self, entry: FleetRobot, fleet: Fleet, bodies: Bodies) -> None:
-        talker = NetworkTalker(self.network, entry.name)
+        talker = self._talkers[entry.name] = NetworkTalker(self.network, entry.name)
+        commands = self._commands[entry.name] = bodies.command(entry, self)
         body = characteristics_from(yaml.safe_load(model_path(entry.model).read_text("utf-8")))
         self.characteristics[entry.name] = body
         battery = self.batteries[entry.name] = Battery(body.battery)
@@ -89,7 +101,7 @@ class VirtualFleet:
             talker,
             entry.name,
             Pose(*entry.pose),
-            bodies.command(entry, self),
+            commands,
             body,
             battery=battery,
             path_lengths=lengths,
@@ -105,6 +117,12 @@ class VirtualFleet:
     def post(self, task: Task) -> None:
         """Post a task as an operator does."""
         self.network.send(NEW_TASK, task)
+
+    def kill(self, robot: str) -> None:
+        """Kill a robot's process: it stands still, deaf and mute."""
+        self._talkers[robot].running = False
+        for command in self._commands[robot].values():
+            command.cancel()
 
     def run(self, duration: float) -> None:
         """Let time pass [s]; drop the recorded messages, which would fill the memory in a day."""

@@ -18,6 +18,7 @@ from geometry_msgs.msg import Pose2D
 from std_msgs.msg import Header, String
 
 from blackboard.errors import LiveHiveError
+from hive_common.machine_clock import machine_time
 from hive_common.ros.links import mend_links
 
 if TYPE_CHECKING:
@@ -217,7 +218,7 @@ class LiveOperator:
         with self._changed:
             name = ack.member.partition("#")[0]
             self.acknowledged[name], self.lives[name] = ack.version, ack.member
-            if ack.echo <= time.monotonic():  # Else it answers an odd message, not the leader's.
+            if ack.echo <= machine_time():  # Else it answers an odd message, not the leader's.
                 self.echoed[name] = max(ack.echo, self.echoed.get(name, 0.0))
             same_epoch = self.last is not None and ack.epoch == self.last.epoch
             self._acks[name] = self._acks.get(name, 0) + 1 if same_epoch else 0

@@ -17,20 +17,32 @@ from typing import TYPE_CHECKING
 import psutil
 from blackboard.msg import TaskState
 
+from hive_lab.bench.kept_runs import KeptRuns
 from hive_lab.bench.registry import BenchResult
 from hive_lab.live.live_hive import bench_hive
 from hive_lab.live.live_operator import make_task
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from hive_lab.live.live_hive import LiveHive
     from hive_lab.live.live_operator import LiveOperator
 
 MINUTES = 60  # default duration [min]
 
-AIMS = {"tasks_not_done": 0.0, "memory_growth": 5.0, "thread_growth": 2.0, "file_growth": 10.0}
-"""Largest growth of a process after its first minute [MB, threads, open files]."""
+AIMS = {
+    "tasks_not_done": 0.0,
+    "memory_growth": 5.0,
+    "thread_growth": 2.0,
+    "file_growth": 10.0,
+    "journal_growth": 5.0,
+}
+"""Largest growth of a process after its first minute [MB, threads, open files], and of a member's
+journal after that [MB]."""
+
+_SUMS = ("minutes", "faults", "takeovers", "tasks", "tasks_not_done")
+"""What adds up over pieces; of the growths, the largest counts."""
 
 _FAULT_EVERY = 60.0
 _CALM = 50.0
@@ -68,6 +80,8 @@ class Growth:
         self._born: dict[int, float] = {}
         self._grown_up: dict[int, Size] = {}
         self.worst = Size(0.0, 0.0, 0.0)
+        self.of_journals = 0
+        self._journals: dict[Path, int] = {}
 
     def look(self, pids: Iterable[int]) -> None:
         """Measure these processes."""
@@ -82,6 +96,12 @@ class Growth:
                 max(self.worst.threads, growth.threads),
                 max(self.worst.files, growth.files),
             )
+
+    def look_at_journals(self, folder: Path) -> None:
+        """Measure the files of all journals, but for what SQLite writes beside them."""
+        for file in folder.glob("*.sqlite3"):
+            size = file.stat().st_size
+            self.of_journals = max(self.of_journals, size - self._journals.setdefault(file, size))
 
 
 def _faults(hive: LiveHive, draw: random.Random) -> Iterator[str]:
@@ -99,8 +119,8 @@ def _faults(hive: LiveHive, draw: random.Random) -> Iterator[str]:
         yield f"{kind} {node}"
 
 
-def _work(hive: LiveHive, operator: LiveOperator, minutes: float) -> dict[str, float]:
-    draw = random.Random(1)
+def _work(hive: LiveHive, operator: LiveOperator, minutes: float, seed: int) -> dict[str, float]:
+    draw = random.Random(seed + 1)
     faults, growth, names = _faults(hive, draw), Growth(), itertools.count()
     begun = time.monotonic()
     next_fault, posted = begun + _FAULT_EVERY, []
@@ -114,6 +134,7 @@ def _work(hive: LiveHive, operator: LiveOperator, minutes: float) -> dict[str, f
             sys.stderr.write(f"{time.monotonic() - begun:6.0f} s  {next(faults)}\n")
         if next_fault - time.monotonic() < _FAULT_EVERY - _CALM:
             growth.look(hive.pids())
+            growth.look_at_journals(hive.journals)
         time.sleep(_TASK_EVERY)
     ended = [operator.follow(name) for name in posted]
     epochs = {beat.epoch for _, beat in operator.beats}
@@ -126,12 +147,31 @@ def _work(hive: LiveHive, operator: LiveOperator, minutes: float) -> dict[str, f
         "memory_growth": round(growth.worst.memory, 1),
         "thread_growth": growth.worst.threads,
         "file_growth": growth.worst.files,
+        "journal_growth": round(growth.of_journals / 1e6, 1),
     }
 
 
-def run(minutes: int = MINUTES) -> BenchResult:
-    """Measure for some minutes; see `AIMS`."""
+def run(minutes: int = MINUTES, resume: Path | None = None) -> BenchResult:
+    """Measure for some minutes; see `AIMS`.
+
+    Args:
+        minutes: How long, at least 2 [min].
+        resume: Where the figures of earlier pieces are; this one is added, and the sum returned.
+
+    Raises:
+        hive_common.errors.FileError: `resume` holds something else.
+    """
+    kept = KeptRuns(resume)
     with bench_hive("bench_soak") as (hive, operator):
         operator.wait_until_whole()
-        figures = _work(hive, operator, minutes)
-    return BenchResult(figures, dict(AIMS))
+        figures = _work(hive, operator, minutes, len(kept.names))
+    kept.keep(f"piece {len(kept.names) + 1}", figures)
+    return BenchResult(added_up([kept[name] for name in kept.names]), dict(AIMS))
+
+
+def added_up(pieces: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the figures of several pieces in one."""
+    return {
+        name: (sum if name in _SUMS else max)(piece[name] for piece in pieces)
+        for name in pieces[0]
+    }

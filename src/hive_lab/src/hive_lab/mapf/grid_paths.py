@@ -69,7 +69,7 @@ def mistakes(grid: Grid, paths: Indices) -> Iterator[str]:
         cells, counts = np.unique(here, return_counts=True)
         for cell in cells[counts > 1]:
             robots = np.flatnonzero(here == cell)
-            yield f"step {step}: robots {list(robots)} are in cell {_name(grid, cell)}"
+            yield f"step {step}: robots {robots.tolist()} are in cell {_name(grid, cell)}"
     for step, (here, there) in enumerate(itertools.pairwise(paths), start=1):
         moved = np.abs(grid.cells[there] - grid.cells[here]).sum(axis=1)
         for robot in np.flatnonzero(moved > 1):

@@ -183,6 +183,7 @@ class RobotHarness(_Harness):
         self.talker = NetworkTalker(self.network, "robot1")
         self.battery = Battery(SMALL_ROBOT.battery, charge)
         self.command = TimedCommand(self.network, lambda _: STEP)
+        self.missing = ""  # what keeps its commands from working at all
         self.robot = make_robot(
             self.talker,
             "robot1",
@@ -191,6 +192,7 @@ class RobotHarness(_Harness):
             battery=self.battery,
             controller=ControllerSettings(attempts=2, retry_delay=1.0),
             hive_filter=hive_filter,
+            missing=lambda: self.missing,
         )
         self.command.arrive = self.robot.set_pose
         self.robot.start()

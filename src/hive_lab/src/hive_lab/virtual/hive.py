@@ -111,6 +111,7 @@ def make_robot(
     journal: Journal | None = None,
     hive_filter: HiveFilter | None = None,
     charging: ChargingPlan | None = None,
+    missing: Callable[[], str] = str,
 ) -> Robot:
     """Compose a robot of the real classes; what is left out is usual."""
     return Robot(
@@ -119,7 +120,7 @@ def make_robot(
         characteristics,
         battery or Battery(characteristics.battery),
         path_lengths or EuclideanLengths(),
-        Controller(commands, talker.world, controller or ControllerSettings()),
+        Controller(commands, talker.world, controller or ControllerSettings(), missing),
         pose,
         settings or RobotSettings(),
         journal or MemoryJournal(),

@@ -163,7 +163,8 @@ class Driver:
 
     def _claim_for(self, velocity: Velocity, room: float) -> None:
         speed = math.hypot(velocity.vx, velocity.vy)
-        self.claim = claimed_stretch(speed, self._base.acceleration, room)
+        claim = claimed_stretch(speed, self._base.acceleration, room)
+        self.claim = max(claim, self._follower.committed)
 
     def blocking(self, obstacles: VisibleObstacles) -> Array:
         """Return the points (n, 2) of unknown obstacles that block the path, frame map [m]."""

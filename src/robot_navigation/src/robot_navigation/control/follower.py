@@ -29,6 +29,7 @@ class Follower(Protocol):
 
     progress: float  # how far along the path the base is [m]
     arrived: bool  # whether the base stands at the end of the path with the wanted yaw
+    committed: float  # how far the base goes on along the path, whatever it is told now [m]
 
     def start(self, path: Path, goal_yaw: float | None) -> None:
         """Take up a new path, whose end has a yaw [rad] or any (None), while the base moves."""

@@ -29,7 +29,7 @@ class NavigationSettings:
     """The settings of one robot's navigation; `config/move_base.yaml` explains each.
 
     Raises:
-        ParameterError: A value is not above 0.
+        ParameterError: A value is not above 0; `settle` may be 0.
     """
 
     control_rate: float = 12.0  # [Hz]
@@ -44,7 +44,8 @@ class NavigationSettings:
     yaw_tolerance: float = 0.1  # [rad]
 
     def __post_init__(self) -> None:
-        check_numbers(self, above_zero=[field.name for field in fields(self)])
+        names = {field.name for field in fields(self)}
+        check_numbers(self, above_zero=names - {"settle"}, at_least_zero={"settle"})
 
 
 class GoalOutcome(NamedTuple):

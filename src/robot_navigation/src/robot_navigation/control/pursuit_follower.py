@@ -69,11 +69,17 @@ def speed_to_stop_within(distance: float, deceleration: float, reaction: float) 
 
 
 class PursuitFollower:
-    """A `Follower` for differential and holonomic bases; see there for its attributes."""
+    """A `Follower` for differential and holonomic bases; see there for its other attributes.
+
+    Attributes:
+        speed_limit: It drives no faster, once it has braked to that [m/s].
+    """
 
     def __init__(self, base: Base) -> None:
         self.progress = 0.0
         self.arrived = True
+        self.committed = 0.0  # it obeys every command
+        self.speed_limit = math.inf
         self._base = base
         self._path = Path([(0.0, 0.0)])
         self._goal_yaw: float | None = None
@@ -157,6 +163,7 @@ class PursuitFollower:
         base = self._base
         brake = BRAKING * base.acceleration
         speed = min(
+            self.speed_limit,
             self.top_speed(room.ahead),
             max(STANDSTILL, speed_to_stop_within(left, brake, 0.05)) if room.ahead > 0 else 0.0,
         )

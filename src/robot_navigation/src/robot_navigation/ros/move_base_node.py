@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import actionlib
@@ -18,6 +19,7 @@ from move_base_msgs.msg import (
 )
 from nav_msgs.msg import Path as PathMsg
 from nav_msgs.srv import GetPlan, GetPlanResponse
+from std_msgs.msg import Float32
 
 from hive_common.pose import STOP, compose
 from hive_common.ros.conversions import (
@@ -56,8 +58,9 @@ class MoveBase:
     Callbacks only fill an inbox, which the control loop empties before each round, so the
     Navigator needs no lock. The constructor waits for the hive's map.
 
-    ROS Subscribers: `move_base_simple/goal` (geometry_msgs/PoseStamped), and those of `Senses` and
-        `Surroundings`.
+    ROS Subscribers: `move_base_simple/goal` (geometry_msgs/PoseStamped); `speed_limit`
+        (std_msgs/Float32), the highest speed from now on [m/s], none if it is not above 0; and
+        those of `Senses` and `Surroundings`.
     ROS Publishers: `cmd_vel` (geometry_msgs/Twist), `move_base/plan` (nav_msgs/Path, empty at
         the end), and that of `Surroundings`.
     ROS Actions: `move_base` (move_base_msgs/MoveBaseAction); the result's text says why a goal was
@@ -79,7 +82,7 @@ class MoveBase:
         self._settings = settings
         self._planner = planner = surroundings.planner(model.base.circumscribed_radius)
         self._senses = Senses(names, surroundings, _MAP_FRAME, settings.senses_timeout)
-        follower = PursuitFollower(model.base)
+        self._follower = follower = PursuitFollower(model.base)
         self._navigator = Navigator(names.robot, model, planner, follower, planner.field, settings)
         self._last_velocity = STOP
         self._shown_path: Path | None = None
@@ -100,12 +103,16 @@ class MoveBase:
         self._server.start()
         simple_goal = self._names.of("move_base_simple/goal")
         rospy.Subscriber(simple_goal, PoseStamped, self._pass_on, queue_size=1)
+        rospy.Subscriber(self._names.of("speed_limit"), Float32, self._limit_speed, queue_size=1)
         rospy.Service(self._names.of("move_base/make_plan"), GetPlan, self._make_plan)
         rospy.on_shutdown(lambda: self._cmd_vel.publish(Twist()))
         self._surroundings.give_routes_to(
             lambda routes: self._navigator.take_routes(routes, rospy.get_time())
         )
         self._surroundings.every(1 / self._settings.control_rate, self._round)
+
+    def _limit_speed(self, message: Float32) -> None:
+        self._follower.speed_limit = message.data if message.data > 0 else math.inf
 
     def _round(self) -> None:
         now = rospy.Time.now()

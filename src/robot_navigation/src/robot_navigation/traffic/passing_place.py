@@ -13,7 +13,7 @@ from hive_common.compiled import compiled
 from robot_navigation.planning.clearance import Disc
 from robot_navigation.planning.path import Path
 from robot_navigation.planning.planner import PlanError
-from robot_navigation.traffic.right_of_way import MIN_GAP, keep_apart, meetings
+from robot_navigation.traffic.right_of_way import MIN_GAP, STEP, keep_apart, meetings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,13 +29,30 @@ DISTANCES = np.concatenate([np.arange(0.4, 2.0, 0.2), np.arange(2.0, 12.1, 0.5)]
 
 DIRECTIONS = 24  # number of directions in which candidates lie
 SLACK = 0.05  # room beyond the required distances at a passing place [m]: robots stop a bit off
+ALONG = 3  # points of a claim, `STEP` apart, for one disc
 DETOUR = 1.5  # a place towards the approaching robot must be nearer by this much [m]
 MAX_PLANS = 4  # number of places out of sight that are planned to; a plan takes some 20 ms
 
 
 def other_robots(others: Sequence[Announcement]) -> list[Disc]:
-    """Return robots as obstacles for a planner."""
-    return [Disc(other.x, other.y, other.radius + MIN_GAP) for other in others]
+    """Return robots as obstacles for a planner.
+
+    What one claims that will not move by itself, such as an AGV out of reach, is one too: it may
+    be anywhere there, and the claim does not end.
+    """
+    return [
+        Disc(x, y, other.radius + MIN_GAP)
+        for other in others
+        for x, y in [(other.x, other.y), *_kept(other)]
+    ]
+
+
+def _kept(other: Announcement) -> list[tuple[float, float]]:
+    """Return points along the claim of a stationary robot, frame map [m]."""
+    if not other.stationary or other.claim <= 0:
+        return []
+    points, marks = other.samples
+    return [(x, y) for x, y in points[marks <= other.claim + STEP / 2][::ALONG].tolist()]
 
 
 class PassingPlaces:

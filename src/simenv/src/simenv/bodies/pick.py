@@ -5,7 +5,10 @@ An arm can pick anywhere. If a station of the world is within its reach, the sta
 duration count.
 
 A robot carries one load. A load that is still on board at the next pick counts as taken off by
-people meanwhile, because a task that ends with a pick (GPA) leaves its load on board.
+people meanwhile, because a task that ends with a pick (GPA) leaves its load on board; unless the
+order says that the arm is to look first.
+
+An arm does an order with an id once: asked for it again, it says how it ended, or goes on.
 """
 
 from __future__ import annotations
@@ -25,6 +28,9 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
     from robot_description.models import RobotModel
     from simenv.world.world_content import Station
+
+_REMEMBERED = 1000
+"""Orders that an arm remembers after their end; a robot asks again only for its last."""
 
 STILL = 0.02  # how far the base may drift [m] and turn [rad] while the arm works
 
@@ -51,6 +57,8 @@ class PickOutcome(IntEnum):
     """The base moved while the arm worked."""
     DROPPED = 103
     """The grip failed; the load is where it was."""
+    HOLDS_ANOTHER = 104
+    """The load of another task is still on board."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +68,8 @@ class Order:
     act: Act  # pick or place
     task_id: str  # the task; a load picked for a task is placed for the same task
     payload: float  # mass of the load [kg], at least 0
+    action_id: str = ""  # the same whenever the same order is given again; empty if there is none
+    look: bool = False  # look first what is on board
 
     def __post_init__(self) -> None:
         """Refuse a negative or infinite load."""
@@ -137,6 +147,7 @@ class Arm:
         self._model = model
         self._stock = stock
         self._order: Order | None = None
+        self._done: dict[str, Result] = {}
         self._station: Station | None = None
         self._start: Pose | None = None
         self._duration = 0.0
@@ -181,8 +192,23 @@ class Arm:
         self._duration = given or own
         self._elapsed = 0.0
         self._start = pose
-        self.result = self._refusal(order, arm.payload)
+        self.result = self._known(order) or self._refusal(order, arm.payload)
         self._order = order if self.result is None else None
+
+    def is_at(self, order: Order) -> bool:
+        """Return whether an order with this one's id is under way."""
+        return self._order is not None and "" != order.action_id == self._order.action_id
+
+    def _known(self, order: Order) -> Result | None:
+        """Return the result of an order that needs no move of the arm; None if it needs one."""
+        if order.action_id in self._done:
+            return self._done[order.action_id]
+        if order.act is Act.PICK and order.look and self.load:
+            if self.load.task_id == order.task_id:
+                return Result(PickOutcome.SUCCESS, "on board already")
+            what = f"the load of task '{self.load.task_id}' is still on board"
+            return Result(PickOutcome.HOLDS_ANOTHER, what)
+        return None
 
     def _refusal(self, order: Order, limit: float) -> Result | None:
         if order.act is Act.PLACE:
@@ -220,6 +246,7 @@ class Arm:
     def reset(self) -> None:
         """Return to an empty arm at rest."""
         self._order = self.result = self.load = None
+        self._done.clear()
         self.fail_next = 0
 
     def _finish(self, order: Order) -> None:
@@ -232,6 +259,10 @@ class Arm:
         if self._station:
             self._stock.change(self._station, -1 if picked else 1)
         self._end(PickOutcome.SUCCESS, f"{'picked' if picked else 'put down'} {where}")
+        if order.action_id and self.result is not None:
+            self._done[order.action_id] = self.result
+            for oldest in list(self._done)[:-_REMEMBERED]:
+                del self._done[oldest]
 
     def _fails(self) -> bool:
         """Return whether this grip fails; draw a random number only if it matters."""

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 class PickServer:
     """Passes the orders of action clients to a robot's arm; a new order replaces the old one.
 
+    A goal that asks for the order under way again takes the place of the goal before, and the arm
+    goes on: so a robot's process that ends and comes back gets the result.
+
     ROS Actions:
         <robot>/pick (blackboard/PickAction): SUCCEEDED, ABORTED with the reason in the result, or
             PREEMPTED when cancelled or replaced. Feedback gives the progress at 5 Hz.
@@ -45,17 +48,30 @@ class PickServer:
         self._server.stop()
 
     def _begin(self, goal: actionlib.ServerGoalHandle) -> None:
-        self._drop("a newer order came in")
         order = goal.get_goal()
         try:
-            wanted = Order(Act(order.act), order.task_id, order.payload)
+            wanted = Order(
+                Act(order.act), order.task_id, order.payload, order.action_id, order.look
+            )
+            if self._arm.is_at(wanted):
+                self._take_over(goal)
+                return
+            self._drop("a newer order came in")
             self._arm.start(wanted, self._simulation.poses[self._name])
         except (CommandError, ValueError) as error:
+            self._drop("a newer order came in")
             goal.set_rejected(text=f"{self._name}: {error}; see blackboard/Pick.action")
             return
         goal.set_accepted()
         self._goal = goal
         self.report()
+
+    def _take_over(self, goal: actionlib.ServerGoalHandle) -> None:
+        """Report on the order under way to a newer goal that asks for the same."""
+        if self._goal is not None:
+            self._goal.set_canceled(text=f"{self._name}: asked for again")
+        goal.set_accepted()
+        self._goal = goal
 
     def _cancel(self, goal: actionlib.ServerGoalHandle) -> None:
         if self._goal is not None and goal == self._goal:

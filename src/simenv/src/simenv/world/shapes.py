@@ -52,7 +52,7 @@ def area_of(entry: ShapeEntry) -> BaseGeometry:
         return shapely.geometry.box(*entry.box)
     if entry.circle:
         centre = shapely.geometry.Point(entry.circle.centre)
-        return centre.buffer(entry.circle.radius, resolution=SIDES_OF_A_QUARTER)
+        return centre.buffer(entry.circle.radius, SIDES_OF_A_QUARTER)
     if entry.segment:
         line = shapely.geometry.LineString([entry.segment.from_, entry.segment.to])
         flat = shapely.geometry.CAP_STYLE.flat

@@ -137,7 +137,7 @@ TASK = Codec(
 ORDER = Codec(
     bb_msgs.TaskMsg,
     Order,
-    "robot_id step epoch assignment heard hive",
+    "robot_id step epoch assignment heard hive place",
     _one_of("kind", OrderKind, "order"),
     Within("task", TASK),
 )

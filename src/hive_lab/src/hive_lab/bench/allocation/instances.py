@@ -23,7 +23,9 @@ from hive_common.pose import Pose
 from hive_lab.allocation.instance import Instance
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
 
 RADIUS = 0.3  # of every robot [m]
 
@@ -70,20 +72,70 @@ class Floor:
         return [Pose(x + column * side, y + row * side) for row, column in chosen]
 
 
-def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:
-    """Yield all instances of a size with their names; the kinds share their places."""
+@dataclass(frozen=True)
+class Places:
+    """One drawing of places, frame map.
+
+    Attributes:
+        ways: (ends, starts and robots, starts) path lengths [m].
+    """
+
+    robots: list[Pose]
+    starts: list[Pose]
+    ends: list[Pose]
+    ways: NDArray[np.float64]
+
+    @classmethod
+    def draw(cls, floor: Floor, robots: int, tasks: int, seed: Sequence[int]) -> Places:
+        """Draw places of robots, and of the starts and ends of tasks."""
+        random = np.random.default_rng(seed)
+        where = floor.places(random, robots)
+        starts = floor.places(random, tasks)
+        ends = floor.places(random, tasks)
+        ways = floor.path_lengths.lengths([*ends, *starts, *where], starts)
+        return cls(where, starts, ends, ways)
+
+    def part(self, robots: int, tasks: int) -> Places:
+        """Return the first robots and tasks of the drawing."""
+        whole = len(self.starts)
+        rows = np.concatenate(
+            [np.arange(tasks), whole + np.arange(tasks), 2 * whole + np.arange(robots)]
+        )
+        return Places(
+            self.robots[:robots],
+            self.starts[:tasks],
+            self.ends[:tasks],
+            self.ways[np.ix_(rows, np.arange(tasks))],
+        )
+
+    @property
+    def table(self) -> tuple[list[Pose], int, NDArray[np.float64]]:
+        """Return all places, the number of the first that are goals, and their lengths [m]."""
+        tasks = len(self.starts)
+        from_end, from_start, from_robot = np.split(self.ways, [tasks, 2 * tasks])
+        lengths = np.concatenate([from_start, from_end, from_robot])
+        return [*self.starts, *self.ends, *self.robots], tasks, lengths
+
+    def instance(self, kind: str) -> Instance:
+        """Return the instance of a kind; the kinds share their places."""
+        tasks = len(self.starts)
+        from_end, from_start, from_robot = np.split(self.ways, [tasks, 2 * tasks])
+        after = {"bring": from_end, "go": from_start}[kind]
+        return Instance.plain(np.concatenate([after, from_robot]), after.diagonal())
+
+
+def places(size: Size, floor: Floor) -> Iterator[tuple[str, Places]]:
+    """Yield the drawings of a size with their names."""
     for seed in range(size.seeds):
-        random = np.random.default_rng([size.robots, size.tasks, seed])
-        robots = floor.places(random, size.robots)
-        starts = floor.places(random, size.tasks)
-        ends = floor.places(random, size.tasks)
-        way = floor.path_lengths.lengths([*ends, *starts, *robots], starts)
-        from_end, from_start, from_robot = np.split(way, [size.tasks, 2 * size.tasks])
-        inner = {"bring": from_end.diagonal(), "go": from_start.diagonal()}
-        after = {"bring": from_end, "go": from_start}
+        drawn = Places.draw(floor, size.robots, size.tasks, [size.robots, size.tasks, seed])
+        yield str(seed), drawn
+
+
+def instances(size: Size, floor: Floor) -> Iterator[tuple[str, Instance]]:
+    """Yield all instances of a size with their names."""
+    for seed, drawn in places(size, floor):
         for kind in KINDS:
-            to_start = np.concatenate([after[kind], from_robot])
-            yield f"{size.name}/{kind}/{seed}", Instance.plain(to_start, inner[kind])
+            yield f"{size.name}/{kind}/{seed}", drawn.instance(kind)
 
 
 def export(folder: Path) -> None:

@@ -8,18 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hive_lab.allocation.improvement import improve
-from hive_lab.allocation.objectives import OBJECTIVES
-from hive_lab.allocation.plan import to_order
-from hive_lab.allocation.sequential import auction
-from hive_lab.allocation.timetable import Book, Timetable
+from blackboard.auction.search.improvement import Improvement
+from blackboard.auction.search.objectives import OBJECTIVES
+from blackboard.auction.search.plan import to_order
+from blackboard.auction.search.sequential import Sequential
+from blackboard.auction.search.timetable import Book, Timetable
+from blackboard.costing.cost import measure_for
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from hive_lab.allocation.improvement import Search
+    from blackboard.auction.search.improvement import Search
+    from blackboard.auction.search.plan import Plan
     from hive_lab.allocation.instance import Instance
-    from hive_lab.allocation.plan import Plan
 
 SEED = 1
 
@@ -31,7 +32,7 @@ def figures(instance: Instance, plan: Plan) -> dict[str, float]:
         `energy`, the path length of all robots [m]; `makespan` [s]; `latency` and `p95`, mean and
         95th percentile of the time to done [s].
     """
-    book = Book(instance)
+    book = Book(instance.problem())
     table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
     done = table.done[:, 1:][table.order != book.nothing]
     if done.size != len(instance.tasks):
@@ -44,6 +45,18 @@ def figures(instance: Instance, plan: Plan) -> dict[str, float]:
     }
 
 
+def auctioned(instance: Instance, objective: str) -> Plan:
+    """Return the plan of an auction of all tasks."""
+    auction = Sequential(
+        Book(instance.problem()),
+        OBJECTIVES[measure_for(objective)],
+        tuple(() for _ in instance.robots.ready),
+    )
+    while auction.step():
+        pass
+    return tuple(map(tuple, auction.lists))
+
+
 def searched(
     instance: Instance,
     objective: str,
@@ -51,12 +64,19 @@ def searched(
     seconds: float,
     search: Search | None = None,
 ) -> Plan:
-    """Return the plan of auction and search within a processor time [s]."""
+    """Return the plan of auction and search within a processor time [s].
+
+    `objective` is the name of a cost model.
+    """
     end = time.process_time() + seconds
-    known = OBJECTIVES[objective]
-    begun = plan or auction(instance, known)
+    begun = plan or auctioned(instance, objective)
     random = np.random.default_rng(SEED)
-    return improve(instance, known, begun, random, lambda: time.process_time() < end, search)
+    measure = OBJECTIVES[measure_for(objective)]
+    improvement = Improvement(Book(instance.problem()), measure, begun, random, search)
+    while time.process_time() < end:
+        improvement.step()
+    improvement.note_best()
+    return improvement.plan
 
 
 def mean_and_worst(name: str, ratios: Iterable[float]) -> dict[str, float]:

@@ -11,9 +11,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from blackboard.auction.search.improvement import Search
 from hive_common.resources import package_folder
 from hive_lab.allocation.exact import optimum
-from hive_lab.allocation.improvement import Search
 from hive_lab.bench.allocation.instances import SIZES, Floor, instances
 from hive_lab.bench.allocation.plans import figures, searched
 

@@ -18,7 +18,7 @@ from hive_lab.fleets.throughput import Throughput, TimeAlone, Trouble, measure, 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from hive_lab.bench.traffic.kept_runs import KeptRuns
+    from hive_lab.bench.kept_runs import KeptRuns
 
 ALONE = 1800.0  # how long one robot alone drives [s]
 LONGEST_STAND = 30.0  # [s]

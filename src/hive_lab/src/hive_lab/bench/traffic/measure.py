@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hive_lab.bench.kept_runs import KeptRuns
 from hive_lab.bench.traffic.fleets import chosen, of_fleets, with_faults
 from hive_lab.bench.traffic.grids import on_grids
-from hive_lab.bench.traffic.kept_runs import KeptRuns
 from hive_lab.bench.traffic.through_ros import through_ros
 from hive_lab.fleets.throughput import Trouble
 
@@ -37,7 +37,7 @@ def run(
     people: int = 0,
     close: bool = False,
     ros: bool = False,
-    keep: Path | None = None,
+    resume: Path | None = None,
 ) -> BenchResult:
     """Measure the planner alone on files, runs with faults, a hive on ROS, or simulated fleets.
 
@@ -54,7 +54,7 @@ def run(
         people: How many people walk about among each fleet.
         close: Whether a lane of each site closes for the middle third of the time.
         ros: Whether a hive on ROS drives, with the traffic planner and without.
-        keep: Where the result of each run is kept, so that a long measurement can go on.
+        resume: Where the result of each run is kept, so that a long measurement can go on.
 
     Returns:
         Of a scenario, by robots: 1 if it is `unsolved`, `cost` over that of the shortest paths,
@@ -77,7 +77,7 @@ def run(
         return on_grids(map, scen)
     if ros:
         return through_ros(connect, minutes)
-    kept = KeptRuns(keep)
+    kept = KeptRuns(resume)
     if faults:
         return with_faults(faults, kept)
     fleets, trouble = chosen(site, robots), Trouble(people, close)

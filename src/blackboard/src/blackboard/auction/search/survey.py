@@ -1,0 +1,309 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Makes an allocation problem of what robots tell of themselves and of the tasks on the list.
+
+Times and energies are those of `costing.effort`, from which robots bid, so a plan and a bid agree
+on what a list takes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blackboard.auction.search.problem import Problem, finite
+from blackboard.costing.bidding import CHARGE_TOLERANCE
+from blackboard.costing.effort import Effort, Job, Predictor, charge_to_reach
+from blackboard.costing.insertion import Aging
+from blackboard.costing.pace import Pace, turnings
+from blackboard.domain.battery import Battery
+from blackboard.domain.task import step_to_go_on
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from blackboard.auction.search.plan import Plan
+    from blackboard.auction.search.problem import Floats
+    from blackboard.costing.bid_basis import BidBasis
+    from blackboard.domain.path_lengths import PathLengths
+    from blackboard.domain.record import TaskRecord
+    from blackboard.domain.task import Task
+
+MAX_LEGS = 10_000_000
+"""With more drives to compare, robots of one body count as alike, with their mean pace."""
+
+JOB_TIME = 1e-5
+"""Processor time that the figures of one task for one kind of robots take [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What is to be planned.
+
+    Attributes:
+        bases: What each robot tells, by its name.
+        records: The tasks that wait, and those that robots have and have not begun.
+        get: Gives the record of any task.
+        path_lengths_for: Gives the path lengths for a robot of a radius [m].
+        now: The time on the clock of `Task.posted` [s].
+    """
+
+    bases: Mapping[str, BidBasis]
+    records: Sequence[TaskRecord]
+    get: Callable[[str], TaskRecord | None]
+    path_lengths_for: Callable[[float], PathLengths]
+    now: float
+
+
+@dataclass(frozen=True, slots=True)
+class Surveyed:
+    """A problem and what its numbers stand for.
+
+    Attributes:
+        robots: Names of the robots.
+        records: The tasks.
+        plan: The robots' lists as they are.
+        fixed: (robots,) how many tasks each does before, which stay where they are.
+    """
+
+    problem: Problem
+    robots: Sequence[str]
+    records: Sequence[TaskRecord]
+    plan: Plan
+    fixed: Sequence[int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Robot:
+    """A robot, and what it does before anything that is planned."""
+
+    name: str
+    basis: BidBasis
+    predictor: Predictor
+    lengths: PathLengths
+    times: tuple[float, ...]  # its pace
+    ready: Effort
+    fixed: int
+    row: tuple[int, ...]
+
+    @property
+    def alike(self) -> tuple[object, ...]:
+        """What robots of one kind have in common."""
+        return self.basis.body, self.times
+
+
+def survey(situation: Situation) -> Iterator[float | Surveyed]:
+    """Yield the processor time of each piece of work [s], and at last what was surveyed.
+
+    Robots that tell that they take nothing are left out, and so are tasks of which nothing is left
+    to be done.
+    """
+    jobs = {record.task.id: record for record in situation.records if _begins(record)}
+    records = list(jobs.values())
+    number = {task_id: index for index, task_id in enumerate(jobs)}
+    robots = [
+        _robot(name, basis, situation, number, records)
+        for name, basis in sorted(situation.bases.items())
+        if not basis.refusal
+    ]
+    robots = [robot for robot in robots if math.isfinite(robot.ready.duration)]
+    yield JOB_TIME * len(robots)
+    if not robots or not records:
+        return
+    robots = _merged(robots, len(records))
+    ends = [_job(record, robots[0].predictor).rest for record in records]
+    starts = [*(end.end for end in ends if end), *(robot.ready.end for robot in robots)]
+    goals = [split.begin for split in (_job(each, robots[0].predictor) for each in records)]
+    begins = [goal for goal in goals if goal is not None]
+    tables: dict[int, tuple[Floats, Floats]] = {}
+    for robot in robots:
+        if id(robot.lengths) not in tables:
+            columns = []
+            for *column, taken in robot.lengths.columns(starts, begins):
+                columns.append(column)
+                yield taken
+            lengths, delays = np.array(columns).transpose(1, 2, 0)
+            tables[id(robot.lengths)] = lengths, delays
+    turning = turnings(starts, begins)
+    kinds = {robot.alike: robot for robot in robots}
+    made = []
+    for robot in kinds.values():
+        lengths, delays = tables[id(robot.lengths)]
+        made.append(_figures(robot.predictor, records, lengths, delays, turning))
+        yield JOB_TIME * len(records)
+    yield _surveyed(situation, robots, records, list(kinds), made, tables)
+
+
+def _begins(record: TaskRecord) -> bool:
+    """Return whether a task begins with a drive, so that any robot can begin it."""
+    step = step_to_go_on(record.task, record.step)
+    return step == 0 or step < record.steps
+
+
+def _job(record: TaskRecord, predictor: Predictor) -> Job:
+    return Job(record.task, step_to_go_on(record.task, record.step), predictor)
+
+
+def _robot(
+    name: str,
+    basis: BidBasis,
+    situation: Situation,
+    number: Mapping[str, int],
+    records: Sequence[TaskRecord],
+) -> _Robot:
+    lengths = situation.path_lengths_for(basis.body.radius)
+    pace = Pace(basis.body.max_speed, basis.pace)
+    predictor = Predictor(basis.body, lengths, pace)
+    ready, fixed, row = Effort(0.0, 0.0, 0.0, basis.pose), 0, []
+    for place, (task_id, step) in enumerate(basis.tasks):
+        index = number.get(task_id)
+        if index is not None and not (basis.at_work and place == 0):
+            record = records[index]
+            if record.robot == name and step == step_to_go_on(record.task, record.step):
+                row.append(index)
+                continue
+        listed = situation.get(task_id)
+        if listed is not None:
+            ready = ready.then(predictor.effort(listed.task, step, ready.end))
+            fixed += 1
+    return _Robot(name, basis, predictor, lengths, pace.times, ready, fixed, tuple(row))
+
+
+def _merged(robots: list[_Robot], tasks: int) -> list[_Robot]:
+    """Return the robots; if there is too much to compare, one body has one mean pace."""
+    kinds = len({robot.alike for robot in robots})
+    if kinds * (tasks + len(robots)) * tasks <= MAX_LEGS:
+        return robots
+    merged = []
+    for robot in robots:
+        same = [each.times for each in robots if each.basis.body == robot.basis.body]
+        times = tuple(np.mean(same, axis=0).tolist())
+        body = robot.basis.body
+        predictor = Predictor(body, robot.lengths, Pace(body.max_speed, times))
+        merged.append(
+            _Robot(
+                robot.name,
+                robot.basis,
+                predictor,
+                robot.lengths,
+                times,
+                robot.ready,
+                robot.fixed,
+                robot.row,
+            )
+        )
+    return merged
+
+
+@dataclass(frozen=True, slots=True)
+class _Figures:
+    """What drives and tasks take the robots of one kind; see `Problem`."""
+
+    leg: Floats
+    leg_draw: Floats
+    own: Floats
+    own_draw: Floats
+
+
+def _figures(
+    predictor: Predictor,
+    records: Sequence[TaskRecord],
+    lengths: Floats,
+    delays: Floats,
+    turning: Floats,
+) -> _Figures:
+    jobs = [_job(record, predictor) for record in records]
+    rests = [job.rest for job in jobs if job.rest is not None]
+    forces = np.array([job.force for job in jobs])
+    draws, times = predictor.legs(lengths, delays, turning, forces)
+    own = np.array([rest.duration for rest in rests])
+    own_draw = np.array([rest.energy for rest in rests])
+    return _Figures(_spaced(times), _spaced(draws), np.append(own, 0.0), np.append(own_draw, 0.0))
+
+
+def _spaced(table: Floats) -> Floats:
+    """Return a table with a row and a column of 0 for `nothing` behind the tasks."""
+    tasks = table.shape[1]
+    return np.insert(np.insert(finite(table), tasks, 0.0, axis=0), tasks, 0.0, axis=1)
+
+
+def _surveyed(
+    situation: Situation,
+    robots: Sequence[_Robot],
+    records: Sequence[TaskRecord],
+    kinds: Sequence[tuple[object, ...]],
+    made: Sequence[_Figures],
+    tables: Mapping[int, tuple[Floats, Floats]],
+) -> Surveyed:
+    kind = np.array([kinds.index(robot.alike) for robot in robots])
+    own = np.array([each.own for each in made])
+    able = np.array([_able(robot, records) for robot in robots])
+    for index, robot in enumerate(robots):
+        lengths, _ = tables[id(robot.lengths)]
+        able[index] &= np.isfinite(lengths[len(records) + index])
+        able[index] &= np.isfinite(own[kind[index], :-1])
+    able = _without_vain_tries(able, robots, records)
+    priority = np.array([record.task.priority for record in records])
+    problem = Problem(
+        kind,
+        np.array([each.leg for each in made]),
+        np.array([each.leg_draw for each in made]),
+        finite(own),
+        finite(np.array([each.own_draw for each in made])),
+        np.array([robot.ready.duration for robot in robots]),
+        np.full(len(robots), np.inf),
+        np.array([_weight(robots, record.task, situation.now) for record in records]),
+        priority,
+        able,
+    )
+    most = _limits(problem, robots)
+    problem = replace(problem, most=most)
+    names = [robot.name for robot in robots]
+    plan = tuple(robot.row for robot in robots)
+    return Surveyed(problem, names, records, plan, [robot.fixed for robot in robots])
+
+
+def _able(robot: _Robot, records: Sequence[TaskRecord]) -> list[bool]:
+    excludes = robot.basis.body.excludes
+    return [not excludes(record.task) for record in records]
+
+
+def _without_vain_tries(
+    able: NDArray[np.bool_], robots: Sequence[_Robot], records: Sequence[TaskRecord]
+) -> NDArray[np.bool_]:
+    """Leave tasks to robots that have not tried them in vain, as long as there are some."""
+    for index, record in enumerate(records):
+        fresh = able[:, index] & [robot.name not in record.tried for robot in robots]
+        if record.tried and fresh.any():
+            able[:, index] = fresh
+    return able
+
+
+def _weight(robots: Sequence[_Robot], task: Task, now: float) -> float:
+    """Return what a second of waiting counts; the robots of a fleet agree on it."""
+    return Aging(lambda: now, robots[0].basis.aging).weight(task)
+
+
+def _limits(problem: Problem, robots: Sequence[_Robot]) -> Floats:
+    """Return until when each robot may be at work with the charge it has [s].
+
+    As in a bid it keeps a share of it, and what the drive to a charger takes. It is infinite where
+    no list can become that long.
+    """
+    longest = problem.ready + (problem.leg.max(axis=(0, 1)) + problem.own.max(axis=0)).sum()
+    most = np.array([_endurance(robot) for robot in robots])
+    return np.where(most >= longest, np.inf, np.maximum(most, 0.0))
+
+
+def _endurance(robot: _Robot) -> float:
+    body, basis = robot.basis.body, robot.basis
+    battery = Battery(body.battery, basis.charge)
+    reserve = charge_to_reach(basis.chargers, robot.ready.end, body, robot.lengths, battery)
+    charge = battery.charge_left - reserve - CHARGE_TOLERANCE * battery.capacity
+    speed = 1.0 / max(robot.times[1], 1.0 / body.max_speed)
+    power = max(robot.predictor.force(body.payload) * speed, body.arm_power) + body.idle_power
+    return charge / battery.charge_for(power) if power > 0.0 else math.inf

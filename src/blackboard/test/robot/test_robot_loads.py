@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A load is picked once and put down once, whatever becomes of the robot's process."""
+
+import dataclasses
+
+import pytest
+
+from blackboard.consensus.journal import MemoryJournal
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import Hold, Load, Order
+from blackboard.domain.task import Task, TaskState, TaskType, split_task
+from blackboard.errors import JournalError
+from blackboard.robot.executor import CommandResult, CommandState
+from blackboard.robot.loads import Loads
+from hive_common.pose import Pose
+from hive_lab.virtual.harness import STEP, RobotHarness
+from hive_lab.virtual.network import Network, NetworkTalker
+
+A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
+CARRY = Task("T1", TaskType.GPAB, (A, B), payload=5.0)
+OTHER = Task("T2", TaskType.GPAB, (A, B), payload=2.0)
+PICK, PLACE = split_task(CARRY)[1], split_task(CARRY)[3]
+ORDER = Order(CARRY, "robot1", epoch=1, assignment=3, hive="hive1")
+
+
+def loads_of(journal):
+    return Loads(NetworkTalker(Network(), "robot1"), journal)
+
+
+class Full(MemoryJournal):
+    def save_hold(self, _):
+        raise JournalError("no space left on device")
+
+
+def test_what_an_arm_is_about_to_pick_is_written_down_first():
+    journal = MemoryJournal()
+
+    asked = loads_of(journal).begin(ORDER, 1, PICK)
+
+    assert journal.hold == Hold((Load("T1", 5.0, "hive1", 3),))
+    assert asked.action == "hive1/T1/3/1"
+
+
+def test_the_same_action_has_the_same_id_after_a_restart_and_the_arm_looks_first():
+    journal = MemoryJournal(hold=Hold(sure=True))
+    first = loads_of(journal).begin(ORDER, 1, PICK)
+    later = dataclasses.replace(ORDER, hive="hive2", assignment=1)
+
+    again = loads_of(journal).begin(later, 1, PICK)
+
+    assert (first.look, again.look) == (False, True)
+    assert again.action == first.action
+
+
+def test_a_robot_that_lost_its_disk_lets_its_arm_look_first():
+    assert loads_of(MemoryJournal()).begin(ORDER, 1, PICK).look
+
+
+def test_an_order_whose_pick_has_begun_tells_a_robot_without_its_disk_what_may_be_on_board():
+    loads = loads_of(MemoryJournal())
+
+    loads.expect(ORDER)
+    assert not loads.has("T1")
+    loads.expect(dataclasses.replace(ORDER, step=1))
+    assert loads.has("T1")
+
+
+def test_a_load_that_is_put_down_is_on_board_no_more():
+    journal = MemoryJournal()
+    loads = loads_of(journal)
+    loads.begin(ORDER, 1, PICK)
+    loads.begin(ORDER, 3, PLACE)
+
+    loads.end("T1")
+
+    assert journal.hold == Hold(sure=True)
+
+
+def test_a_request_that_never_reached_the_arm_says_nothing_of_the_one_before():
+    loads = loads_of(MemoryJournal())
+    loads.begin(ORDER, 1, PICK)
+    loads.begin(ORDER, 1, PICK)
+
+    loads.miss("T1", looked=False)
+    assert loads.has("T1")
+    loads.miss("T1", looked=True)
+    assert not loads.has("T1")
+
+
+def test_an_arm_does_not_move_while_its_robot_cannot_write():
+    with pytest.raises(JournalError, match="no space left"):
+        loads_of(Full()).begin(ORDER, 1, PICK)
+
+
+def test_a_last_step_waits_for_a_disk_on_which_its_report_fits():
+    journal = MemoryJournal()
+    loads_of(journal).check_writable()
+
+    with pytest.raises(JournalError, match="no space left"):
+        loads_of(Full()).check_writable()
+
+
+@pytest.mark.parametrize(
+    ("result", "state"),
+    [
+        (CommandResult(CommandState.ABORTED, "the grip failed"), TaskState.WAITING),
+        (CommandResult(CommandState.LOST, "no answer"), TaskState.FAILED),
+        (CommandResult(CommandState.LOST, "no answer", begun=False), TaskState.WAITING),
+    ],
+)
+def test_only_a_load_that_is_surely_not_on_board_is_left_to_another_robot(result, state):
+    harness = RobotHarness()
+    harness.order(CARRY)
+    harness.wait(STEP / 2)
+    harness.command.results = [result, result]
+    harness.wait(4 * STEP)
+
+    assert harness.reports(CARRY)[-1] == (state, 1)
+
+
+def test_a_robot_whose_arm_holds_another_load_hands_its_task_back_and_leaves_service():
+    harness = RobotHarness()
+    harness.order(CARRY)
+    harness.wait(STEP / 2)
+    what = "the load of task T9 is on board"
+    harness.command.results = [CommandResult(CommandState.OCCUPIED, what)]
+    harness.wait(2 * STEP)
+
+    assert harness.reports(CARRY)[-1] == (TaskState.WAITING, 1)
+    assert harness.status.state is RobotState.DEFECT
+    assert harness.status.reason == f"{what}: take it off, then set the robot idle"

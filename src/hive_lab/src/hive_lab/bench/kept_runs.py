@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Simulates many runs on all processors, and keeps each result in a file as soon as it is there.
+
+A measurement of hours can be stopped at any time; with the same file it goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hive_common.errors import FileError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    Data = dict[str, Any]  # what JSON can hold
+
+
+class KeptRuns:
+    """Results of runs by name.
+
+    Args:
+        file: Where they are kept, a line each; None to keep nothing.
+
+    Raises:
+        FileError: The file holds something else.
+    """
+
+    def __init__(self, file: Path | None) -> None:
+        self._file = file
+        self._known: dict[str, Data] = {}
+        if file is None or not file.exists():
+            return
+        whole = file.read_text(encoding="utf-8").rpartition("\n")[0]  # the last may be cut off
+        for number, line in enumerate(whole.splitlines(), start=1):
+            try:
+                kept = json.loads(line)
+                self._known[kept["run"]] = kept["result"]
+            except (ValueError, TypeError, KeyError):
+                allowed = "runs that --resume has written, or a file that is not there yet"
+                raise FileError(f"{file}:{number}: {line[:40]!r}; allowed: {allowed}") from None
+        file.write_text(f"{whole}\n" if whole else "", encoding="utf-8")
+
+    def all_of(
+        self, jobs: Mapping[str, tuple[Callable[..., Data], tuple[Any, ...]]]
+    ) -> list[Data]:
+        """Return the results of runs in their order; do those that are not known yet.
+
+        Args:
+            jobs: By the name of a run, a function of a module and its arguments.
+        """
+        todo = {name: job for name, job in jobs.items() if name not in self._known}
+        # Workers share no state with this process, which may have threads.
+        context = multiprocessing.get_context("forkserver")
+        with ProcessPoolExecutor(os.cpu_count() or 1, mp_context=context) as pool:
+            under_way = {pool.submit(work, *given): name for name, (work, given) in todo.items()}
+            for number, done in enumerate(as_completed(under_way), start=1):
+                name = under_way[done]
+                self.keep(name, done.result())
+                click.echo(f"{name}: done ({number} of {len(todo)})", err=True)
+        return [self._known[name] for name in jobs]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all runs that are known, the oldest first."""
+        return tuple(self._known)
+
+    def __getitem__(self, name: str) -> Data:
+        """Return the result of a run that is known."""
+        return self._known[name]
+
+    def keep(self, name: str, result: Data) -> None:
+        """Keep the result of a run."""
+        self._known[name] = result
+        if self._file is not None:
+            with self._file.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"run": name, "result": result}) + "\n")

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reads experiments: which fleet does which tasks, and which ways to decide are compared.
+
+The files in `experiments/` of fleet_manager are the manual of the format.
+"""
+
+import itertools
+from pathlib import Path
+from typing import Annotated
+
+import attrs
+
+from blackboard.costing.cost import COST_MODELS
+from blackboard.domain.settings import DECISIONS
+from fleet_manager.config.fleet_file import Fleet, read_fleet
+from fleet_manager.config.load import Load
+from fleet_manager.config.places import places_of
+from fleet_manager.config.scenario import Scenario, read_scenario
+from hive_common.checked_yaml import error_at, read_checked
+from hive_common.map_file import load_map
+from hive_common.resources import beside, find_file
+from hive_common.structuring import (
+    Allowed,
+    NotAllowedError,
+    at_least,
+    between,
+    listed,
+    one_of,
+    positive,
+)
+
+RUN_ON = ("virtual", "simulator")
+"""Where an experiment runs: on virtual time in one process, or as a whole system on ROS."""
+
+BLACKBOARD = "blackboard"
+
+
+@attrs.frozen(kw_only=True)
+class Kill:
+    """A process that is killed."""
+
+    after: Annotated[float, at_least(0, "a number of seconds")]
+    """From the first posting, on the hive's clock [s]."""
+    kill: Annotated[str, Allowed("the name of a robot, or blackboard")]
+    """Whose process it is."""
+
+
+@attrs.frozen(kw_only=True)
+class _Content:
+    """What an experiment file holds.
+
+    Raises:
+        NotAllowedError: It has both a scenario and a load, or neither.
+    """
+
+    description: str = ""
+    """What the experiment is for, in a sentence."""
+    fleet: Annotated[str, Allowed("the name or path of a fleet file")]
+    scenario: Annotated[str, Allowed("the name or path of a scenario")] | None = None
+    """What is posted; or `load`."""
+    load: Load | None = None
+    """Random tasks, drawn anew for each seed; or `scenario`."""
+    world: Annotated[str, Allowed("the name or path of a world")] | None = None
+    """None: the scenario's; with a load it is needed."""
+    map: Annotated[str, Allowed("the name or path of a map")] | None = None
+    """What the robots know of the world; None: the scenario's, or that of the world."""
+    decisions: Annotated[
+        tuple[Annotated[str, one_of(*DECISIONS)], ...], listed("decisions", unique=True)
+    ] = ()
+    """Who decides; none: as the fleet file says."""
+    cost_models: Annotated[
+        tuple[Annotated[str, one_of(*COST_MODELS)], ...], listed("cost models", unique=True)
+    ] = ()
+    """How robots reckon what a task costs; none: as the fleet file says."""
+    seeds: Annotated[
+        tuple[Annotated[int, at_least(0, "a whole number")], ...],
+        listed("at least one seed, each once", 1, unique=True),
+    ] = (1,)
+    """Each way to decide runs once with each seed."""
+    run_on: Annotated[str, one_of(*RUN_ON)] = "virtual"
+    rtf: Annotated[float, between(0.1, 20, "simulated time per real time")] = 3.0
+    """With `run_on: simulator`: the requested real-time factor."""
+    faults: tuple[Kill, ...] = ()
+    time_limit: Annotated[float, positive("a number of seconds", 86400)] = 3600.0
+    """A run ends then, on the hive's clock [s]."""
+
+    def __attrs_post_init__(self) -> None:
+        if (self.scenario is None) is (self.load is None):
+            raise NotAllowedError((), "give either scenario or load")
+        if self.load is not None and self.world is None:
+            raise NotAllowedError(("world",), "missing; a load needs the name or path of a world")
+
+
+@attrs.frozen
+class Variant:
+    """A way to decide."""
+
+    decision: str
+    cost_model: str
+
+    @property
+    def label(self) -> str:
+        """Its name in tables."""
+        return f"{self.decision}, {self.cost_model}"
+
+
+@attrs.frozen(kw_only=True)
+class Experiment(_Content):
+    """An experiment that was read and checked; names of files are absolute or known."""
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """The file's name without its ending."""
+        return self.path.stem
+
+    @property
+    def variants(self) -> tuple[Variant, ...]:
+        """The ways to decide, in the order of the file."""
+        fleet = read_fleet(self.fleet)
+        decisions = self.decisions or (fleet.decision,)
+        models = self.cost_models or (fleet.cost_model,)
+        return tuple(itertools.starmap(Variant, itertools.product(decisions, models)))
+
+    @property
+    def runs(self) -> tuple[tuple[Variant, int], ...]:
+        """Every run: the variants take turns, seed by seed."""
+        return tuple((variant, seed) for seed in self.seeds for variant in self.variants)
+
+    def fleet_of(self, variant: Variant) -> Fleet:
+        """Return the fleet as it decides in a variant."""
+        fleet = read_fleet(self.fleet)
+        return attrs.evolve(fleet, decision=variant.decision, cost_model=variant.cost_model)
+
+    def scenario_of(self, seed: int) -> Scenario:
+        """Return what is posted in the runs with a seed."""
+        if self.scenario is not None:
+            read = read_scenario(self.scenario)
+            world = self.world or read.world
+            chart = self.map or (read.map if self.world is None else world)
+            limit = min(self.time_limit, read.time_limit)
+            return attrs.evolve(read, world=world, map=chart, fleet=self.fleet, time_limit=limit)
+        assert self.load is not None  # noqa: S101  (checked when it was read)
+        assert self.world is not None  # noqa: S101  (checked when it was read)
+        chart = self.map or self.world
+        tasks = self.load.draw(load_map(chart), seed, places_of(self.world).values())
+        return self.load.scenario(
+            world=self.world, chart=chart, fleet=self.fleet, tasks=tasks, limit=self.time_limit
+        )
+
+
+def read_experiment(name: str) -> Experiment:
+    """Read and check an experiment, given by its name in `experiments/` or by its path.
+
+    Raises:
+        hive_common.errors.FileError: There is no such experiment, or its file, or one that it
+            names, has a mistake.
+    """
+    path = find_file("fleet_manager", "experiments", name)
+    content = read_checked(path, _Content)
+    given = attrs.asdict(content, recurse=False)
+    for key in ("fleet", "scenario", "world", "map"):
+        if given[key] is not None:
+            given[key] = beside(path, given[key])
+    experiment = Experiment(path=path, **given)
+    fleet = read_fleet(experiment.fleet)
+    experiment.scenario_of(experiment.seeds[0])
+    names = [robot.name for robot in fleet.robots]
+    for number, fault in enumerate(experiment.faults):
+        if fault.kill not in {*names, BLACKBOARD}:
+            problem = (
+                f"'{fault.kill}' is not in the fleet; allowed: {', '.join((*names, BLACKBOARD))}"
+            )
+            raise error_at(path, ("faults", number, "kill"), problem)
+        if fault.kill == BLACKBOARD and experiment.run_on == "virtual":
+            problem = "on virtual time nobody else can lead; set `run_on: simulator`"
+            raise error_at(path, ("faults", number, "kill"), problem)
+    agvs = [robot.name for robot in fleet.robots if robot.is_agv]
+    if agvs and experiment.run_on == "virtual":
+        problem = (
+            f"{', '.join(agvs)} speak VDA 5050, which needs a broker; set `run_on: simulator`"
+        )
+        raise error_at(path, ("fleet",), problem)
+    return experiment

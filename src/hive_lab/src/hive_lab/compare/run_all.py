@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs all runs of an experiment one after the other, each in a process of its own."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import sys
+import time
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from fleet_manager.demo.picture import draw_run
+from fleet_manager.errors import FleetManagerError, StartError
+from hive_common.errors import HiveError
+from hive_common.map_file import load_map
+from hive_lab.compare.results import Results, machine_words, repeatable
+from hive_lab.compare.simulator_run import run_in_simulator
+from hive_lab.compare.virtual_run import run_virtual
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from multiprocessing.connection import Connection
+    from pathlib import Path
+
+    from hive_lab.compare.experiment import Experiment, Variant
+
+TELL_EVERY = 0.5  # least time between two words on the progress of a run [s]
+_LEAST_SHARE = 0.02  # below this share the remaining time is anybody's guess
+_END_WITHIN = 30.0  # time that a run has to end its processes [s]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far an experiment is.
+
+    Attributes:
+        run: The run under way, in words.
+        number: Its number, from 1.
+        runs: How many there are.
+        share: Of all of them, 0..1; the run under way counts by the share of its tasks that have
+            ended.
+        remaining: Estimated time until the end [s], by what the runs took so far; None while too
+            little is known.
+    """
+
+    run: str
+    number: int
+    runs: int
+    share: float
+    remaining: float | None
+
+
+def remaining_time(elapsed: float, share: float) -> float | None:
+    """Return the time until everything is done [s], if it goes on as it went.
+
+    Args:
+        elapsed: Since the start [s].
+        share: What is done, 0..1.
+
+    Returns:
+        None below 2 %.
+    """
+    return elapsed * (1.0 - share) / share if share >= _LEAST_SHARE else None
+
+
+def run_all(
+    experiment: Experiment, folder: Path, tell: Callable[[Progress], None], machine: str = ""
+) -> Results:
+    """Run an experiment; the pictures and logs of the runs go into a folder.
+
+    Args:
+        experiment: What runs.
+        folder: An empty folder.
+        tell: Called about twice a second.
+        machine: In words; by default this one.
+
+    Raises:
+        HiveError: A run could not be made; the text names it.
+    """
+    began, date = time.monotonic(), datetime.now().astimezone().isoformat(timespec="seconds")
+    runs = experiment.runs
+    reports: dict[str, list[dict[str, Any]]] = {
+        variant.label: [] for variant in experiment.variants
+    }
+    pictures: dict[str, Path] = {}
+    for number, (variant, seed) in enumerate(runs):
+        words = f"{variant.label}, seed {seed}"
+
+        def told(share: float, done: int = number, words: str = words) -> None:
+            whole = (done + share) / len(runs)
+            left = remaining_time(time.monotonic() - began, whole)
+            tell(Progress(words, done + 1, len(runs), whole, left))
+
+        told(0.0)
+        picture = folder / f"{variant.decision}-{variant.cost_model}-{seed}.png"
+        reports[variant.label].append(_apart(experiment, variant, seed, picture, told))
+        pictures[words] = picture
+    return Results(
+        experiment.name,
+        date,
+        machine or machine_words(),
+        reports,
+        pictures,
+        repeatable(experiment),
+    )
+
+
+def _apart(
+    experiment: Experiment,
+    variant: Variant,
+    seed: int,
+    picture: Path,
+    tell: Callable[[float], None],
+) -> dict[str, Any]:
+    """Make one run in a process of its own: rospy connects a process to one hive only.
+
+    It is forked: catkin's packages of a source tree put that tree first on the path, where a new
+    interpreter would look for messages in vain.
+    """
+    context = multiprocessing.get_context("fork")
+    ours, theirs = context.Pipe(duplex=False)
+    worker = context.Process(target=_work, args=(theirs, experiment, variant, seed, picture))
+    worker.start()
+    theirs.close()
+    run = f"{variant.label}, seed {seed}"
+    try:
+        report = _listen(ours, tell, run)
+    except BaseException:  # Ctrl-C too: the run has to end its processes
+        worker.terminate()
+        raise
+    finally:
+        worker.join(_END_WITHIN)
+        if worker.is_alive():
+            worker.kill()
+            worker.join()
+    return report
+
+
+def _listen(pipe: Connection, tell: Callable[[float], None], run: str) -> dict[str, Any]:
+    """Tell the progress of a run until its report comes.
+
+    Raises:
+        StartError: It failed.
+    """
+    try:
+        while True:
+            kind, value = pipe.recv()
+            if kind == "report":
+                report: dict[str, Any] = value
+                return report
+            if kind == "failed":
+                raise StartError(f"{run}: {value}")
+            tell(value)
+    except EOFError:
+        raise StartError(
+            f"{run}: its process ended unexpectedly; what it wrote is above"
+        ) from None
+
+
+def _work(
+    pipe: Connection, experiment: Experiment, variant: Variant, seed: int, picture: Path
+) -> None:
+    """Make one run, tell its progress, and send its report."""
+    _end_by_exit()
+    last = [0.0]
+
+    def look(_now: float, ended: float) -> None:
+        if time.monotonic() - last[0] >= TELL_EVERY:
+            last[0] = time.monotonic()
+            pipe.send(("share", ended))
+
+    try:
+        fleet, scenario = experiment.fleet_of(variant), experiment.scenario_of(seed)
+        if experiment.run_on == "virtual":
+            result = run_virtual(fleet, scenario, seed, experiment.faults, look)
+        else:
+            folder = picture.with_suffix("")
+            folder.mkdir()
+            faults, rtf = experiment.faults, experiment.rtf
+            result = run_in_simulator(fleet, scenario, rtf, faults, look, folder)
+    except (HiveError, FleetManagerError) as error:
+        pipe.send(("failed", str(error)))
+        return
+    report = {
+        **result.report,
+        "decision": variant.decision,
+        "seed": seed,
+        "remarks": result.remarks,
+        "run_on": experiment.run_on,
+    }
+    draw_run(picture, report, result.history, load_map(scenario.map))
+    pipe.send(("report", report))
+
+
+def _end_by_exit() -> None:
+    """Turn SIGTERM into an exit that ends the processes of a hive."""
+    signal.signal(signal.SIGTERM, lambda number, _frame: sys.exit(128 + number))

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A robot's arm, which goes on when the robot's process ends, and where every load is.
+
+The arm's action server is a process of its own. It finishes what it has begun, remembers its
+actions by their ids, and knows what it holds; see blackboard/Pick.action.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, NoReturn
+
+from blackboard.domain.task import StepKind
+from blackboard.robot.executor import CommandResult, CommandState
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.domain.task import TaskStep
+    from hive_lab.fault_schedules.faulty_network import Host
+
+_SUCCESS = CommandResult(CommandState.SUCCEEDED)
+_DROPPED = CommandResult(CommandState.ABORTED, "the grip failed; the load is where it was")
+_NOTHING = CommandResult(CommandState.ABORTED, "the load of this task is not on board")
+
+
+class LoadChecker:
+    """Follows each load: a load is picked once and put down once, and a robot holds one.
+
+    Args:
+        broken: Ends the run; takes the broken property and the observation.
+
+    Attributes:
+        arms: Of the robots that are followed, by name.
+    """
+
+    def __init__(self, broken: Callable[[str, str], NoReturn]) -> None:
+        self._broken = broken
+        self._picked: dict[str, str] = {}
+        self._put_down: Counter[str] = Counter()
+        self.arms: dict[str, SimulatedArm] = {}
+
+    def follow(self, robot: str, arm: SimulatedArm) -> None:
+        """Follow the loads of one more robot."""
+        self.arms[robot] = arm
+        arm.loads = self
+
+    def pick(self, robot: str, task: str, on_board: str) -> None:
+        """Record that a robot has picked the load of a task; `on_board` is what it held."""
+        if on_board:
+            what = f"{robot} picks the load of {task} and has that of {on_board} on board"
+            self._broken("one load, one place", what)
+        if task in self._picked:
+            first = self._picked[task]
+            what = f"{robot} picks a load of {task}, which {first} has picked"
+            self._broken("one load, one place", what)
+        self._picked[task] = robot
+
+    def put_down(self, robot: str, task: str) -> None:
+        """Record that a robot has put the load of a task down."""
+        self._put_down[task] += 1
+        if self._put_down[task] > 1 or self._picked.get(task) != robot:
+            what = f"{robot} puts a load of {task} down that is not on board"
+            self._broken("one load, one place", what)
+
+    def check_done(self, task: str) -> None:
+        """Check that the load of a task that counts as carried to its goal was put down."""
+        if self._put_down[task] != 1:
+            what = f"{task} is done, and its load was put down {self._put_down[task]} times"
+            self._broken("one load, one place", what)
+
+    def begin_anew(self, task: str) -> None:
+        """Expect another load under the id of a task that was forgotten."""
+        self._picked.pop(task, None)
+        del self._put_down[task]
+
+
+class SimulatedArm:
+    """One robot's arm with its action server, which outlives the robot's process.
+
+    Attributes:
+        loads: Follows the loads; without one, nobody does.
+        on_board: Task whose load the arm has taken; empty if there is none.
+    """
+
+    def __init__(self, host: Host) -> None:
+        self._host = host
+        self._run = 0
+        self._action = ""
+        self._done: dict[str, CommandResult] = {}
+        self._tell: tuple[int, Callable[[CommandResult], None]] | None = None
+        self.loads: LoadChecker | None = None
+        self.on_board = ""
+
+    def knows(self, step: TaskStep) -> CommandResult | None:
+        """Return how an action has ended that was begun before; None if it is to be done."""
+        if step.action in self._done:
+            return self._done[step.action]
+        if step.kind is StepKind.PICK and step.look and self.on_board == step.task_id:
+            return _SUCCESS
+        if step.kind is StepKind.PICK and step.look and self.on_board:
+            what = f"the load of task {self.on_board} is on board"
+            return CommandResult(CommandState.OCCUPIED, what)
+        return None
+
+    def is_at(self, step: TaskStep) -> bool:
+        """Return whether an action is under way."""
+        return bool(step.action) and self._action == step.action
+
+    def join(self, done: Callable[[CommandResult], None]) -> None:
+        """Tell the robot's present process how the action under way ends."""
+        self._tell = self._host.generation, done
+
+    def start(
+        self,
+        step: TaskStep,
+        duration: float,
+        done: Callable[[CommandResult], None],
+        *,
+        works: bool,
+    ) -> None:
+        """Begin an action in place of the one before; it takes `duration` [s]."""
+        self._run += 1
+        self._action = step.action
+        self.join(done)
+        self._host.network.schedule(duration, None, self._end, (self._run, step, works))
+
+    def cancel(self) -> None:
+        """Stop; the load stays where it is."""
+        self._run += 1
+        self._action, self._tell = "", None
+
+    def take_off(self) -> None:
+        """Let a person take what is on board."""
+        self.on_board = ""
+
+    def _end(self, what: tuple[int, TaskStep, bool]) -> None:
+        run, step, works = what
+        if run != self._run:
+            return
+        result = self._move(step) if works else _DROPPED
+        if step.action and result is _SUCCESS:
+            self._done[step.action] = result
+        tell, self._action, self._tell = self._tell, "", None
+        if tell is not None and tell[0] == self._host.generation:
+            self._host.network.schedule(0.0, self._host, tell[1], result)
+
+    def _move(self, step: TaskStep) -> CommandResult:
+        """Move the load."""
+        task = step.task_id
+        if step.kind is StepKind.PICK:
+            if self.loads is not None:
+                self.loads.pick(self._host.name, task, self.on_board)
+            self.on_board = task
+            return _SUCCESS
+        if self.on_board != task:
+            return _NOTHING
+        if self.loads is not None:
+            self.loads.put_down(self._host.name, task)
+        self.on_board = ""
+        return _SUCCESS

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: BSD-3-Clause
+import pytest
+
+from hive_lab.bench import faults
+from hive_lab.fault_schedules.draw import draw
+from hive_lab.fault_schedules.run import run as run_schedule
+from hive_lab.live.soak import added_up
+
+
+@pytest.fixture
+def simulated(monkeypatch):
+    """Run schedules in this process, in pieces of two; return the seeds that were run."""
+    seeds = []
+
+    def simulate(wanted):
+        for seed in wanted:
+            seeds.append(seed)
+            yield run_schedule(draw(seed))
+
+    monkeypatch.setattr(faults, "simulate", simulate)
+    monkeypatch.setattr(faults, "_PIECE", 2)
+    monkeypatch.setattr(faults, "_idle_hive", dict)
+    return seeds
+
+
+def test_a_measurement_of_faults_goes_on_where_it_was_and_adds_up(simulated, tmp_path):
+    file = tmp_path / "faults.jsonl"
+    part = faults.run(2, first=20, resume=file)
+    whole = faults.run(4, first=20, resume=file)
+    at_once = faults.run(4, first=20)
+
+    assert simulated == [20, 21, 22, 23, 20, 21, 22, 23]
+    assert part.figures["schedules"] == 2
+    timeless = [name for name in whole.figures if not name.endswith("per_second")]
+    assert {name: whole.figures[name] for name in timeless} == {
+        name: pytest.approx(at_once.figures[name]) for name in timeless
+    }
+
+
+def test_pieces_of_another_program_are_named(simulated, tmp_path, monkeypatch, capsys):
+    file = tmp_path / "faults.jsonl"
+    monkeypatch.setattr(faults, "_tree", lambda: "abc1234")
+    faults.run(2, resume=file)
+    assert "other programs" not in capsys.readouterr().err
+    monkeypatch.setattr(faults, "_tree", lambda: "def5678")
+    faults.run(4, resume=file)
+
+    assert "the commits: abc1234, def5678" in capsys.readouterr().err
+    assert simulated == [0, 1, 2, 3]
+
+
+def test_pieces_of_a_soak_add_up_and_the_largest_growth_counts():
+    pieces = [
+        {"minutes": 30, "tasks": 800.0, "tasks_not_done": 0.0, "memory_growth": 3.0},
+        {"minutes": 10, "tasks": 280.0, "tasks_not_done": 1.0, "memory_growth": 1.5},
+    ]
+
+    assert added_up(pieces) == {
+        "minutes": 40,
+        "tasks": 1080.0,
+        "tasks_not_done": 1.0,
+        "memory_growth": 3.0,
+    }

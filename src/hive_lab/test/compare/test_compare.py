@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command `compare`, with real runs on virtual time."""
+
+import json
+
+import pytest
+
+from fleet_manager.cli.context import CliContext
+from fleet_manager.cli.main import run
+from hive_common.errors import HiveError
+from hive_lab.compare.command import compare
+from hive_lab.compare.experiment import read_experiment
+from hive_lab.compare.results import Results, load
+from hive_lab.compare.run_all import Progress, run_all
+from hive_lab.compare.virtual_run import run_virtual
+
+FLEET = """\
+robots:
+  - {name: robot1, model: mir100, pose: [2.6, 2.0, 0.0]}
+  - {name: robot2, model: ld60, pose: [2.6, 4.0, 0.0]}
+"""
+SCENARIO = """\
+description: Two short ways.
+world: lab
+fleet: ./fleet.yaml
+tasks:
+  - {id: A, type: GA, goals: [[4.0, 2.2]]}
+  - {id: B, type: GA, goals: [[4.0, 4.2]], after: 2}
+"""
+EXPERIMENT = """\
+fleet: ./fleet.yaml
+scenario: ./scenario.yaml
+decisions: [distributed, optimized]
+cost_models: [latency]
+"""
+
+
+@pytest.fixture
+def mine(tmp_path):
+    (tmp_path / "fleet.yaml").write_text(FLEET, encoding="utf-8")
+    (tmp_path / "scenario.yaml").write_text(SCENARIO, encoding="utf-8")
+    path = tmp_path / "mine.yaml"
+    path.write_text(EXPERIMENT, encoding="utf-8")
+    return path
+
+
+def virtual(mine, faults=""):
+    """Run the first variant of an experiment; return its report."""
+    mine.write_text(EXPERIMENT + faults, encoding="utf-8")
+    experiment = read_experiment(str(mine))
+    fleet, scenario = experiment.fleet_of(experiment.variants[0]), experiment.scenario_of(1)
+    result = run_virtual(fleet, scenario, 1, experiment.faults, lambda _now, _ended: None)
+    return result.report
+
+
+def test_a_run_on_virtual_time_gives_the_same_report_again(mine):
+    first, again = (virtual(mine) for _ in range(2))
+
+    assert first["all_done"]
+    assert first["tasks"] == again["tasks"]
+    assert first["robots"] == again["robots"]
+    assert all(robot["distance"] > 1.0 and robot["energy"] > 0 for robot in first["robots"])
+
+
+def test_a_robot_that_is_killed_does_nothing_more_and_the_other_does_its_task(mine):
+    whole = virtual(mine)
+    broken = virtual(mine, "faults: [{after: 1, kill: robot1}]\n")
+
+    assert {task["robot"] for task in whole["tasks"]} == {"robot1", "robot2"}
+    assert broken["all_done"]
+    assert {task["robot"] for task in broken["tasks"]} == {"robot2"}
+
+
+def test_an_experiment_is_run_shown_and_can_be_repeated_from_its_folder(mine, tmp_path, capsys):
+    code = run(
+        CliContext(connect=None), [str(mine), "--results", str(tmp_path / "out")], command=compare
+    )
+    out, err = capsys.readouterr()
+    (folder,) = (tmp_path / "out").iterdir()
+
+    assert code == 0
+    assert "time to done, mean [s]" in out
+    assert "run 2 of 2: optimized, latency, seed 1" in err
+    again = read_experiment(str(folder / "experiment.yaml"))
+    assert again.runs == read_experiment(str(mine)).runs
+    assert again.scenario_of(1).tasks == read_experiment(str(mine)).scenario_of(1).tasks
+    assert [len(runs) for runs in load(folder).reports.values()] == [1, 1]
+
+
+def test_a_run_that_fails_names_itself(mine, tmp_path):
+    experiment = read_experiment(str(mine))
+    (tmp_path / "fleet.yaml").write_text(FLEET.replace("ld60", "nothing"), encoding="utf-8")
+
+    with pytest.raises(HiveError, match="robot model 'nothing': not known"):
+        run_all(experiment, tmp_path, lambda _progress: None)
+
+
+def test_programs_get_the_progress_and_the_folder_as_lines_of_json(
+    mine, tmp_path, capsys, monkeypatch
+):
+    def pretend(experiment, _folder, tell):
+        tell(Progress("optimized, latency, seed 1", 1, 2, 0.25, 30.0))
+        return Results(experiment.name, "today", "here", {}, {}, {})
+
+    monkeypatch.setattr("hive_lab.compare.command.run_all", pretend)
+
+    words = [str(mine), "--progress", "--results", str(tmp_path)]
+    assert run(CliContext(connect=None), words, command=compare) == 0
+    first, last = map(json.loads, capsys.readouterr().out.splitlines())
+
+    assert (first["share"], first["remaining"], first["runs"]) == (0.25, 30.0, 2)
+    assert last["folder"].startswith(str(tmp_path))
+
+
+def test_a_source_that_is_not_there_is_one_line_and_exit_2(tmp_path, capsys):
+    code = run(CliContext(connect=None), [str(tmp_path / "no.yaml")], command=compare)
+
+    assert code == 2
+    assert "no.yaml: cannot be read" in capsys.readouterr().err

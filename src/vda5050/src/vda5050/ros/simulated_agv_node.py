@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Several simulated AGVs in one process, each on a robot of the simulator."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import rospy
+from geometry_msgs.msg import Pose2D, Twist
+from nav_msgs.msg import Odometry
+from simenv.srv import Spawn
+from std_msgs.msg import String
+
+from blackboard.ros.startup import run_node
+from hive_common.errors import HiveError
+from hive_common.pose import STOP, Velocity
+from hive_common.ros.conversions import pose_from_msg
+from hive_common.ros.inbox import Inbox
+from hive_common.ros.names import RobotNames
+from robot_description.models import load_model
+from robot_navigation.ros.fake_localization_node import FakeLocalization
+from vda5050.errors import FaultError
+from vda5050.mqtt.link import BrokerSettings
+from vda5050.protocol.topics import Address
+from vda5050.protocol.versions import Version
+from vda5050.ros.vehicle_link import CONTROL_PERIOD, VehicleLink, keep_stepping, read_parameter
+from vda5050.ros.vehicle_settings import AgvEntry
+from vda5050.simulated.agv import AgvSettings, SimulatedAgv
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hive_common.pose import Pose
+
+_SPAWN_WITHIN = 120.0
+"""Time to wait for the simulator [s, wall clock]."""
+
+
+class RosBase:
+    """A robot of the simulator as the base of an AGV, over its topics.
+
+    It knows its true pose, as an AGV that follows reflectors or a line on the floor does.
+
+    ROS Subscribers: `ground_truth` (nav_msgs/Odometry).
+    ROS Publishers: `cmd_vel` (geometry_msgs/Twist).
+    """
+
+    def __init__(self, robot: str, inbox: Inbox) -> None:
+        self.pose: Pose | None = None
+        self.velocity = STOP
+        # A simulator waits for commands that come once a period of simulated time.
+        period = {"control_period": f"{CONTROL_PERIOD:.6f}"}
+        self._cmd_vel = rospy.Publisher(f"{robot}/cmd_vel", Twist, queue_size=1, headers=period)
+        rospy.Subscriber(
+            f"{robot}/ground_truth",
+            Odometry,
+            lambda message: inbox.put(lambda: self._hear(message)),
+            queue_size=1,
+            tcp_nodelay=True,
+        )
+        rospy.on_shutdown(lambda: self._cmd_vel.publish(Twist()))
+
+    def _hear(self, message: Odometry) -> None:
+        twist = message.twist.twist
+        self.pose = pose_from_msg(message.pose.pose)
+        self.velocity = Velocity(twist.linear.x, twist.linear.y, twist.angular.z)
+
+    def command(self, velocity: Velocity) -> None:
+        """Move like this until the next command."""
+        twist = Twist()
+        twist.linear.x, twist.linear.y, twist.angular.z = velocity
+        self._cmd_vel.publish(twist)
+
+
+class _Member:
+    """One AGV, its connection to the broker, and its topics."""
+
+    def __init__(self, entry: AgvEntry, map_id: str, broker: BrokerSettings, inbox: Inbox) -> None:
+        self._name = entry.name
+        version = Version(entry.version)
+        address = Address.of(version, entry.manufacturer, entry.serial, entry.interface)
+        self._link = VehicleLink(broker, address, inbox)
+        settings = AgvSettings(
+            address=address, version=version, map_id=map_id, rates=entry.rates, charge=entry.charge
+        )
+        FakeLocalization(RobotNames(rospy.get_namespace(), entry.name))
+        base = RosBase(entry.name, inbox)
+        model = load_model(entry.model)
+        self.agv = SimulatedAgv(settings, model, base, self._link.send, time.time)
+        rospy.Subscriber(
+            f"{entry.name}/agv_fault",
+            String,
+            lambda message: inbox.put(lambda: self._fault(message.data)),
+        )
+
+    def start(self) -> None:
+        """Connect to the broker."""
+        self._link.start(self.agv.endpoint, self.agv.hear)
+
+    def stop(self) -> None:
+        """Say goodbye."""
+        self._link.stop()
+
+    def _fault(self, line: str) -> None:
+        try:
+            self.agv.mischief.do(line)
+        except FaultError as error:
+            rospy.logwarn(f"{self._name}: {error}")
+
+
+def main() -> None:
+    """Run the AGVs until the node is shut down.
+
+    ROS Services called: `simenv/spawn`.
+    ROS Publishers: those of `RosBase` and `FakeLocalization`, for RViz.
+    ROS Subscribers: those of `RosBase`, and `<robot>/agv_fault` (std_msgs/String), a fault as
+        `vda5050.simulated.mischief` reads it.
+    ROS Parameters: `~agvs`, a list of `AgvEntry`; `~broker`, see `BrokerSettings`; `~map_id`
+        (map).
+    """
+    run_node("simulated_agv", _run)
+
+
+def _run() -> None:
+    entries = read_parameter("~agvs", tuple[AgvEntry, ...], [])
+    broker = read_parameter("~broker", BrokerSettings, {})
+    map_id = str(rospy.get_param("~map_id", "map"))
+    _spawn(entries)
+    inbox = Inbox()
+    members = [_Member(entry, map_id, broker, inbox) for entry in entries]
+    for member in members:
+        member.start()
+    try:
+        keep_stepping([member.agv.step for member in members], inbox)
+    finally:
+        for member in members:
+            member.stop()
+
+
+def _spawn(entries: Sequence[AgvEntry]) -> None:
+    """Put the AGVs into the simulator.
+
+    Raises:
+        HiveError: It refuses one.
+    """
+    service = "simenv/spawn"
+    rospy.wait_for_service(service, _SPAWN_WITHIN)
+    spawn = rospy.ServiceProxy(service, Spawn)
+    for entry in entries:
+        answer = spawn(entry.name, entry.model, Pose2D(*entry.pose))
+        if not answer.success:
+            raise HiveError(answer.message)
+        rospy.loginfo(answer.message)

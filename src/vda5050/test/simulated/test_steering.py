@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""AGVs of every model come to their nodes, and stand there as the order wants."""
+
+import math
+
+import pytest
+
+from robot_description.models import model_names
+from vda5050.protocol.versions import Version
+from vda5050.simulated.testing import Rig, node, order
+
+
+@pytest.mark.parametrize("model", model_names())
+@pytest.mark.parametrize("late", [0, 1], ids=["at once", "late"])
+def test_every_model_ends_where_and_how_it_should(model, late):
+    rig = Rig(Version.V2_1, model, late)
+    places = [(2, 2), (6, 2.4), (7, 6), (6, 7), (3, 7), (2.5, 4)]
+    way = [node(i, x, y) for i, (x, y) in enumerate(places)]
+    rig.send(order([*way, node(6, 3.5, 3.5, theta=-2.0)]))
+    rig.run_until(lambda: rig.is_idle and rig.state.last_node_id == "n6", within=200.0)
+    rig.run(2.0)
+
+    assert math.dist(rig.pose[:2], (3.5, 3.5)) < 0.1
+    assert abs(math.remainder(rig.pose.yaw + 2.0, math.tau)) < 0.06
+    assert rig.simulation.collisions == 0
+    assert rig.speed == pytest.approx(0.0, abs=1e-6)

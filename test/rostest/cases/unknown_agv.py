@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An AGV of which nothing is known but its name at the broker: its factsheet says what it is."""
+
+import rospy
+from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
+from hive_operator import TOLERANCE, Operator, apart, task
+
+GOAL = (14.0, 5.4, 0.0)
+
+
+def test_an_agv_takes_what_its_factsheet_says_that_it_can_carry_and_no_more():
+    rospy.init_node("operator")
+    operator = Operator(robots=("robot1", "agv1"))
+    operator.expect(lambda: {"robot1", "agv1"} <= set(operator.robots), "a status of both")
+    operator.set_state("robot1", "defect", RobotStatus.DEFECT)
+
+    operator.post(task("H1", TaskMsg.GAB, GOAL, GOAL, payload=70.0))  # an LD-60 carries 60 kg
+    operator.expect(lambda: operator.bids["H1"]["agv1"], "a bid of agv1")
+    assert operator.bids["H1"]["agv1"][0].cost >= TaskCost.MAX_COST
+    assert "60" in operator.bids["H1"]["agv1"][0].reason
+
+    operator.post(task("L1", TaskMsg.GAB, GOAL, GOAL, payload=50.0))
+    end = operator.follow("L1")
+    assert (end.state, end.robot_id) == (TaskState.DONE, "agv1")
+    assert apart(operator.place("agv1"), GOAL) < 2 * TOLERANCE

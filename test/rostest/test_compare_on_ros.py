@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An experiment runs as a whole system on ROS, also while the blackboard is killed."""
+
+import json
+import os
+import subprocess
+
+import pytest
+
+pytest.importorskip("blackboard.msg", reason="needs ROS and a built workspace")
+
+EXPERIMENT = """\
+fleet: lab
+scenario: smoke
+run_on: simulator
+faults: [{after: 5, kill: blackboard}]
+"""
+
+
+@pytest.mark.timeout(400)
+def test_an_experiment_on_ros_goes_on_when_the_blackboard_is_killed(tmp_path):
+    file = tmp_path / "killed.yaml"
+    file.write_text(EXPERIMENT, encoding="utf-8")
+    command = ["rosrun", "hive_lab", "compare", str(file), "--results", str(tmp_path / "out")]
+    environment = {name: each for name, each in os.environ.items() if name != "ROS_MASTER_URI"}
+
+    run = subprocess.run(
+        command, env=environment, capture_output=True, text=True, check=False, timeout=380
+    )
+
+    assert run.returncode == 0, run.stderr
+    (folder,) = (tmp_path / "out").iterdir()
+    kept = json.loads((folder / "runs.json").read_text(encoding="utf-8"))
+    (report,) = kept["reports"]["optimized, latency"]
+    assert report["all_done"], report["tasks"]
+    assert report["collisions"] == 0
+    assert "process has died" in "".join(
+        log.read_text(errors="replace") for log in folder.rglob("fleet_manager.log")
+    )
