@@ -18,7 +18,7 @@ _hive_complete() {
   case ${COMP_WORDS[1]} in
     setup | help) return ;;
     shell) mapfile -t COMPREPLY < <(compgen -W -c -- "$word"); return ;;
-    test) mapfile -t COMPREPLY < <(compgen -W "unit hive rostest gui" -- "$word"; compgen -f -- "$word"); return ;;
+    test) mapfile -t COMPREPLY < <(compgen -W "quick unit hive rostest gui" -- "$word"; compgen -f -- "$word"); return ;;
     bench) words=(hive "${words[@]:2}") index=$((index - 1)) ;;   # a program of its own
   esac
   while IFS=, read -r kind value; do

@@ -17,6 +17,7 @@ setup(
             "hive_lab.fleets",
             "hive_lab.live",
             "hive_lab.mapf",
+            "hive_lab.runner",
             "hive_lab.virtual",
             "hive_lab.windows",
         ],

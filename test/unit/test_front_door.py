@@ -71,6 +71,75 @@ def test_help_names_every_test_level():
     assert set(levels) == set(named)
 
 
+@pytest.fixture
+def chosen(tmp_path):
+    """Return a function that tells which words `./hive test` gives to pytest."""
+    for name in ("src/a/test", "test/unit", "test/hive", "test/rostest", "test/gui"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "src/a/test/test_a.py").touch()
+    python = tmp_path / ".venv/bin/python"
+    python.parent.mkdir(parents=True)
+    python.write_text("#!/bin/bash\nprintf '%s\\n' \"$@\"\n")
+    python.chmod(0o755)
+    script = (ROOT / "hive").read_text()
+    functions = script[script.index("level_folders() {") : script.index("# Tab completion")]
+    stubs = 'die() { echo "$*" >&2; exit 1; }; own_master() { :; }; enter() { :; }'
+    program = f'root=$PWD; {stubs}\n{functions}\nrun_tests "$@"'
+
+    def words_for(*words):
+        done = subprocess.run(
+            ["bash", "-euc", program, "-", *words],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        told = done.stdout.replace(f"{tmp_path}/", "").splitlines()
+        return told[told.index("pythonpath=") + 1 :] if told else done.stderr.strip()
+
+    return words_for
+
+
+ALL = ["test/rostest", "test/gui", "test/hive", "src/a/test", "test/unit"]
+
+
+@pytest.mark.parametrize(
+    ("words", "folders", "rest"),
+    [
+        ([], ALL, []),
+        (["-q"], ALL, ["-q"]),
+        (["-k", "test"], ALL, ["-k", "test"]),
+        (["--junitxml", "src/a/test/test_a.py"], ALL, ["--junitxml", "src/a/test/test_a.py"]),
+        (["hive", "unit", "-x"], ["test/hive", "src/a/test", "test/unit"], ["-x"]),
+        (["quick"], ["src/a/test", "test/unit", "test/hive"], ["-m", "not slow"]),
+        (["quick", "-x"], ["src/a/test", "test/unit", "test/hive"], ["-m", "not slow", "-x"]),
+    ],
+)
+def test_whole_levels_run_in_several_workers_with_a_second_look(chosen, words, folders, rest):
+    told = chosen(*words)
+
+    assert told[0] == "-n"
+    assert told[2:6] == ["--dist", "loadgroup", "-p", "hive_lab.runner.plugin"]
+    assert told[6:] == ["--second-look", *folders, *rest]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["src/a/test/test_a.py"],
+        ["-q", "src/a/test/test_a.py"],
+        ["-k", "a", "src/a/test/test_a.py::test_one"],
+        ["test/rostest", "-x"],
+    ],
+)
+def test_a_path_runs_alone_wherever_it_stands(chosen, words):
+    assert chosen(*words) == words
+
+
+def test_a_word_that_is_neither_a_level_nor_a_path_is_named(chosen):
+    assert "no test level or file is called 'untit'" in chosen("untit")
+
+
 def test_bash_completes_every_word_that_there_is():
     commands = pytest.importorskip("fleet_manager.cli.main").hive.list_commands(None)
     words = re.search(r"^# words: (.*)$", (ROOT / "hive").read_text(), re.MULTILINE)[1].split()
