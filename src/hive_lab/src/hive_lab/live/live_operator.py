@@ -24,7 +24,7 @@ from hive_common.ros.links import mend_links
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-PATIENCE = 60.0  # time that a busy machine may take for anything [s, wall clock]
+PATIENCE = 300.0  # limit for what hangs; a busy machine may be slow [s, wall clock]
 
 ANSWERS = 13
 """Consecutive answers of each member, one to each heartbeat, until the hive counts as complete;
@@ -77,6 +77,7 @@ class LiveOperator:
         self.lives: dict[str, str] = {}
         self._list: dict[str, Any] = {}
         self._list_version = (0, 0)
+        self._listed: dict[str, set[int]] = defaultdict(set)
         self._new_task = rospy.Publisher(f"{namespace}new_task", bb_msgs.TaskMsg, queue_size=1000)
         self._cancel = rospy.Publisher(f"{namespace}task_cancel", String, queue_size=1000)
         listens = (
@@ -119,7 +120,7 @@ class LiveOperator:
         return str(self.last.active)
 
     def wait_until_up_to_date(self, since: float) -> None:
-        """Wait until every member has answered a message sent since then [s, monotonic clock]."""
+        """Wait until every member has answered a message sent since then [s, members' clock]."""
 
         def answered() -> bool:
             others = self._members - {self.last.active}
@@ -135,7 +136,7 @@ class LiveOperator:
     def wait_for_another(self, than: str, since: float) -> float:
         """Return the time from a fault to the first heartbeat of another leader [s].
 
-        Both times are on the monotonic clock, which all members share on this machine.
+        Both times are on the members' clock, which is the monotonic one of this machine.
         """
 
         def sent() -> list[float]:
@@ -193,8 +194,12 @@ class LiveOperator:
         return self._list.get(task_id)
 
     def states_of(self, task_id: str) -> set[int]:
-        """Return every published state of a task."""
-        return {update.state for update in self.updates[task_id]}
+        """Return every published state of a task.
+
+        A robot itself tells that it has begun. Who was not connected to that robot then learns it
+        from the list.
+        """
+        return self._listed[task_id] | {update.state for update in self.updates[task_id]}
 
     def is_whole(self) -> bool:
         """Return whether every member has a vote and answers, and a backup is named."""
@@ -231,6 +236,8 @@ class LiveOperator:
             if version >= self._list_version:
                 self._list_version = version
                 self._list = {record.task.id: record for record in known.tasks}
+                for name, record in self._list.items():
+                    self._listed[name].add(int(record.state))
                 self._changed.notify_all()
 
     def _hear_update(self, update: bb_msgs.TaskState) -> None:
