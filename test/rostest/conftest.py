@@ -63,7 +63,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 @pytest.hookimpl(tryfirst=True)  # before pytest-xdist hands tests out in this order
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files that may take longest, so that the workers end at about the same time."""
+    """Begin with the files that may take longest, so that all workers end together."""
     items.sort(key=lambda item: -getattr(item, "time_limit", 0.0))
 
 
