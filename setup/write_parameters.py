@@ -8,6 +8,7 @@ that the parameter files and the tables in docs/protocol.md are up to date.
 
 from __future__ import annotations
 
+import re
 import sys
 import textwrap
 from pathlib import Path
@@ -36,6 +37,8 @@ FILES = {
 
 WIDTH = 99
 HEAD = "| parameter | default | meaning |"
+TABLE = re.compile(rf"^{re.escape(HEAD)}\n(?:\|.*\n)*", re.MULTILINE)
+"""A table ends with its last row, whatever follows."""
 
 
 def shown(value: object) -> str:
@@ -67,17 +70,16 @@ def parameter_file(name: str) -> str:
 def with_tables(page: str) -> str:
     """Return docs/protocol.md with its tables of parameters up to date."""
     for name, kinds in FILES.items():
-        start = page.index(HEAD, page.index(f"Of `{name}_node`"))
+        table = TABLE.search(page, page.index(f"Of `{name}_node`"))
+        if table is None:
+            raise SystemExit(f"docs/protocol.md: no table of the parameters of {name}_node")
         rows = [
             f"| `{field.name}` | {shown(field.default)} | {meaning(field)} |"
             for kind in kinds
             for field in attrs.fields(kind)
         ]
-        page = (
-            page[:start]
-            + "\n".join([HEAD, "|---|---|---|", *rows])
-            + page[page.index("\n\n", start) :]
-        )
+        lines = [HEAD, "|---|---|---|", *rows, ""]
+        page = page[: table.start()] + "\n".join(lines) + page[table.end() :]
     return page
 
 

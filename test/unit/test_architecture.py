@@ -20,7 +20,10 @@ PAGE = ROOT / "docs" / "architecture.md"
 PACKAGES = sorted(
     path.name for path in (ROOT / "src").iterdir() if (path / "package.xml").exists()
 )
-PICTURE = re.compile(r"(?<=<!-- drawn from the imports -->\n```mermaid\n).*?(?=```)", re.DOTALL)
+# It ends at a line that closes the fence, and never reaches beyond the next heading.
+PICTURE = re.compile(
+    r"(?<=<!-- drawn from the imports -->\n```mermaid\n)(?:(?!```|#).*\n)*(?=```\n)"
+)
 PLACE = re.compile(r"`(src/[\w/.]+\.py)(?:::([\w.]+))?`")
 
 
@@ -99,7 +102,7 @@ def test_the_picture_is_drawn_from_the_imports():
         command, env=environment, capture_output=True, text=True, check=True
     ).stdout
 
-    assert drawn, "the picture has lost its mark"
+    assert drawn, "the picture has lost its mark, or the line of ``` that ends it"
     assert drawn[0] == now, "renew it: python3 test/unit/test_architecture.py"
 
 
@@ -124,5 +127,7 @@ def test_the_walk_of_a_task_names_a_function_in_every_step():
 if __name__ == "__main__" and "--print" in sys.argv:
     sys.stdout.write(picture())
 elif __name__ == "__main__":
-    page = PICTURE.sub(lambda _: picture(), PAGE.read_text(encoding="utf-8"), count=1)
+    page, found = PICTURE.subn(lambda _: picture(), PAGE.read_text(encoding="utf-8"), count=1)
+    if not found:
+        sys.exit(f"{PAGE}: the picture has lost its mark, or the line of ``` that ends it")
     PAGE.write_text(page, encoding="utf-8")

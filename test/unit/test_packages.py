@@ -19,6 +19,7 @@ NODES = sorted(path for path in ROOT.glob("src/*/nodes/*") if path.is_file())
 DEPENDENCY = {
     "PIL": "python3-pil",
     "PyQt5": "python3-pyqt5",
+    "_pytest": "python3-pytest",
     "attrs": "python3-attrs",
     "catkin_pkg": "python3-catkin-pkg",
     "cattrs": "python3-cattr",
@@ -29,6 +30,7 @@ DEPENDENCY = {
     "numpy": "python3-numpy",
     "paho": "python3-paho-mqtt",
     "psutil": "python3-psutil",
+    "pytest": "python3-pytest",
     "rospkg": "python3-rospkg",
     "scipy": "python3-scipy",
     "shapely": "python3-shapely",

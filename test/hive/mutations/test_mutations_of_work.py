@@ -100,7 +100,7 @@ def pick_under_another_id_after_a_restart(patch):
     patch.setattr(SimulatedArm, "knows", forgetful)
 
 
-def believe_an_order_rather_than_the_arm(patch):
+def do_not_learn_from_an_order_that_a_pick_had_begun(patch):
     patch.setattr(Loads, "expect", lambda *_: None)
 
 
@@ -146,7 +146,7 @@ CAUGHT_BY = {
     forget_who_has_reported: (1, STORM),
     carry_out_an_order_again: (28, ANY),
     pick_under_another_id_after_a_restart: (8400404, ANY),
-    believe_an_order_rather_than_the_arm: (47, "lost disks"),
+    do_not_learn_from_an_order_that_a_pick_had_begun: (47, "lost disks"),
     work_on_without_a_lease: (456, STORM),
     renew_a_lease_after_its_end: (34, ANY),
     reassign_before_the_lease_has_ended: (56, ANY),

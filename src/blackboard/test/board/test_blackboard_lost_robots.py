@@ -6,6 +6,7 @@ from blackboard.domain.talker import (
     ROBOT_STATUS,
 )
 from blackboard.domain.task import Task, TaskState, TaskType
+from hive_common.last_heard import FORGOTTEN_AFTER
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import BlackboardHarness
 
@@ -43,3 +44,16 @@ def test_a_robot_that_is_offline_is_not_waited_for():
     harness.bid("robot1", T1=1.0)
 
     assert harness.orders() == [("T1", "robot1")]
+
+
+def test_a_robot_that_has_left_is_forgotten_by_the_blackboard():
+    harness = BlackboardHarness(reassign=5.0)
+    harness.join("gone")
+    for _ in range(round(FORGOTTEN_AFTER / 60.0) + 2):
+        harness.wait(60.0)
+        harness.status("robot1")
+    harness.post(GO)
+    harness.report("gone", GO, DONE)
+
+    said = "a message on task_state is refused: no robot 'gone' has been heard"
+    assert harness.talker.warnings == [said]

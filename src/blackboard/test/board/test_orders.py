@@ -125,3 +125,14 @@ def test_the_tasks_that_a_robot_holds_are_known():
 
     assert desk.orders.given_to("robot1") == (HELD,)
     assert desk.orders.given_to("robot2") == ()
+
+
+def test_nothing_is_kept_of_a_robot_that_has_left():
+    desk = Desk()
+    desk.orders.give(HELD)
+    desk.orders.compare(replace(STATUS, tasks=("T1",), sent=5.0))
+    desk.orders.forget("T1")
+    desk.orders.forget_robot("robot1")
+
+    assert desk.orders._heard == {}  # noqa: SLF001  (what it keeps)
+    assert "robot1" not in desk.orders._given  # noqa: SLF001  (as above)

@@ -16,6 +16,7 @@ from blackboard.board.planner_keeper import (
     TIME_TO_END,
     PlannerKeeper,
 )
+from hive_common.errors import FileError
 
 
 class Clock:
@@ -71,14 +72,14 @@ class Bench:
         self.clock = Clock()
         self.epoch = None
         self.started = []
-        self.refuses = False
+        self.refuses = None
         self.is_mute = False
         self.keeper = PlannerKeeper(self.clock, lambda: self.epoch, self.heard, self.launch)
         self.keeper.start()
 
     def launch(self, epoch):
         if self.refuses:
-            raise OSError("no more processes")
+            raise self.refuses
         self.started.append(Planner(epoch))
         return self.started[-1]
 
@@ -230,14 +231,15 @@ def test_a_planner_has_time_for_its_first_word(bench):
     assert bench.running() == [7 * STARTS + 1]
 
 
-def test_a_planner_that_cannot_be_started_is_tried_again(bench):
-    bench.epoch, bench.refuses = 7, True
+@pytest.mark.parametrize("error", [OSError("no more processes"), FileError("no such node")])
+def test_a_planner_that_cannot_be_started_is_tried_again(bench, error):
+    bench.epoch, bench.refuses = 7, error
     bench.clock.pass_time(PERIOD)
-    bench.refuses = False
+    bench.refuses = None
     bench.clock.pass_time(FIRST_PAUSE + 2 * PERIOD)
 
     assert bench.running() == [7 * STARTS + 2]
-    assert "no more processes" in bench.clock.warnings[0]
+    assert str(error) in bench.clock.warnings[0]
 
 
 def test_a_member_that_ends_takes_its_planner_with_it_and_starts_no_other(bench):

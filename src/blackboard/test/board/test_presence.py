@@ -7,6 +7,7 @@ import pytest
 
 from blackboard.board.watch import Presence
 from blackboard.domain.characteristics import RobotState, RobotStatus
+from hive_common.last_heard import FORGOTTEN_AFTER
 from hive_common.pose import Pose
 
 IDLE = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), charge=0.5)
@@ -95,3 +96,15 @@ def test_a_robot_that_is_heard_again_is_back_in_service():
 
     assert presence.hear(IDLE, 7.0)
     assert presence.in_service() == {"robot1"}
+
+
+def test_a_robot_that_has_left_is_forgotten_unless_it_holds_a_task():
+    presence = Presence(TIMEOUT)
+    for name in ("left", "holder"):
+        presence.hear(replace(IDLE, robot_id=name), 0.0)
+    presence.hear(replace(IDLE, robot_id="there"), 1.0)
+
+    assert presence.forget(FORGOTTEN_AFTER - 0.1, {"holder"}) == ()
+    assert presence.forget(FORGOTTEN_AFTER, {"holder"}) == ("left",)
+    assert [presence.knows(name) for name in ("left", "holder", "there")] == [False, True, True]
+    assert presence.in_service() == {"holder", "there"}

@@ -16,6 +16,7 @@ from blackboard.errors import SettingsError
 from blackboard.robot.charger_claims import Claim, Claims
 from blackboard.robot.charging import ChargingPlan
 from blackboard.robot.executor import CommandResult, CommandState
+from hive_common.last_heard import FORGOTTEN_AFTER
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
 
@@ -293,3 +294,13 @@ def test_thresholds_out_of_order_are_refused(lower, upper):
 
     with pytest.raises(SettingsError, match="each above the one before"):
         evolve(defaults, **swapped)
+
+
+def test_a_robot_that_has_left_is_not_conceded_to_any_more_but_one_at_a_charger_is_in_the_way():
+    claims = Claims("robot1", {"charger 1": EAST}, 0.0)
+    claims.hear(Claim("there", "charger 1", 1.0, EAST), 0.0)
+    claims.hear(Claim("left", "", 2.0, HERE), 1.0)
+    claims.hear(Claim("robot2", "", 3.0, HERE), FORGOTTEN_AFTER + 1.0)
+
+    assert claims.say(HERE).conceded == (("there", 1.0), ("robot2", 3.0))
+    assert claims.free(FORGOTTEN_AFTER + 1.0, SILENCE) == ()

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Two nodes that speak for the same robot."""
 
+from dataclasses import replace
+
 import pytest
 
 pytest.importorskip("blackboard.msg", reason="the talker needs generated messages")
 
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.ros.talker import SPEAKER_TIMEOUT, Speakers
+from hive_common.last_heard import FORGOTTEN_AFTER
 from hive_common.pose import Pose
 
 IDLE = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0), charge=1.0)
@@ -36,3 +39,12 @@ def test_the_blackboard_is_believed_about_a_lost_robot():
     speakers.why_refused(IDLE, "/robot1/robot", 0.0)
 
     assert not speakers.why_refused(OFFLINE, "/blackboard", 1.0)
+
+
+def test_nodes_that_have_not_spoken_for_long_are_forgotten():
+    speakers = Speakers()
+    speakers.why_refused(IDLE, "/robot1/robot", 0.0)
+    speakers.why_refused(replace(IDLE, robot_id="robot2"), "/robot2/robot", FORGOTTEN_AFTER)
+
+    assert speakers.node_of("robot1") == ""
+    assert speakers.node_of("robot2") == "/robot2/robot"

@@ -5,21 +5,28 @@ from types import SimpleNamespace
 
 import pytest
 
-from fleet_manager.cli import fault
+from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
+from fleet_manager.testing import FakeLink
 from simenv.faults import Fault
 
 
+class Hive:
+    """A context whose faults are written down in `calls`."""
+
+    def __init__(self):
+        self.calls = []
+        link = SimpleNamespace(
+            inject=lambda what: self.calls.append(what) or "done",
+            drop_charge=lambda *words: self.calls.append(words) or "done",
+            vanish=lambda robot, *, back: self.calls.append((robot, back)) or "done",
+        )
+        self.context = CliContext(lambda _record: FakeLink(), faults=lambda: link)
+
+
 @pytest.fixture
-def asked(monkeypatch):
-    calls = []
-    link = SimpleNamespace(
-        inject=lambda what: calls.append(what) or "done",
-        drop_charge=lambda *words: calls.append(words) or "done",
-        vanish=lambda robot, *, back: calls.append((robot, back)) or "done",
-    )
-    monkeypatch.setattr(fault, "_link", lambda: link)
-    return calls
+def asked():
+    return Hive()
 
 
 @pytest.mark.parametrize(
@@ -38,8 +45,8 @@ def asked(monkeypatch):
     ],
 )
 def test_each_fault_is_asked_for_as_it_was_written(asked, words, call):
-    assert run(None, ["fault", *words.split()]) == 0
-    assert asked == [call]
+    assert run(asked.context, ["fault", *words.split()]) == 0
+    assert asked.calls == [call]
 
 
 @pytest.mark.parametrize(
@@ -47,6 +54,6 @@ def test_each_fault_is_asked_for_as_it_was_written(asked, words, call):
     ["slip robot1 2", "block crate", "block crate --area a,b,c,d", "battery robot1 -1", "x"],
 )
 def test_words_that_cannot_be_used_are_refused_in_one_line(asked, words, capsys):
-    assert run(None, ["fault", *words.split()]) == 2
-    assert asked == []
+    assert run(asked.context, ["fault", *words.split()]) == 2
+    assert asked.calls == []
     assert capsys.readouterr().err.count("\n") == 1

@@ -57,3 +57,16 @@ def test_auctions_are_counted_once_however_many_robots_bid_in_how_many_rounds():
 
     book.forget("T1")
     assert book.auctions("T1") == 0
+
+
+def test_bids_of_equal_cost_are_listed_as_the_auction_ranks_them():
+    late, soon, last = (
+        Bid("robot1", "T1", 2.0, eta=30.0),
+        Bid("robot2", "T1", 2.0, eta=20.0),
+        Bid("robot3", "T1", 3.0, eta=10.0),
+    )
+    book = BidBook()
+    for bid in (last, late, soon):
+        book.add(Bids(bid.robot_id, 1, 1, (bid,)))
+
+    assert book.bids("T1") == (soon, late, last)

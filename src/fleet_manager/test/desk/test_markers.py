@@ -125,3 +125,16 @@ def test_a_robot_that_tells_its_place_oftener_than_it_reports_is_shown_there():
     markers, _ = MarkerBoard().update({}, robots(), {}, {"robot2": Pose(8, 9)})
 
     assert markers[0].pose == Pose(8, 9)
+
+
+def test_nothing_is_kept_of_names_whose_markers_are_deleted_and_no_number_is_used_twice():
+    board, numbers = MarkerBoard(), []
+    for _ in range(3):
+        markers, _ = board.update({}, robots(), {})
+        numbers += {marker.number for marker in markers}
+        for _ in range(REPEATED_DELETIONS + 1):
+            board.update({}, {}, {})
+
+        assert board._numbers == {}  # noqa: SLF001  (what it keeps)
+
+    assert numbers == [0, 1, 2]

@@ -34,6 +34,21 @@ def package_folder(package: str) -> Path:
     raise FileError(f"package {package} is not found; source devel/setup.bash first")
 
 
+def node_file(package: str, node: str) -> Path:
+    """Return the file of one of our nodes, which Python runs; found like `package_folder`.
+
+    So a package can start another one's node, as a launch file does, without knowing its modules.
+
+    Raises:
+        FileError: There is none; the environment was not sourced.
+    """
+    folder = package_folder(package)
+    for file in (folder / "nodes" / node, folder.parents[1] / "lib" / package / node):
+        if file.is_file():
+            return file
+    raise FileError(f"package {package} has no node {node}; source devel/setup.bash first")
+
+
 def is_path(name: str) -> bool:
     """Return whether a user means a path (anything with a slash or a dot), not a name."""
     return "/" in name or "." in name

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from hive_common.errors import HiveError
 from robot_description.models import load_model, model_path
+from robot_description.urdf import robot_urdf
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +38,4 @@ def _text(what: str, model: str, prefix: str) -> str:
     if what == "characteristics":
         load_model(model)
         return model_path(model).read_text(encoding="utf-8")
-    # xacro takes longer to import than to run, and only this branch needs it.
-    from robot_description.urdf import robot_urdf  # noqa: PLC0415
-
     return robot_urdf(model, prefix)

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import xacro
-
 from hive_common.resources import package_folder
 from robot_description.models import load_model, model_path
 
@@ -28,6 +26,8 @@ def robot_urdf(model: str | Path, prefix: str = "") -> str:
     Raises:
         FileError: The model is unknown, or its file holds something that is not allowed.
     """
+    import xacro  # noqa: PLC0415  (it takes longer to import than to run, and few need it)
+
     load_model(model)
     template = package_folder("robot_description") / "urdf" / "robot.urdf.xacro"
     arguments = {"model_file": str(model_path(model)), "prefix": prefix}

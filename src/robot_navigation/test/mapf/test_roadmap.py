@@ -14,7 +14,7 @@ from scipy.sparse import csgraph
 from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
 from hive_common.zone import Zone
-from hive_lab.bench.plan import ShortestPaths, path_length, random_pairs
+from hive_lab.bench.shortest_paths import ShortestPaths, path_length, random_pairs
 from hive_lab.fleets import sites
 from hive_lab.mapf.joined_map import with_ends
 from robot_navigation.mapf.ends import joined_ends

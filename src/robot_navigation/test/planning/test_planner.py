@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("ompl")
 
 from hive_common.grid_map import GridMap
-from hive_lab.bench.plan import path_length
+from hive_lab.bench.shortest_paths import path_length
 from robot_navigation.planning.clearance import Disc
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.planner import PlanError

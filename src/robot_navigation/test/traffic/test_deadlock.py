@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import pytest
 
+from hive_common.last_heard import FORGOTTEN_AFTER
 from robot_navigation.traffic.deadlock import (
     CIRCLE_AFTER,
     NO_PROGRESS_AFTER,
@@ -199,3 +200,17 @@ def test_after_the_clock_was_set_back_time_counts_anew(watched):
 
     assert watched.run(NO_PROGRESS_AFTER - 5.0, stands("a")) == []
     assert watched.run(10.0, stands("a")) == [(Kind.HELD, ("a",))]
+
+
+def test_robots_that_have_left_are_forgotten_and_those_in_the_way_are_not(watched):
+    wanted = stands("stuck", goal=(9.0, 0.0), waits_for="dead")
+    watched.watch.hear(said("dead", 0.0, 1.0))
+    watched.watch.hear(said("gone", 0.0, 5.0))
+    watched.now = FORGOTTEN_AFTER - 10.0
+    watched.run(20.0, wanted)
+
+    assert set(watched.watch._robots) == {"stuck", "dead"}  # noqa: SLF001  (what it keeps)
+    assert watched.watch.locks[0].robots == ("stuck", "dead")
+    assert watched.watch.locks[0].at[1] == (1.0, 0.0)
+    watched.run(20.0, drives("stuck"))
+    assert set(watched.watch._robots) == {"stuck"}  # noqa: SLF001  (as above)

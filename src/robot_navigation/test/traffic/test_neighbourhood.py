@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hive_common.last_heard import FORGOTTEN_AFTER
 from robot_navigation.traffic.neighbourhood import Neighbourhood
 from robot_navigation.traffic.right_of_way import MOST, SIDE, Announcement, meetings, no_right
 
@@ -79,3 +80,27 @@ def test_a_path_without_end_is_near_everybody_and_costs_no_more_squares() -> Non
 
     assert len(endless.squares) < MOST
     assert names(heard, robot("me", (5000.0, 5000.0))) == ["endless"]
+
+
+def test_robots_that_have_left_are_forgotten_with_the_squares_in_which_they_were() -> None:
+    heard = Neighbourhood()
+    for number in range(100):
+        now = number * FORGOTTEN_AFTER / 4
+        heard.hear(robot(f"r{number}", (number * 10 * SIDE, 0.0), time=now))
+        heard.hear(robot("stays", (0.0, number * 10 * SIDE), time=now))
+
+    assert heard.latest("r0") is None
+    assert heard.latest("r99") is not None
+    known = [other.name for other in heard.others("", now, np.inf)]
+    assert known == ["stays", "r96", "r97", "r98", "r99"]
+    assert set().union(*heard._squares.values()) == {heard._numbers.get(name) for name in known}  # noqa: SLF001  (what it keeps)
+    assert all(heard._squares.values())  # noqa: SLF001  (as above)
+
+
+def test_a_robot_that_comes_back_is_found_where_it_is_now() -> None:
+    heard = Neighbourhood()
+    heard.hear(robot("back", (1.0, 0.0)))
+    heard.hear(robot("other", (1.0, 0.0), time=FORGOTTEN_AFTER))
+    heard.hear(robot("back", (2.0, 0.0), time=FORGOTTEN_AFTER))
+
+    assert names(heard, robot("me", (0.0, 0.0), time=FORGOTTEN_AFTER)) == ["other", "back"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from blackboard.costing.cost import COST_MODELS
-from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion, ranked
 from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
@@ -29,11 +29,6 @@ class Decision:
     reason: str = ""  # in words, if no robot could take it or it did not go to the lowest bid
     bids: tuple[Bid, ...] = ()  # the robots' bids, in the order of their names
     silent: tuple[str, ...] = ()  # robots that did not answer in time
-
-
-def ranked(bids: Iterable[Bid]) -> list[Bid]:
-    """Return bids, the cheapest first."""
-    return sorted(bids, key=lambda bid: (bid.cost, bid.eta, bid.robot_id))
 
 
 def replayed(decision: Decision, model: str) -> list[Bid]:

@@ -8,9 +8,10 @@ A plan that improves lists holds nothing.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from blackboard.auction.search.planner import Patience, Planner
+from blackboard.auction.search.planner import ROUND_TIME, Patience, Planner
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,6 +39,9 @@ _WORTH_HOLDING = 0.1
 
 _BESIDE_WORK = Patience(longest=0.4, without_gain=0.15)
 """How long lists are improved that robots are working through."""
+
+_ROUNDS_PER_TASK = 25
+"""A plan of a few tasks is done when so many rounds for each of them have found nothing."""
 
 
 class PlanMaker:
@@ -79,6 +83,8 @@ class PlanMaker:
             since = self._held_since = now if self._held_since is None else self._held_since
             left = max(0.0, since + HOLD - now)
             patience = Patience(left * SLICE / TICK, _WORTH_HOLDING)
+        enough = _ROUNDS_PER_TASK * ROUND_TIME * len(asked.records)
+        patience = replace(patience, without_gain=min(patience.without_gain, enough))
         situation = self._central.situation(asked.bases, asked.records)
         self._planner = Planner(situation, self._measure, patience, asked.number)
         self._has_more = False

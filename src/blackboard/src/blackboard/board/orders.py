@@ -68,6 +68,11 @@ class Orders:
         if (robot_id := self._holders.pop(task_id, None)) is not None:
             del self._given[robot_id][task_id]
 
+    def forget_robot(self, robot_id: str) -> None:
+        """Forget a robot that has left and holds nothing."""
+        self._heard.pop(robot_id, None)
+        self._given.pop(robot_id, None)
+
     def held(self) -> list[TaskRecord]:
         """Return the records of all tasks that robots hold by order."""
         return self._held(self._holders)

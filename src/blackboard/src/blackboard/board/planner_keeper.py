@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+from hive_common.errors import FileError
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -111,7 +113,7 @@ class PlannerKeeper:
         self._starts = min(self._starts + 1, STARTS - 1)
         try:
             self._child = self._launch(self._own_epoch(epoch))
-        except OSError as error:
+        except (OSError, FileError) as error:
             self._put_off(str(error))
 
     def _own_epoch(self, epoch: int) -> int:

@@ -17,8 +17,11 @@ from blackboard.consensus.lease import Leases
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import ROBOT_STATUS
+from hive_common.last_heard import FORGOTTEN_AFTER
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from blackboard.board.orders import Orders
     from blackboard.consensus.node import RaftNode
     from blackboard.domain.characteristics import RobotStatus
@@ -91,6 +94,18 @@ class Presence:
             self._note(replace(self._seen[status.robot_id], status=status))
         return fallen
 
+    def forget(self, now: float, holders: Collection[str]) -> tuple[str, ...]:
+        """Forget robots that have left and hold no task; return their names."""
+        gone = tuple(
+            name
+            for name, seen in self._seen.items()
+            if now - seen.heard >= FORGOTTEN_AFTER and name not in holders
+        )
+        for name in gone:
+            del self._seen[name]
+        self._in_service = self._in_service.difference(gone)
+        return gone
+
     def _note(self, seen: _Seen) -> None:
         name = seen.status.robot_id
         self._seen[name] = seen
@@ -145,6 +160,9 @@ class Watch:
         for status in self._presence.fall_silent(now):
             self._talker.publish(ROBOT_STATUS, status, to=())
         held = self._orders.held()
+        for name in self._presence.forget(now, {record.robot for record in held}):
+            self._leases.forget(name)
+            self._orders.forget_robot(name)
         self._recall(held, self._talker.world.now())
         looked = ((record, self._after_look(record, now)) for record in held)
         return [after for record, after in looked if after != record]

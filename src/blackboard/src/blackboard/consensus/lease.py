@@ -87,6 +87,10 @@ class Leases:
         """Note that a status was received, and will be echoed."""
         self._granted[robot_id] = now
 
+    def forget(self, robot_id: str) -> None:
+        """Forget a robot that has left."""
+        self._granted.pop(robot_id, None)
+
     def unheard_for(self, robot_id: str, now: float) -> float:
         """Return how long ago the last echoed status of a robot was received [s]."""
         return now - self._granted.get(robot_id, self._since)

@@ -73,7 +73,7 @@ def best_bid(record: TaskRecord, able: Iterable[Bid]) -> Bid | None:
     """
 
     def rank(bid: Bid) -> tuple[int, float, float, str]:
-        return record.tried.count(bid.robot_id), bid.cost, bid.eta, bid.robot_id
+        return record.tried.count(bid.robot_id), *bid.rank
 
     bids = list(able)
     if record.task.priority == MAX_PRIORITY and bids:

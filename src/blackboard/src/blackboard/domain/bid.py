@@ -5,6 +5,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from operator import attrgetter
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 MAX_COST = 1000.0
 """The robot cannot or should not do the task."""
@@ -66,3 +71,13 @@ class Bid:
     def is_able(self) -> bool:
         """Whether the robot would take the task."""
         return self.cost < MAX_COST
+
+    @property
+    def rank(self) -> tuple[float, float, str]:
+        """The order of bids on a task: by cost, then by who has it done first, then by name."""
+        return self.cost, self.eta, self.robot_id
+
+
+def ranked(bids: Iterable[Bid]) -> list[Bid]:
+    """Return bids on a task, the one that goes first at the front; see `Bid.rank`."""
+    return sorted(bids, key=attrgetter("rank"))

@@ -12,6 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hive_common.last_heard import FORGOTTEN_AFTER
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -52,7 +54,7 @@ class Claims:
         self._chargers = chargers
         self._listens_since = now
         self._others: dict[str, Claim] = {}
-        self._heard: dict[str, float] = {}
+        self._heard: dict[str, float] = {}  # whoever was heard longest ago is first
         self._conceded: dict[str, float] = {}
         self._since = 0.0
         self.charger = ""
@@ -64,7 +66,9 @@ class Claims:
         Returns whether there is something new to tell that robot.
         """
         self._others[claim.robot_id] = claim
+        self._heard.pop(claim.robot_id, None)
         self._heard[claim.robot_id] = now
+        self._forget(now)
         if self._disputes(claim):
             return self._conceded.pop(claim.robot_id, None) is not None
         if claim.charger and claim.charger == self.charger:
@@ -110,6 +114,18 @@ class Claims:
         """Return what to tell the others."""
         conceded = tuple(self._conceded.items())
         return Claim(self._id, self.charger, self._since, pose, conceded)
+
+    def _forget(self, now: float) -> None:
+        """Forget robots that have left, but not one that stands at a charger."""
+        gone = []
+        for name, heard in self._heard.items():
+            if now - heard < FORGOTTEN_AFTER:
+                break
+            if not self._is_at_charger(self._others[name]):
+                gone.append(name)
+        for name in gone:
+            del self._others[name], self._heard[name]
+            self._conceded.pop(name, None)
 
     def _disputes(self, claim: Claim) -> bool:
         """Return whether a claim is on this robot's charger and goes after its own."""

@@ -13,7 +13,9 @@ from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.traffic_conditions import NO_TRAFFIC
 from blackboard.domain.settings import TrafficSettings
 from blackboard.ros.startup import wait_for
+from blackboard.ros.traffic_told import TrafficTold
 from hive_common.ros import params
+from hive_common.ros.conversions import grid_from_msg
 
 if TYPE_CHECKING:
     from blackboard.costing.grid_path_lengths import GridPathLengths
@@ -48,10 +50,9 @@ class RosPathLengths:
         self._made: dict[float, GridPathLengths] = {}
         if settings.distance == "euclidean":
             return
-        # These load scipy, 6 MB, which only members with a map need; and they do it now, because
+        # This loads scipy, 6 MB, which only members with a map need; and it does so now, because
         # later a heartbeat might be missed.
         from blackboard.costing.grid_path_lengths import GridPathLengths  # noqa: PLC0415
-        from hive_common.ros.conversions import grid_from_msg  # noqa: PLC0415
 
         self._on_map = GridPathLengths
         topic = f"{hive}map"
@@ -76,8 +77,6 @@ class RosPathLengths:
         return self._made[radius]
 
     def _follow_traffic(self, talker: RosTalker, hive: str) -> None:
-        from blackboard.ros.traffic_told import TrafficTold  # noqa: PLC0415  (few hives need it)
-
         def use(traffic: TrafficConditions) -> None:
             talker.call(lambda: self._use(self._grid, traffic))
 

@@ -13,11 +13,13 @@ import math
 import os
 import subprocess
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import rospy
+from robot_description.msg import TrafficState
 
 from blackboard.board.planner_keeper import PlannerKeeper
+from hive_common.resources import node_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,8 +27,8 @@ if TYPE_CHECKING:
     from blackboard.consensus.node import RaftNode
     from blackboard.ros.talker import MemberTalker
 
-_PROGRAM = "from robot_navigation.ros.traffic_planner_node import main; raise SystemExit(main())"
-"""Run by this node's interpreter: to look for an executable takes ROS half a second."""
+_PROGRAM = ("robot_navigation", "traffic_planner")
+"""The node that plans: its package and its type, as in a launch file."""
 
 
 class PlannerProcess:
@@ -40,9 +42,11 @@ class PlannerProcess:
 
         Raises:
             OSError: The system allows no more processes.
+            FileError: The planner is not installed.
         """
+        # This interpreter runs it, because rosrun takes half a second to look for it.
         self._process = subprocess.Popen(  # noqa: S603  (our own program)
-            [sys.executable, "-c", _PROGRAM, *parameters],
+            [sys.executable, node_file(*_PROGRAM), *parameters],
             stdin=subprocess.PIPE,
             env={**os.environ, "ROS_NAMESPACE": hive},
         )
@@ -69,13 +73,11 @@ class _LastWord:
     """What the planner of the highest epoch has told last: the zones that are closed."""
 
     def __init__(self, hive: str, closed: Sequence[str], now: Callable[[], float]) -> None:
-        from robot_description.msg import TrafficState  # noqa: PLC0415  (few hives need it)
-
         self.closed = closed
         self._epoch, self._at, self._now = 0, -math.inf, now
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
-    def _hear(self, msg: Any) -> None:  # noqa: ANN401  (a TrafficState)
+    def _hear(self, msg: TrafficState) -> None:
         if msg.epoch >= self._epoch:
             self._epoch, self._at, self.closed = msg.epoch, self._now(), tuple(msg.closed)
 

@@ -29,6 +29,7 @@ from blackboard.ros.liveness import PERIOD, LivenessWatch
 from blackboard.ros.rospy_patches.reading import unread
 from blackboard.ros.rospy_patches.sending import Audience
 from blackboard.ros.timers import Timers
+from hive_common.last_heard import LastHeard
 from hive_common.machine_clock import machine_time
 from hive_common.ros.onward_clock import OnwardClock
 
@@ -361,13 +362,13 @@ class Speakers:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._heard: dict[str, tuple[str, float]] = {}
-        self._hosts: dict[str, str] = {}  # of members that share a process with others
+        self._heard = LastHeard[tuple[str, float]]()
+        self._hosts = LastHeard[str]()  # of members that share a process with others
 
     def node_of(self, name: str) -> str:
         """Return the name of the node that speaks for a robot or a member; empty if unknown."""
         with self._lock:
-            return self._hosts.get(name, "") or self._heard.get(name, ("", 0.0))[0]
+            return self._hosts.get(name) or (self._heard.get(name) or ("", 0.0))[0]
 
     def why_refused(self, message: object, node: str, now: float) -> str:
         """Return why a message from a node is refused now [s]; empty if it is not.
@@ -375,19 +376,23 @@ class Speakers:
         Only a robot's status and bids are checked.
         """
         if isinstance(message, Heartbeat | AppendEntries):
-            self._hosts[name_of(message.leader)] = node
+            self._note_host(message.leader, node, now)
         elif isinstance(message, AppendReply | Ballot):
-            self._hosts[name_of(message.member)] = node
+            self._note_host(message.member, node, now)
         if not isinstance(message, RobotStatus | Bids):
             return ""
         if isinstance(message, RobotStatus) and message.state is RobotState.OFFLINE:
             return ""  # published by the blackboard, about the robot
         with self._lock:
-            first, heard = self._heard.get(message.robot_id, (node, now))
+            first, heard = self._heard.get(message.robot_id) or (node, now)
             if first != node and now - heard < SPEAKER_TIMEOUT:
                 return (
                     f"{node} speaks as {message.robot_id[:64]}, which {first} does already; "
                     "give the robots names of their own"
                 )
-            self._heard[message.robot_id] = (node, now)
+            self._heard.hear(message.robot_id, (node, now), now)
         return ""
+
+    def _note_host(self, member: str, node: str, now: float) -> None:
+        with self._lock:
+            self._hosts.hear(name_of(member), node, now)

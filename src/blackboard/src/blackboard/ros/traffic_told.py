@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import attrs
 import rospy
+from robot_description.msg import TrafficState
 
 from blackboard.costing.traffic_conditions import NO_TRAFFIC, SlowPlace, TrafficConditions
 from hive_common.structuring import NotAllowedError, structure
@@ -38,8 +39,6 @@ class TrafficTold:
     def __init__(
         self, hive: str, now: Callable[[], float], use: Callable[[TrafficConditions], None]
     ) -> None:
-        from robot_description.msg import TrafficState  # noqa: PLC0415  (few hives need it)
-
         self._now, self._use = now, use
         self._zones = _zones(hive)
         self.conditions = TrafficConditions(self._zones)
@@ -47,7 +46,7 @@ class TrafficTold:
         self._delays_at = -math.inf
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
-    def _hear(self, msg: Any) -> None:  # noqa: ANN401  (a TrafficState)
+    def _hear(self, msg: TrafficState) -> None:
         if msg.epoch < self._epoch:
             return
         self._epoch = msg.epoch
@@ -62,7 +61,7 @@ class TrafficTold:
             self._use(told)
 
 
-def _slow_places(msg: Any) -> tuple[SlowPlace, ...]:  # noqa: ANN401  (a TrafficState)
+def _slow_places(msg: TrafficState) -> tuple[SlowPlace, ...]:
     """Return where robots lose time, in an order that does not change."""
     return tuple(
         sorted(

@@ -7,11 +7,12 @@ import contextlib
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import click
 
 from fleet_manager.client.client import HiveClient
+from fleet_manager.errors import InputError
 from hive_common.errors import HiveError
 from hive_common.resources import names_in
 
@@ -22,6 +23,27 @@ if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
     from fleet_manager.client.client import ClientLink
+    from simenv.faults import Fault
+
+
+class FaultLink(Protocol):
+    """Makes something go wrong; every call returns a report.
+
+    They raise InputError where that cannot be done, and NoHiveError where no ROS master answers.
+    """
+
+    def inject(self, fault: Fault) -> str:
+        """Have the simulator inject a fault."""
+
+    def drop_charge(self, robot: str, level: float) -> str:
+        """Let a robot's battery drop to a level from 0 to 1."""
+
+    def vanish(self, robot: str, *, back: bool) -> str:
+        """Stop all processes of a robot, or let them go on."""
+
+
+def _no_faults() -> FaultLink:
+    raise InputError("faults are injected on ROS; run `hive fault`")
 
 
 @dataclass(frozen=True)
@@ -33,10 +55,12 @@ class CliContext:
             and the batteries of the robots named; most commands name none. Raises NoHiveError
             where no ROS master answers.
         journals: Returns the default folder of that hive's journals.
+        faults: Opens what injects faults into that hive.
     """
 
     connect: Callable[[Sequence[str]], AbstractContextManager[ClientLink]]
     journals: Callable[[], Path] = Path
+    faults: Callable[[], FaultLink] = _no_faults
 
 
 pass_context = click.make_pass_decorator(CliContext)

@@ -15,6 +15,7 @@ from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.demo.machine import machine, screen_is_usable, versions
+from fleet_manager.demo.picture import draw_run
 from fleet_manager.demo.report import not_done
 from fleet_manager.demo.runner import DemoPlan, run_demo
 from fleet_manager.errors import NotDoneError
@@ -109,9 +110,6 @@ def demo(
 
 def _write(folder: Path, chart: str, result: DemoResult) -> None:
     """Write the report and the picture."""
-    # matplotlib takes a second to import, which would slow down every other command
-    from fleet_manager.demo.picture import draw_run  # noqa: PLC0415  (see above)
-
     report = {**result.report, "versions": versions(), "machine": machine()}
     text = json.dumps(report, indent=2, ensure_ascii=False) + "\n"
     (folder / "report.json").write_text(text, encoding="utf-8")

@@ -3,16 +3,15 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 import click
 
-from fleet_manager.cli.context import ROBOT_NAME
+from fleet_manager.cli.context import ROBOT_NAME, pass_context
 from simenv.faults import Fault
 
 if TYPE_CHECKING:
-    from typing import Any
+    from fleet_manager.cli.context import CliContext
 
 _OFF = click.option("--off", is_flag=True, help="End it.")
 
@@ -32,71 +31,74 @@ def fault() -> None:
 @fault.command()
 @click.argument("robot", type=ROBOT_NAME)
 @_OFF
-def freeze(robot: str, off: bool) -> None:
+@pass_context
+def freeze(context: CliContext, robot: str, off: bool) -> None:
     """Stop ROBOT's base; it ignores commands."""
-    _inject(Fault("freeze", robot, float(not off)))
+    _inject(context, Fault("freeze", robot, float(not off)))
 
 
 @fault.command()
 @click.argument("robot", type=ROBOT_NAME)
 @click.argument("share", type=click.FloatRange(0, 1), default=0.5)
-def slip(robot: str, share: float) -> None:
+@pass_context
+def slip(context: CliContext, robot: str, share: float) -> None:
     """Let ROBOT's wheels slip for SHARE (0..1) of the way; 0 ends it."""
-    _inject(Fault("slip", robot, share))
+    _inject(context, Fault("slip", robot, share))
 
 
 @fault.command()
 @click.argument("robot", type=ROBOT_NAME)
 @_OFF
-def blind(robot: str, off: bool) -> None:
+@pass_context
+def blind(context: CliContext, robot: str, off: bool) -> None:
     """Cover ROBOT's laser."""
-    _inject(Fault("blind", robot, float(not off)))
+    _inject(context, Fault("blind", robot, float(not off)))
 
 
 @fault.command()
 @click.argument("robot", type=ROBOT_NAME)
 @click.argument("grips", type=click.IntRange(0), default=1)
-def pick(robot: str, grips: int) -> None:
+@pass_context
+def pick(context: CliContext, robot: str, grips: int) -> None:
     """Let the next GRIPS of ROBOT's arm fail."""
-    _inject(Fault("pick", robot, float(grips)))
+    _inject(context, Fault("pick", robot, float(grips)))
 
 
 @fault.command()
 @click.argument("name")
 @click.option("--area", help="x_min,y_min,x_max,y_max in the map frame [m].")
 @_OFF
-def block(name: str, area: str | None, off: bool) -> None:
+@pass_context
+def block(context: CliContext, name: str, area: str | None, off: bool) -> None:
     """Put an obstacle called NAME in the way, or remove it."""
     if (area is None) is not off:
         raise click.UsageError("give --area to add an obstacle, or --off to remove it")
-    _inject(Fault("block", name, float(not off), _numbers(area) if area else ()))
+    _inject(context, Fault("block", name, float(not off), _numbers(area) if area else ()))
 
 
 @fault.command()
 @click.argument("robot", type=ROBOT_NAME)
 @click.argument("level", type=click.FloatRange(0, 1))
-def battery(robot: str, level: float) -> None:
+@pass_context
+def battery(context: CliContext, robot: str, level: float) -> None:
     """Let ROBOT's battery drop to LEVEL (0..1); a lower charge stays."""
-    click.echo(_link().drop_charge(robot, level))
+    click.echo(context.faults().drop_charge(robot, level))
 
 
 @fault.command()
 @click.argument("robot", type=ROBOT_NAME)
 @_OFF
-def vanish(robot: str, off: bool) -> None:
+@pass_context
+def vanish(context: CliContext, robot: str, off: bool) -> None:
     """Stop all of ROBOT's processes on this machine, or let them go on.
 
     To the others it looks like a lost network: nothing is closed, and nothing answers.
     """
-    click.echo(_link().vanish(robot, back=off))
+    click.echo(context.faults().vanish(robot, back=off))
 
 
-def _inject(what: Fault) -> None:
-    click.echo(_link().inject(what))
-
-
-def _link() -> Any:  # noqa: ANN401  (a module that needs ROS, imported only when used)
-    return import_module("fleet_manager.ros.fault_link")
+def _inject(context: CliContext, what: Fault) -> None:
+    click.echo(context.faults().inject(what))
 
 
 def _numbers(text: str) -> tuple[float, ...]:

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 import click
 
 from fleet_manager.cli.context import FileName, pass_context
-from fleet_manager.cli.tasks import post_scenario
+from fleet_manager.cli.scenarios import post_scenario
+from fleet_manager.config.load import Load
+from hive_common.map_file import load_map
+from hive_common.structuring import structure
 
 if TYPE_CHECKING:
     from fleet_manager.cli.context import CliContext
@@ -64,11 +67,6 @@ def load(
 
     Exits with 0 when every task is on the list (with --wait: when every task is DONE).
     """  # noqa: D301  (to click, \b means: keep the lines)
-    # on demand, because numpy and scipy take longer to import than most commands take
-    from fleet_manager.config.load import Load  # noqa: PLC0415  (see above)
-    from hive_common.map_file import load_map  # noqa: PLC0415  (see above)
-    from hive_common.structuring import structure  # noqa: PLC0415  (see above)
-
     given = {
         "at_once": at_once, "per_hour": per_hour, "minutes": minutes, "mix": parsed_mix(mix)
     }  # fmt: skip

@@ -35,7 +35,7 @@ _MODULES = MappingProxyType(
     {
         "add": "tasks",
         "cancel": "tasks",
-        "run": "tasks",
+        "run": "scenarios",
         "tasks": "watch",
         "robots": "watch",
         "watch": "watch",

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from blackboard.auction.decision import what_would_help
+from blackboard.domain.bid import ranked
 from fleet_manager.client import formats
 
 if TYPE_CHECKING:
@@ -40,9 +41,9 @@ class BidBook:
         self._tasks: dict[str, _Auctions] = {}
 
     def bids(self, task_id: str) -> tuple[Bid, ...]:
-        """Return the bids on a task, cheapest first."""
+        """Return the bids on a task, the one that goes first at the front."""
         known = self._tasks.get(task_id, _Auctions()).bids.values()
-        return tuple(sorted(known, key=lambda bid: (bid.cost, bid.robot_id)))
+        return tuple(ranked(known))
 
     def auctions(self, task_id: str) -> int:
         """Return how many auctions of a task were seen."""

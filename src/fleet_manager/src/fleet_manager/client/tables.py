@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blackboard.auction.decision import ranked
+from blackboard.domain.bid import ranked
 from blackboard.domain.task import TaskType
 from fleet_manager.client.formats import member
 from fleet_manager.client.traffic import place_rows, wait_rows

@@ -12,6 +12,7 @@ import attrs
 from blackboard.costing.cost import measure_for
 from fleet_manager.config.fleet_file import OUR_PLAN, plan_topic
 from robot_description.models import model_path
+from robot_description.urdf import robot_urdf
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.mqtt.local_broker import free_port
 
@@ -151,14 +152,10 @@ def parameters(
     lines += [yaml_line(f"{robot.name}/{node}", values) for node, values in settings.items()]
     if not robot.model:
         return lines
-    return [*lines, _text(f"{robot.name}/robot_description", _urdf(robot))]
-
-
-def _urdf(robot: FleetRobot) -> str:
-    # xacro takes long to import, and only this needs it.
-    from robot_description.urdf import robot_urdf  # noqa: PLC0415
-
-    return robot_urdf(robot.model, f"{robot.name}/")
+    return [
+        *lines,
+        _text(f"{robot.name}/robot_description", robot_urdf(robot.model, f"{robot.name}/")),
+    ]
 
 
 def yaml_line(name: str, value: object) -> str:

@@ -9,9 +9,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from scipy import ndimage
 
 from fleet_manager.demo.history import WAIT_GRAIN, RobotTrack
@@ -40,6 +37,10 @@ _FULL_HEAT = 0.2  # what is less than this share of the most is the paler, the l
 
 def draw_run(path: Path, report: dict[str, Any], history: History, chart: GridMap) -> None:
     """Draw a run on the map on which the robots drove, and write it as PNG."""
+    # matplotlib takes a second to import, and a demo needs it only once it has run.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  (see above)
+    from matplotlib.figure import Figure  # noqa: PLC0415  (see above)
+
     figure = Figure(figsize=_INCHES, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, height_ratios=[1.75, 1.0], width_ratios=[2.1, 1.0])
@@ -156,6 +157,8 @@ def _draw_timeline(
     colours: dict[str, str],
 ) -> None:
     """Draw which robot worked on which task, one row a robot, the first on top."""
+    from matplotlib.patches import Patch  # noqa: PLC0415  (see draw_run)
+
     names = list(colours)
     kinds = {task["id"]: task["type"] for task in report["tasks"]}
     length = max(report["time"]["hive"], 1.0)

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import zlib
 from collections import deque
@@ -99,7 +100,8 @@ class MarkerBoard:
     """Turns the hive's state into markers, and says which are to be deleted."""
 
     def __init__(self) -> None:
-        self._numbers: dict[tuple[str, str], int] = {}
+        self._numbers: dict[tuple[str, str], int] = {}  # of what is shown or being deleted
+        self._next = itertools.count()
         self._shown: set[tuple[str, int]] = set()
         self._gone: deque[set[tuple[str, int]]] = deque(maxlen=REPEATED_DELETIONS)
 
@@ -130,7 +132,10 @@ class MarkerBoard:
         names = {marker.name for marker in markers}
         self._gone.append(self._shown - names)
         self._shown = names
-        return markers, sorted(set().union(*self._gone) - names)
+        gone = set().union(*self._gone) - names
+        used = {number for _, number in names | gone}
+        self._numbers = {name: n for name, n in self._numbers.items() if n in used}
+        return markers, sorted(gone)
 
     def _goals(self, record: TaskRecord, labels: set[tuple[int, int]]) -> Iterator[Marker]:
         """Give the markers of a task; `labels` are the cells that names have taken."""
@@ -162,8 +167,10 @@ class MarkerBoard:
                 yield Marker("paths", number, Shape.LINE, size=size, color=color, points=points)
 
     def _number(self, space: str, name: str) -> int:
-        """Return the number of a name, which never changes."""
-        return self._numbers.setdefault((space, name), len(self._numbers))
+        """Return the number of a name, which it keeps until all its markers are deleted."""
+        if (space, name) not in self._numbers:
+            self._numbers[space, name] = next(self._next)
+        return self._numbers[space, name]
 
 
 def _label(space: str, number: int, pose: Pose, words: str) -> Marker:

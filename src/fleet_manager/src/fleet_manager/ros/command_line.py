@@ -8,7 +8,6 @@ import gc
 import os
 import signal
 import sys
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from fleet_manager.cli.context import CliContext
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
     import click
 
+    from fleet_manager.cli.context import FaultLink
     from fleet_manager.client.client import ClientLink
 
 
@@ -34,11 +34,10 @@ def connect(record: Sequence[str]) -> AbstractContextManager[ClientLink]:
     gc.disable()  # it would look for garbage in what importing makes, and find none
     try:
         _import_genpy()
-        module = import_module("fleet_manager.ros.client_link")
+        from fleet_manager.ros import client_link  # noqa: PLC0415  (see above)
     finally:
         gc.enable()
-    link: AbstractContextManager[ClientLink] = module.connect(record)
-    return link
+    return client_link.connect(record)
 
 
 def _import_genpy() -> None:
@@ -49,15 +48,24 @@ def _import_genpy() -> None:
     if sys.modules.keys().isdisjoint({"genpy", "numpy"}):
         sys.modules["numpy"] = None  # type: ignore[assignment]  # as documented: it cannot be imported
         try:
-            import_module("genpy")
+            import genpy  # noqa: F401, PLC0415  (see above)
         finally:
             del sys.modules["numpy"]
 
 
 def journals() -> Path:
     """Return the default folder of the journals of the hive at ROS_MASTER_URI."""
-    folder: Path = import_module("blackboard.ros.journals").default_folder()
-    return folder
+    # It knows of rosgraph and rospkg, and only commands that read journals need it.
+    from blackboard.ros.journals import default_folder  # noqa: PLC0415  (see above)
+
+    return default_folder()
+
+
+def faults() -> FaultLink:
+    """Return what injects faults; rospy is imported only now, as for `connect`."""
+    from fleet_manager.ros.fault_link import RosFaultLink  # noqa: PLC0415  (see above)
+
+    return RosFaultLink()
 
 
 def main(command: click.Command = hive) -> None:
@@ -73,7 +81,7 @@ def main(command: click.Command = hive) -> None:
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGHUP, _end)
     try:
-        code = run(CliContext(connect, journals), command=command)
+        code = run(CliContext(connect, journals, faults), command=command)
     except SystemExit as end:  # a signal, or tab completion
         code = end.code if isinstance(end.code, int) else 0
     with contextlib.suppress(OSError, ValueError):  # nobody reads on, or the file is closed

@@ -27,67 +27,72 @@ _LOOK = 0.05  # [s] between two looks
 _SENDING = 0.3  # [s] until a published message has left this process
 
 
-def inject(fault: Fault) -> str:
-    """Have the simulator inject a fault; return its answer.
+class RosFaultLink:
+    """Injects faults into the hive of ROS_MASTER_URI; see `cli.context.FaultLink`."""
 
-    Raises:
-        InputError: The simulator refuses, or there is none.
-        NoHiveError: No ROS master answers.
-    """
-    _master()
-    try:
-        rospy.wait_for_service("simenv/inject_fault", timeout=_PATIENCE)
-        call = rospy.ServiceProxy("simenv/inject_fault", InjectFault)
-        answer = call(FaultMsg(fault.kind, fault.target, fault.value, list(fault.area)))
-    except (rospy.ROSException, rospy.ServiceException):
+    def inject(self, fault: Fault) -> str:
+        """Have the simulator inject a fault; return its answer.
+
+        Raises:
+            InputError: The simulator refuses, or there is none.
+            NoHiveError: No ROS master answers.
+        """
+        _master()
+        try:
+            rospy.wait_for_service("simenv/inject_fault", timeout=_PATIENCE)
+            call = rospy.ServiceProxy("simenv/inject_fault", InjectFault)
+            answer = call(FaultMsg(fault.kind, fault.target, fault.value, list(fault.area)))
+        except (rospy.ROSException, rospy.ServiceException):
+            raise InputError(
+                "no simulator answers on simenv/inject_fault; this fault needs one"
+            ) from None
+        if not answer.success:
+            raise InputError(answer.message)
+        return str(answer.message)
+
+    def drop_charge(self, robot: str, level: float) -> str:
+        """Let a robot's battery drop to a level from 0 to 1; return a report.
+
+        Raises:
+            InputError: There is no such robot.
+            NoHiveError: No ROS master answers.
+        """
+        _master()
+        rospy.init_node("hive_fault", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
+        publisher = rospy.Publisher(f"/{robot}/drop_charge", Float64, queue_size=1, latch=True)
+        for _ in range(round(_PATIENCE / _LOOK)):
+            if publisher.get_num_connections():
+                publisher.publish(Float64(level))
+                rospy.rostime.wallsleep(_SENDING)
+                return f"{robot}'s battery drops to {level:.0%}"
+            rospy.rostime.wallsleep(_LOOK)
         raise InputError(
-            "no simulator answers on simenv/inject_fault; this fault needs one"
-        ) from None
-    if not answer.success:
-        raise InputError(answer.message)
-    return str(answer.message)
+            f"robot '{robot}': nobody listens on /{robot}/drop_charge; see `hive robots`"
+        )
 
+    def vanish(self, robot: str, *, back: bool) -> str:
+        """Stop all processes of a robot, or let them go on; return a report.
 
-def drop_charge(robot: str, level: float) -> str:
-    """Let a robot's battery drop to a level from 0 to 1; return a report.
-
-    Raises:
-        InputError: There is no such robot.
-        NoHiveError: No ROS master answers.
-    """
-    _master()
-    rospy.init_node("hive_fault", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
-    publisher = rospy.Publisher(f"/{robot}/drop_charge", Float64, queue_size=1, latch=True)
-    for _ in range(round(_PATIENCE / _LOOK)):
-        if publisher.get_num_connections():
-            publisher.publish(Float64(level))
-            rospy.rostime.wallsleep(_SENDING)
-            return f"{robot}'s battery drops to {level:.0%}"
-        rospy.rostime.wallsleep(_LOOK)
-    raise InputError(f"robot '{robot}': nobody listens on /{robot}/drop_charge; see `hive robots`")
-
-
-def vanish(robot: str, *, back: bool) -> str:
-    """Stop all processes of a robot, or let them go on; return a report.
-
-    Raises:
-        InputError: There is no such robot, or it runs on another machine.
-        NoHiveError: No ROS master answers.
-    """
-    master = _master()
-    # A stopped process does not answer with its id, so the master keeps the ids.
-    note = f"/{robot}/stopped_processes"
-    stopped = master.hasParam(note)
-    if back is not stopped:
-        raise InputError(f"robot '{robot}' is {'stopped already' if stopped else 'not stopped'}")
-    pids = master.getParam(note) if stopped else _pids(master, robot)
-    for pid in pids:
-        os.kill(pid, signal.SIGCONT if back else signal.SIGSTOP)
-    if back:
-        master.deleteParam(note)
-    else:
-        master.setParam(note, pids)
-    return f"{robot}'s {len(pids)} processes {'go on' if back else 'are stopped'}"
+        Raises:
+            InputError: There is no such robot, or it runs on another machine.
+            NoHiveError: No ROS master answers.
+        """
+        master = _master()
+        # A stopped process does not answer with its id, so the master keeps the ids.
+        note = f"/{robot}/stopped_processes"
+        stopped = master.hasParam(note)
+        if back is not stopped:
+            raise InputError(
+                f"robot '{robot}' is {'stopped already' if stopped else 'not stopped'}"
+            )
+        pids = master.getParam(note) if stopped else _pids(master, robot)
+        for pid in pids:
+            os.kill(pid, signal.SIGCONT if back else signal.SIGSTOP)
+        if back:
+            master.deleteParam(note)
+        else:
+            master.setParam(note, pids)
+        return f"{robot}'s {len(pids)} processes {'go on' if back else 'are stopped'}"
 
 
 def _pids(master: rosgraph.Master, robot: str) -> list[int]:

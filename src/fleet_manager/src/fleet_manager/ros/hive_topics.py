@@ -20,6 +20,7 @@ from blackboard.ros.codec.tables import WIRES
 from fleet_manager.client.client import TRAFFIC_STATE
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
+from fleet_manager.ros.traffic_messages import TRAFFIC_WIRES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping
@@ -162,12 +163,8 @@ class HiveTopics:
 
 
 def _wire(topic: str) -> Wire:
-    """Return the messages of a topic; most commands need none of the traffic planner's."""
-    if topic in WIRES:
-        return WIRES[topic]
-    from fleet_manager.ros.traffic_messages import TRAFFIC_WIRES  # noqa: PLC0415  (see above)
-
-    return TRAFFIC_WIRES[topic]
+    """Return the messages of a topic."""
+    return WIRES[topic] if topic in WIRES else TRAFFIC_WIRES[topic]
 
 
 def _superseded(topic: str, report: object) -> Hashable:

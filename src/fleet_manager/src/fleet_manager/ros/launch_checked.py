@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Starts a fleet whose file was checked, from the launch text that the check has printed.
 
-`fleet_manager.launch` has the fleet file checked before anything starts, and keeps what the check
-prints in a parameter. Starting from it takes a tenth of the imports that a second check would.
+`fleet_manager.launch` has the fleet file checked by `launch_fleet --check` before anything starts,
+and keeps what the check prints in a parameter. Starting from it takes a tenth of the imports that
+a second check would.
 """
 
 from __future__ import annotations
@@ -10,10 +11,8 @@ from __future__ import annotations
 import os
 import sys
 import xmlrpc.client
-from importlib import import_module
 from typing import Any, NoReturn
 
-_CHECKED = "--checked"
 _DEFAULT_URI = "http://localhost:11311"
 _FOUND = 1
 
@@ -40,13 +39,16 @@ def asked(caller: str, parameter: str) -> str:
 
 
 def main() -> None:
-    """Start what `--checked PARAMETER` holds; see `launch_fleet` for all other arguments."""
+    """Start what the parameter holds that this process's argument names."""
     words = [word for word in sys.argv[1:] if ":=" not in word]
-    if words[:1] != [_CHECKED]:
-        import_module("fleet_manager.ros.launch_fleet").launch_fleet(words)
+    if len(words) != 1 or words[0].startswith("-"):
+        sys.exit("usage: launch_checked PARAMETER; to start a fleet, use launch_fleet FLEET")
     space = os.environ.get("ROS_NAMESPACE", "").strip("/")
-    name = "/".join(["", *filter(None, [space, *words[1:]])])
-    text = asked("/launch_fleet", name)
+    name = "/".join(["", *filter(None, [space, words[0]])])
+    text = asked("/launch_checked", name)
     if not text:
-        sys.exit(f"launch_fleet: the parameter {name} holds no launch file; give a fleet instead")
+        sys.exit(
+            f"launch_checked: the parameter {name} holds no launch file; to start a fleet, use "
+            "launch_fleet FLEET"
+        )
     become_roslaunch(text)

@@ -81,3 +81,8 @@ def launch_fleet(
         click.echo(text, nl=False)
     else:
         become_roslaunch(text)
+
+
+def main() -> None:
+    """Run with this process's arguments; those that ROS adds are left out."""
+    launch_fleet([word for word in sys.argv[1:] if ":=" not in word])

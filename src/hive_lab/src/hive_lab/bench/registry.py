@@ -164,7 +164,7 @@ BENCHES: Mapping[str, Bench] = {
     ),
     "sim": Bench(
         "wall time for a simulated second [s] and the reverse, 1 to 100 robots, and through ROS",
-        "bench.simulator",
+        "live.simulator",
         connects=True,
     ),
     "soak": Bench(

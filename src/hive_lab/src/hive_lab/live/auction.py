@@ -27,12 +27,13 @@ from std_msgs.msg import String
 from blackboard.errors import LiveHiveError
 from hive_common.ros.links import PAUSES
 from hive_lab.bench.registry import BenchResult
-from hive_lab.live.bidders import SPACING
+from hive_lab.live import bare_round, bidders
 from hive_lab.live.live_hive import LiveHive, own_master
 from hive_lab.live.live_operator import TERMINAL, LiveOperator, make_task
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
+    from types import ModuleType
 
 SIZES = (4, 10)  # numbers of robots, unless the user chooses one
 
@@ -190,7 +191,7 @@ def measure(robots: int, folder: Path) -> dict[str, float]:
 
     The folder is for journals and logs.
     """
-    side = max(_SIDE, SPACING * robots)
+    side = max(_SIDE, bidders.SPACING * robots)
     with _bare_nodes(robots):
         desk = Desk("/bare/", side)
         _wait_until(lambda: desk.is_heard, f"{robots} bare nodes answer")
@@ -236,15 +237,15 @@ def _bare_nodes(robots: int) -> Iterator[None]:
     roles = [("ask", str(robots)), *[("answer",)] * robots]
     with contextlib.ExitStack() as stack:
         for role in roles:
-            stack.enter_context(_module("bare_round", *role))
+            stack.enter_context(_module(bare_round, *role))
         yield
 
 
 @contextlib.contextmanager
-def _module(name: str, *arguments: str) -> Iterator[None]:
+def _module(module: ModuleType, *arguments: str) -> Iterator[None]:
     """Run a module of this package in a process of its own."""
     process = subprocess.Popen(  # noqa: S603  (our own nodes)
-        [sys.executable, "-m", f"hive_lab.live.{name}", *arguments],
+        [sys.executable, "-m", module.__name__, *arguments],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
@@ -267,7 +268,7 @@ def _hive_at(robots: int, folder: Path) -> Iterator[LiveHive]:
     with contextlib.ExitStack() as stack:
         stack.callback(hive.end)
         operator = LiveOperator(hive.namespace, hive.members)
-        stack.enter_context(_module("bidders", *spaces))
+        stack.enter_context(_module(bidders, *spaces))
         hive.start_all()
         operator.demand(operator.all_answer, f"{robots} robots answer", _START)
         operator.close()

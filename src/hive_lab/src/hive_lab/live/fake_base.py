@@ -4,11 +4,12 @@
     python3 -m hive_lab.live.fake_base /robot1 0.5 2.0
 
 runs one in a process of its own: the robot's namespace, the duration of each drive [s], and where
-the robot starts (x [m]).
+the robot starts (x [m]). From SIGUSR1 to SIGUSR2 no drive arrives.
 """
 
 from __future__ import annotations
 
+import signal
 import threading
 import time
 from typing import Any
@@ -31,6 +32,7 @@ class FakeBase:
         fails: Whether the next drives abort instead of arriving.
         arrivals: Goals reached so far, x [m] and y [m].
         begun: Number of drives begun.
+        held: Whether no drive arrives now, however long it has lasted.
 
     ROS Actions: server of `move_base` (move_base_msgs/MoveBaseAction).
     ROS Publishers: `amcl_pose` (geometry_msgs/PoseWithCovarianceStamped), latched.
@@ -41,6 +43,7 @@ class FakeBase:
         self.fails = False
         self.arrivals: list[tuple[float, float]] = []
         self.begun = 0
+        self.held = False
         self._cancelled = 0
         self._pose = rospy.Publisher(
             f"{namespace}/amcl_pose", PoseWithCovarianceStamped, latch=True, queue_size=1
@@ -59,12 +62,12 @@ class FakeBase:
         self.begun += 1
         run = self._cancelled
         end = time.monotonic() + self.seconds
-        while (left := end - time.monotonic()) > 0:
+        while (left := end - time.monotonic()) > 0 or self.held:
             given_up = run != self._cancelled or rospy.is_shutdown()
             if given_up or self._server.is_preempt_requested():
                 self._server.set_preempted()
                 return
-            threading.Event().wait(min(left, _LOOK_EVERY))
+            threading.Event().wait(min(left, _LOOK_EVERY) if left > 0 else _LOOK_EVERY)
         if self.fails:
             self._server.set_aborted(text="the fake base was told to fail")
             return
@@ -90,7 +93,9 @@ def main() -> None:
     """Serve one robot until the node is shut down."""
     namespace, seconds, x = rospy.myargv()[1:4]
     rospy.init_node("fake_base", anonymous=True)
-    FakeBase(namespace, float(seconds), float(x))
+    base = FakeBase(namespace, float(seconds), float(x))
+    signal.signal(signal.SIGUSR1, lambda *_: setattr(base, "held", True))
+    signal.signal(signal.SIGUSR2, lambda *_: setattr(base, "held", False))
     rospy.spin()
 
 

@@ -22,6 +22,7 @@ import rospy
 
 from blackboard.domain.settings import STANDING_BY
 from blackboard.errors import LiveHiveError
+from hive_common.resources import node_file
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_operator import LiveOperator
 
@@ -142,8 +143,8 @@ class LiveHive:
         """
         space, _, name = node.rpartition("/")
         kind = "robot_node" if name == "robot" else "blackboard_node"
-        code = f"from blackboard.ros.{kind} import main; main()"
-        command = [*prefix, *(program or (sys.executable, "-c", code))]
+        own = (sys.executable, str(node_file("blackboard", kind)))
+        command = [*prefix, *(program or own)]
         command += [f"__ns:={space or '/'}", f"__name:={name}", *arguments]
         self._folder.mkdir(parents=True, exist_ok=True)
         with self._log(node).open("ab") as log:

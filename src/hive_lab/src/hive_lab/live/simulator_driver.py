@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures how fast the node `simulator` lets time pass.
 
-`bench.simulator` runs it as `python3 -m hive_lab.live.simulator_driver`, beside a simulator
+`live.simulator` runs it as `python3 -m hive_lab.live.simulator_driver`, beside a simulator
 without robots and with a real-time factor beyond its reach. It drives more and more robots, each
 time first without hearing their scans, then with. It prints the figures as JSON.
 """

@@ -43,7 +43,8 @@ def pytest_configure(config: pytest.Config) -> None:
     # Who wants to stop at the first failure wants to see it at once.
     if config.getoption("--second-look") and not config.getoption("maxfail"):
         flaky = config.rootpath / "results" / "flaky.txt"
-        config.pluginmanager.register(SecondLook(lambda test: run_alone(config, test), flaky))
+        look = SecondLook(lambda test: run_alone(config, test, plugin=__name__), flaky)
+        config.pluginmanager.register(look)
 
 
 class _ReportWriter:

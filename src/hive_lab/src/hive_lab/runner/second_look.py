@@ -107,14 +107,14 @@ class SecondLook:
             file.writelines(f"{now} {line}\n" for line in lines)
 
 
-def run_alone(config: pytest.Config, test: str) -> Reports:
-    """Run one test in a pytest of its own, and return its reports."""
+def run_alone(config: pytest.Config, test: str, plugin: str) -> Reports:
+    """Run one test in a pytest of its own, in which a plugin writes its reports; return them."""
     results = config.getoption("--results", default=None) if level_of(test) == "rostest" else None
     with tempfile.TemporaryDirectory(prefix="second-look-") as folder:
         reports = Path(folder) / "reports"
         command = [
             *(sys.executable, "-m", "pytest", "-c", str(config.inipath), "-o", "pythonpath="),
-            *("-p", "hive_lab.runner.plugin", "--reports", str(reports)),
+            *("-p", plugin, "--reports", str(reports)),
             *(("--results", str(results)) if results else ()),
             str(config.rootpath / test),
         ]

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from fleet_manager.demo.machine import reserved_port, screen_is_usable
 from hive_lab.bench.registry import BenchResult
 from hive_lab.bench.usage import usage_of
+from hive_lab.windows import fake_fleet_node, measured_window
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -151,15 +152,13 @@ def _environment(port: int, folder: Path) -> dict[str, str]:
 def _fake_fleet(environment: Mapping[str, str], rate: int) -> AbstractContextManager[object]:
     """Return a fake fleet that sends `rate` messages a second."""
     words = [str(TASKS), str(ROBOTS), str(rate)]
-    return _process(
-        [sys.executable, "-m", "hive_lab.windows.fake_fleet_node", *words], environment
-    )
+    return _process([sys.executable, "-m", fake_fleet_node.__name__, *words], environment)
 
 
 def _window(
     environment: Mapping[str, str], folder: Path
 ) -> AbstractContextManager[subprocess.Popen[str]]:
-    program = [sys.executable, "-m", "hive_lab.windows.measured_window"]
+    program = [sys.executable, "-m", measured_window.__name__]
     return _process([*program, str(folder / "settings.ini")], environment, stdout=subprocess.PIPE)
 
 

@@ -16,7 +16,7 @@ import tempfile
 import time
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from python_qt_binding.QtCore import QEventLoop, QSettings
 from python_qt_binding.QtWidgets import QApplication, QWidget
@@ -35,16 +35,18 @@ if TYPE_CHECKING:
 
     from python_qt_binding.QtGui import QPixmap
 
+Window = TypeVar("Window", bound=QWidget)
+
 SIZE = (1366, 768)
 PATIENCE = 300.0  # [s] for the hive to start, and for robots to be at work
 SCENARIO = "demo"
 RVIZ = 25.0  # [s] until RViz shows everything
 
 
-class Studio:
-    """The windows on a running hive, and a camera whose pictures go to a folder."""
+class Studio(Generic[Window]):
+    """A window at work, and a camera whose pictures go to a folder."""
 
-    def __init__(self, application: QApplication, window: FleetWindow, folder: Path) -> None:
+    def __init__(self, application: QApplication, window: Window, folder: Path) -> None:
         self._application = application
         self._folder = folder
         self.window = window
@@ -54,7 +56,7 @@ class Studio:
         end = time.monotonic() + PATIENCE
         while not seen():
             if time.monotonic() > end:
-                sys.exit("the hive did not get as far as the pictures need; see its log")
+                sys.exit("it did not get as far as the pictures need; see the log")
             self._application.processEvents(QEventLoop.AllEvents, 50)
 
     def wait(self, seconds: float) -> None:
@@ -89,8 +91,8 @@ def _running(command: list[str], **options: object) -> Iterator[subprocess.Popen
 
 
 @contextmanager
-def _screen() -> Iterator[None]:
-    """Give the program a screen of its own."""
+def own_screen() -> Iterator[None]:
+    """Give this program a screen of its own."""
     read, write = os.pipe()
     width, height = SIZE
     command = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24"]
@@ -109,7 +111,7 @@ def main() -> None:
     images.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        stack.enter_context(_screen())
+        stack.enter_context(own_screen())
         hive = stack.enter_context(local_hive(folder))
         hive.start_master()
         hive.launch({"fleet": "lab", "world": "lab", "rviz": "false", "gui": "false", "rtf": "1"})
@@ -137,7 +139,7 @@ def _at_work(desk: Desk) -> bool:
     return states.count(TaskState.DONE) > 1 and states.count(TaskState.STARTED) > 2  # noqa: PLR2004
 
 
-def _picture_windows(studio: Studio, desk: Desk) -> None:
+def _picture_windows(studio: Studio[FleetWindow], desk: Desk) -> None:
     window = studio.window
     assert window.entry  # noqa: S101  (it was made with one)
     entry = window.entry
@@ -166,7 +168,7 @@ def _picture_windows(studio: Studio, desk: Desk) -> None:
     window.hide()
 
 
-def _picture_rviz(studio: Studio, stack: ExitStack) -> None:
+def _picture_rviz(studio: Studio[FleetWindow], stack: ExitStack) -> None:
     software = os.environ | {"LIBGL_ALWAYS_SOFTWARE": "1"}
     config = package_folder("simenv") / "rviz" / "hive.rviz"
     command = ["rosrun", "simenv", "rviz", f"_config:={config}"]
@@ -176,7 +178,7 @@ def _picture_rviz(studio: Studio, stack: ExitStack) -> None:
     studio.take_screen("rviz")
 
 
-def _picture_takeover(studio: Studio, desk: Desk) -> None:
+def _picture_takeover(studio: Studio[FleetWindow], desk: Desk) -> None:
     """Show who carries the blackboard after the leader was killed."""
     window = studio.window
     window.show()

@@ -281,12 +281,16 @@ def all_blockers(
     heads: Indices, spans: Array, links: Indices, things: Indices, times: Array
 ) -> Indices:
     """Return who blocks things during times, some more than once; see `Reservations.blockers`."""
-    found = np.empty(1024, dtype=np.int64)
+    found = np.empty(64, dtype=np.int64)
     count = 0
     for k in range(len(things)):
         at = heads[things[k]]
         while at >= 0 and spans[at, 0] < times[k, 1] - 1e-9:
-            if spans[at, 1] > times[k, 0] + 1e-9 and count < len(found):
+            if spans[at, 1] > times[k, 0] + 1e-9:
+                if count == len(found):
+                    more = np.empty(2 * count, dtype=np.int64)
+                    more[:count] = found
+                    found = more
                 found[count] = links[at, 1]
                 count += 1
             at = links[at, 0]

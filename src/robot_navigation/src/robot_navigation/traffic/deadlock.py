@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
+from hive_common.last_heard import FORGOTTEN_AFTER
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
@@ -144,6 +146,7 @@ class LockWatch:
             name: robot for name, robot in self._robots.items() if now - robot.said.time < SILENT
         }
         waits_for = {n: r.said.waits_for for n, r in heard.items() if r.said.waits_for}
+        self._forget(now, frozenset(waits_for.values()))
         found = self._found_circles(heard, waits_for, now)
         inside = {name for lock in found for name in lock.robots}
         stuck = [
@@ -161,6 +164,14 @@ class LockWatch:
         self._count(found, stuck)
         self.locks = (*found, *stuck)
         return self.locks
+
+    def _forget(self, now: float, in_the_way: frozenset[str]) -> None:
+        """Forget robots that have left, but not where those are for which others wait."""
+        self._robots = {
+            name: robot
+            for name, robot in self._robots.items()
+            if abs(now - robot.said.time) < FORGOTTEN_AFTER or name in in_the_way
+        }
 
     def _found_circles(
         self, heard: Mapping[str, _Robot], waits_for: Mapping[str, str], now: float

@@ -7,8 +7,10 @@ announces, comes near. All robots of one process may share one neighbourhood.
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
+from hive_common.last_heard import LastHeard
 from robot_navigation.traffic.right_of_way import ANYWHERE, squares_around
 
 if TYPE_CHECKING:
@@ -18,29 +20,36 @@ NOWHERE: frozenset[Square] = frozenset()
 
 
 class Neighbourhood:
-    """The latest announcement of every robot."""
+    """The latest announcement of every robot that has not left; see `hive_common.last_heard`."""
 
     def __init__(self) -> None:
-        self._numbers: dict[str, int] = {}  # of the robots, in the order of their first words
-        self._latest: list[Announcement] = []
+        self._numbers = LastHeard[int]()  # of the robots, in the order of their first words
+        self._next = itertools.count()
+        self._latest: dict[int, Announcement] = {}
         self._squares: dict[Square, set[int]] = {}
 
     def hear(self, announcement: Announcement) -> None:
         """Take in what a robot announces, in place of what it said before."""
-        number = self._numbers.setdefault(announcement.name, len(self._latest))
-        squares, before = announcement.squares, NOWHERE
-        if number == len(self._latest):
-            self._latest.append(announcement)
-        else:
-            before = self._latest[number].squares
-            self._latest[number] = announcement
+        known = self._numbers.get(announcement.name)
+        number = next(self._next) if known is None else known
+        gone = self._numbers.hear(announcement.name, number, announcement.time)
+        before = NOWHERE if known is None else self._latest[number].squares
+        self._latest[number] = announcement
+        self._file(number, before, announcement.squares)
+        for other in gone:
+            self._file(other, self._latest.pop(other).squares, NOWHERE)
+
+    def _file(self, number: int, before: frozenset[Square], squares: frozenset[Square]) -> None:
+        """Move a robot from the squares in which it was to those in which it is."""
         for square in before - squares:
             self._squares[square].discard(number)
+            if not self._squares[square]:
+                del self._squares[square]
         for square in squares - before:
             self._squares.setdefault(square, set()).add(number)
 
     def latest(self, name: str) -> Announcement | None:
-        """Return what a robot has announced last, however long ago; None if it never has."""
+        """Return what a robot has announced last; None if it never has, or has left."""
         number = self._numbers.get(name)
         return None if number is None else self._latest[number]
 
@@ -50,7 +59,9 @@ class Neighbourhood:
         They are in the order in which they were first heard.
         """
         return [
-            other for other in self._latest if other.name != name and now - other.time < silence
+            other
+            for other in self._latest.values()
+            if other.name != name and now - other.time < silence
         ]
 
     def near(self, me: Announcement, reach: float, silence: float) -> list[Announcement]:
