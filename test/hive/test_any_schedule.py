@@ -117,6 +117,7 @@ EVENTS = st.tuples(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(600)  # hundreds of hives, on a machine that may be busy
 @given(st.integers(1, 4), st.lists(EVENTS, max_size=25), st.sampled_from([0.0, 0.0, 0.1, 0.3]))
 def test_whatever_happens_the_properties_hold_and_the_hive_ends_in_order(robots, events, loss):

@@ -48,6 +48,7 @@ def outcomes():
     return tuple(simulate(range(SCHEDULES)))
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(1800)  # 50 s on two idle processors, of which there may be none
 @pytest.mark.xdist_group("random schedules")
 def test_random_schedules_break_no_property(outcomes):
@@ -56,6 +57,7 @@ def test_random_schedules_break_no_property(outcomes):
     assert not broken, broken[0].in_full()
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(1800)  # as above
 @pytest.mark.xdist_group("random schedules")
 def test_random_schedules_use_every_feature_in_one_of_fifty(outcomes):
@@ -65,6 +67,7 @@ def test_random_schedules_use_every_feature_in_one_of_fifty(outcomes):
     assert not rare
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(1800)  # as above
 def test_random_schedules_with_learners_break_no_property():
     drawn = [draw(seed) for seed in range(60)]

@@ -68,6 +68,16 @@ def test_of_a_burst_no_task_starts_before_all_are_planned():
     assert on_lists == {"robot1": ("T4", "T2"), "robot2": ("T3", "T1")}
 
 
+def test_a_burst_of_a_few_tasks_is_held_for_a_shorter_time():
+    hive = fleet(0.0, 100.0)
+    began = hive.network.now
+    hive.post(go(1, 90.0), go(2, 10.0), go(3, 50.0))
+    while first_order(hive, "T3") is None:
+        hive.network.run(0.001)
+
+    assert hive.network.now - began < HOLD / 5
+
+
 def test_a_burst_is_held_for_a_moment_only_however_long_it_is():
     hive = fleet(0.0, 100.0)
     for number in range(200):
@@ -134,6 +144,7 @@ def test_what_is_planned_when_the_leader_steps_down_is_planned_anew():
     assert all(hive.record(f"T{number}").state is TaskState.DONE for number in (1, 2, 3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_every_task_of_a_large_burst_is_done_and_no_heartbeat_is_late(seed):
     draw = random.Random(seed)

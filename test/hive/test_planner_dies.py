@@ -43,6 +43,7 @@ def drive(seed, faults):
     return crowd
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3])
 def test_nobody_touches_and_nobody_stands_longer_than_the_takeover_and_five_seconds(seed):
     without = drive(seed, ())

@@ -307,6 +307,7 @@ def test_a_world_without_robots_lets_time_pass():
     assert simulation.nanoseconds == 10_000_000_000
 
 
+@pytest.mark.slow
 def test_freshly_compiled_and_cached_code_give_the_same_run_to_the_last_bit(tmp_path):
     code = "from simenv.testing import crowd; print(crowd(seed=4).hex())"
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": ":".join(sys.path)}
