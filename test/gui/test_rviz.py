@@ -18,7 +18,7 @@ from hive_common.resources import package_folder
 # rospy leaves sockets to be closed by the garbage collector.
 pytestmark = [
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
-    pytest.mark.timeout(400),  # the first test waits for the whole hive to come up
+    pytest.mark.timeout(1800),  # the first test waits for the whole hive to come up
 ]
 
 CONFIG = package_folder("simenv") / "rviz" / "hive.rviz"
@@ -28,9 +28,6 @@ HALF_A_CELL = 0.025
 TITLE = " - RViz$"
 RANGE = 21
 """Bits of a window's number that its own connection to the screen gives out."""
-
-START = 180.0
-"""Time that RViz may take to come up on a busy machine [s]."""
 
 AT_REST = 60
 """Looks in which RViz has kept its size, after which it is taken to be complete."""
@@ -104,7 +101,7 @@ def canvas(person, hive_window, tmp_path):  # noqa: ARG001  (RViz lies on top of
         return seen[-1] and len(seen) > AT_REST and len(set(seen[-AT_REST:])) == 1
 
     try:
-        person.wait_until(at_rest, START)
+        person.wait_until(at_rest)
         yield seen[-1], lambda: find_canvas(others)
     finally:
         rviz.kill()

@@ -24,7 +24,7 @@ def test_leaves_a_process():
 def run(tmp_path):
     """Return a function that runs pytest on a `.test` file with the given case, and its output."""
 
-    def run_case(text, limit=20):
+    def run_case(text, limit=400):
         case = tmp_path / "case.py"
         case.write_text(text)
         (tmp_path / "file.test").write_text(FILE.format(case=case, limit=limit))

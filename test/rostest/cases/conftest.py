@@ -39,7 +39,8 @@ def operator():
     rospy.init_node("operator")
     speakers = dict.fromkeys(("/task_state", "/bb_backup", "/bb_sync"), len(ROBOTS) + 1)
     speakers |= dict.fromkeys(("/robot_status", "/task_cost"), len(ROBOTS))
-    speakers |= {f"/{robot}/ground_truth": 1 for robot in ROBOTS}
+    for robot in ROBOTS:
+        speakers |= {f"/{robot}/ground_truth": 1, f"/{robot}/battery_state": 1}
     wait_until_empty(lambda: {t: n for t, n in speakers.items() if publishers_of(t) < n})
     operator = Operator()
     operator.expect(
@@ -57,6 +58,7 @@ def operator():
     ]
     for name in ROBOTS:
         links.append(("/simulator", f"/{name}/ground_truth", here))
+        links.append((f"/{name}/robot", f"/{name}/battery_state", here))
         links.append((f"/{name}/move_base", f"/{name}/move_base/status", f"/{name}/robot"))
     wait_until_empty(lambda: [link for link in links if not is_heard(*link)])
     operator.hear_again(*ROBOTS)

@@ -6,6 +6,7 @@ busy. When that does not come, it says what it heard last.
 """
 
 import collections
+import contextlib
 import math
 import os
 import threading
@@ -24,12 +25,13 @@ from blackboard.msg import (
 )
 from geometry_msgs.msg import Pose2D
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Header, String, UInt32
+from sensor_msgs.msg import BatteryState
+from std_msgs.msg import Float64, Header, String, UInt32
 
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 """The lab's fleet: two AGVs, then two mobile manipulators."""
-PATIENCE = float(os.environ.get("HIVE_PATIENCE", "240"))
-"""Time that a busy machine with two cores may take for anything [s, wall clock]."""
+PATIENCE = float(os.environ.get("HIVE_PATIENCE", "600"))
+"""Limit for what hangs [s, wall clock]; no verdict depends on how long something takes."""
 REPEAT = 1.0
 """Time after which an unanswered task is posted again [s, wall clock]."""
 TERMINAL = (TaskState.DONE, TaskState.REJECTED, TaskState.CANCELLED, TaskState.FAILED)
@@ -38,6 +40,8 @@ HOME = ((2.6, 2.0, 0.0), (2.6, 4.0, 0.0))
 TOLERANCE = 0.15
 """Largest distance from the goal [m]; move_base's own tolerance is 0.1."""
 DONE_IN_ORDER = [TaskState.WAITING, TaskState.ASSIGNED, TaskState.STARTED, TaskState.DONE]
+SLOW_MOTION = 0.1
+"""Simulated time per real time while robots must not get far."""
 STATES = ("WAITING", "ASSIGNED", "STARTED", "DONE", "REJECTED", "CANCELLED", "FAILED")
 
 
@@ -53,6 +57,7 @@ class Operator:
         robots: Every robot's last status.
         statuses: Every robot's statuses, in the order in which they came.
         tracks: Every robot's true places: stamp [s], x, y [m, frame map].
+        batteries: What every robot's battery said, in the order in which it came.
         bids: Each robot's bids on each task, in the order in which they came.
         heartbeat: The last word of the active blackboard.
         actives: When each active blackboard was heard first, on the wall clock [s].
@@ -66,6 +71,7 @@ class Operator:
         self.robots = {}
         self.statuses = collections.defaultdict(list)
         self.tracks = collections.defaultdict(list)
+        self.batteries = collections.defaultdict(list)
         self.bids = collections.defaultdict(lambda: collections.defaultdict(list))
         self.heartbeat = None
         self.actives = {}
@@ -84,8 +90,9 @@ class Operator:
             self.watch(name)
 
     def watch(self, robot):
-        """Track a robot's true places from now on."""
+        """Track a robot's true places, and its battery, from now on."""
         rospy.Subscriber(f"/{robot}/ground_truth", Odometry, self._see, callback_args=robot)
+        self._hear(f"/{robot}/battery_state", BatteryState, self.batteries[robot].append)
 
     def _hear(self, topic, kind, note):
         def noted(message):
@@ -261,6 +268,21 @@ class Operator:
             lambda: self.tracks[robot][-1:],
         )
 
+    def battery_since(self, robot, stamp=None):
+        """Wait until a robot's battery has spoken; return its last word.
+
+        Args:
+            robot: Its name.
+            stamp: The time, as in a message, after which it has to speak; None: now at the latest.
+        """
+        told = self.batteries[robot]
+        self.expect(
+            lambda: told and (stamp is None or told[-1].header.stamp > stamp),
+            f"a word of {robot}'s battery" + (f" after {stamp.to_sec():.1f} s" if stamp else ""),
+            lambda: told[-1:],
+        )
+        return told[-1]
+
     def place(self, robot):
         """Return where a robot stands in truth: x, y [m, frame map]."""
         return self.tracks[robot][-1][1:]
@@ -275,6 +297,28 @@ class Operator:
             f"{', '.join(robots)} with nothing to do",
             lambda: {r: (self.robots[r].state, self.robots[r].tasks) for r in robots},
         )
+
+
+@contextlib.contextmanager
+def slow_motion(speed=SLOW_MOTION):
+    """Let simulated time pass slowly meanwhile.
+
+    What an operator does to a robot at work comes in time then, however long the machine needs
+    for it.
+
+    Args:
+        speed: Simulated time per real time.
+    """
+    factor = rospy.Publisher("/simenv/rtf", Float64, queue_size=1)
+    end = time.monotonic() + PATIENCE
+    while not factor.get_num_connections():
+        assert time.monotonic() < end, "no simulator listens to /simenv/rtf"
+        time.sleep(0.05)  # rospy tells nobody of it
+    factor.publish(speed)
+    try:
+        yield
+    finally:
+        factor.publish(rospy.get_param("/simulator/rtf"))
 
 
 def task(task_id, kind, *goals, priority=0, payload=0.0, frame="map"):

@@ -12,8 +12,9 @@ import psutil
 import rosgraph
 from hive_operator import PATIENCE
 
-TIME_TO_STOP = 25.0
-"""roslaunch gives its nodes 15 s after SIGINT and 2 s after SIGTERM [s]."""
+TIME_TO_STOP = 180.0
+"""Limit for what hangs [s]. roslaunch gives each node 15 s after SIGINT and 2 s after SIGTERM, and
+ends some of them one after the other."""
 POLL = 0.2
 
 

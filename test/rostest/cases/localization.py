@@ -19,10 +19,12 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
-WAIT = 40.0  # on the wall clock [s]
+WAIT = 300.0  # limit for what hangs [s, wall clock]
 FACTOR = 2  # how much faster simulated time passes, by the launch file
+SLOW = 0.2  # and where what a busy machine has not done in time would count
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -159,8 +161,14 @@ class StrictPlanner:
 def test_a_strict_stock_local_planner_finds_every_transform_at_the_time_of_its_scan():
     planner = StrictPlanner("robot2")
     planner.wait_for_map()
-    planner.watch(150)
+    factor = rospy.Publisher("simenv/rtf", Float64, queue_size=1)
+    while not factor.get_num_connections():
+        rospy.sleep(0.05)
+    # The tolerance is in simulated time: now it is longer than a machine holds a node up.
+    factor.publish(SLOW)
+    planner.watch(60)
+    factor.publish(FACTOR)
 
-    # On a busy machine one may be late now and then; without the tolerance half of them are.
+    # One may be late where time was still fast; without the tolerance half of them are.
     assert len(planner.failed) <= 4, planner.failed[:3]
-    assert planner.found >= 146
+    assert planner.found >= 56

@@ -9,7 +9,7 @@ import rospy
 import tf2_ros
 import yaml
 from blackboard.msg import TaskMsg
-from hive_operator import Operator, task
+from hive_operator import PATIENCE, Operator, task
 
 ROBOTS = ("robot1", "robot3")
 ALONE = yaml.safe_load(
@@ -79,7 +79,7 @@ def test_every_link_of_the_robots_has_its_place_on_the_map():
     buffer = tf2_ros.Buffer()
     tf2_ros.TransformListener(buffer)
     for frame in ("robot1/laser", "robot3/gripper"):
-        buffer.lookup_transform("map", frame, rospy.Time(0), rospy.Duration(20))
+        buffer.lookup_transform("map", frame, rospy.Time(0), rospy.Duration(int(3 * PATIENCE)))
 
 
 @pytest.mark.usefixtures("operator")

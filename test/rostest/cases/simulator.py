@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The simulator's topics, services and action are those of real robots; mistakes do not end it."""
 
+import contextlib
 import itertools
 import math
 import queue
-import statistics
 import subprocess
 import threading
-import time
 
 import actionlib
 import pytest
@@ -25,8 +24,10 @@ from std_srvs.srv import Empty, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-WAIT = 60.0  # on the wall clock [s]
-COMMAND_WAIT = 1.0  # the default of `command_wait` [s, wall clock]
+WAIT = 300.0  # limit for what hangs [s, wall clock]
+COMMAND_WAIT = 60.0  # `command_wait` of the launch file [s, wall clock]
+STANDS = 1.0  # a clock that is silent for as long stands, or the machine does [s, wall clock]
+FAST, SLOW = 5.0, 0.2  # real-time factors: that of the launch file, and one to be in time
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -43,12 +44,20 @@ class Topic:
         self._messages = queue.Queue()
         self._subscriber = rospy.Subscriber(name, kind, self._messages.put)
 
-    def until(self, good):
-        """Return the first message that is `good`."""
+    def until(self, good, patience=WAIT):
+        """Return the first message that is `good`; fail after silence [s]."""
         while True:
-            message = self._messages.get(timeout=WAIT)
+            message = self._messages.get(timeout=patience)
             if good(message):
                 return message
+
+    def last(self):
+        """Return the last message, once it has been silent for a while."""
+        message = self._messages.get(timeout=WAIT)
+        with contextlib.suppress(queue.Empty):
+            while True:
+                message = self._messages.get(timeout=STANDS)
+        return message
 
 
 def spawn(name, model, x, y, yaw=0.0):
@@ -63,15 +72,17 @@ def robot1():
     return "robot1"
 
 
-@pytest.fixture
-def real_time(robot1):
-    """At five times the real time, a tenth of a second late is a quarter of a metre."""
+@contextlib.contextmanager
+def slow_motion():
+    """Let simulated time pass slowly, so that a test that is held up is not late."""
     factor = rospy.Publisher("simenv/rtf", Float64, queue_size=1)
     while not factor.get_num_connections():
         rospy.sleep(0.01)
-    factor.publish(1.0)
-    yield robot1
-    factor.publish(5.0)
+    factor.publish(SLOW)
+    try:
+        yield
+    finally:
+        factor.publish(FAST)
 
 
 class Arm:
@@ -132,21 +143,27 @@ def test_a_scan_is_complete_and_in_the_lasers_frame(robot1):
     ids=["on simulated time", "on another clock"],
 )
 def test_simulated_time_waits_for_a_control_loop_that_has_fallen_silent(robot1, headers, waits):
-    told = queue.Queue()
-    rospy.Subscriber("/clock", Clock, lambda msg: told.put((time.monotonic(), msg.clock.to_sec())))
+    clock = Topic("/clock", Clock)
     driver = rospy.Publisher(f"{robot1}/cmd_vel", Twist, queue_size=1, headers=headers)
     while not driver.get_num_connections():
-        told.get(timeout=WAIT)
+        clock.until(lambda _: True)
     turn = Twist()
     turn.angular.z = 0.01
     driver.publish(turn)
-    clock = [told.get(timeout=WAIT)]
-    while clock[-1][1] < clock[0][1] + 3.0:
-        clock.append(told.get(timeout=WAIT))
-    driver.unregister()
-    longest = max(late[0] - early[0] for early, late in itertools.pairwise(clock))
+    first = clock.until(lambda _: True).clock.to_sec()
+    if waits:
+        stands = clock.last().clock.to_sec()
+        driver.publish(turn)
+        went_on = clock.until(lambda message: message.clock.to_sec() > stands)
+        stands_again = clock.last().clock.to_sec()
 
-    assert (longest >= COMMAND_WAIT) is waits
+        assert went_on
+        assert stands_again - stands < 3.0
+    else:
+        # With a clock that stands, nothing would come for as long as simulated time waits.
+        clock.until(lambda message: message.clock.to_sec() > first + 3.0, 0.8 * COMMAND_WAIT)
+    driver.unregister()
+    clock.until(lambda _: True)
 
 
 def test_a_scan_comes_every_tenth_of_a_second(robot1):
@@ -155,7 +172,7 @@ def test_a_scan_comes_every_tenth_of_a_second(robot1):
     gaps = [late - early for early, late in itertools.pairwise(stamps)]
 
     assert {gap % 100_000_000 for gap in gaps} == {0}  # a listener that is held up misses some
-    assert statistics.mode(gaps) == 100_000_000
+    assert min(gaps) == 100_000_000
 
 
 def test_no_stamp_is_ahead_of_the_clock(robot1):
@@ -167,8 +184,7 @@ def test_no_stamp_is_ahead_of_the_clock(robot1):
         assert stamp <= rospy.get_rostime()
 
 
-def test_a_robot_drives_while_it_is_told_to_and_stops_by_itself(real_time):
-    robot1 = real_time
+def test_a_robot_drives_while_it_is_told_to_and_stops_by_itself(robot1):
     truth = Topic(f"{robot1}/ground_truth", Odometry)
     start = truth.until(lambda _: True)
     commands = rospy.Publisher(f"{robot1}/cmd_vel", Twist, queue_size=1)
@@ -177,16 +193,17 @@ def test_a_robot_drives_while_it_is_told_to_and_stops_by_itself(real_time):
 
     def driving(message):
         commands.publish(forward)
-        return message.pose.pose.position.x > start.pose.pose.position.x + 1.0
+        return message.pose.pose.position.x > start.pose.pose.position.x + 0.5
 
     transforms = Topic("/tf", TFMessage)
-    truth.until(driving)
-    end = truth.until(lambda message: message.twist.twist.linear.x == 0.0)
+    with slow_motion():
+        truth.until(driving)
+        end = truth.until(lambda message: message.twist.twist.linear.x == 0.0)
 
     assert start.header.frame_id == "map"
     assert start.pose.pose.position.x == pytest.approx(2.6)
     way = end.pose.pose.position.x - start.pose.pose.position.x
-    assert 1.0 < way < 1.8
+    assert 0.5 < way < 1.3
     transforms.until(
         lambda message: any(
             abs(transform.transform.translation.x - way) < 1e-6
@@ -227,15 +244,17 @@ def test_a_load_is_picked_and_put_down(fetch):
 
 def test_an_action_that_is_asked_for_again_is_done_once(fetch):
     order = {"task_id": "T5", "payload": 2.0}
-    first, ended = fetch.order(act=PickGoal.PICK, action_id="hive1/T5/1/1", **order)
-    again = pick(fetch, act=PickGoal.PICK, action_id="hive1/T5/1/1", **order)
-    assert ended.wait(WAIT)
+    with slow_motion():
+        first, ended = fetch.order(act=PickGoal.PICK, action_id="hive1/T5/1/1", **order)
+        again, again_ended = fetch.order(act=PickGoal.PICK, action_id="hive1/T5/1/1", **order)
+        assert ended.wait(WAIT)
+    assert again_ended.wait(WAIT)
     put_down = [
         pick(fetch, act=PickGoal.PLACE, action_id="hive1/T5/1/3", **order) for _ in range(2)
     ]
 
     assert first.get_goal_status() == GoalStatus.PREEMPTED
-    assert again[0] == GoalStatus.SUCCEEDED
+    assert again.get_goal_status() == GoalStatus.SUCCEEDED
     assert [state for state, _ in put_down] == [GoalStatus.SUCCEEDED] * 2
 
 
@@ -265,12 +284,13 @@ def test_an_order_that_makes_no_sense_is_rejected(fetch, act, payload):
 
 def test_a_cancelled_pick_is_preempted(fetch):
     begun = threading.Event()
-    goal, ended = fetch.order(lambda _: begun.set(), act=0, task_id="T4", payload=1.0)
-    heard = begun.wait(WAIT)
-    assert heard, (goal.get_comm_state(), goal.get_goal_status(), goal.get_goal_status_text())
-    goal.cancel()
+    with slow_motion():
+        goal, ended = fetch.order(lambda _: begun.set(), act=0, task_id="T4", payload=1.0)
+        heard = begun.wait(WAIT)
+        assert heard, (goal.get_comm_state(), goal.get_goal_status(), goal.get_goal_status_text())
+        goal.cancel()
+        assert ended.wait(WAIT)
 
-    assert ended.wait(WAIT)
     assert goal.get_goal_status() == GoalStatus.PREEMPTED
 
 

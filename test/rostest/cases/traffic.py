@@ -3,6 +3,7 @@
 
 import subprocess
 import threading
+import time
 
 import pytest
 import rospy
@@ -81,9 +82,17 @@ def traffic(operator):  # noqa: ARG001  (its node)
 
 
 def hive(*words):
-    """Run `hive` with words; return the finished process."""
-    command = ["rosrun", "fleet_manager", "hive", *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    """Run `hive` with words; return the finished process.
+
+    It is run again while it says that no planner answers: one that is slow may come to it later.
+    """
+    command, end = ["rosrun", "fleet_manager", "hive", *words], time.monotonic() + PATIENCE
+    while True:
+        done = subprocess.run(
+            command, capture_output=True, text=True, check=False, timeout=PATIENCE
+        )
+        if "no traffic planner" not in done.stderr or time.monotonic() > end:
+            return done
 
 
 def was_in_zone(operator, since):

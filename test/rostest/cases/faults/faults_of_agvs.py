@@ -11,7 +11,7 @@ import psutil
 import pytest
 import rospy
 from blackboard.msg import RobotStatus, TaskMsg, TaskState
-from hive_operator import Operator, task
+from hive_operator import Operator, slow_motion, task
 from launching import kill
 
 from vda5050.errors import MessageError
@@ -22,6 +22,8 @@ from vda5050.protocol.versions import Version
 
 AGVS = ("agv1", "agv2")
 ROBOTS = ("robot1", *AGVS)
+SPEED = 0.5
+"""Simulated time per real time until an AGV at work is hit: it tells its state once a second."""
 SECOND_ORDER = {"OTHER_ORDER_ACTIVE", "orderError"}
 """What an AGV says of an order that comes before the last one is done."""
 
@@ -96,18 +98,20 @@ def done_once(operator, name):
 
 
 def test_a_task_of_an_agv_is_done_though_the_broker_dies(operator, broker, errors):
-    begun(operator, "B1", (14.0, 5.4, 0.0), (17.0, 5.6, 0.0))
     command = ["-p", str(broker.port)]
     [process] = [p for p in psutil.process_iter(["cmdline"]) if p.info["cmdline"][1:] == command]
-    os.kill(process.pid, signal.SIGKILL)
+    with slow_motion(SPEED):
+        begun(operator, "B1", (14.0, 5.4, 0.0), (17.0, 5.6, 0.0))
+        os.kill(process.pid, signal.SIGKILL)
 
     done_once(operator, "B1")  # by another robot, if the broker takes long to come back
     assert not errors & SECOND_ORDER
 
 
 def test_a_task_of_an_agv_is_done_though_the_agent_dies(operator, errors):
-    begun(operator, "A1", (14.0, 9.6, 0.0), (16.0, 9.6, 0.0))
-    kill("/vda5050_agent")
+    with slow_motion(SPEED):
+        begun(operator, "A1", (14.0, 9.6, 0.0), (16.0, 9.6, 0.0))
+        kill("/vda5050_agent")
 
     done_once(operator, "A1")
     assert not errors & SECOND_ORDER
@@ -115,8 +119,9 @@ def test_a_task_of_an_agv_is_done_though_the_agent_dies(operator, errors):
 
 def test_a_task_of_an_agv_is_done_though_the_blackboard_dies(operator, errors):
     operator.hear_again(*AGVS)
-    robot = begun(operator, "C1", (14.0, 5.4, 0.0), (12.0, 3.0, 0.0))
-    kill("/blackboard")
+    with slow_motion(SPEED):
+        robot = begun(operator, "C1", (14.0, 5.4, 0.0), (12.0, 3.0, 0.0))
+        kill("/blackboard")
 
     assert done_once(operator, "C1") == robot
     assert operator.collisions == 0
@@ -136,8 +141,9 @@ def test_a_task_of_an_agv_that_dies_is_done_by_another_robot(operator, errors):
     operator.post(task("D1", TaskMsg.GA, (17.0, 5.6, 0.0)))
     assert done_once(operator, "D1") == "agv2"
 
-    assert begun(operator, "D2", (2.6, 8.0, 0.0), (2.6, 4.0, 0.0)) == "agv2"
-    kill("/simulated_agv")
+    with slow_motion(SPEED):
+        assert begun(operator, "D2", (2.6, 8.0, 0.0), (2.6, 4.0, 0.0)) == "agv2"
+        kill("/simulated_agv")
     assert done_once(operator, "D2") == "robot1"
     assert operator.robots["agv2"].state == RobotStatus.OFFLINE
     assert operator.collisions == 0

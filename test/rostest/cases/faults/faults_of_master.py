@@ -6,22 +6,18 @@ The master is one of its own, because rostest does not survive the loss of the o
 
 import os
 import socket
-import time
 
 import pytest
 import rosgraph
 import rospy
 from blackboard.msg import TaskState
+from held_clock import PATIENT
 
 from blackboard.ros.master_watch import watch_master
+from hive_common.machine_clock import machine_time
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS, LiveHive, own_master
 from hive_lab.live.live_operator import LiveOperator, make_task
-
-CRASH = 3.0
-"""Time for another member to take over [s]."""
-KNOWN_AGAIN = 10.0
-"""Time for a new master to know every node [s]."""
 
 
 def free_port():
@@ -44,7 +40,7 @@ def hive(master, tmp_path_factory):
     assert master.is_running
     rospy.init_node("faults", anonymous=True, disable_signals=True)
     watch_master(lambda _state: None)
-    hive = LiveHive(tmp_path_factory.mktemp("hive"), "/master/")
+    hive = LiveHive(tmp_path_factory.mktemp("hive"), "/master/", robot=PATIENT)
     hive.drives = [FakeBase(f"/master/{name}", x=float(i)) for i, name in enumerate(ROBOTS)]
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
@@ -70,16 +66,16 @@ def test_without_a_master_tasks_go_on_and_failover_works_and_a_new_master_knows_
     for drive in hive.drives:
         drive.seconds = 3.0
     operator.post(make_task("under-way", (5.0, 1.0)))
-    operator.demand(lambda: TaskState.STARTED in operator.states_of("under-way"), "it is begun")
+    operator.demand(lambda: operator.state_of("under-way") >= TaskState.STARTED, "it is begun")
     master.kill()
 
     assert operator.follow("under-way") == TaskState.DONE
 
     active = operator.last.active
-    since = time.monotonic()
+    since = machine_time()
     hive.kill(active)
+    operator.wait_for_another(active, since)
 
-    assert operator.wait_for_another(active, since) < CRASH
     assert operator.post(make_task("no-master", (6.0, 1.0))).state == TaskState.WAITING
     assert operator.follow("no-master") == TaskState.DONE
 
@@ -89,11 +85,7 @@ def test_without_a_master_tasks_go_on_and_failover_works_and_a_new_master_knows_
         "every member says that the master is gone",
     )
     master.start()
-    back = time.monotonic()
     operator.demand(lambda: publishers("/master/bb_backup") >= living, "the master knows them")
-
-    assert time.monotonic() - back < KNOWN_AGAIN
-
     hive.set_parameters()
     operator.forget_answers()
     hive.restart_ended()

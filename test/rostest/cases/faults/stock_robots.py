@@ -9,7 +9,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -27,8 +26,6 @@ from hive_lab.live.live_hive import own_master
 NODES = Path(__file__).resolve().parents[2] / "nodes"
 FLEET = Path(__file__).resolve().parents[2] / "fleets" / "stock.yaml"
 STARTS = {"guest": (2.6, 2.0), "helper": (12.0, 3.0)}
-NOTICED = 3.0
-"""Time after which a `move_base` that was killed or froze is noticed at the latest [s]."""
 SKEW = 5.0
 """How far a clock is off [s]."""
 
@@ -151,27 +148,25 @@ def lose_move_base(operator, task_id, act):
     """Do something to guest's `move_base` while it drives; wait until helper has its task.
 
     Returns:
-        Time until the task was handed back [s], and the message that says so.
+        The message that says that the task was handed back.
     """
     operator.post(task(task_id, TaskMsg.GA, (3.2, 9.0, 0.0)))
     assert operator.until(task_id, TaskState.STARTED).robot_id == "guest"
     updates = operator.updates[task_id]
     known = len(updates)
     act()
-    since = time.monotonic()
     operator.expect(
         lambda: any(u.state == TaskState.WAITING for u in updates[known:]),
         f"{task_id} handed back",
         lambda: operator.told(task_id),
     )
-    noticed = time.monotonic() - since
     operator.expect(
         lambda: any(u.robot_id == "helper" for u in updates[known:]),
         f"{task_id} given to the other robot",
         lambda: operator.told(task_id),
     )
     operator.cancel(task_id)
-    return noticed, next(u for u in updates[known:] if u.state == TaskState.WAITING)
+    return next(u for u in updates[known:] if u.state == TaskState.WAITING)
 
 
 def complains(operator, *words):
@@ -187,12 +182,10 @@ def complains(operator, *words):
 
 
 def test_a_move_base_that_is_killed_while_it_drives_is_noticed_and_its_task_handed_on(
-    operator, robots, record_property
+    operator, robots
 ):
-    noticed, back = lose_move_base(operator, "N2", lambda: robots["guest"].kill("move_base"))
-    record_property("noticed after [s]", f"{noticed:.2f}")
+    back = lose_move_base(operator, "N2", lambda: robots["guest"].kill("move_base"))
 
-    assert noticed < NOTICED
     assert back.reason == "guest: gone: the action server move_base has ended; start it again"
     complains(operator, "has ended")
 
@@ -204,17 +197,13 @@ def test_a_robot_whose_move_base_is_there_again_says_no_more_of_it(operator, rob
 
 
 def test_a_move_base_that_freezes_while_it_drives_is_noticed_and_its_task_handed_on(
-    operator, robots, record_property
+    operator, robots
 ):
     guest = robots["guest"]
-    noticed, back = lose_move_base(
-        operator, "N3", lambda: guest.signal("move_base", signal.SIGSTOP)
-    )
-    record_property("noticed after [s]", f"{noticed:.2f}")
+    back = lose_move_base(operator, "N3", lambda: guest.signal("move_base", signal.SIGSTOP))
     complains(operator, "it is frozen, or cut off")
     guest.signal("move_base", signal.SIGCONT)
 
-    assert noticed < NOTICED
     assert back.reason == (
         "guest: gone: the action server move_base has been silent for more than 2 s: "
         "it is frozen, or cut off"

@@ -16,12 +16,13 @@ import rosgraph
 import roslaunch
 import rosservice
 from interface_files import FIND, ROOT, package_of
-from interface_list import check, differences, recorded
+from interface_list import RECORDS, check, differences, recorded
 from launching import wait_until_empty
 
 MASTER = rosgraph.Master("/interfaces")
-QUIET = 30.0
-"""Wall time without any change after which a system is taken as it is [s]."""
+QUIET = 30.0 if RECORDS else 180.0
+"""Wall time without any change after which a system is taken as it is, unless it is as expected
+[s]. Only a list is recorded on a machine with nothing else to do."""
 OF_EVERY_NODE = ("/get_loggers", "/set_logger_level")
 OF_EVERY_RUN = {"run_id", "rosdistro", "rosversion", "roslaunch", "journal", "launch_fleet"}
 """First parts of the names of parameters that differ, or that users have no use for."""

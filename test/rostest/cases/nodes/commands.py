@@ -16,7 +16,8 @@ from blackboard.robot.executor import CommandState
 from blackboard.ros.commands import MoveBaseCommand
 from hive_common.pose import Pose
 
-PATIENCE = 20.0
+PATIENCE = 300.0
+"""Limit for what hangs [s]."""
 
 
 class Talker:

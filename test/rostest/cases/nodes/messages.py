@@ -123,6 +123,6 @@ def test_a_task_arrives_over_a_topic_as_it_was_sent():
     publisher = rospy.Publisher("new_task", bb_msgs.TaskMsg, queue_size=1, latch=True)
     publisher.publish(sent)
 
-    received = rospy.wait_for_message("new_task", bb_msgs.TaskMsg, timeout=10)
+    received = rospy.wait_for_message("new_task", bb_msgs.TaskMsg, timeout=300)
 
     assert received == sent

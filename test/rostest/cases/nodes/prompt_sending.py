@@ -10,7 +10,8 @@ import pytest
 from blackboard.ros.rospy_patches.sending import PromptConnection
 
 MEGABYTE = bytes(1_000_000)
-PATIENCE = 60.0
+PATIENCE = 300.0
+"""Limit for what hangs [s]."""
 
 
 class Transport:

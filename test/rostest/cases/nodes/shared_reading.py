@@ -13,7 +13,8 @@ from std_msgs.msg import String, UInt32
 
 from blackboard.ros.rospy_patches.reading import Reader, SharedConnection
 
-PATIENCE = 60.0
+PATIENCE = 300.0
+"""Limit for what hangs [s]."""
 
 
 class Heard:

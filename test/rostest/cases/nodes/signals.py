@@ -9,7 +9,8 @@ import rosgraph
 from launching import Launches
 
 INTERRUPTED = Path(__file__).resolve().parents[2] / "nodes" / "interrupted_blackboard"
-PATIENCE = 30.0
+PATIENCE = 300.0
+"""Limit for what hangs [s]."""
 
 
 @pytest.fixture

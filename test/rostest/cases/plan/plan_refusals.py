@@ -5,7 +5,7 @@ import math
 
 import pytest
 from blackboard.msg import RobotStatus, TaskMsg, TaskState
-from hive_operator import HOME, STATES, task
+from hive_operator import HOME, STATES, slow_motion, task
 
 BAD = {
     "unknown-type": ((9, (5.5, 4.0, 0.0)), {}, "type 9"),
@@ -96,13 +96,14 @@ def test_a_task_is_cancelled_whatever_its_state(operator, observed):
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
     operator.post(task("R-waits", TaskMsg.GPA, (12.0, 9.0, 0.0), payload=0.2))
     goals = ((8.8, 9.0, 0.0), HOME[0])
-    operator.post(task("R-begun", TaskMsg.GAB, *goals, payload=80.0))
-    operator.until("R-begun", TaskState.STARTED)
-    operator.post(task("R-next", TaskMsg.GAB, *goals, payload=80.0))
-    operator.until("R-next", TaskState.ASSIGNED)
-    before = {i: operator.updates[i][-1].state for i in ("R-waits", "R-next", "R-begun")}
-    for task_id in before:
-        operator.cancel(task_id)
+    with slow_motion():
+        operator.post(task("R-begun", TaskMsg.GAB, *goals, payload=80.0))
+        operator.until("R-begun", TaskState.STARTED)
+        operator.post(task("R-next", TaskMsg.GAB, *goals, payload=80.0))
+        operator.until("R-next", TaskState.ASSIGNED)
+        before = {i: operator.updates[i][-1].state for i in ("R-waits", "R-next", "R-begun")}
+        for task_id in before:
+            operator.cancel(task_id)
     ends = {task_id: operator.follow(task_id).state for task_id in before}
     operator.all_idle(["robot1", "robot2"])
     for robot in ("robot3", "robot4"):

@@ -13,7 +13,7 @@ import pytest
 import rosbag
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
-from hive_operator import HOME, ROBOTS, STATES, Operator, apart, task
+from hive_operator import HOME, PATIENCE, ROBOTS, STATES, Operator, apart, slow_motion, task
 from launching import Launches, is_heard, kill, wait_until_empty
 from simenv.srv import Remove
 
@@ -41,9 +41,10 @@ def carry_away(robot):
 )
 def test_what_a_defect_robot_had_is_done_by_another(operator, observed):
     operator.all_idle()
-    operator.post(task("R-defect", TaskMsg.GAB, (8.8, 9.0, 0.0), HOME[1], payload=58.0))
-    first = operator.until("R-defect", TaskState.STARTED).robot_id
-    operator.set_state(first, "defect", RobotStatus.DEFECT)
+    with slow_motion():
+        operator.post(task("R-defect", TaskMsg.GAB, (8.8, 9.0, 0.0), HOME[1], payload=58.0))
+        first = operator.until("R-defect", TaskState.STARTED).robot_id
+        operator.set_state(first, "defect", RobotStatus.DEFECT)
     end = operator.follow("R-defect")
     refused = operator.refusals("R-defect", which=-1)[first]
     operator.set_state(first, "idle", RobotStatus.IDLE)
@@ -76,7 +77,7 @@ def test_a_recorded_run_tells_the_same_history_of_tasks(operator, launches, tmp_
     replayed = Operator("/replayed/", robots=())
     play = ["rosbag", "play", "--quiet", "-r", "20", "--wait-for-subscribers", str(bag)]
     elsewhere = [f"/{topic}:=/replayed/{topic}" for topic in ("task_state", "clock")]
-    subprocess.run([*play, *elsewhere], check=True, timeout=60)
+    subprocess.run([*play, *elsewhere], check=True, timeout=PATIENCE)
     with rosbag.Bag(str(bag)) as recorded:
         count = recorded.get_message_count()
     replayed.expect(
@@ -178,9 +179,10 @@ def test_an_unknown_robot_joins_works_and_leaves(operator, newcomer, launches, o
     goals = ((18.0, 5.6, 0.0), (18.8, 9.6, 0.0))
     for robot in ROBOTS:
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
-    operator.post(task("R-left", TaskMsg.GAB, *goals, *goals, *goals))
-    worker = operator.until("R-left", TaskState.STARTED).robot_id
-    launches.stop(newcomer)
+    with slow_motion():
+        operator.post(task("R-left", TaskMsg.GAB, *goals, *goals, *goals))
+        worker = operator.until("R-left", TaskState.STARTED).robot_id
+        launches.stop(newcomer)
     operator.expect(
         lambda: operator.robots["robot5"].state == RobotStatus.OFFLINE,
         "robot5 OFFLINE",
@@ -236,9 +238,10 @@ def test_two_fleets_on_one_master_do_not_mix(operator, launches, observed):
 )
 def test_the_task_of_a_robot_that_was_killed_is_done_by_another(operator, observed):
     operator.all_idle()
-    operator.post(task("R-killed", TaskMsg.GAB, (8.8, 9.0, 0.0), HOME[1], payload=58.0))
-    first = operator.until("R-killed", TaskState.STARTED).robot_id
-    kill(f"/{first}/robot", f"/{first}/move_base")
+    with slow_motion():
+        operator.post(task("R-killed", TaskMsg.GAB, (8.8, 9.0, 0.0), HOME[1], payload=58.0))
+        first = operator.until("R-killed", TaskState.STARTED).robot_id
+        kill(f"/{first}/robot", f"/{first}/move_base")
     operator.expect(
         lambda: operator.robots[first].state == RobotStatus.OFFLINE,
         f"{first} OFFLINE",

@@ -19,8 +19,6 @@ from hive_operator import ROBOTS, Operator, task
 from launching import Launches, pid_of, wait_until_empty
 
 MASTER = rosgraph.Master("/plan_start")
-WITHIN = 60.0
-"""Time for the system to start [s, wall clock]; an idle machine needs 10."""
 
 ROBOT_TOPICS = {
     "set_state": "std_msgs/String",
@@ -110,8 +108,8 @@ def answers(node):
 @pytest.mark.plan(
     "1a",
     "Starting the system",
-    f"every node answers and every topic is there with its type within {WITHIN:g} s; every "
-    "robot tells its state",
+    "every node answers, every topic is there with its type, and every robot tells its state; how "
+    "long that takes is measured by `hive bench start`",
 )
 def test_the_system_is_up_with_every_node_and_topic(launches, observed):
     begun = time.monotonic()
@@ -136,7 +134,9 @@ def test_the_system_is_up_with_every_node_and_topic(launches, observed):
         f"{topics_after:.0f} s, a status of every robot after {after:.0f} s"
     )
 
-    assert after < WITHIN
+    assert silent(nodes) == []
+    assert missing(topics) == {}
+    assert set(operator.robots) == set(ROBOTS)
 
 
 def file_of(package, *parts):
@@ -220,7 +220,7 @@ BY_HAND = {
 @pytest.mark.plan(
     "1c",
     "Each launch file by itself",
-    f"what it starts is up within {WITHIN:g} s, on top of those before it",
+    "what it starts is up, on top of those before it",
 )
 @pytest.mark.parametrize("file", BY_HAND)
 def test_each_launch_file_brings_up_what_it_promises(launches, file, observed):
@@ -231,7 +231,8 @@ def test_each_launch_file_brings_up_what_it_promises(launches, file, observed):
     after = wait_until_empty(lambda: [*silent(nodes), *missing(topics).items()], begun)
     observed(f"{file}.launch: {after:.0f} s")
 
-    assert after < WITHIN
+    assert silent(nodes) == []
+    assert missing(topics) == {}
 
 
 @pytest.mark.plan(

@@ -5,10 +5,9 @@ They run twice: with the blackboard node, and as case 8 with the backup that too
 """
 
 import pytest
-import rospy
 from blackboard.msg import RobotStatus, TaskMsg, TaskState
-from energy import expected_charge
-from hive_operator import DONE_IN_ORDER, ROBOTS, TOLERANCE, apart, task
+from energy import expected_charges
+from hive_operator import DONE_IN_ORDER, ROBOTS, TOLERANCE, apart, slow_motion, task
 
 ARMS = {"robot3", "robot4"}
 
@@ -27,9 +26,9 @@ TOUR = ((2.0, 8.8, 0.0), (5.5, 4.0, 0.0), (8.8, 3.2, 0.0), (8.8, 9.0, 0.0))
 
 @pytest.fixture(scope="module")
 def go_to_a(operator):
-    """A Go A task that has just been added: the answer, and every robot's status before."""
+    """A Go A task that has just been added: the answer, and what batteries said before."""
     operator.all_idle()
-    before = dict(operator.robots)
+    before = {robot: operator.battery_since(robot) for robot in ROBOTS}
     answer = operator.post(task("P2", TaskMsg.GA, A, payload=LOAD))
     return answer, before
 
@@ -64,8 +63,9 @@ def test_a_task_that_is_added_is_on_the_list_and_goes_to_the_cheapest_robot(
     "3",
     "Executing it",
     f"WAITING, ASSIGNED, STARTED, DONE in this order; the robot stands within {TOLERANCE} m of A "
-    "by the simulator's ground truth; the battery has lost what the cost model says for "
-    f"the way and the time that it took, within 15 %, and what was bid within a factor of {OFF:g}",
+    "by the simulator's ground truth; the battery has lost what the cost model says for the way "
+    "and for each time that the idle power was drawn, within 15 %; what was bid is within a "
+    f"factor of {OFF:g} of that, or of what the way takes at the rule-of-thumb pace",
 )
 @pytest.mark.usefixtures("go_to_a")
 def test_the_robot_goes_to_a_and_its_battery_pays_for_it(operator, go_to_a, observed):
@@ -75,20 +75,22 @@ def test_the_robot_goes_to_a_and_its_battery_pays_for_it(operator, go_to_a, obse
     operator.all_idle([robot])
     operator.see_until(robot, done.header.stamp)
     off = apart(operator.place(robot), A)
-    before, after = go_to_a[1][robot], operator.robots[robot]
-    battery = rospy.get_param(f"/{robot}/characteristics/battery")
-    taken = (before.charge - after.charge) * battery["capacity"]
-    expected = expected_charge(robot, LOAD, before, after, operator.tracks[robot])
+    before, after = go_to_a[1][robot], operator.battery_since(robot, done.header.stamp)
+    operator.see_until(robot, after.header.stamp)
+    taken = before.charge - after.charge
+    expected, unhindered = expected_charges(robot, LOAD, before, after, operator.tracks[robot])
     bid = operator.bids["P2"][robot][0].energy_cost
     observed(
         f"{robot} stands {off:.3f} m from A; {taken:.4f} Ah taken, {expected:.4f} Ah by the "
-        f"cost model for the way and the time that it took, {bid:.4f} Ah bid"
+        f"cost model for what it did, {unhindered:.4f} Ah for the way at the rule-of-thumb pace, "
+        f"{bid:.4f} Ah bid"
     )
 
     assert history == DONE_IN_ORDER
     assert off < TOLERANCE
     assert taken == pytest.approx(expected, rel=0.15)
-    assert bid / OFF < taken < OFF * bid
+    # How long the robot waited for others, and what it learned of that, differs from run to run.
+    assert min(taken, unhindered) / OFF < bid < OFF * max(taken, unhindered)
 
 
 @pytest.mark.plan(
@@ -128,9 +130,10 @@ def test_several_tasks_are_spread_over_the_robots_and_each_is_done_once(operator
 def test_the_highest_priority_goes_first_and_what_it_displaced_is_done_afterwards(
     operator, observed
 ):
-    busy, waiting = keep_everyone_busy(operator)
-    operator.post(task("P5-urgent", TaskMsg.GA, (5.5, 4.0, 0.0), priority=10))
-    started = operator.until("P5-urgent", TaskState.STARTED)
+    with slow_motion():
+        busy, waiting = keep_everyone_busy(operator)
+        operator.post(task("P5-urgent", TaskMsg.GA, (5.5, 4.0, 0.0), priority=10))
+        started = operator.until("P5-urgent", TaskState.STARTED)
     done = operator.follow("P5-urgent")
     displaced = {
         task_id
