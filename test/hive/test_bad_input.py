@@ -4,6 +4,7 @@
 import math
 import random
 
+import numpy as np
 import pytest
 
 from blackboard.board.intake import why_refused
@@ -11,6 +12,7 @@ from blackboard.consensus.log import Entry, Position
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, BallotKind, Heartbeat
 from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
+from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.bid import Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import Broadcast, Order, OrderKind, TaskRecord, TaskUpdate
@@ -31,6 +33,7 @@ from blackboard.domain.talker import (
 )
 from blackboard.domain.task import Task, TaskState, TaskType
 from blackboard.domain.validation import MAX_NAME
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import Hive
 
@@ -202,8 +205,42 @@ def test_a_number_that_is_not_finite_is_rejected_by_name(number):
     status = RobotStatus("robot1", RobotState.IDLE, Pose(number, 0.0, 0.0), 1.0)
 
     assert why_refused(ROBOT_STATUS, status) == (
-        f"RobotStatus.pose.x is {number}; allowed: finite numbers"
+        f"RobotStatus.pose ({number:g}, 0, 0) is not made of finite numbers"
     )
+
+
+@pytest.mark.parametrize("number", [1e308, -1e308, 3.5e38, 1e13])
+def test_a_number_with_which_one_cannot_calculate_is_rejected_by_name(number):
+    far = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, number, 0.0), 1.0)
+    heavy = RobotStatus("robot1", RobotState.IDLE, Pose(0.0, 0.0, 0.0), 1.0, payload=number)
+
+    assert "is farther from the origin than 100 km" in why_refused(ROBOT_STATUS, far)
+    assert f"RobotStatus.payload is {number}; allowed: " in why_refused(ROBOT_STATUS, heavy)
+
+
+ABSURD = (*NUMBERS, 3.5e38, -1e308, 1e13, 1e5, -0.0)
+"""Finite numbers that overflow in the arithmetic of cells or of messages, and the others."""
+
+
+@pytest.mark.parametrize("number", ABSURD)
+@pytest.mark.parametrize("field", ["x", "y", "yaw", "payload", "posted"])
+def test_a_task_with_one_absurd_number_ends_no_member_and_the_next_task_is_done(number, field):
+    hall = GridMap.of_blocked(np.zeros((60, 100), dtype=bool), 0.1)
+    hive = Hive(path_lengths=GridPathLengths(hall))
+    hive.add_robot("robot1", Pose(1.0, 1.0, 0.0), path_lengths=GridPathLengths(hall, 0.3))
+    hive.network.run(1.0)
+    numbers = {"x": 2.0, "y": 2.0, "yaw": 0.0, "payload": 0.0, "posted": 0.0} | {field: number}
+    goal = Pose(numbers["x"], numbers["y"], numbers["yaw"])
+    hive.network.send(
+        NEW_TASK,
+        Task("odd", 0, (goal,), payload=numbers["payload"], posted=numbers["posted"]),
+    )
+    hive.network.run(60.0)
+    hive.post(Task("next", TaskType.GA, (Pose(3.0, 3.0, 0.0),)))
+    hive.network.run(60.0)
+
+    assert hive.record("next").state is TaskState.DONE
+    assert hive.updates("odd")  # it is answered, whatever the answer
 
 
 def test_a_text_of_ten_megabytes_is_refused_by_its_length():

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import math
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,15 @@ KEYS = {
     "occupied_thresh": "0.65",
     "free_thresh": "0.196",
 }
+
+
+@pytest.mark.parametrize("odd", [math.nan, math.inf, -math.inf, 1e308, -1e308, 9.99])
+def test_a_point_that_is_no_point_or_far_away_has_no_cell(odd):
+    grid = GridMap(np.zeros((3, 4), dtype=np.int8), 0.05)
+
+    assert grid.cell((odd, 0.1)) is None
+    assert grid.cell((0.1, odd)) is None
+    assert grid.cell((0.1, 0.12)) == (2, 2)
 
 
 def write(folder: Path, pixels, **changes) -> str:

@@ -63,6 +63,8 @@ class GridMap:
 
     def cell(self, point: Pose | tuple[float, float]) -> tuple[int, int] | None:
         """Return the (row, column) of a point [m], frame map, or None outside the map."""
+        if not self.contains(point[0], point[1]):
+            return None  # nor do NaN and infinity have a cell
         row = math.floor((point[1] - self.origin.y) / self.resolution)
         column = math.floor((point[0] - self.origin.x) / self.resolution)
         rows, columns = self.cells.shape

@@ -6,6 +6,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+FARTHEST = 100_000.0
+"""Greatest coordinate [m]: no site is larger than this. What arrives from outside and is farther
+away is refused, so that the arithmetic of cells and distances never overflows."""
+
+MOST_TURNED = 1000.0
+"""Greatest heading [rad]: some programs count turns rather than stay within pi."""
+
 
 class Pose(NamedTuple):
     """A position and heading; in the map frame unless said otherwise."""
@@ -18,6 +25,17 @@ class Pose(NamedTuple):
     def is_finite(self) -> bool:
         """Whether no number is `nan` or infinite."""
         return all(map(math.isfinite, self))
+
+    @property
+    def flaw(self) -> str:
+        """What is wrong with the numbers, in words for a person; empty if nothing is."""
+        if not self.is_finite:
+            return "is not made of finite numbers"
+        if max(abs(self.x), abs(self.y)) > FARTHEST:
+            return f"is farther from the origin than {FARTHEST / 1000:g} km"
+        if abs(self.yaw) > MOST_TURNED:
+            return f"has a heading of more than {MOST_TURNED:g} rad"
+        return ""
 
     def distance_to(self, other: Pose) -> float:
         """Return the straight-line distance to another position [m]."""

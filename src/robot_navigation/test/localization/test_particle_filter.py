@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from hive_common.errors import ParameterError
+from hive_common.errors import MapError, ParameterError
 from hive_common.pose import Pose, between, blend, compose, inverse
 from robot_description.models import Laser
 from robot_navigation.localization.amcl_settings import AmclSettings
@@ -131,6 +131,13 @@ def test_a_lost_robot_starts_with_more_particles_than_it_keeps():
 
     assert begun == START_ANYWHERE * SETTINGS.max_particles
     assert len(particles.particles) <= SETTINGS.max_particles
+
+
+def test_on_a_map_without_a_free_cell_the_reason_is_told():
+    field = LikelihoodField(np.full_like(CELLS, 100), STEP, (0.0, 0.0), SETTINGS)
+
+    with pytest.raises(MapError, match="no cell of the map is free"):
+        field.anywhere(10, np.random.default_rng(1))
 
 
 def test_a_pose_gets_the_same_weight_alone_and_among_thousands():

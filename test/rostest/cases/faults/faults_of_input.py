@@ -15,6 +15,7 @@ import pytest
 import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from held_clock import HeldHive
 from std_msgs.msg import String
 
@@ -25,6 +26,7 @@ MESSAGES = 5000
 AT_ONCE = 250
 PER_SECOND = 400
 ROBOTS = ("robot1", "robot2")
+REFUSED_POSE = "a message on amcl_pose is refused"
 TOPICS = {
     "new_task": bb_msgs.TaskMsg,
     "task_bc": bb_msgs.TaskMsgArray,
@@ -158,6 +160,41 @@ def test_a_second_robot_of_the_same_name_is_refused(hive):
         "the second robot1 is named",
     )
     still_works(hive, "after-double")
+
+
+@pytest.mark.parametrize("odd", [1e308, -1e308, 3.5e38, math.nan, math.inf])
+def test_a_task_to_an_absurd_place_is_rejected_and_ends_no_node(hive, odd):
+    answer = hive.operator.post(make_task(f"far{odd}", (odd, 2.0)))
+
+    assert answer.state == bb_msgs.TaskState.REJECTED
+    assert "goal A" in answer.reason
+    still_works(hive, f"after-far{odd}")
+
+
+NO_POSES = {
+    "NaN": (math.nan, 0.0, 1.0),
+    "far": (1e308, 0.0, 1.0),
+    "no orientation": (0.0, 0.0, 0.0),
+    "long quaternion": (0.0, 0.0, 1e200),
+}
+"""x [m], y [m] and w of the quaternion."""
+
+
+@pytest.mark.parametrize("name", NO_POSES)
+def test_a_pose_that_is_none_is_refused_and_ends_no_node(hive, name):
+    x, y, w = NO_POSES[name]
+    message = PoseWithCovarianceStamped()
+    message.pose.pose.position.x, message.pose.pose.position.y = x, y
+    message.pose.pose.orientation.w = w
+    speak = rospy.Publisher("/input/robot1/amcl_pose", PoseWithCovarianceStamped, queue_size=1)
+    hive.operator.demand(speak.get_num_connections, "robot1 listens to its pose")
+    refused = hive.log_of("/input/robot1/robot").count(REFUSED_POSE)
+    speak.publish(message)
+    hive.operator.demand(
+        lambda: hive.log_of("/input/robot1/robot").count(REFUSED_POSE) > refused,
+        f"robot1 refuses the pose: {name}",
+    )
+    still_works(hive, f"after-{name.replace(' ', '-')}")
 
 
 def flood(hive):

@@ -12,7 +12,6 @@ happens to handle them.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from functools import lru_cache
@@ -30,6 +29,8 @@ if TYPE_CHECKING:
 MAX_PRIORITY = 10
 MAX_ID_LENGTH = 64
 MAX_GOALS = 100
+MAX_PAYLOAD = 1e6
+"""Heaviest load of a task [kg]."""
 
 _TASKS_SPLIT = 4096
 """Tasks whose steps are cached; everybody asks for them again and again."""
@@ -223,8 +224,10 @@ def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
         raise TaskRefusedError(
             f"priority {task.priority} is not from 0 to {MAX_PRIORITY}, which is the highest"
         )
-    if not (math.isfinite(task.payload) and task.payload >= 0):
-        raise TaskRefusedError(f"payload {task.payload:g} kg is not a number of at least 0 kg")
+    if not 0 <= task.payload <= MAX_PAYLOAD:
+        raise TaskRefusedError(
+            f"payload {task.payload:g} kg is not a number from 0 to {MAX_PAYLOAD:g} kg"
+        )
     if task.frame not in {"", "map"}:
         raise TaskRefusedError(f"frame {task.frame[:MAX_ID_LENGTH]!r} is unknown; allowed: map")
     _check_goals(task, kinds[task.type], path_lengths)
@@ -244,9 +247,9 @@ def _check_goals(task: Task, kind: TaskType, path_lengths: PathLengths | None) -
         )
     for number, goal in enumerate(task.goals):
         name = goal_name(number)
-        if not goal.is_finite:
+        if goal.flaw:
             raise TaskRefusedError(
-                f"goal {name} ({goal.x:g}, {goal.y:g}, {goal.yaw:g}) is not made of finite numbers"
+                f"goal {name} ({goal.x:g}, {goal.y:g}, {goal.yaw:g}) {goal.flaw}"
             )
         if path_lengths is not None and (refusal := path_lengths.refusal(goal)):
             raise TaskRefusedError(f"goal {name} {goal} {refusal}")

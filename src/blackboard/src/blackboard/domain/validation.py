@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Refuses NaN, infinity and endless names and lists in values from outside."""
+"""Refuses NaN, infinity, absurd numbers, and endless names and lists in values from outside."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from enum import Enum
 from typing import TYPE_CHECKING
+
+from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -21,6 +22,11 @@ MAX_ITEMS = 10_000
 """Items of one list; no hive has more robots, and no robot more tasks."""
 
 
+MAX_NUMBER = 1e12
+"""Greatest magnitude of a number, whatever its unit: a time since 1970 is some 2e9 s. One can
+calculate with what is smaller, without an overflow."""
+
+
 def flaw_of(value: object, name: str) -> str:
     """Return what is wrong with a value or with anything in it; empty if nothing is."""
     if isinstance(value, str) and not isinstance(value, Enum):
@@ -28,9 +34,12 @@ def flaw_of(value: object, name: str) -> str:
         flawed = len(value) > longest
         return f"{name} has {len(value)} characters; allowed: at most {longest}" * flawed
     if isinstance(value, float):
-        return f"{name} is {value}; allowed: finite numbers" * (not math.isfinite(value))
+        allowed = f"allowed: finite numbers of at most {MAX_NUMBER:g}"
+        return f"{name} is {value}; {allowed}" * (not _is_moderate(value))
     if isinstance(value, tuple) and len(value) > MAX_ITEMS:
         return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
+    if isinstance(value, Pose) and (flaw := value.flaw):
+        return f"{name} ({value.x:g}, {value.y:g}, {value.yaw:g}) {flaw}"
     for each, where in _inside(value, name):
         if flaw := flaw_of(each, where):
             return flaw
@@ -55,7 +64,11 @@ def _is_plain(value: object) -> bool:
     """Return whether nothing can be wrong with a number, or a text of any purpose."""
     kind = type(value)
     if kind is float:
-        return math.isfinite(value)  # type: ignore[arg-type]  # a float
+        return _is_moderate(value)  # type: ignore[arg-type]  # a float
     if kind is str:
         return len(value) <= MAX_NAME  # type: ignore[arg-type]  # a str
     return kind is int or kind is bool
+
+
+def _is_moderate(value: float) -> bool:
+    return -MAX_NUMBER <= value <= MAX_NUMBER  # NaN is not

@@ -14,17 +14,18 @@ from std_msgs.msg import Float64
 
 from blackboard.domain.clock_offsets import ClockOffsets, words
 from blackboard.errors import BlackboardError
-from blackboard.ros.codec.tables import yaw_of
 from blackboard.ros.startup import wait_for
 from blackboard.ros.talker import LEADER
-from hive_common.pose import Pose
+from hive_common.ros.conversions import pose_from_msg
 
 if TYPE_CHECKING:
     from blackboard.domain.battery import Battery
     from blackboard.robot.robot import Robot
     from blackboard.ros.talker import MemberTalker
+    from hive_common.pose import Pose
 
 _BASE = "base"
+_POSE, _ODOM = "amcl_pose", "odom"
 
 _MAX_STEP = 1.0
 """Two odometry messages further apart than this are a reset, not a drive [m]."""
@@ -33,12 +34,12 @@ _MAX_STEP = 1.0
 def wait_for_pose(own: str) -> Pose:
     """Wait until localization says where the robot of a namespace is; see `wait_for`."""
     remedy = "start the robot's localization"
-    return _pose(wait_for(f"{own}amcl_pose", PoseWithCovarianceStamped, "pose", remedy))
-
-
-def _pose(msg: PoseWithCovarianceStamped) -> Pose:
-    here = msg.pose.pose
-    return Pose(here.position.x, here.position.y, yaw_of(here.orientation))
+    while True:
+        msg = wait_for(f"{own}{_POSE}", PoseWithCovarianceStamped, "pose", remedy)
+        try:
+            return pose_from_msg(msg.pose.pose)
+        except ValueError as error:
+            rospy.logwarn_throttle_identical(10, f"a message on {own}{_POSE} is refused: {error}")
 
 
 class Senses:
@@ -70,12 +71,12 @@ class Senses:
         """Begin to listen and to publish."""
         own, call = self._talker.own, self._talker.call
         rospy.Subscriber(
-            f"{own}amcl_pose",
+            f"{own}{_POSE}",
             PoseWithCovarianceStamped,
-            lambda msg: call(lambda: self._robot.set_pose(_pose(msg))),
+            lambda msg: call(lambda: self._locate(msg)),
             queue_size=1,
         )
-        rospy.Subscriber(f"{own}odom", Odometry, lambda msg: call(lambda: self._drive(msg)))
+        rospy.Subscriber(f"{own}{_ODOM}", Odometry, lambda msg: call(lambda: self._drive(msg)))
         drop = f"{own}drop_charge"
         rospy.Subscriber(drop, Float64, lambda msg: call(lambda: self._drop(msg.data)))
         self._talker.world.every(self._period, self._publish_battery)
@@ -96,10 +97,23 @@ class Senses:
             texts.append(f"the clock that stamps its odom is {words(base)} its robot_node's")
         self._robot.trouble = "; ".join(texts)
 
+    def _locate(self, msg: PoseWithCovarianceStamped) -> None:
+        try:
+            pose = pose_from_msg(msg.pose.pose)
+        except ValueError as error:
+            self._talker.refuse(_POSE, str(error))
+            return
+        self._robot.set_pose(pose)
+
     def _drive(self, msg: Odometry) -> None:
+        try:
+            place = pose_from_msg(msg.pose.pose)
+        except ValueError as error:
+            self._talker.refuse(_ODOM, str(error))
+            return
         if not msg.header.stamp.is_zero():  # no stamp at all says nothing of a clock
             self._late = rospy.get_time() - msg.header.stamp.to_sec()
-        here = (msg.pose.pose.position.x, msg.pose.pose.position.y)
+        here = place[:2]
         distance = math.dist(here, self._odometry or here)
         self._odometry = here
         if distance <= _MAX_STEP:

@@ -7,7 +7,7 @@ The command line needs none of their messages, so they are kept out of `hive_top
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import rosgraph.names
 import rospy
@@ -15,10 +15,10 @@ from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamp
 from nav_msgs.msg import OccupancyGrid, Path
 from rospy.numpy_msg import numpy_msg
 
-from blackboard.ros.codec.tables import yaw_of
 from fleet_manager.config.fleet_file import OUR_PLAN
 from fleet_manager.desk.facts import Clicked, MapBounds, PlannedPath, RobotPose
 from hive_common.pose import Pose
+from hive_common.ros.conversions import pose_from_msg
 
 if TYPE_CHECKING:
     from fleet_manager.ros.hive_topics import FactSink
@@ -59,9 +59,8 @@ class MapTopics:
         self._put(Clicked(pose, msg.header.frame_id, has_heading=False))
 
     def _hear_goal(self, msg: PoseStamped) -> None:
-        position = msg.pose.position
-        pose = Pose(position.x, position.y, yaw_of(msg.pose.orientation))
-        self._put(Clicked(pose, msg.header.frame_id, has_heading=True))
+        if (pose := _pose(msg.pose)) is not None:
+            self._put(Clicked(pose, msg.header.frame_id, has_heading=True))
 
     def _hear_map(self, msg: OccupancyGrid) -> None:
         corner, size = msg.info.origin.position, msg.info.resolution
@@ -69,13 +68,21 @@ class MapTopics:
         self._put(MapBounds(corner.x, corner.y, *far), "map")
 
     def _hear_pose(self, robot: str, msg: PoseWithCovarianceStamped) -> None:
-        position, turn = msg.pose.pose.position, msg.pose.pose.orientation
-        pose = Pose(position.x, position.y, yaw_of(turn))
-        self._put(RobotPose(robot, pose), ("pose", robot))
+        if (pose := _pose(msg.pose.pose)) is not None:
+            self._put(RobotPose(robot, pose), ("pose", robot))
 
     def _hear_path(self, robot: str, msg: Path) -> None:
         points = tuple((pose.pose.position.x, pose.pose.position.y) for pose in msg.poses)
         self._put(PlannedPath(robot, points), ("path", robot))
+
+
+def _pose(msg: Any) -> Pose | None:  # noqa: ANN401  (geometry_msgs/Pose)
+    """Return a pose, or None, with a warning, where it is none."""
+    try:
+        return pose_from_msg(msg)
+    except ValueError as error:
+        rospy.logwarn_throttle_identical(10, f"a pose is ignored: {error}")
+        return None
 
 
 def _plan_topic(robot: str) -> str:

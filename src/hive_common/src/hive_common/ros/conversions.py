@@ -29,15 +29,19 @@ PLANAR = (0, 1, 5)  # indices of x, y and yaw in a covariance of x, y, z, roll, 
 SMALL = 1e-9  # an eigenvalue this little below 0 is a rounding error
 
 
+UNIT_WITHIN = 0.1
+"""How far the length of a quaternion may be from 1; rounding leaves some thousandths."""
+
+
 def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)
-    """Return the heading [rad] of a quaternion in the plane.
+    """Return the heading [rad] of a quaternion in the plane, which need not be quite normalized.
 
     Raises:
-        ValueError: It is not a rotation: all zero, or not finite.
+        ValueError: It is not a rotation: all zero, not finite, or far from length 1.
     """
     q = quaternion
     length = math.hypot(q.x, q.y, q.z, q.w)
-    if not length > 0 or not math.isfinite(length):
+    if not abs(length - 1.0) <= UNIT_WITHIN:
         raise ValueError(
             f"orientation ({q.x:g}, {q.y:g}, {q.z:g}, {q.w:g}) is not a rotation; "
             "for a heading send (0, 0, sin(yaw/2), cos(yaw/2))"
@@ -54,12 +58,10 @@ def pose_from_msg(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Pose)
     """Read a geometry_msgs/Pose.
 
     Raises:
-        ValueError: Its position is not finite, or its orientation is not a rotation.
+        ValueError: Its position is not finite or too far away, or its orientation is not a
+            rotation.
     """
-    x, y = msg.position.x, msg.position.y
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise ValueError(f"position ({x:g}, {y:g}) is not finite; send numbers [m]")
-    return Pose(x, y, yaw_of(msg.orientation))
+    return _checked(Pose(msg.position.x, msg.position.y, yaw_of(msg.orientation)))
 
 
 def planar_pose(pose: Sequence[float]) -> PoseMsg:
@@ -93,7 +95,13 @@ def covariance_from_msg(msg: Any) -> NDArray[np.float64]:  # noqa: ANN401  (Pose
 
 def pose_from_transform(msg: Any) -> Pose:  # noqa: ANN401  (geometry_msgs/Transform)
     """Read a geometry_msgs/Transform in the plane."""
-    return Pose(msg.translation.x, msg.translation.y, yaw_of(msg.rotation))
+    return _checked(Pose(msg.translation.x, msg.translation.y, yaw_of(msg.rotation)))
+
+
+def _checked(pose: Pose) -> Pose:
+    if pose.flaw:
+        raise ValueError(f"position ({pose.x:g}, {pose.y:g}) {pose.flaw}; send it in m")
+    return pose
 
 
 def cells_from_msg(msg: Any) -> NDArray[np.int8]:  # noqa: ANN401  (OccupancyGrid, numpy data)

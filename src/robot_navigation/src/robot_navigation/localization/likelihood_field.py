@@ -20,6 +20,7 @@ import numpy as np
 from scipy import ndimage
 
 from hive_common.compiled import compiled
+from hive_common.errors import MapError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -131,8 +132,14 @@ class LikelihoodField:
         return found
 
     def anywhere(self, count: int, random: np.random.Generator) -> Array:
-        """Return poses (count, 3) drawn evenly from free cells and all headings, frame map."""
+        """Return poses (count, 3) drawn evenly from free cells and all headings, frame map.
+
+        Raises:
+            MapError: No cell of the map is free.
+        """
         rows, columns = np.nonzero(self._free)
+        if not len(rows):
+            raise MapError("no cell of the map is free, so the robot can be nowhere on it")
         chosen = random.integers(len(rows), size=count)
         places = np.stack([columns[chosen], rows[chosen]], axis=1) + random.random((count, 2))
         headings = random.uniform(-np.pi, np.pi, (count, 1))

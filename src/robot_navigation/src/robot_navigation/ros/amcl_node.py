@@ -14,6 +14,7 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
+from hive_common.errors import MapError
 from hive_common.ros.conversions import (
     cells_from_msg,
     covariance_from_msg,
@@ -95,7 +96,7 @@ class Amcl:
         }
         for topic, (kind, handle) in topics.items():
             rospy.Subscriber(self._names.of(topic), kind, self._later(handle), queue_size=5)
-        self._serve("global_localization", self._localizer.restart_anywhere)
+        self._serve("global_localization", self._restart_anywhere)
         self._serve("request_nomotion_update", self._localizer.update_once)
         while not rospy.is_shutdown():
             self._inbox.wait(timeout=0.5)
@@ -113,6 +114,12 @@ class Amcl:
 
         rospy.Service(self._names.of(name), Empty, called)
 
+    def _restart_anywhere(self) -> None:
+        try:
+            self._localizer.restart_anywhere()
+        except MapError as error:
+            rospy.logerr(f"global_localization changes nothing: {error}")
+
     def _restart_at(self, msg: PoseWithCovarianceStamped) -> None:
         frame = msg.header.frame_id.lstrip("/")
         try:
@@ -126,7 +133,11 @@ class Amcl:
         self._localizer.restart_at(pose, covariance)
 
     def _drive(self, msg: Odometry) -> None:
-        self._history.add(msg.header.stamp.to_sec(), pose_from_msg(msg.pose.pose))
+        try:
+            self._history.add(msg.header.stamp.to_sec(), pose_from_msg(msg.pose.pose))
+        except ValueError as error:
+            rospy.logwarn_throttle_identical(10, f"odometry is ignored: {error}")
+            return
         if self._scan is not None:
             self._weigh(self._scan)
 

@@ -49,11 +49,16 @@ class Senses:
         """Return where the base is, frame map, or None without a recent transform."""
         try:
             return self.lookup(*self._frames)
-        except tf2_ros.TransformException:
+        except (tf2_ros.TransformException, ValueError):
             return None
 
     def lookup(self, parent: str, child: str) -> Pose:
-        """Return the pose of a frame in another; raise TransformException if none is recent."""
+        """Return the pose of a frame in another.
+
+        Raises:
+            TransformException: None is recent.
+            ValueError: The transform is no pose.
+        """
         found = self._transforms.lookup_transform(parent, child, rospy.Time(0))
         age = rospy.Time.now() - found.header.stamp
         if not found.header.stamp.is_zero() and age > self._timeout:

@@ -16,7 +16,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Float32
 
 from hive_common.pose import STOP, Pose, Velocity
-from hive_common.ros.conversions import planar_pose, yaw_of
+from hive_common.ros.conversions import planar_pose, pose_from_transform
 from vda5050.vehicle.ports import Outcome
 
 if TYPE_CHECKING:
@@ -116,10 +116,9 @@ class RosNavigation:
         self._goals.watch()
         try:
             found = self._transforms.lookup_transform(_MAP_FRAME, self._frame, rospy.Time(0))
-        except tf2_ros.TransformException:
+            self.pose = pose_from_transform(found.transform)
+        except (tf2_ros.TransformException, ValueError):
             return
-        place = found.transform.translation
-        self.pose = Pose(place.x, place.y, yaw_of(found.transform.rotation))
 
     def send(self, goal: Pose) -> None:
         """Drive to a goal, frame map, instead of the one before."""

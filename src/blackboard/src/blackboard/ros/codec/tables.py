@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from enum import Enum
 from itertools import starmap
@@ -39,12 +38,6 @@ if TYPE_CHECKING:
 
 RECORDS_KEPT = 4096
 """The task list is sent at every change, and hardly anything in it has changed."""
-
-
-def yaw_of(quaternion: Any) -> float:  # noqa: ANN401  (geometry_msgs/Quaternion)
-    """Return the heading [rad] of a quaternion in the plane."""
-    q = quaternion
-    return math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
 
 
 # Rows for attributes of other types than their fields.
