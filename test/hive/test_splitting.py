@@ -162,7 +162,7 @@ def test_a_whole_that_was_done_by_a_robot_that_comes_back_ends_its_parts():
     assert all(robot.status.tasks == () for robot in hive.robots.values())
 
 
-@pytest.mark.parametrize("payload", [2001.0, 1e9])
+@pytest.mark.parametrize("payload", [2001.0, 1e6])
 def test_what_takes_too_many_parts_waits_and_says_so(payload):
     hive = team(20.0)
     hive.post(replace(HEAVY, payload=payload))

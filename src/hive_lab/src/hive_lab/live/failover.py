@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures how long a hive on real ROS is without a leader.
+"""Measures how long a hive on real ROS is without a leader, and how a busy machine disturbs it.
 
 A blackboard node and four robot nodes run on a ROS master of their own; nothing drives. The leader
 is killed (`kill -9`) or suspended (SIGSTOP), and the time to the next leader's first heartbeat is
 measured on the wall clock. The member is back before the next round. The blackboard node leads in
 the first round; then whoever took over does, so most rounds hit a robot's process.
+
+Last, other programs take the processors for a while: takeovers are counted, and the longest time
+between two heartbeats of the leader is measured.
 """
 
 from __future__ import annotations
 
 import signal
 import statistics
+import subprocess
 import sys
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from hive_lab.bench.registry import BenchResult
@@ -27,8 +32,11 @@ if TYPE_CHECKING:
 
 RUNS = 20  # number of each fault by default
 
-AIMS = {"crash_median": 0.5, "crash_worst": 1.5, "freeze_worst": 3.5}
-"""From the fault to the next leader's first heartbeat [s]."""
+AIMS = {"crash_median": 0.5, "crash_worst": 1.5, "freeze_worst": 3.5, "busy_takeovers": 0.0}
+"""From the fault to the next leader's first heartbeat [s]; takeovers on a busy machine [1]."""
+
+_GREEDY, _BUSY_FOR = 10, 20.0
+"""Programs that take the processors, and for how long [s]."""
 
 _FAULTS = (("crash", signal.SIGKILL), ("freeze", signal.SIGSTOP))
 
@@ -65,6 +73,26 @@ def _round(hive: LiveHive, operator: LiveOperator, fault: str, what: signal.Sign
     return Gap(fault, active, gap, bool(hive.robot_of(active)))
 
 
+def _while_busy(hive: LiveHive, operator: LiveOperator) -> dict[str, float]:
+    """Return what happens while other programs take the processors."""
+    operator.wait_until_whole()
+    epoch, begun = operator.last.epoch, time.monotonic()
+    loop = [sys.executable, "-c", "while True: pass"]
+    greedy = [subprocess.Popen(loop) for _ in range(_GREEDY)]  # noqa: S603  (named above)
+    try:
+        operator.pass_time(_BUSY_FOR)
+    finally:
+        for program in greedy:
+            program.kill()
+            program.wait()
+    takeovers = operator.last.epoch - epoch
+    sent = [at for at, _ in operator.beats if at >= begun]
+    longest = max((later - earlier for earlier, later in pairwise(sent)), default=_BUSY_FOR)
+    sys.stderr.write(f"{_GREEDY} greedy programs beside {len(hive.members)} members: ")
+    sys.stderr.write(f"{takeovers} takeovers, {longest:.2f} s between heartbeats at most\n")
+    return {"busy_takeovers": float(takeovers), "busy_longest_gap": longest}
+
+
 def figures_of(gaps: Sequence[Gap]) -> dict[str, float]:
     """Return median, worst and best [s] by fault, and by fault of a robot."""
     figures: dict[str, float] = {}
@@ -92,10 +120,11 @@ def histogram(gaps: Sequence[Gap], fault: str, width: float = 0.1) -> list[str]:
 
 
 def run(runs: int = RUNS) -> BenchResult:
-    """Measure `runs` crashes and freezes each; the distributions go to standard error."""
+    """Measure `runs` crashes and freezes each, and a busy machine; distributions go to stderr."""
     with bench_hive("bench_failover") as (hive, operator):
         gaps = [_round(hive, operator, *fault) for fault in _FAULTS for _ in range(runs)]
+        busy = _while_busy(hive, operator)
     for fault, _ in _FAULTS:
         sys.stderr.write("\n".join([f"{fault}:", *histogram(gaps, fault), ""]))
-    figures = {name: round(value, 3) for name, value in figures_of(gaps).items()}
+    figures = {name: round(value, 3) for name, value in (figures_of(gaps) | busy).items()}
     return BenchResult(figures, dict(AIMS))
