@@ -158,10 +158,10 @@ def _picture_windows(studio: Studio[FleetWindow], desk: Desk) -> None:
     window.appear(Appearance.DARK)
     studio.take(window, "fleet_manager_dark")
     window.appear(Appearance.LIGHT)
-    started = next(
-        n for n, r in desk.hive.tasks.items() if desk.hive.bid_book.bids(n) and r.is_open
-    )
-    details = TaskDetails(desk, started, window)
+    # Tasks that the leader has planned together have no bids to show.
+    open_tasks = [name for name, row in desk.hive.tasks.items() if row.is_open]
+    shown = max(open_tasks, key=lambda name: len(desk.hive.bid_book.bids(name)))
+    details = TaskDetails(desk, shown, window)
     details.show()
     studio.take(details, "task_details")
     details.close()
