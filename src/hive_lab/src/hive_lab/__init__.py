@@ -1,4 +1,5 @@
-"""The laboratory: benchmarks, simulated and live hives, fault schedules, virtual fleets.
+"""The laboratory: benchmarks, hives, fault schedules, virtual fleets, runs of tests.
 
-Only tests and `./hive bench` use it; nothing that a node runs belongs here.
+Only tests, `./hive test`, `./hive bench` and `hive compare` use it; nothing that a node runs
+belongs here.
 """

@@ -118,6 +118,7 @@ def test_failures_in_workers_get_a_second_look_too(run):
 def test_the_last_lines_tell_minutes_per_level_and_the_slowest_tests(run):
     done = run({"test/rostest/test_a.py": PASSES, "src/blackboard/test/test_b.py": PASSES})
 
+    assert done.ret == 0
     done.stdout.fnmatch_lines(
         [
             "minutes per level, summed over the workers: * 0.0, * 0.0",

@@ -16,13 +16,13 @@ from blackboard.domain.clock_offsets import ClockOffsets, words
 from blackboard.errors import BlackboardError
 from blackboard.ros.startup import wait_for
 from blackboard.ros.talker import LEADER
+from hive_common.pose import Pose
 from hive_common.ros.conversions import pose_from_msg
 
 if TYPE_CHECKING:
     from blackboard.domain.battery import Battery
     from blackboard.robot.robot import Robot
     from blackboard.ros.talker import MemberTalker
-    from hive_common.pose import Pose
 
 _BASE = "base"
 _POSE, _ODOM = "amcl_pose", "odom"
@@ -106,10 +106,10 @@ class Senses:
         self._robot.set_pose(pose)
 
     def _drive(self, msg: Odometry) -> None:
-        try:
-            place = pose_from_msg(msg.pose.pose)
-        except ValueError as error:
-            self._talker.refuse(_ODOM, str(error))
+        # Only the way counts: some bases never send an orientation.
+        place = Pose(msg.pose.pose.position.x, msg.pose.pose.position.y)
+        if place.flaw:
+            self._talker.refuse(_ODOM, f"position ({place.x:g}, {place.y:g}) {place.flaw}")
             return
         if not msg.header.stamp.is_zero():  # no stamp at all says nothing of a clock
             self._late = rospy.get_time() - msg.header.stamp.to_sec()
