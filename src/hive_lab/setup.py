@@ -15,6 +15,7 @@ setup(
             "hive_lab.fault_schedules",
             "hive_lab.fault_schedules.features",
             "hive_lab.fleets",
+            "hive_lab.fuzz",
             "hive_lab.live",
             "hive_lab.mapf",
             "hive_lab.runner",

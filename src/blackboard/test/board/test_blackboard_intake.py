@@ -3,6 +3,10 @@
 
 from dataclasses import replace
 
+import pytest
+
+from blackboard.auction.step import step
+from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.talker import (
     SYNC,
     TASK_BROADCAST,
@@ -11,6 +15,7 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import SOON, BlackboardHarness
+from hive_lab.virtual.hive import Hive
 
 A, B = Pose(1.0, 1.0), Pose(3.0, 3.0)
 GO = Task("T1", TaskType.GA, (A,), priority=3)
@@ -124,3 +129,48 @@ def test_a_task_that_is_cancelled_before_it_is_written_is_accepted_and_cancelled
 
     assert harness.states(GO) == [(WAITING, ""), (CANCELLED, "")]
     assert harness.record(GO).state is CANCELLED
+
+
+class FaultyLengths(EuclideanLengths):
+    """Fails for one goal, as a defect would that nobody has found yet."""
+
+    def __init__(self, goal, error):
+        self.goal, self.error = goal, error
+
+    def refusal(self, pose):
+        if pose == self.goal:
+            raise self.error
+        return super().refusal(pose)
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError("by zero"), KeyError("cell")])
+def test_a_task_that_cannot_be_worked_through_is_rejected_and_the_next_is_done(error):
+    hive = Hive(path_lengths=FaultyLengths(B, error))
+    hive.add_robot("robot1", Pose(0.0, 0.0))
+    hive.network.run(1.0)
+    hive.post(replace(GO, id="odd", goals=(B,)), GO)
+    hive.network.run(60.0)
+
+    assert hive.record("T1").state is DONE
+    (update,) = hive.updates("odd")
+    assert update.state is REJECTED
+    assert f"{type(error).__name__}: {error}; this is a defect" in update.reason
+    with pytest.raises(StopIteration):
+        hive.record("odd")
+
+
+def test_a_task_at_which_the_auction_fails_is_held_by_nobody(monkeypatch):
+    def step_with_a_defect(state, event, view):
+        if "T1" in view.records:
+            raise IndexError("list index out of range")
+        return step(state, event, view)
+
+    monkeypatch.setattr("blackboard.auction.auctioneer.step", step_with_a_defect)
+    harness = BlackboardHarness()
+    harness.join("robot1")
+    harness.post(GO)
+    harness.post(replace(GO, id="T2"))
+
+    assert harness.states(GO) == [(REJECTED, "")]
+    assert harness.record(GO) is None
+    assert harness.offered == ["T2"]

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from blackboard.costing.preemption import best_bid
 from blackboard.domain.bid import MAX_COST
 from blackboard.domain.record import TaskRecord
+from blackboard.domain.validation import flaw_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -198,7 +199,8 @@ class Auction:
                 f"{bid.robot_id} would have {bid.task_id} done in {bid.eta:g} s; "
                 "allowed: at least 0 s"
             )
-        return ""
+        flaw = flaw_of(bid, "Bid")
+        return f"{bid.robot_id} bids on {bid.task_id}: {flaw}" * bool(flaw)
 
     def withdraw(self, task_ids: frozenset[str]) -> Auction:
         """Award some tasks no more; bids on them are still valid, and change nothing."""

@@ -29,7 +29,7 @@ from blackboard.domain.talker import TASK_BROADCAST, TASK_COST
 from blackboard.errors import BidRefusedError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from blackboard.auction.auction import Result
     from blackboard.auction.central import Central
@@ -117,13 +117,24 @@ class Auctioneer:
             return
         if event is Signal.TASK_CAME and self._plan_maker is not None:
             self._plan_maker.note_task()
-        node = self._node
-        view = View(node.hive, node.epoch, node.records, self._in_service(), self._last)
-        self._state, effects = step(self._state, event, view)
+        self._state, effects = step(self._state, event, self._view(self._node.records))
         for effect in effects:
             self._do(effect)
         if self._plan_maker is not None and not self._state.is_planning:
             self._plan_maker.stop()
+
+    def rehearse(self, record: TaskRecord) -> None:
+        """Take the first step with a new task, and drop its result.
+
+        Raises:
+            Exception: What the step raises when the task is on the list.
+        """
+        records = {**self._node.records, record.task.id: record}
+        step(self._state, Signal.TASK_CAME, self._view(records))
+
+    def _view(self, records: Mapping[str, TaskRecord]) -> View:
+        node = self._node
+        return View(node.hive, node.epoch, records, self._in_service(), self._last)
 
     def _do(self, effect: Effect) -> None:
         if isinstance(effect, Broadcast):

@@ -10,6 +10,7 @@ once `RaftNode` has committed it.
 
 from __future__ import annotations
 
+import traceback
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,7 @@ from blackboard.board.orders import Orders
 from blackboard.board.recovery import put_back
 from blackboard.board.retention import Retention
 from blackboard.board.watch import Presence, Watch
+from blackboard.consensus.journal import to_json
 from blackboard.domain.record import OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
 from blackboard.domain.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
@@ -180,13 +182,31 @@ class Blackboard:
             self._reject(task, "the id is taken by another task; post it with another id")
             return
         try:
-            analyze_task(task, self._path_lengths)
+            record = self._worked_through(task)
         except TaskRefusedError as error:
             self._reject(task, str(error))
             return
-        record = TaskRecord.new(task, self._node.earlier, unused_goals(task))
+        except Exception as error:  # noqa: BLE001  (whatever it is, it must not reach the other members)
+            self._talker.warn(f"a task that was posted: {task!r:.1000}\n{traceback.format_exc()}")
+            self._reject(
+                task,
+                f"the hive cannot work this task out: {type(error).__name__}: {error}; this is a "
+                "defect of the hive, please report it with the task and the leader's log",
+            )
+            return
         self._node.hold(record, lambda: self._tell(record))
         self._auctioneer.handle(Signal.TASK_CAME)
+
+    def _worked_through(self, task: Task) -> TaskRecord:
+        """Return the record of a posted task, after every first step with it was tried.
+
+        What cannot be carried out must not be replicated: each leader would fail at it in turn.
+        """
+        analyze_task(task, self._path_lengths)
+        record = TaskRecord.new(task, self._node.earlier, unused_goals(task))
+        to_json(record)
+        self._auctioneer.rehearse(record)
+        return record
 
     def _reject(self, task: Task, reason: str) -> None:
         """Tell why a task does not enter the list; only what could be its id is repeated.

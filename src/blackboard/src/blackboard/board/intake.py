@@ -9,6 +9,7 @@ answers with the reason (see `task.analyze_task`), and bids, which the auction a
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -25,16 +26,16 @@ from blackboard.domain.talker import (
     TASK_STATE,
 )
 from blackboard.domain.task import MAX_ID_LENGTH, TaskType, analyze_task, split_task
-from blackboard.domain.validation import MAX_NAME, flaw_of
+from blackboard.domain.validation import MAX_ITEMS, MAX_NAME, flaw_of
 from blackboard.errors import TaskRefusedError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from blackboard.consensus.messages import AppendEntries
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.characteristics import RobotStatus
-    from blackboard.domain.record import Broadcast, Order, TaskUpdate
+    from blackboard.domain.record import Broadcast, Order, TaskRecord, TaskUpdate
     from blackboard.domain.task import Task
 
 _ROBOT = re.compile(rf"[A-Za-z][A-Za-z0-9_]{{0,{MAX_NAME - 1}}}", re.ASCII)
@@ -52,27 +53,44 @@ def why_refused(topic: str, message: object) -> str:
 def _broadcast_flaw(broadcast: Broadcast) -> str:
     if broadcast.sizes and (sum(broadcast.sizes) != len(broadcast.tasks) or 0 in broadcast.sizes):
         return f"sizes {broadcast.sizes} do not add up to {len(broadcast.tasks)} tasks"
-    return next(filter(None, (_task_flaw(*offer) for offer in broadcast.tasks)), "")
+    if len(broadcast.tasks) > MAX_ITEMS:
+        return f"Broadcast.tasks has {len(broadcast.tasks)} items; allowed: at most {MAX_ITEMS}"
+    flaw = next(filter(None, (_task_flaw(*offer) for offer in broadcast.tasks)), "")
+    return flaw or flaw_of(replace(broadcast, tasks=()), "Broadcast")
 
 
 def _order_flaw(order: Order) -> str:
-    if order.kind is OrderKind.ASSIGN:
-        return _task_flaw(order.task, order.step) or flaw_of(order.heard, "Order.heard")
-    return _kind_flaw(order.task) or flaw_of(order, "Order")
+    is_new = order.kind is OrderKind.ASSIGN
+    flaw = _task_flaw(order.task, order.step) if is_new else _kind_flaw(order.task)
+    return flaw or flaw_of(order, "Order")
 
 
 def _entries_flaw(entries: AppendEntries) -> str:
     records = [record for entry in entries.entries for record in entry.records]
-    records += entries.snapshot.records.values() if entries.snapshot else ()
-    flaws = (_task_flaw(record.task, record.step) for record in records if not record.parts)
-    flaw = next(filter(None, flaws), "") or flaw_of(entries.sent, "AppendEntries.sent")
-    forgotten = (flaw_of(entry.forgotten, "Entry.forgotten") for entry in entries.entries)
-    return flaw or next(filter(None, forgotten), "")
+    snapshot = entries.snapshot
+    if snapshot is not None:
+        records += snapshot.records.values()
+        snapshot = replace(snapshot, records={})
+    bare = tuple(replace(entry, records=()) for entry in entries.entries)
+    rest = replace(entries, entries=bare, snapshot=snapshot)
+    return _records_flaw(records) or flaw_of(rest, "AppendEntries")
 
 
 def _list_flaw(known: TaskList) -> str:
-    flaws = (_kind_flaw(record.task) for record in known.records)
-    return next(filter(None, flaws), "")
+    return _records_flaw(known.records) or flaw_of(replace(known, records=()), "TaskList")
+
+
+def _records_flaw(records: Iterable[TaskRecord]) -> str:
+    return next(filter(None, map(_record_flaw, records)), "")
+
+
+@lru_cache(maxsize=4096)  # A task list is told again and again, and hardly anything has changed.
+def _record_flaw(record: TaskRecord) -> str:
+    """Return what is wrong with a record; its reason may be as long as the leader made it."""
+    if record.step > record.parts > 0:
+        return f"step {record.step} of {record.task.id} is beyond its {record.parts} parts"
+    flaw = _task_flaw(record.task, 0 if record.parts else record.step)
+    return flaw or flaw_of(replace(record, reason=""), "TaskRecord")
 
 
 def _update_flaw(update: TaskUpdate) -> str:

@@ -54,9 +54,10 @@ class Refusals:
         count = self._counts[key] = self._counts.get(key, 0) + 1
         if count == 1:
             self._say(f"a message on {topic} is refused: {key[1]}")
-        elif _is_power_of_ten(count):
+        elif is_power_of_ten(count):
             self._say(f"{count} messages on {topic} were refused so far: {key[1]}")
 
 
-def _is_power_of_ten(number: int) -> bool:
+def is_power_of_ten(number: int) -> bool:
+    """Return whether a count is worth a word: the tenth, the hundredth and so on."""
     return str(number).rstrip("0") == "1"

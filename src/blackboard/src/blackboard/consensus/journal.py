@@ -169,7 +169,7 @@ class SqliteJournal:
 
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
         """Replace the unacknowledged reports."""
-        rows = [(report.task_id, _to_json(report)) for report in reports]
+        rows = [(report.task_id, to_json(report)) for report in reports]
         with self._transaction():
             self._database.execute("DELETE FROM reports")
             self._database.executemany("INSERT INTO reports VALUES (?, ?)", rows)
@@ -182,7 +182,7 @@ class SqliteJournal:
     def save_hold(self, hold: Hold) -> None:
         """Replace what may be on board."""
         with self._transaction():
-            self._database.execute("INSERT OR REPLACE INTO hold VALUES (1, ?)", (_to_json(hold),))
+            self._database.execute("INSERT OR REPLACE INTO hold VALUES (1, ?)", (to_json(hold),))
 
     def close(self) -> None:
         """Close the file."""
@@ -265,11 +265,11 @@ class SqliteJournal:
             "INSERT INTO records VALUES"
             " (:task, (SELECT coalesce(max(place), -1) + 1 FROM records), :record)"
             " ON CONFLICT (task) DO UPDATE SET record = :record",
-            [{"task": each.task.id, "record": _to_json(each)} for each in records],
+            [{"task": each.task.id, "record": to_json(each)} for each in records],
         )
 
     def _write_entries(self, entries: Iterable[Entry]) -> None:
-        rows = [(entry.version, _to_json(entry)) for entry in entries]
+        rows = [(entry.version, to_json(entry)) for entry in entries]
         self._database.executemany("INSERT INTO entries VALUES (?, ?)", rows)
 
     def _read(self) -> HardState | None:
@@ -327,7 +327,8 @@ def fields_of(value: Any) -> dict[str, Any]:  # noqa: ANN401  (any dataclass)
     return values
 
 
-def _to_json(value: TaskRecord | Entry | TaskUpdate | Hold) -> str:
+def to_json(value: TaskRecord | Entry | TaskUpdate | Hold) -> str:
+    """Return a value as a journal holds it."""
     return json.dumps(value, default=fields_of)
 
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task, TaskEvent
 
 
+MAX_TEXT = 10_000
+"""Characters of a reason, which may mention each of a hundred robots."""
+
 ANY_ASSIGNMENT = 2**32 - 1
 """Above any assignment number: of a task that is not on the list, or of another hive."""
 
@@ -105,7 +108,8 @@ class TaskRecord:
             steps=self.steps,
             eta=self.eta,
             epoch=epoch,
-            reason=self.reason,
+            # It may quote several robots, each of which may say as much.
+            reason=self.reason[:MAX_TEXT],
             assignment=self.assignment,
             step_eta=self.step_eta,
         )

@@ -32,6 +32,9 @@ MAX_GOALS = 100
 MAX_PAYLOAD = 1e6
 """Heaviest load of a task [kg]."""
 
+MAX_POSTED = 2**32 - 1
+"""Latest time at which a task may be posted [s]; ROS's stamps reach no further."""
+
 _TASKS_SPLIT = 4096
 """Tasks whose steps are cached; everybody asks for them again and again."""
 
@@ -230,6 +233,10 @@ def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
         )
     if task.frame not in {"", "map"}:
         raise TaskRefusedError(f"frame {task.frame[:MAX_ID_LENGTH]!r} is unknown; allowed: map")
+    if not 0 <= task.posted <= MAX_POSTED:
+        raise TaskRefusedError(
+            f"posted at {task.posted:.0f} s; allowed: 0 to {MAX_POSTED} s, where 0 says nothing"
+        )
     _check_goals(task, kinds[task.type], path_lengths)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from blackboard.domain.record import ANY_ASSIGNMENT, MAX_TEXT
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
 MAX_NAME = 256
 """Characters of a name or an id."""
 
-MAX_TEXT = 10_000
-"""Characters of a reason, which may mention each of a hundred robots."""
-
 MAX_ITEMS = 10_000
 """Items of one list; no hive has more robots, and no robot more tasks."""
 
@@ -25,6 +23,10 @@ MAX_ITEMS = 10_000
 MAX_NUMBER = 1e12
 """Greatest magnitude of a number, whatever its unit: a time since 1970 is some 2e9 s. One can
 calculate with what is smaller, without an overflow."""
+
+MAX_COUNT = 2**31
+"""Greatest epoch, version, or number of an auction or assignment. Each grows by one, so no hive
+gets so far, and one can go on counting from there without leaving the field of a message."""
 
 
 def flaw_of(value: object, name: str) -> str:
@@ -36,6 +38,10 @@ def flaw_of(value: object, name: str) -> str:
     if isinstance(value, float):
         allowed = f"allowed: finite numbers of at most {MAX_NUMBER:g}"
         return f"{name} is {value}; {allowed}" * (not _is_moderate(value))
+    if type(value) is int and value > MAX_COUNT:
+        if value == ANY_ASSIGNMENT and name.endswith(".assignment"):
+            return ""
+        return f"{name} is {value}; allowed: at most {MAX_COUNT}"
     if isinstance(value, tuple) and len(value) > MAX_ITEMS:
         return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
     if isinstance(value, Pose) and (flaw := value.flaw):
@@ -67,7 +73,9 @@ def _is_plain(value: object) -> bool:
         return _is_moderate(value)  # type: ignore[arg-type]  # a float
     if kind is str:
         return len(value) <= MAX_NAME  # type: ignore[arg-type]  # a str
-    return kind is int or kind is bool
+    if kind is int:
+        return value <= MAX_COUNT  # type: ignore[operator]  # an int
+    return kind is bool
 
 
 def _is_moderate(value: float) -> bool:

@@ -26,11 +26,12 @@ _PERIOD = 1.0
 
 
 class Diagnostics:
-    """Publishes a member's role, what its hive lacks, and what it refused.
+    """Publishes a member's role, what its hive lacks, what it refused, and what has failed.
 
     ROS Publishers: `/diagnostics` (diagnostic_msgs/DiagnosticArray): OK; WARN while the ROS master
-        is gone or the clock of somebody whom the member hears is off; ERROR while the hive has no
-        quorum or the member cannot write to its disk.
+        is gone or the clock of somebody whom the member hears is off, and once the handling of a
+        message has failed; ERROR while the hive has no quorum or the member cannot write to its
+        disk.
     """
 
     def __init__(self, talker: MemberTalker, node: RaftNode, no_quorum: NoQuorum) -> None:
@@ -63,7 +64,7 @@ class Diagnostics:
 
     def _status(self) -> DiagnosticStatus:
         member = self._node.member
-        refusals = self._talker.refusals
+        refusals, failures = self._talker.refusals, self._talker.failures
         level, text = self._verdict()
         values = {
             "role": member.role.value,
@@ -72,6 +73,8 @@ class Diagnostics:
             "members": ", ".join(map(name_of, member.members)),
             "refused": refusals.total,
             **{f"refused on {topic}": n for topic, n in sorted(refusals.by_topic().items())},
+            "failed": failures.total,
+            **{f"failed on {topic}": n for topic, n in sorted(failures.by_topic().items())},
         }
         return DiagnosticStatus(
             level=level,
@@ -90,6 +93,9 @@ class Diagnostics:
         if clocks := self._talker.clocks.off(self._talker.now()):
             texts = [f"the clock of {name} is {words(late)} mine" for name, late in clocks.items()]
             return DiagnosticStatus.WARN, "; ".join(texts)
+        if failed := self._talker.failures.total:
+            text = f"the handling of {failed} messages failed, which is a defect: see the log"
+            return DiagnosticStatus.WARN, text
         if member.role is Role.LEADER:
             return DiagnosticStatus.OK, "carries the blackboard"
         return DiagnosticStatus.OK, f"follows {member.leader}" if member.leader else "waits"

@@ -16,8 +16,7 @@ import genpy
 import rosgraph
 import rospy
 
-from blackboard.board.intake import why_refused
-from blackboard.board.refusals import Refusals
+from blackboard.board.reception import Reception
 from blackboard.consensus.member import name_of
 from blackboard.consensus.messages import AppendEntries, AppendReply, Ballot, Heartbeat
 from blackboard.costing.bid_basis import Bids
@@ -82,6 +81,7 @@ class RosTalker:
 
     Attributes:
         refusals: What was refused so far.
+        failures: The exceptions that messages have caused so far.
         clocks: How far the clocks of robots, by their names, and of the leader, `LEADER`, are off.
             Under simulated time all have one clock.
         world: Simulated time if `/use_sim_time` is set, else this talker's own clock.
@@ -105,7 +105,8 @@ class RosTalker:
         self._members: dict[str, str] = {}
         self._speakers = Speakers()
         self._handlers: dict[str, list[_Listener]] = defaultdict(list)
-        self.refusals = Refusals(rospy.logwarn)
+        self._reception = Reception(rospy.logwarn)
+        self.refusals, self.failures = self._reception.refusals, self._reception.failures
         self.refuse = self.refusals.refuse
         self.clocks = ClockOffsets()
         self._publishers = {topic: self._advertise(topic) for topic in advertises}
@@ -153,8 +154,9 @@ class RosTalker:
                 continue
             if to is not None and not {each.member, self._members.get(each.member)} & set(to):
                 continue
+            # One after the other: what one does may say whether the next wants it.
             if each.when is None or each.when():
-                each.handler(message)
+                self._reception.hand(topic, message, (each.handler,))
 
     def subscribe(
         self,
@@ -203,17 +205,18 @@ class RosTalker:
             return
         try:
             message = msg.read()
-            value = WIRES[topic].from_msg(message)
-            reason = why_refused(topic, value)
-            reason = reason or self._speakers.why_refused(value, sender, machine_time())
         except (ValueError, genpy.DeserializationError) as error:
-            reason = str(error)
-        if reason:
-            self.refuse(topic, reason)
+            self.refuse(topic, str(error))
             return
-        self._compare_clocks(value, message)
-        for each in wanted:
-            each.handler(value)
+        value = self._reception.read(
+            topic,
+            message,
+            WIRES[topic].from_msg,
+            lambda value: self._speakers.why_refused(value, sender, machine_time()),
+        )
+        if value is not None:
+            self._compare_clocks(value, message)
+            self._reception.hand(topic, value, [each.handler for each in wanted])
 
     def _compare_clocks(self, value: object, message: Any) -> None:  # noqa: ANN401  (see `unread`)
         """Note how late a message is by its stamp, if it says whose clock made that."""
@@ -346,7 +349,8 @@ class MemberTalker:
         self.now, self.every, self.after = talker.now, talker.every, talker.after
         self.world, self.call = talker.world, talker.call
         self.ping, self.warn, self.refuse = talker.ping, talker.warn, talker.refuse
-        self.refusals, self.clocks = talker.refusals, talker.clocks
+        self.refusals, self.failures = talker.refusals, talker.failures
+        self.clocks = talker.clocks
 
 
 class _Subscription:

@@ -44,6 +44,13 @@ if TYPE_CHECKING:
     help="How many are simulated, for faults.",
 )
 @click.option(
+    "--messages",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many odd ones are delivered, for fuzz.",
+)
+@click.option("--seed", type=click.IntRange(min=1), metavar="S", help="Of chance, for fuzz.")
+@click.option(
     "--minutes",
     type=click.IntRange(min=2),
     metavar="N",
@@ -101,6 +108,7 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench failover --runs 20
       hive bench soak --minutes 30 --resume soak.jsonl
       hive bench faults --schedules 100000 --resume faults.jsonl
+      hive bench fuzz --messages 20000 --seed 7
       hive bench flake --runs 5
       hive bench auction --robots 10
       hive bench hive --robots 100
@@ -113,8 +121,8 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench traffic --ros
       hive bench vda5050 --robots 50
 
-    Ends with 0 when the measurement ran, whatever it found; faults, hive and traffic end with 1
-    when a property was broken.
+    Ends with 0 when the measurement ran, whatever it found; faults, fuzz, hive and traffic end
+    with 1 when a property was broken.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:

@@ -137,6 +137,11 @@ BENCHES: Mapping[str, Bench] = {
         "bench.flake",
         options=("runs",),
     ),
+    "fuzz": Bench(
+        "odd messages that hives at work cannot stand [1], on virtual time; --messages N, --seed S",
+        "fuzz.bench",
+        options=("messages", "seed"),
+    ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
         "windows.bench",

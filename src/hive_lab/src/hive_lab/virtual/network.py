@@ -15,8 +15,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from blackboard.board.intake import why_refused
-from blackboard.board.refusals import Refusals
+from blackboard.board.reception import Reception
 from blackboard.domain.talker import SET_STATE
 
 if TYPE_CHECKING:
@@ -46,6 +45,23 @@ class Subscription:
     cancel: Callable[[], None]
 
 
+@dataclass(frozen=True)
+class Encoded:
+    """A message as it comes from elsewhere: each member that hears it decodes it.
+
+    Attributes:
+        message: What came.
+        decode: Makes the value of it, as the member's talker on ROS does.
+    """
+
+    message: object
+    decode: Callable[[Any], object]
+
+
+def _decoded(message: object) -> object:
+    return message.decode(message.message) if isinstance(message, Encoded) else message
+
+
 class Network:
     """Virtual time, and the messages in flight.
 
@@ -56,6 +72,8 @@ class Network:
         delay: Returns the latency of the next message to its next listener [s].
         lose: Returns whether a message of a topic gets lost.
         world_rate: Simulated time per time of the network; 0 while the simulation is paused.
+        survives: Whether an exception of a handler ends the handling of its message only, as on
+            ROS. By default it passes, because a test wants to see it.
 
     Attributes:
         now: The time [s].
@@ -68,9 +86,12 @@ class Network:
         delay: Callable[[], float] = lambda: LATENCY,
         lose: Callable[[str, Any], bool] = lambda _topic, _message: False,
         world_rate: float = 1.0,
+        *,
+        survives: bool = False,
     ) -> None:
         self.now = 0.0
         self.world_rate = world_rate
+        self.survives = survives
         self.sent: list[tuple[str, Any]] = []
         self.heard: list[tuple[str, Any]] = []
         self._delay = delay
@@ -93,6 +114,10 @@ class Network:
         if self._lose(topic, message):
             return
         self.heard.append((topic, message))
+        self.deliver(topic, message, to)
+
+    def deliver(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
+        """Have every listener hear a message, which is not among those that were sent."""
         for handler, member in self._handlers[topic]:
             if to is None or not member or member in to:
                 self._deliver(handler, message)
@@ -174,7 +199,8 @@ class NetworkTalker:
         self._network = network
         self._member = member
         self.warnings: list[str] = []
-        self.refusals = Refusals(self.warn)
+        self._reception = Reception(self.warn)
+        self.refusals, self.failures = self._reception.refusals, self._reception.failures
         self.connected = True
         self.running = True
 
@@ -200,10 +226,11 @@ class NetworkTalker:
         def receive(message: object) -> None:
             if not (self.connected and self.running) or (when is not None and not when()):
                 return
-            if reason := why_refused(topic, message):
-                self.refuse(topic, reason)
-            else:
-                handler(message)
+            value = self._reception.read(topic, message, _decoded)
+            if value is not None and self._network.survives:
+                self._reception.hand(topic, value, (handler,))
+            elif value is not None:
+                handler(value)
 
         return self._network.listen(self._name(topic), receive, self._member)
 

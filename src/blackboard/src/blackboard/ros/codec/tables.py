@@ -280,7 +280,7 @@ STATUS = Codec(
     _one_of("state", RobotState),
     Row("pose", write=POSE.encode, read=POSE.decode),
     *_tuples("tasks"),
-    Row("tasks task_id", "queued", write=lambda tasks, now: len(tasks) - bool(now), read=None),
+    Row("tasks task_id", "queued", write=lambda tasks, now: len(tasks) - (now in tasks), read=None),
 )
 
 CLAIM = Codec(
