@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the blackboard takes in, with the test in the robots' and the operator's place."""
 
+import math
 from dataclasses import replace
 
 import pytest
 
 from blackboard.auction.step import step
+from blackboard.board.intake import why_refused
+from blackboard.costing.bid_basis import Bids
 from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.domain.bid import Bid
+from blackboard.domain.record import TaskRecord
 from blackboard.domain.talker import (
     SYNC,
     TASK_BROADCAST,
+    TASK_COST,
     TASK_STATE,
 )
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -48,6 +54,16 @@ def test_an_id_that_is_too_long_is_repeated_only_in_part():
     (update,) = harness.said(TASK_STATE)
     assert update.state is REJECTED
     assert len(update.task_id) == 64
+
+
+@pytest.mark.parametrize("posted", [-1.0, 2.0**32, math.inf, math.nan])
+def test_a_task_whose_stamp_fits_into_no_message_is_rejected(posted):
+    harness = BlackboardHarness()
+    harness.post(replace(GO, posted=posted))
+
+    (update,) = harness.said(TASK_STATE)
+    assert update.state is REJECTED
+    assert "allowed: 0 to 4294967295 s" in update.reason
 
 
 def test_goals_that_will_not_be_visited_are_named():
@@ -157,6 +173,29 @@ def test_a_task_that_cannot_be_worked_through_is_rejected_and_the_next_is_done(e
     assert f"{type(error).__name__}: {error}; this is a defect" in update.reason
     with pytest.raises(StopIteration):
         hive.record("odd")
+
+
+def test_a_reason_that_quotes_many_robots_is_told_only_in_part():
+    # Whoever hears of the task would refuse a longer one, and never learn what became of it.
+    told = TaskRecord(GO, reason="x" * 50_000).told(epoch=1)
+
+    assert why_refused(TASK_STATE, told) == ""
+
+
+@pytest.mark.parametrize("field", ["energy_cost", "interrupt_cost", "most_payload", "eta"])
+@pytest.mark.parametrize("number", [math.nan, 1e300])
+def test_no_bid_counts_with_a_number_with_which_one_cannot_calculate(field, number):
+    harness = BlackboardHarness()
+    harness.join("robot1")
+    harness.post(GO)
+    asked = harness.said(TASK_BROADCAST)[-1]
+    bid = replace(Bid("robot1", "T1", 1.0), **{field: number})
+    harness.send(TASK_COST, Bids("robot1", 1, asked.auction, (bid,)))
+
+    assert harness.orders() == []
+    ((topic, reason),) = harness.talker.refusals.counts
+    assert topic == TASK_COST
+    assert "allowed: " in reason
 
 
 def test_a_task_at_which_the_auction_fails_is_held_by_nobody(monkeypatch):

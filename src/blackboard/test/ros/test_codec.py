@@ -252,6 +252,13 @@ def test_a_wrong_value_is_refused_with_its_field_and_what_is_allowed(what):
         getattr(tables, name).decode(changed(name, **fields))
 
 
+def test_a_status_whose_task_is_not_on_its_list_can_be_told_again():
+    # The leader tells the last status of a robot that has fallen silent.
+    told = sent(tables.STATUS, replace(FULL["STATUS"], task_id="T9", tasks=()))
+
+    assert told.queued == 0
+
+
 def test_a_wrong_value_deep_in_a_message_is_named_with_all_fields_around_it():
     msg = changed("ENTRIES")
     msg.entries[0].tasks[0].state = 77

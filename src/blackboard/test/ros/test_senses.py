@@ -29,7 +29,7 @@ class Body:
         )
         talker = SimpleNamespace(
             own="/robot1/",
-            call=lambda act: act(),
+            take=lambda _, handle: handle,
             refuse=lambda topic, _: self.refused.append(topic),
             world=SimpleNamespace(every=nothing),
         )

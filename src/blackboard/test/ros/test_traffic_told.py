@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How what the traffic planner tells becomes what bids reckon with."""
 
+import math
+
 import pytest
 
 pytest.importorskip("robot_description.msg")
@@ -65,6 +67,16 @@ def test_delays_count_in_steps_at_the_middle_of_their_square_and_now_and_then_on
     wire.say(epoch=1000, slowest=slow(1.4))
 
     assert [each.slow for each in wire.used] == [(Slow(3.0, 3.0, 3.0),), ()]
+
+
+@pytest.mark.parametrize(
+    ("x", "delay"), [(math.nan, 9.0), (math.inf, 9.0), (1e30, 9.0), (2.0, math.inf), (2.0, 1e30)]
+)
+def test_a_slow_place_with_which_one_cannot_calculate_is_left_out(wire, x, delay):
+    odd = SlowPlace(place=Point32(x, 3.0, 0.0), delay=delay)
+    wire.say(epoch=1000, slowest=[odd, *slow(9.0)])
+
+    assert [each.slow for each in wire.used] == [(Slow(3.0, 3.0, 9.0),)]
 
 
 def test_a_planner_that_was_replaced_is_not_heard_any_more(wire):

@@ -3,7 +3,9 @@
 
 import random
 
-from hive_lab.virtual.network import LATENCY, Network, NetworkTalker
+import pytest
+
+from hive_lab.virtual.network import LATENCY, Encoded, Network, NetworkTalker
 
 
 def test_time_passes_from_one_thing_that_happens_to_the_next():
@@ -185,3 +187,31 @@ def test_who_listens_no_longer_hears_nothing_more():
     network.run(1.0)
 
     assert heard == ["before"]
+
+
+def test_an_exception_of_a_handler_passes_unless_the_network_survives_it():
+    def fail(_):
+        raise KeyError("a defect")
+
+    strict, forgiving = Network(), Network(survives=True)
+    talker = NetworkTalker(forgiving, "one")
+    for network, each in ((strict, NetworkTalker(strict, "one")), (forgiving, talker)):
+        each.subscribe("task_cancel", fail)
+        network.send("task_cancel", "T1")
+    with pytest.raises(KeyError):
+        strict.run(1.0)
+    forgiving.run(1.0)
+
+    assert talker.failures.by_topic() == {"task_cancel": 1}
+
+
+def test_an_encoded_message_is_decoded_by_each_member_and_is_not_among_what_was_sent():
+    network, heard = Network(), []
+    for name in ("one", "two"):
+        NetworkTalker(network, name).subscribe("task_cancel", heard.append)
+    network.deliver("task_cancel", Encoded(b"T1", bytes.decode))
+    network.deliver("task_cancel", Encoded(b"\xff", bytes.decode))
+    network.run(1.0)
+
+    assert heard == ["T1", "T1"]
+    assert network.sent == []

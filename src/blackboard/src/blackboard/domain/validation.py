@@ -35,13 +35,8 @@ def flaw_of(value: object, name: str) -> str:
         longest = MAX_TEXT if name.endswith((".reason", ".refusal")) else MAX_NAME
         flawed = len(value) > longest
         return f"{name} has {len(value)} characters; allowed: at most {longest}" * flawed
-    if isinstance(value, float):
-        allowed = f"allowed: finite numbers of at most {MAX_NUMBER:g}"
-        return f"{name} is {value}; {allowed}" * (not _is_moderate(value))
-    if type(value) is int and value > MAX_COUNT:
-        if value == ANY_ASSIGNMENT and name.endswith(".assignment"):
-            return ""
-        return f"{name} is {value}; allowed: at most {MAX_COUNT}"
+    if isinstance(value, float | int):
+        return _number_flaw(value, name)
     if isinstance(value, tuple) and len(value) > MAX_ITEMS:
         return f"{name} has {len(value)} items; allowed: at most {MAX_ITEMS}"
     if isinstance(value, Pose) and (flaw := value.flaw):
@@ -50,6 +45,14 @@ def flaw_of(value: object, name: str) -> str:
         if flaw := flaw_of(each, where):
             return flaw
     return ""
+
+
+def _number_flaw(value: float, name: str) -> str:
+    if isinstance(value, float):
+        allowed = f"allowed: finite numbers of at most {MAX_NUMBER:g}"
+        return f"{name} is {value}; {allowed}" * (not _is_moderate(value))
+    is_any = value == ANY_ASSIGNMENT and name.endswith(".assignment")
+    return f"{name} is {value}; allowed: at most {MAX_COUNT}" * (value > MAX_COUNT and not is_any)
 
 
 def _inside(value: object, name: str) -> Iterable[tuple[object, str]]:

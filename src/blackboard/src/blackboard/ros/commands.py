@@ -38,6 +38,10 @@ _GONE_AFTER = 1.5
 that broke is back sooner; rospy closes that of a dead process in some 25 ms."""
 
 
+_MAX_WORDS = 1000
+"""Characters of what a server says about a goal; the hive refuses reports with endless reasons."""
+
+
 def _never_back(generate: Callable[[], GoalID]) -> Callable[[], GoalID]:
     """Wrap a generator of goal ids so that stamps grow even if the clock goes back.
 
@@ -164,6 +168,7 @@ class ActionCommand:
                 if getattr(result, "outcome", 0) == bb_msgs.PickResult.HOLDS_ANOTHER:
                     state = CommandState.OCCUPIED
                 words = goal.get_goal_status_text() or getattr(result, "message", "")
+                words = words[:_MAX_WORDS]
                 self._talker.call(lambda: self._end(run, done, CommandResult(state, words)))
 
         self._goal = self._client.send_goal(self._make_goal(step), changed)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from blackboard.ros.talker import MemberTalker
 
 _BASE = "base"
-_POSE, _ODOM = "amcl_pose", "odom"
+_POSE, _ODOM, _DROP = "amcl_pose", "odom", "drop_charge"
 
 _MAX_STEP = 1.0
 """Two odometry messages further apart than this are a reset, not a drive [m]."""
@@ -69,16 +69,15 @@ class Senses:
 
     def start(self) -> None:
         """Begin to listen and to publish."""
-        own, call = self._talker.own, self._talker.call
+        own, take = self._talker.own, self._talker.take
         rospy.Subscriber(
             f"{own}{_POSE}",
             PoseWithCovarianceStamped,
-            lambda msg: call(lambda: self._locate(msg)),
+            take(_POSE, self._locate),
             queue_size=1,
         )
-        rospy.Subscriber(f"{own}{_ODOM}", Odometry, lambda msg: call(lambda: self._drive(msg)))
-        drop = f"{own}drop_charge"
-        rospy.Subscriber(drop, Float64, lambda msg: call(lambda: self._drop(msg.data)))
+        rospy.Subscriber(f"{own}{_ODOM}", Odometry, take(_ODOM, self._drive))
+        rospy.Subscriber(f"{own}{_DROP}", Float64, take(_DROP, self._drop))
         self._talker.world.every(self._period, self._publish_battery)
         if not self._simulated:
             self._talker.every(self._period, self._compare_clocks)
@@ -119,9 +118,9 @@ class Senses:
         if distance <= _MAX_STEP:
             self._robot.add_travel(distance)
 
-    def _drop(self, level: float) -> None:
+    def _drop(self, msg: Float64) -> None:
         try:
-            self._battery.drop_to(level)
+            self._battery.drop_to(msg.data)
         except BlackboardError as error:
             rospy.logwarn(str(error))
 

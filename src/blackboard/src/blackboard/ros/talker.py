@@ -240,6 +240,13 @@ class RosTalker:
         """Run an action in the talker's own thread; any thread may call this."""
         self._queue.put(action)
 
+    def take(self, topic: str, handle: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Return a subscriber's callback that handles messages in the talker's own thread.
+
+        It is for topics that are not the hive's. An exception costs the message only, as on those.
+        """
+        return lambda msg: self.call(lambda: self._reception.hand(topic, msg, (handle,)))
+
     def ping(self, member: str) -> bool:
         """Return whether the node of that name answers within a second."""
         socket_timeout = socket.getdefaulttimeout()
@@ -347,7 +354,7 @@ class MemberTalker:
         self.subscribe = partial(talker.subscribe, self)
         self.watch = partial(talker.watch, name)
         self.now, self.every, self.after = talker.now, talker.every, talker.after
-        self.world, self.call = talker.world, talker.call
+        self.world, self.call, self.take = talker.world, talker.call, talker.take
         self.ping, self.warn, self.refuse = talker.ping, talker.warn, talker.refuse
         self.refusals, self.failures = talker.refusals, talker.failures
         self.clocks = talker.clocks

@@ -11,6 +11,7 @@ import rospy
 from robot_description.msg import TrafficState
 
 from blackboard.costing.traffic_conditions import NO_TRAFFIC, SlowPlace, TrafficConditions
+from hive_common.pose import Pose
 from hive_common.structuring import NotAllowedError, structure
 from hive_common.zone import Zone
 
@@ -21,6 +22,7 @@ DELAYS_PERIOD = 60.0
 """New delays count so often [s]: with each of them, all path lengths are worked out anew."""
 
 STEP = 3.0  # delays count in such steps, so that most of the time nothing changes [s]
+LONGEST = 3600.0  # delays that are longer are no delays of traffic [s]
 SQUARE = 2.0  # side of the squares by which the traffic planner tells slow places apart [m]
 
 
@@ -69,7 +71,7 @@ def _slow_places(msg: TrafficState) -> tuple[SlowPlace, ...]:
                 _middle(each.place.x), _middle(each.place.y), STEP * round(each.delay / STEP)
             )
             for each in msg.slowest
-            if each.delay >= STEP / 2
+            if STEP / 2 <= each.delay <= LONGEST and not Pose(each.place.x, each.place.y).flaw
         )
     )
 

@@ -138,7 +138,7 @@ BENCHES: Mapping[str, Bench] = {
         options=("runs",),
     ),
     "fuzz": Bench(
-        "odd messages that hives at work cannot stand [1], on virtual time; --messages N, --seed S",
+        "odd messages that hives at work cannot stand [1], virtual time; --messages N, --seed S",
         "fuzz.bench",
         options=("messages", "seed"),
     ),

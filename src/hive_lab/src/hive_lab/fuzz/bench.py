@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Counts odd messages that a hive at work cannot stand: none may end a process or stop the hive."""
+"""Counts odd messages that a hive at work cannot stand: those that end a process or stop it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A hive of the real classes that is kept at work, and everything that it says, as ROS sends it."""
+"""A hive of the real classes that is kept at work, and what it says, as ROS sends it."""
 
 from __future__ import annotations
 
@@ -129,9 +129,8 @@ class HiveAtWork:
         chance = Random(self._random.random())
         settings = RaftSettings()
         node = RaftNode(talker, name, settings, disk, chance, bootstrap=not is_robot)
-        Blackboard(
-            talker, node, self._path_lengths(0.3), self._settings, path_lengths_for=self._path_lengths
-        ).start()
+        lengths = self._path_lengths
+        Blackboard(talker, node, lengths(0.3), self._settings, path_lengths_for=lengths).start()
         if is_robot:
             self._robot(name, talker, node, disk)
         node.start()

@@ -272,6 +272,12 @@ BIDS = Codec(
 
 # Robots.
 
+
+def _queued(tasks: Sequence[str], now: str) -> int:
+    """Return how many tasks wait; what is under way counts only where it is among them."""
+    return len(tasks) - (now in tasks)
+
+
 STATUS = Codec(
     bb_msgs.RobotStatus,
     RobotStatus,
@@ -280,7 +286,7 @@ STATUS = Codec(
     _one_of("state", RobotState),
     Row("pose", write=POSE.encode, read=POSE.decode),
     *_tuples("tasks"),
-    Row("tasks task_id", "queued", write=lambda tasks, now: len(tasks) - (now in tasks), read=None),
+    Row("tasks task_id", "queued", write=_queued, read=None),
 )
 
 CLAIM = Codec(
