@@ -242,7 +242,10 @@ def test_a_robot_that_was_held_up_starts_slowly_again():
     def drive():
         pose = Pose(*simulation.poses["robot1"])
         velocity = navigator.tick(
-            simulation.time, pose, simulation.scan("robot1"), Neighbourhood()
+            simulation.time,
+            pose,
+            traffic.scan_of("robot1", simulation.scan("robot1")),
+            Neighbourhood(),
         ).velocity
         simulation.set_command("robot1", *velocity)
         return velocity.vx

@@ -81,6 +81,19 @@ def test_colours_and_opacity_are_averaged_as_map_server_does(tmp_path):
     assert opaque.cells.tolist() == [[OCCUPIED, FREE, UNKNOWN]]
 
 
+@pytest.mark.parametrize("kind", ["RGB", "P"])
+@pytest.mark.parametrize(
+    ("negate", "cells"), [("0", [UNKNOWN, FREE, OCCUPIED]), ("1", [OCCUPIED, OCCUPIED, UNKNOWN])]
+)
+def test_a_colour_counts_by_its_mean_and_not_by_how_bright_it_looks(tmp_path, kind, negate, cells):
+    # Yellow, brightness 170 by its mean; white; blue, brightness 85.
+    path = write(tmp_path, [[0]], negate=negate)
+    pixels = np.array([[[255, 255, 0], [255, 255, 255], [0, 0, 255]]], dtype=np.uint8)
+    PIL.Image.fromarray(pixels).convert(kind).save(tmp_path / "m.png")
+
+    assert load_map(path).cells.tolist() == [cells]
+
+
 def test_a_transparent_pixel_of_a_scaled_map_is_still_occupied_where_it_is_dark(tmp_path):
     grid = load_map(write(tmp_path, [[[0, 0, 0, 0], [255, 255, 255, 0]]], mode="scale"))
 
@@ -110,13 +123,25 @@ def test_a_key_that_map_server_does_not_know_is_warned_of_and_ignored(tmp_path):
 def test_a_saved_map_is_read_back_as_it_was(tmp_path):
     random = np.random.default_rng(1)
     cells = random.choice([FREE, OCCUPIED, UNKNOWN], (30, 20)).astype(np.int8)
-    grid = GridMap(cells, 0.05, Pose(-1.5, 2.25, 0.5))
+    grid = GridMap(cells, 0.05, Pose(-1.5, 2.25))
 
     save_map(grid, tmp_path / "saved")
 
     again = load_map(str(tmp_path / "saved.yaml"))
     assert (again.cells == cells).all()
     assert (again.resolution, again.origin) == (0.05, grid.origin)
+
+
+@pytest.mark.parametrize("yaw", ["0.0", "6.283185", "-0.00001"])
+def test_a_map_that_is_turned_by_nothing_or_by_a_rounding_error_is_read(tmp_path, yaw):
+    assert load_map(write(tmp_path, [[0]], origin=f"[1, 2, {yaw}]")).bounds == (1.0, 2.0, 1.1, 2.1)
+
+
+def test_a_grid_that_is_turned_cannot_be_made():
+    with pytest.raises(
+        MapError, match=r"origin has a yaw of -1\.5 rad; allowed: 0; turn the map's"
+    ):
+        GridMap(np.zeros((2, 2), dtype=np.int8), 0.05, Pose(0.0, 0.0, -1.5))
 
 
 @pytest.mark.parametrize(
@@ -132,6 +157,8 @@ def test_a_saved_map_is_read_back_as_it_was(tmp_path):
         ({"resolution": ".nan"}, "finite"),
         ({"origin": "[0, 0]"}, "lower left corner"),
         ({"origin": "[0, .inf, 0]"}, "finite"),
+        ({"origin": "[0, 0, 0.5]"}, r":3: origin: \[0, 0, 0.5\]; .* yaw 0; turn the map's im"),
+        ({"origin": "[0, 0, 3.1416]"}, "yaw 0; turn the map's image"),
         ({"negate": "2"}, "0, or 1 if white means occupied"),
         ({"mode": "odd"}, "trinary"),
         ({"free_thresh": "0.9"}, ":6: free_thresh: 0.9 is not below occupied_thresh 0.65"),

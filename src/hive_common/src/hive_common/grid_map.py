@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hive_common.errors import MapError
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
@@ -21,20 +22,39 @@ FREE = 0
 OCCUPIED = 100
 UNKNOWN = -1
 
+ROUNDING = 1e-4  # a yaw this small is none: 1 cm on a map of 100 m [rad]
+
+
+def is_turned(origin: Pose) -> bool:
+    """Return whether a map with an origin, frame map, is turned by more than rounding [rad]."""
+    return not abs(math.remainder(origin.yaw, math.tau)) < ROUNDING
+
 
 @dataclass(frozen=True)
 class GridMap:
     """An occupancy grid: what robots know of a world.
 
+    Its sides are parallel to the axes of the frame map: a map that is turned cannot be used.
+
     Attributes:
         cells: (rows, columns) of UNKNOWN, or FREE 0 to OCCUPIED 100; row 0 is the lowest y.
         resolution: Side of a cell [m].
-        origin: Lower left corner of cell (0, 0), frame map [m, m, rad].
+        origin: Lower left corner of cell (0, 0), frame map [m, m, rad]; its yaw is 0.
+
+    Raises:
+        MapError: The yaw of the origin is not 0.
     """
 
     cells: NDArray[np.int8]
     resolution: float
     origin: Pose = ORIGIN
+
+    def __post_init__(self) -> None:
+        if is_turned(self.origin):
+            raise MapError(
+                f"the map's origin has a yaw of {self.origin.yaw:g} rad; allowed: 0; turn the "
+                "map's image instead, and set the yaw to 0"
+            )
 
     @classmethod
     def of_blocked(

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from hive_common.checked_yaml import read_checked, unknown_keys
 from hive_common.errors import MapError
-from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
+from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap, is_turned
 from hive_common.pose import Pose
 from hive_common.resources import find_file
 from hive_common.structuring import Allowed, NotAllowedError, one_of, positive
@@ -54,7 +54,14 @@ class MapContent:
 
     image: Annotated[str, Allowed("the name of an image file")]
     resolution: Annotated[float, positive("the size of a cell [m]", COARSEST)]
-    origin: Annotated[Pose, Allowed("[x, y, yaw] of the lower left corner [m, m, rad]")]
+    origin: Annotated[
+        Pose,
+        Allowed(
+            "[x, y, yaw] of the lower left corner [m, m, rad] with yaw 0; "
+            "turn the map's image instead, and set the yaw to 0",
+            lambda pose: not is_turned(pose),
+        ),
+    ]
     negate: Annotated[
         int, Allowed("0, or 1 if white means occupied", lambda value: value in {0, 1})
     ]

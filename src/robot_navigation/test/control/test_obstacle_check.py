@@ -9,6 +9,7 @@ import pytest
 from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 from robot_description.models import load_model
+from robot_description.scan import Scan
 from robot_navigation.control.obstacle_check import (
     GAP,
     ObstacleCheck,
@@ -37,7 +38,7 @@ def test_a_scan_becomes_points_on_the_map() -> None:
     ranges = np.full(720, np.inf)
     ranges[360] = 2.0  # the middle of the field of view is straight ahead
 
-    points = points_seen(MODEL.laser, ranges, Pose(1.0, 1.0, np.pi / 2))
+    points = points_seen(MODEL.laser, Scan.of(MODEL.laser, ranges), Pose(1.0, 1.0, np.pi / 2))
 
     assert points.round(2).tolist() == [[1.0, 3.0]]
 
@@ -45,7 +46,7 @@ def test_a_scan_becomes_points_on_the_map() -> None:
 def test_ranges_too_close_or_out_of_range_are_no_points() -> None:
     ranges = np.array([-np.inf, np.inf, np.nan, 0.05, 3.0])
 
-    assert len(points_seen(MODEL.laser, ranges, HERE)) == 0
+    assert len(points_seen(MODEL.laser, Scan.of(MODEL.laser, ranges), HERE)) == 0
 
 
 def test_points_on_mapped_walls_and_on_robots_that_announce_themselves_are_known() -> None:

@@ -9,6 +9,7 @@ from attrs import evolve
 from hive_common.errors import MapError, ParameterError
 from hive_common.pose import Pose, between, blend, compose, inverse
 from robot_description.models import Laser
+from robot_description.scan import Scan
 from robot_navigation.localization.amcl_settings import AmclSettings
 from robot_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
 from robot_navigation.localization.localizer import Localizer
@@ -41,7 +42,7 @@ def scan(pose, cells=CELLS):
     x = ((pose.x + np.outer(np.cos(angles), steps)) / STEP).astype(int).clip(0, 119)
     y = ((pose.y + np.outer(np.sin(angles), steps)) / STEP).astype(int).clip(0, 119)
     hit = cells[y, x] == 100
-    return np.where(hit.any(axis=1), steps[hit.argmax(axis=1)], np.inf)
+    return Scan.of(LASER, np.where(hit.any(axis=1), steps[hit.argmax(axis=1)], np.inf))
 
 
 def filter_in_the_room(settings=SETTINGS, seed=1):
@@ -81,7 +82,7 @@ def test_a_scan_that_hits_nothing_makes_places_beside_a_wall_unlikely():
     field = LikelihoodField(CELLS, STEP, (0.0, 0.0), SETTINGS)
     nothing = np.full(360, np.inf)
 
-    beams = BeamChooser(near_sighted, 60).of(nothing)
+    beams = BeamChooser(near_sighted, 60).of(Scan.of(near_sighted, nothing))
     middle, wall = field.log_likelihood(np.array([(3.0, 2.0, 0.0), (0.4, 2.0, 0.0)]), beams)
 
     assert len(beams.ends) == 0
@@ -91,10 +92,11 @@ def test_a_scan_that_hits_nothing_makes_places_beside_a_wall_unlikely():
 def test_too_close_and_unknown_ranges_are_ignored():
     ranges = np.full(360, -np.inf)
     ranges[::2] = np.nan
+    ranges[0] = 1.0
 
-    beams = BeamChooser(LASER, 60).of(ranges)
+    beams = BeamChooser(LASER, 60).of(Scan.of(LASER, ranges))
 
-    assert len(beams.ends) == len(beams.clear) == 0
+    assert (len(beams.ends), len(beams.clear)) == (1, 0)
 
 
 def test_a_rough_start_pose_soon_becomes_precise():

@@ -18,8 +18,9 @@ from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
 from hive_common.pose import Pose
 from hive_lab.bench.mapping import compare
 from robot_description.models import load_model
+from robot_description.scan import Scan
 from robot_navigation.mapping.explorer import Explorer
-from robot_navigation.mapping.mapper import Beams, Mapper
+from robot_navigation.mapping.mapper import Mapper
 from robot_navigation.mapping.mapper_settings import MapperSettings
 from robot_navigation.mapping.occupancy import OccupancyGrid
 from robot_navigation.mapping.scan_matcher import ScanMatcher
@@ -31,8 +32,9 @@ from simenv.world.world_file import load_world
 if TYPE_CHECKING:
     from hive_common.geometry import Array
 
-BEAMS = Beams.of(load_model("ld60").laser)
-ANGLES = BEAMS.angles
+LASER = load_model("ld60").laser
+MOUNT = Pose(*LASER.pose)
+ANGLES = Scan.of(LASER, np.ones(LASER.beams)).angles
 START = Pose(5.0, 3.0, 0.0)
 
 
@@ -185,9 +187,9 @@ def test_a_surface_is_the_mean_of_the_ends_in_each_square() -> None:
 
 def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
     simulation = lab()
-    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
+    mapper = Mapper(MOUNT, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     for _ in range(120):
-        mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+        mapper.see(simulation.odometry("robot1"), Scan.of(LASER, simulation.scan("robot1")))
         simulation.set_command("robot1", vx=0.3, wz=0.3)
         for _ in range(4):
             simulation.step()
@@ -201,17 +203,17 @@ def test_a_map_made_on_a_short_drive_agrees_with_the_world() -> None:
 
 def test_the_correction_transforms_the_odometry_to_the_robots_pose() -> None:
     simulation = lab()
-    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
-    mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+    mapper = Mapper(MOUNT, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
+    mapper.see(simulation.odometry("robot1"), Scan.of(LASER, simulation.scan("robot1")))
 
     assert mapper.correction == pytest.approx(START)
 
 
 def test_an_explorer_drives_to_a_frontier() -> None:
     simulation = lab()
-    mapper = Mapper(BEAMS, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
+    mapper = Mapper(MOUNT, START, OccupancyGrid(simulation.world.size, (0.0, 0.0), 0.05))
     explorer = Explorer(0.43, 1.0)
-    mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+    mapper.see(simulation.odometry("robot1"), Scan.of(LASER, simulation.scan("robot1")))
 
     explorer.plan(mapper.grid.as_map(), mapper.pose)
 

@@ -106,3 +106,14 @@ def test_a_robot_that_stands_too_close_to_a_wall_gets_a_path_from_there() -> Non
 
     assert path[0] == (0.35, 3.0)
     assert path[-1] == (4.0, 3.0)
+
+
+def test_a_path_near_a_goal_that_the_map_cuts_off_ends_at_the_nearest_place_on_this_side() -> None:
+    start, cut_off = (1.0, 1.0), (0.5, 5.5)
+
+    end = two_rooms().plan_near(start, cut_off, tolerance=2.0)[-1]
+
+    assert 0.9 < math.dist(end, cut_off) < 1.4
+    assert end[1] < 4.9 - RADIUS or end[0] > 1.1 + RADIUS
+    with pytest.raises(PlanError, match="no path"):
+        two_rooms().plan_near(start, cut_off, tolerance=0.5)

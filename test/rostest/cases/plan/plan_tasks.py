@@ -162,17 +162,17 @@ def keep_everyone_busy(operator):
     # has nothing on board: the urgent task may interrupt it however slowly the tasks are posted.
     for robot in ("robot1", "robot3", "robot4"):
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
-    busy = [task("P5-tour2", TaskMsg.GAB, *TOUR[::-1] * 4)]
+    busy = [task("P5-tour2", TaskMsg.GAB, *TOUR[::-1] * 2)]
     start(operator, busy)
     operator.set_state("robot3", "idle", RobotStatus.IDLE)
-    arm3 = [task("P5-arm3", TaskMsg.GPAB, *(near, far) * 4, payload=0.4)]
+    arm3 = [task("P5-arm3", TaskMsg.GPAB, *(near, far) * 2, payload=0.4)]
     start(operator, arm3)
     busy += arm3
     for robot in ("robot1", "robot4"):
         operator.set_state(robot, "idle", RobotStatus.IDLE)
     others = [
-        task("P5-tour1", TaskMsg.GAB, *TOUR * 3, payload=HEAVY),
-        task("P5-arm4", TaskMsg.GPAB, *(far, (12.0, 9.4, 0.0)) * 4, payload=5.0),
+        task("P5-tour1", TaskMsg.GAB, *TOUR, payload=HEAVY),
+        task("P5-arm4", TaskMsg.GPAB, far, (12.0, 9.4, 0.0), payload=5.0),
     ]
     start(operator, others)
     busy += others

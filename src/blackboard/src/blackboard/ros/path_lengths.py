@@ -14,6 +14,7 @@ from blackboard.costing.traffic_conditions import NO_TRAFFIC
 from blackboard.domain.settings import TrafficSettings
 from blackboard.ros.startup import wait_for
 from blackboard.ros.traffic_told import TrafficTold
+from hive_common.errors import MapError
 from hive_common.ros import params
 from hive_common.ros.conversions import grid_from_msg
 
@@ -39,6 +40,7 @@ class RosPathLengths:
 
     Raises:
         rospy.ROSInterruptException: The node was shut down before there was a map.
+        MapError: The map cannot be used.
 
     ROS Subscribers: `map` (nav_msgs/OccupancyGrid) in the hive's namespace; with a traffic
         planner `traffic_state` (robot_description/TrafficState).
@@ -59,12 +61,7 @@ class RosPathLengths:
         kind = numpy_msg(OccupancyGrid)
         remedy = "start a map server, or set ~distance to euclidean"
         self._grid = grid_from_msg(wait_for(topic, kind, "map", remedy))
-        rospy.Subscriber(
-            topic,
-            kind,
-            lambda msg: talker.call(lambda: self._use(grid_from_msg(msg), self._traffic)),
-            queue_size=1,
-        )
+        rospy.Subscriber(topic, kind, self._take, talker, queue_size=1)
         if params.read(TrafficSettings, f"{hive}blackboard").traffic == "planned":
             self._follow_traffic(talker, hive)
 
@@ -82,6 +79,14 @@ class RosPathLengths:
 
         told = TrafficTold(hive, talker.now, use)
         self._traffic = told.conditions
+
+    def _take(self, msg: OccupancyGrid, talker: RosTalker) -> None:
+        try:
+            grid = grid_from_msg(msg)
+        except MapError as error:
+            rospy.logwarn(f"a new map is ignored: {error}")
+            return
+        talker.call(lambda: self._use(grid, self._traffic))
 
     def _use(self, grid: GridMap | None, traffic: TrafficConditions) -> None:
         self._grid, self._traffic = grid, traffic

@@ -17,8 +17,9 @@ from rospy.numpy_msg import numpy_msg
 
 from fleet_manager.config.fleet_file import OUR_PLAN
 from fleet_manager.desk.facts import Clicked, MapBounds, PlannedPath, RobotPose
+from hive_common.errors import MapError
 from hive_common.pose import Pose
-from hive_common.ros.conversions import pose_from_msg
+from hive_common.ros.conversions import map_from_msg, pose_from_msg
 
 if TYPE_CHECKING:
     from fleet_manager.ros.hive_topics import FactSink
@@ -63,9 +64,12 @@ class MapTopics:
             self._put(Clicked(pose, msg.header.frame_id, has_heading=True))
 
     def _hear_map(self, msg: OccupancyGrid) -> None:
-        corner, size = msg.info.origin.position, msg.info.resolution
-        far = (corner.x + size * msg.info.width, corner.y + size * msg.info.height)
-        self._put(MapBounds(corner.x, corner.y, *far), "map")
+        try:
+            bounds = map_from_msg(msg).bounds
+        except MapError as error:
+            rospy.logwarn_throttle_identical(10, f"a map is ignored: {error}")
+            return
+        self._put(MapBounds(*bounds), "map")
 
     def _hear_pose(self, robot: str, msg: PoseWithCovarianceStamped) -> None:
         if (pose := _pose(msg.pose.pose)) is not None:

@@ -110,11 +110,14 @@ def cells_from_msg(msg: Any) -> NDArray[np.int8]:  # noqa: ANN401  (OccupancyGri
 
 
 def grid_from_msg(msg: Any) -> GridMap:  # noqa: ANN401  (OccupancyGrid, with numpy data)
-    """Read a nav_msgs/OccupancyGrid; the yaw of its origin must be 0, as map_server writes it."""
-    occupied = cells_from_msg(msg)
-    blocked = (occupied < 0) | (occupied >= OCCUPIED_FROM)
-    corner = msg.info.origin.position
-    return GridMap.of_blocked(blocked, msg.info.resolution, Pose(corner.x, corner.y))
+    """Read a nav_msgs/OccupancyGrid as blocked and free cells.
+
+    Raises:
+        MapError: See `map_from_msg`.
+    """
+    chart = map_from_msg(msg)
+    blocked = (chart.cells < 0) | (chart.cells >= OCCUPIED_FROM)
+    return GridMap.of_blocked(blocked, chart.resolution, chart.origin)
 
 
 def pose_to_msg(pose: Pose, frame: str, stamp: rospy.Time) -> PoseStamped:
@@ -167,7 +170,11 @@ def map_msg(header: Header, grid: GridMap) -> OccupancyGrid:
 
 
 def map_from_msg(message: OccupancyGrid) -> GridMap:
-    """Read an OccupancyGrid; raise MapError if it holds no map."""
+    """Read an OccupancyGrid.
+
+    Raises:
+        MapError: It holds no map, or one that is turned.
+    """
     info = message.info
     if not (info.resolution > 0 and 0 < info.width * info.height == len(message.data)):
         raise MapError(

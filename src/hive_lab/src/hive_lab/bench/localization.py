@@ -19,6 +19,7 @@ from hive_common.map_file import load_map
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets.recording import record_drive
 from robot_description.models import load_model
+from robot_description.scan import Scan
 from robot_navigation.localization.amcl_settings import AmclSettings
 from robot_navigation.localization.likelihood_field import BeamChooser, LikelihoodField
 from robot_navigation.localization.localizer import Localizer
@@ -95,7 +96,7 @@ def follow(model: RobotModel, looks: Sequence[Look], seed: int, *, lost: bool = 
     errors, updates = [], 0
     began = time.process_time()
     for look in looks:
-        updates += localizer.see(look.time, look.odometry, look.ranges)
+        updates += localizer.see(look.time, look.odometry, Scan.of(model.laser, look.ranges))
         pose = localizer.pose(look.odometry)
         turn = math.remainder(pose.yaw - look.truth.yaw, math.tau)
         errors.append((math.dist(pose[:2], look.truth[:2]), abs(turn)))

@@ -19,8 +19,9 @@ from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN
 from hive_common.pose import Pose
 from hive_lab.bench.registry import BenchResult
 from robot_description.models import load_model
+from robot_description.scan import Scan
 from robot_navigation.mapping.explorer import Explorer
-from robot_navigation.mapping.mapper import Beams, Mapper
+from robot_navigation.mapping.mapper import Mapper
 from robot_navigation.mapping.occupancy import OccupancyGrid
 from simenv.simulation import Simulation
 from simenv.world.draw_map import RESOLUTION, draw_map
@@ -88,11 +89,12 @@ def explore(world: str, model: str, start: tuple[float, float, float], seed: int
     body = load_model(model)
     simulation.add_robot("robot1", body, start)
     grid = OccupancyGrid(simulation.world.size, (0.0, 0.0), RESOLUTION)
-    mapper = Mapper(Beams.of(body.laser), Pose(*start), grid)
+    mapper = Mapper(Pose(*body.laser.pose), Pose(*start), grid)
     explorer = Explorer(body.base.circumscribed_radius, body.base.max_speed)
     lost, looks, way = 0.0, 0, []
     while not explorer.finished and simulation.time < LONGEST:
-        mapper.see(simulation.odometry("robot1"), simulation.scan("robot1"))
+        scan = Scan.of(body.laser, simulation.scan("robot1"))
+        mapper.see(simulation.odometry("robot1"), scan)
         way.append(mapper.pose[:2])
         truth = simulation.poses["robot1"]
         lost = max(lost, float(np.hypot(truth.x - mapper.pose.x, truth.y - mapper.pose.y)))

@@ -13,8 +13,8 @@ from hive_lab.bench.registry import BenchResult
 from hive_lab.fleets.crowd import Crowd
 
 if TYPE_CHECKING:
-    from hive_common.geometry import Array
     from hive_common.pose import Pose
+    from robot_description.scan import Scan
     from robot_navigation.control.navigator import Navigator, Tick
     from robot_navigation.traffic.neighbourhood import Neighbourhood
 
@@ -60,9 +60,9 @@ class _Watch:
         """Measure the ticks of a navigator."""
         tick = navigator.tick
 
-        def timed(now: float, pose: Pose, ranges: Array, heard: Neighbourhood) -> Tick:
+        def timed(now: float, pose: Pose, scan: Scan, heard: Neighbourhood) -> Tick:
             began = time.process_time()
-            done = tick(now, pose, ranges, heard)
+            done = tick(now, pose, scan, heard)
             self.spent += time.process_time() - began
             self.ticks += 1
             return done

@@ -137,7 +137,7 @@ class FaultyTraffic(Traffic):
     def _round(self, name: str, pose: Pose, ranges: Array) -> None:
         now = self._simulation.time
         heard = self._ears.setdefault(name, Neighbourhood())
-        tick = self.navigators[name].tick(now, pose, ranges, heard)
+        tick = self.navigators[name].tick(now, pose, self.scan_of(name, ranges), heard)
         self._simulation.set_command(name, *tick.velocity)
         said = tick.announcement
         for fault in self._active(now, "misplaced", name):

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hive_common.pose import Pose
+from robot_description.scan import Scan
 from robot_navigation.control.navigator import Navigator
 from robot_navigation.control.pursuit_follower import PursuitFollower
 from robot_navigation.planning.ompl_planner import OmplPlanner
@@ -14,7 +15,7 @@ from robot_navigation.traffic.neighbourhood import Neighbourhood
 if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
-    from robot_description.models import RobotModel
+    from robot_description.models import Laser, RobotModel
     from robot_navigation.control.goal_tracker import GoalOutcome
     from robot_navigation.mapf.route import Route
     from robot_navigation.traffic.coordinator import Coordinator
@@ -47,6 +48,7 @@ class Traffic:
         self.coordinator = coordinator
         self._simulation = simulation
         self._grid = grid
+        self._lasers: dict[str, Laser] = {}
         self._planners: dict[str, OmplPlanner] = {}
         self._heard = Neighbourhood()
         self._said: list[tuple[int, Announcement]] = []
@@ -59,6 +61,7 @@ class Traffic:
         if model.name not in self._planners:
             self._planners[model.name] = OmplPlanner(self._grid, model.base.circumscribed_radius)
         planner = self._planners[model.name]
+        self._lasers[name] = model.laser
         follower = PursuitFollower(model.base)
         self.navigators[name] = Navigator(name, model, planner, follower, planner.field)
 
@@ -111,9 +114,15 @@ class Traffic:
         """Return the robots whose round it is; the rounds of others come in other steps."""
         return list(self.navigators)[self._steps % STEPS_PER_ROUND :: STEPS_PER_ROUND]
 
+    def scan_of(self, name: str, ranges: Array) -> Scan:
+        """Return what the laser of a robot measured, (n,) [m] as the simulation has it."""
+        return Scan.of(self._lasers[name], ranges)
+
     def _round(self, name: str, pose: Pose, ranges: Array) -> None:
         heard = Neighbourhood() if name in self.deaf else self._heard
-        tick = self.navigators[name].tick(self._simulation.time, pose, ranges, heard)
+        tick = self.navigators[name].tick(
+            self._simulation.time, pose, self.scan_of(name, ranges), heard
+        )
         self._simulation.set_command(name, *tick.velocity)
         self.announce(tick.announcement)
         if tick.outcome is not None:

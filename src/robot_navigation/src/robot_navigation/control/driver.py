@@ -18,6 +18,7 @@ from robot_navigation.control.obstacle_check import (
     sort_points,
 )
 from robot_navigation.planning.clearance import Disc
+from robot_navigation.planning.path import sampled
 from robot_navigation.traffic.right_of_way import Announcement, claimed_stretch
 
 if TYPE_CHECKING:
@@ -26,10 +27,12 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.pose import Pose, Velocity
     from robot_description.models import RobotModel
+    from robot_description.scan import Scan
     from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Path, Point
 
 HEARD_LATE = 0.2  # how far a robot may have driven since it announced where it is [m]
+SAME_WAY = 0.1  # a new path this near to the one before is known to the others [m]
 MAX_ROUND = 0.5  # after a longer round of the control loop the base has stopped by itself [s]
 
 
@@ -61,7 +64,9 @@ class Driver:
         self._follower = follower
         self._field = field
         self._settle = settle
-        self._settled_at = 0.0
+        self._former: tuple[Path, float] | None = None  # the path before, and the progress on it
+        # From when on [s] the others know the path up to how far along it [m].
+        self._known: list[tuple[float, float]] = []
         self._last_time: float | None = None
         self._round = 0.0  # how long the last round of the control loop took, at most [s]
         self._check = ObstacleCheck(model.base, model.laser)
@@ -94,10 +99,17 @@ class Driver:
             path: Where to drive, frame map.
             yaw: How to stand at its end [rad]; None for any.
             settle_from: Since when the robot settles before it drives [s]; None if it drives on.
+                What the path has in common with one that was let go counts from when that one
+                was announced: so a robot drives whose goal changes faster than it settles.
         """
-        self.path = path
-        if settle_from is not None:
-            self._settled_at = settle_from + self._settle
+        since = -math.inf if settle_from is None else settle_from + self._settle
+        known = [(since, math.inf)]
+        if self._former is not None:
+            before, progress = self._former
+            same = _in_common(path, before, progress)
+            known += [(when, min(far - progress, same)) for when, far in self._known]
+        self._known = known
+        self.path, self._former = path, None
         self._follower.start(path, yaw)
 
     def ahead(self, pose: Pose, reach: float) -> tuple[Point, ...]:
@@ -114,12 +126,12 @@ class Driver:
             return []
         return self.path.section(self.progress, self.progress + length)
 
-    def look(self, pose: Pose, ranges: Array, near: Iterable[Announcement]) -> VisibleObstacles:
+    def look(self, pose: Pose, scan: Scan, near: Iterable[Announcement]) -> VisibleObstacles:
         """Return what a robot at a pose, frame map, sees.
 
         Args:
             pose: Where the robot is, frame map.
-            ranges: The latest scan [m].
+            scan: The latest.
             near: The robots around it; they may have moved since their announcements.
         """
         robots = [
@@ -127,7 +139,8 @@ class Driver:
             for other in near
             if math.hypot(other.x - pose.x, other.y - pose.y) < self.sight + other.radius
         ]
-        return sort_points(points_seen(self._laser, ranges, pose), self._field, robots)
+        points = points_seen(self._laser, scan, pose)
+        return sort_points(points, self._field, robots, scan.range_max)
 
     def drive(
         self, now: float, pose: Pose, obstacles: VisibleObstacles, allowed: float
@@ -142,10 +155,12 @@ class Driver:
         """
         assert self.path is not None  # noqa: S101  (the navigator has looked)
         room = Room(0.0, turn=False)
-        if now >= self._settled_at:
+        known = max((far for when, far in self._known if now >= when), default=0.0)
+        self._known = [(-math.inf, known), *(later for later in self._known if later[0] > now)]
+        if known > 0:
             free = self._check.room_ahead(self.path, self.progress, pose, obstacles)
             turn = self._check.may_turn(pose, obstacles)
-            room = Room(max(0.0, min(free, allowed)), turn=turn)
+            room = Room(max(0.0, min(free, allowed, known - self.progress)), turn=turn)
         velocity = self._follower.command(pose, room, self._round)
         self._claim_for(velocity, room.ahead)
         return velocity
@@ -153,13 +168,20 @@ class Driver:
     def halt(self) -> Velocity:
         """Return the next velocity of a robot that stops as soon as it can."""
         velocity = self._follower.halt(self._round)
+        self._former = None
         if self.path is not None:
             self._claim_for(velocity, 0.0)
         return velocity
 
     def drop(self) -> None:
         """Follow the path no more; the robot claims nothing."""
-        self.path, self.claim = None, 0.0
+        self.path, self.claim, self._former = None, 0.0, None
+
+    def let_go(self) -> None:
+        """Drop the path for one that is taken up in this round or the next."""
+        former = self._former if self.path is None else (self.path, self.progress)
+        self.drop()
+        self._former = former
 
     def _claim_for(self, velocity: Velocity, room: float) -> None:
         speed = math.hypot(velocity.vx, velocity.vy)
@@ -170,3 +192,13 @@ class Driver:
         """Return the points (n, 2) of unknown obstacles that block the path, frame map [m]."""
         assert self.path is not None  # noqa: S101  (the navigator has looked)
         return self._check.blocking(self.path, self.progress, obstacles)
+
+
+def _in_common(path: Path, before: Path, progress: float) -> float:
+    """Return how far a path leads along what is left of the one before, from `progress` on [m]."""
+    points, marks = sampled(path.section(0.0, path.length), SAME_WAY)
+    for point, mark in zip(points.tolist(), marks.tolist(), strict=True):
+        nearest = before.nearest((point[0], point[1]), progress, before.length)
+        if math.dist(before.at(nearest), point) > SAME_WAY:
+            return float(mark)
+    return path.length

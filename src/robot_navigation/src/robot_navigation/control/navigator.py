@@ -41,9 +41,9 @@ from robot_navigation.traffic.right_of_way import CLAIM, Announcement, Meeting, 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hive_common.geometry import Array
     from hive_common.pose import Pose, Velocity
     from robot_description.models import RobotModel
+    from robot_description.scan import Scan
     from robot_navigation.control.follower import Follower
     from robot_navigation.control.obstacle_check import VisibleObstacles
     from robot_navigation.mapf.route import Route
@@ -97,7 +97,7 @@ class Navigator:
         self._tracker: GoalTracker | None = None
         self._keeper = RouteKeeper(name)
         self._waits_for = ""  # the robot for which it waits
-        self._given_at = 0.0
+        self._awaits_since = 0.0  # a route to its goal, or to one before that had none either
         self._ends_at_goal = False  # whether the route's path does
         self._turns_only = False  # whether it only turns to its path, until it has a route
 
@@ -113,16 +113,22 @@ class Navigator:
 
     def set_goal(self, goal: Pose, now: float) -> None:
         """Take up a goal, frame map, in place of any other; `tick` reports how it ends."""
+        drives_by_route = self._keeper.route is not None and not self._turns_only
+        if self._tracker is None or (drives_by_route and self.path is not None):
+            self._awaits_since = now
         self._tracker = GoalTracker(goal, now, self._settings)
-        self._given_at = now
         self._giving_way.set_goal(now)
-        self._driver.drop()
+        self._driver.let_go()
 
     def cancel(self) -> None:
         """Drop the goal; the robot stops as quickly as it can."""
         self._tracker = None
         self._giving_way.set_goal(None)
         self._driver.drop()
+
+    def forget_obstacles(self) -> None:
+        """Forget the obstacles that it has seen and that are not on the map."""
+        self._memory = ObstacleMemory()
 
     def take_routes(self, routes: Sequence[Route], now: float) -> None:
         """Take in a plan of the traffic planner: the routes of all robots.
@@ -133,13 +139,13 @@ class Navigator:
         """
         self._keeper.hear(routes, now)
 
-    def tick(self, now: float, pose: Pose, ranges: Array, heard: Neighbourhood) -> Tick:
+    def tick(self, now: float, pose: Pose, scan: Scan, heard: Neighbourhood) -> Tick:
         """Do one round of the control loop.
 
         Args:
             now: The time [s].
             pose: Where the robot is, frame map.
-            ranges: The latest scan [m].
+            scan: The latest.
             heard: What all robots have announced; its own announcement is ignored.
         """
         self._driver.begin_round(now)
@@ -158,7 +164,7 @@ class Navigator:
             velocity = self._driver.halt()
             self._waits_for = ""
         else:
-            obstacles = self._driver.look(pose, ranges, near)
+            obstacles = self._driver.look(pose, scan, near)
             velocity = self._driver.drive(now, pose, obstacles, self._allowed(met, heard))
             outcome = self._arrive(now, pose) or self._wait(now, pose, obstacles, met, heard)
         if outcome is not None:
@@ -232,7 +238,7 @@ class Navigator:
 
         Meanwhile the robot turns to where it would drive alone.
         """
-        return self._keeper.is_guided(now) and now < self._given_at + ROUTE_WITHIN
+        return self._keeper.is_guided(now) and now < self._awaits_since + ROUTE_WITHIN
 
     def _start(
         self, now: float, points: list[Point], goal: Pose | None, *, turns_only: bool = False

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.pose import Pose
     from robot_description.models import Base, Laser
+    from robot_description.scan import Scan
     from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Path
 
@@ -45,22 +46,21 @@ CLUSTER = 0.25  # side of the squares in which points are grouped to plan around
 REMEMBERED = 20.0  # how long an obstacle is remembered [s]
 
 
-def points_seen(laser: Laser, ranges: Array, pose: Pose) -> Array:
+def points_seen(laser: Laser, scan: Scan, pose: Pose) -> Array:
     """Return the points that a scan has hit, (n, 2) array, frame map [m].
 
-    `ranges` (beams,) [m] go counter-clockwise from minus half the field of view; the base was at
-    `pose`, frame map.
+    `laser` says where it is mounted on the base, which was at `pose`, frame map.
     """
-    directions = _directions(laser.field_of_view, laser.pose.yaw, len(ranges))
-    limits = (laser.range_min, laser.range_max)
-    mount = (laser.pose[0], laser.pose[1], laser.pose[2])
-    return _ends(directions, ranges, limits, mount, (pose[0], pose[1], pose[2]))
+    beams = len(scan.ranges)
+    directions = _directions(scan.angle_min + laser.pose.yaw, scan.angle_increment, beams)
+    mount = (laser.pose[0], laser.pose[1])
+    return _ends(directions, scan.ranges, mount, (pose[0], pose[1], pose[2]))
 
 
-@cache
-def _directions(field_of_view: float, yaw: float, beams: int) -> Array:
+@lru_cache(maxsize=32)  # of lasers whose number of beams changes from scan to scan, too
+def _directions(first: float, increment: float, beams: int) -> Array:
     """Return unit vectors along the beams (beams, 2), in the frame of the base."""
-    angles = yaw - field_of_view / 2 + field_of_view / max(1, beams) * np.arange(beams)
+    angles = first + increment * np.arange(beams)
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
@@ -70,12 +70,15 @@ class VisibleObstacles:
 
     known: Array  # on obstacles of the map and on robots that announce where they are
     unknown: Array  # everything else
+    range_max: float = math.inf  # how far the laser that sees them sees [m]
 
 
-def sort_points(points: Array, field: ClearanceField, robots: Sequence[Disc]) -> VisibleObstacles:
+def sort_points(
+    points: Array, field: ClearanceField, robots: Sequence[Disc], range_max: float = math.inf
+) -> VisibleObstacles:
     """Sort points (n, 2), frame map [m]; `robots` are those that announce where they are."""
     known = _are_known(points, field.at_points(points), as_rows(robots))
-    return VisibleObstacles(points[known], points[~known])
+    return VisibleObstacles(points[known], points[~known], range_max)
 
 
 class ObstacleCheck:
@@ -84,7 +87,8 @@ class ObstacleCheck:
     def __init__(self, base: Base, laser: Laser) -> None:
         footprint = Footprint(base.footprint)
         self._radius = base.circumscribed_radius
-        self._range = laser.range_max - math.hypot(*laser.pose[:2])
+        self._mount = math.hypot(*laser.pose[:2])
+        self._range = laser.range_max - self._mount
         # A holonomic base may have any heading on the path.
         shape = np.column_stack([footprint.normals, footprint.limits])
         self._shape: Array = np.empty((0, 3)) if base.holonomic else shape
@@ -101,12 +105,16 @@ class ObstacleCheck:
             for points, margin in ((obstacles.known, MAPPED_MARGIN), (obstacles.unknown, MARGIN))
         )
         known, unknown = known - progress - STEP, unknown - progress - STEP
-        return max(0.0, min(known - GAP / 3, (unknown - GAP) / 2, self.most_room))
+        blank = self._room_within(min(self._range, obstacles.range_max - self._mount))
+        return max(0.0, min(known - GAP / 3, (unknown - GAP) / 2, blank))
 
     @property
     def most_room(self) -> float:
         """How far a robot may go where the laser sees nothing [m]."""
-        return max(0.0, (self._range - self._radius - GAP) / 2)
+        return self._room_within(self._range)
+
+    def _room_within(self, reach: float) -> float:
+        return max(0.0, (reach - self._radius - GAP) / 2)
 
     def may_turn(self, pose: Pose, obstacles: VisibleObstacles) -> bool:
         """Return whether the robot can turn on the spot and touch no unknown obstacle."""
@@ -129,14 +137,12 @@ class ObstacleCheck:
 
 
 @compiled(
-    "float64[:, ::1](float64[:, ::1], float64[::1], UniTuple(float64, 2), UniTuple(float64, 3),"
-    " UniTuple(float64, 3))"
+    "float64[:, ::1](float64[:, ::1], float64[::1], UniTuple(float64, 2), UniTuple(float64, 3))"
 )
 def _ends(
     directions: Array,
     ranges: Array,
-    limits: tuple[float, float],
-    laser: tuple[float, float, float],
+    laser: tuple[float, float],
     pose: tuple[float, float, float],
 ) -> Array:
     """Return the ends of the beams that hit something; see `points_seen`."""
@@ -145,7 +151,7 @@ def _ends(
     count = 0
     for beam in range(len(ranges)):
         reach = ranges[beam]
-        if limits[0] <= reach < limits[1]:
+        if math.isfinite(reach):
             x = laser[0] + reach * directions[beam, 0]
             y = laser[1] + reach * directions[beam, 1]
             points[count] = pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y

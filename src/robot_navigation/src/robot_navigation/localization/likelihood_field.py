@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from hive_common.geometry import Array
     from robot_description.models import Laser
+    from robot_description.scan import Scan
     from robot_navigation.localization.amcl_settings import AmclSettings
 
 ALONG = (0.2, 0.4, 0.6, 0.8, 0.97)
@@ -54,34 +55,25 @@ class BeamChooser:
     """Chooses at most `max_beams` evenly spread beams of each scan."""
 
     def __init__(self, laser: Laser, max_beams: int) -> None:
-        self._laser = laser
+        self._mount = laser.pose
         self._max_beams = max_beams
-        self._angles = np.zeros(0)
 
-    def of(self, ranges: Array) -> Beams:
-        """Return the chosen beams.
-
-        Args:
-            ranges: (beams,) [m], the first at half the field of view to the right; infinite if
-                nothing was in range, negative or NaN if unknown.
-        """
-        laser = self._laser
-        if len(self._angles) != len(ranges):
-            steps = np.arange(len(ranges)) / len(ranges) - 0.5
-            self._angles = steps * laser.field_of_view + laser.pose[2]
-        chosen = np.linspace(0, len(ranges), min(self._max_beams, len(ranges)), endpoint=False)
+    def of(self, scan: Scan) -> Beams:
+        """Return the chosen beams of a scan."""
+        beams = len(scan.ranges)
+        chosen = np.linspace(0, beams, min(self._max_beams, beams), endpoint=False)
         picked = chosen.astype(np.intp)
-        reach, angles = ranges[picked], self._angles[picked]
-        hit = (reach >= laser.range_min) & (reach < laser.range_max)
-        missed = reach >= laser.range_max
-        along = np.multiply.outer(np.asarray(ALONG) * laser.range_max, np.ones(missed.sum()))
+        reach = scan.ranges[picked]
+        angles = scan.angle_min + scan.angle_increment * picked + self._mount[2]
+        hit, missed = np.isfinite(reach), np.isposinf(reach)
+        along = np.multiply.outer(np.asarray(ALONG) * scan.range_max, np.ones(missed.sum()))
         return Beams(
             self._points(reach[hit], angles[hit]),
             self._points(along.ravel(), np.tile(angles[missed], len(ALONG))),
         )
 
     def _points(self, reach: Array, angles: Array) -> Array:
-        x, y, _ = self._laser.pose
+        x, y, _ = self._mount
         return np.stack([x + reach * np.cos(angles), y + reach * np.sin(angles)], axis=1)
 
 

@@ -15,6 +15,7 @@ from hive_common.pose import between, compose, inverse
 if TYPE_CHECKING:
     from hive_common.geometry import Array
     from hive_common.pose import Pose
+    from robot_description.scan import Scan
     from robot_navigation.localization.amcl_settings import AmclSettings
     from robot_navigation.localization.likelihood_field import BeamChooser
     from robot_navigation.localization.particle_filter import Estimate, ParticleFilter
@@ -59,8 +60,8 @@ class Localizer:
             raise ValueError("no scan has been used yet; pass one to see()")
         return compose(self.map_to_odom, odometry)
 
-    def see(self, time: float, odometry: Pose, ranges: Array) -> bool:
-        """Take in a scan (beams,) [m] with its time [s] and the base's odometry then, frame odom.
+    def see(self, time: float, odometry: Pose, scan: Scan) -> bool:
+        """Take in a scan with its time [s] and the base's odometry then, frame odom.
 
         Return whether it was used; then `estimate` and `map_to_odom` are new.
         """
@@ -73,7 +74,7 @@ class Localizer:
             return False
         self._odometry, self._used_at, self._due = odometry, time, False
         self._filter.move(move)
-        self._filter.weigh(self._chooser.of(ranges))
+        self._filter.weigh(self._chooser.of(scan))
         self.estimate = self._filter.estimate()
         self.map_to_odom = compose(self.estimate.pose, inverse(odometry))
         self._count += 1

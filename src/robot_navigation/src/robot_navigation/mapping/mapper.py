@@ -16,7 +16,7 @@ from robot_navigation.mapping.surfaces import Surfaces
 
 if TYPE_CHECKING:
     from hive_common.geometry import Array
-    from robot_description.models import Laser
+    from robot_description.scan import Scan
     from robot_navigation.mapping.occupancy import OccupancyGrid
     from robot_navigation.mapping.surfaces import Surface
 
@@ -28,27 +28,12 @@ MAX_BEAMS = 720  # number of evenly spread beams that are matched; all are drawn
 
 
 @dataclass(frozen=True)
-class Beams:
-    """The geometry of a laser."""
-
-    angles: Array  # (n,) directions of the beams relative to the laser [rad]
-    range_max: float  # how far the laser sees [m]
-    mount: Pose  # pose of the laser in the robot's base frame
-
-    @classmethod
-    def of(cls, laser: Laser) -> Beams:
-        """Return the geometry of a robot model's laser."""
-        angles = (np.arange(laser.beams) / laser.beams - 0.5) * laser.field_of_view
-        return cls(angles, laser.range_max, Pose(*laser.pose))
-
-
-@dataclass(frozen=True)
 class MappedScan:
     """A scan on the map."""
 
     odometry: Pose  # the robot's base by odometry, frame odom
     pose: Pose  # the robot's base, frame map
-    ranges: Array  # (n,) what the laser measured [m]
+    scan: Scan  # what the laser measured
 
 
 class Mapper:
@@ -56,7 +41,7 @@ class Mapper:
 
     def __init__(
         self,
-        beams: Beams,
+        mount: Pose,
         start: Pose,
         grid: OccupancyGrid,
         min_distance: float = 0.1,
@@ -64,12 +49,13 @@ class Mapper:
     ) -> None:
         """Start at a pose, which fixes the frame map, with a map that may be empty.
 
-        A scan is used once the robot has moved `min_distance` [m] or turned `min_turn` [rad].
+        The laser is at `mount` in the robot's base frame. A scan is used once the robot has moved
+        `min_distance` [m] or turned `min_turn` [rad].
         """
         self.grid = grid  # the map so far
         self.pose = start  # the robot's base, frame map
         self._log: list[MappedScan] = []
-        self._beams = beams
+        self._mount = mount
         self._min_move = min_distance, min_turn
         self._surfaces = Surfaces(grid.resolution)
         self._matcher = ScanMatcher(self._surfaces)
@@ -87,11 +73,8 @@ class Mapper:
         here = self._odometry
         return compose(self.pose, inverse(here)) if here is not None else self.pose
 
-    def see(self, odometry: Pose, ranges: Array) -> bool:
-        """Take in a scan at a pose by odometry, frame odom; return whether it was used.
-
-        `ranges` (n,) are what the laser measured [m], see `OccupancyGrid.add`.
-        """
+    def see(self, odometry: Pose, scan: Scan) -> bool:
+        """Take in a scan at a pose by odometry, frame odom; return whether it was used."""
         if self._odometry is not None:
             self.pose = compose(self.pose, between(self._odometry, odometry))
         self._odometry = odometry
@@ -100,8 +83,8 @@ class Mapper:
             if math.hypot(move.x, move.y) < min_distance and abs(move.yaw) < min_turn:
                 return False
         self._used = odometry
-        self.pose = self._matched(ranges)
-        self._log.append(MappedScan(odometry, self.pose, ranges))
+        self.pose = self._matched(scan)
+        self._log.append(MappedScan(odometry, self.pose, scan))
         self._draw(self._log[-1])
         return True
 
@@ -116,53 +99,51 @@ class Mapper:
         self.grid.clear()
         for group, pose in zip(groups, refined(sightings), strict=True):
             shift = compose(pose, inverse(group[0].pose))
-            for scan in group:
-                self._log.append(replace(scan, pose=compose(shift, scan.pose)))
+            for mapped in group:
+                self._log.append(replace(mapped, pose=compose(shift, mapped.pose)))
                 self._draw(self._log[-1])
         self.pose = compose(shift, self.pose)
 
     def _groups(self) -> list[list[MappedScan]]:
         """Return the scans in groups of successive ones that were taken near each other."""
         groups: list[list[MappedScan]] = []
-        for scan in self._log:
+        for mapped in self._log:
             if groups:
-                move = between(groups[-1][0].pose, scan.pose)
+                move = between(groups[-1][0].pose, mapped.pose)
                 if math.hypot(move.x, move.y) < GROUP and abs(move.yaw) < GROUP:
-                    groups[-1].append(scan)
+                    groups[-1].append(mapped)
                     continue
-            groups.append([scan])
+            groups.append([mapped])
         return groups
 
     def _surface(self, group: list[MappedScan]) -> Surface | None:
         """Return what a group of scans shows, relative to the pose of its first scan."""
         surfaces = Surfaces(self.grid.resolution)
-        for scan in group:
-            laser = compose(between(group[0].pose, scan.pose), self._beams.mount)
-            surfaces.add(_from(laser, self._points(scan.ranges)), laser[:2])
+        for mapped in group:
+            laser = compose(between(group[0].pose, mapped.pose), self._mount)
+            surfaces.add(_from(laser, _points(mapped.scan)), laser[:2])
         return surfaces.around(0.0, 0.0, math.inf)
 
-    def _matched(self, ranges: Array) -> Pose:
+    def _matched(self, scan: Scan) -> Pose:
         """Return where the robot is if its scan matches the map."""
-        beams, points = self._beams, self._points(ranges)
+        points = _points(scan)
         every = max(1, math.ceil(len(points) / MAX_BEAMS))
-        found = self._matcher.fit(
-            compose(self.pose, beams.mount), points[::every], beams.range_max
-        )
-        return compose(found, inverse(beams.mount))
+        found = self._matcher.fit(compose(self.pose, self._mount), points[::every], scan.range_max)
+        return compose(found, inverse(self._mount))
 
-    def _draw(self, scan: MappedScan) -> None:
+    def _draw(self, mapped: MappedScan) -> None:
         """Draw a scan on the map."""
-        beams, ranges = self._beams, scan.ranges
-        laser = compose(scan.pose, beams.mount)
-        self.grid.add(laser, beams.angles, ranges, beams.range_max)
-        self._surfaces.add(_from(laser, self._points(ranges)), laser[:2])
+        scan, laser = mapped.scan, compose(mapped.pose, self._mount)
+        self.grid.add(laser, scan.angles, scan.ranges, scan.range_max)
+        self._surfaces.add(_from(laser, _points(scan)), laser[:2])
 
-    def _points(self, ranges: Array) -> Array:
-        """Return the ends of the beams (k, 2), relative to the laser [m]."""
-        hit = (ranges > 0) & (ranges < self._beams.range_max)
-        reach, angles = ranges[hit], self._beams.angles[hit]
-        points: Array = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=1)
-        return points
+
+def _points(scan: Scan) -> Array:
+    """Return the ends of the beams (k, 2), relative to the laser [m]."""
+    hit = np.isfinite(scan.ranges)
+    reach, angles = scan.ranges[hit], scan.angles[hit]
+    points: Array = np.stack([reach * np.cos(angles), reach * np.sin(angles)], axis=1)
+    return points
 
 
 def _from(frame: Pose, points: Array) -> Array:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from ompl import base, geometric, util
+from scipy import ndimage
 
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.planning.planner import PlanError
@@ -74,6 +75,40 @@ class OmplPlanner:
             self._check_connected(begin, goal, field)
         corners = _Problem(field, need, self._seed).solve(begin, goal, guide)
         return corners if begin == start else [start, *corners]
+
+    def plan_near(self, start: Point, goal: Point, tolerance: float) -> list[Point]:
+        """Plan to a goal or, if no path leads there, to the nearest place to it that one leads to.
+
+        Args:
+            start: Where to begin, frame map [m].
+            goal: Where to end, frame map [m]; it need not be free.
+            tolerance: How far from the goal the path may end [m]; 0 or less for at the goal.
+
+        Raises:
+            PlanError: There is no path to any place within the tolerance.
+        """
+        try:
+            return self.plan(start, goal)
+        except PlanError:
+            place = self._reachable_near(start, goal)
+            if place is None or not math.dist(place, goal) <= tolerance:
+                raise
+        return self.plan(start, place)
+
+    def _reachable_near(self, start: Point, goal: Point) -> Point | None:
+        """Return the nearest place to a goal at which the robot can stand and be, if any."""
+        clearance, resolution = self.field.clearance, self.grid.resolution
+        begin = self.grid.cell(self._escape(start, self.field))
+        if begin is None:
+            return None
+        rooms, _ = ndimage.label(clearance >= self.need)
+        rows, columns = np.nonzero((rooms == rooms[begin]) & (clearance >= self.goal_need))
+        if not len(rows):
+            return None
+        x = self.grid.origin.x + (columns + 0.5) * resolution
+        y = self.grid.origin.y + (rows + 0.5) * resolution
+        nearest = np.argmin(np.hypot(x - goal[0], y - goal[1]))
+        return float(x[nearest]), float(y[nearest])
 
     def _field_with(self, discs: Sequence[Disc]) -> ClearanceField:
         """Return the clearances with discs; several plans in a row may share one field."""

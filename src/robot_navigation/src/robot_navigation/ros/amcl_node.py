@@ -16,9 +16,9 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from hive_common.errors import MapError
 from hive_common.ros.conversions import (
-    cells_from_msg,
     covariance_from_msg,
     covariance_to_msg,
+    map_from_msg,
     planar_pose,
     pose_from_msg,
     transform_to_msg,
@@ -30,12 +30,15 @@ from robot_navigation.localization.likelihood_field import BeamChooser, Likeliho
 from robot_navigation.localization.localizer import Localizer
 from robot_navigation.localization.odometry_history import OdometryHistory
 from robot_navigation.localization.particle_filter import ParticleFilter
+from robot_navigation.ros.scan_reader import ScanReader
 from robot_navigation.ros.startup import read_model, read_settings, run_node, wait_for_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from nav_msgs.msg import OccupancyGrid
+
+    from robot_description.scan import Scan
 
 MAP_FRAME = "map"
 
@@ -55,12 +58,13 @@ class Amcl:
     """
 
     def __init__(self, names: RobotNames, wait_for_chart: Callable[[], OccupancyGrid]) -> None:
-        """Start at the initial pose of the parameters, on a map whose origin is not rotated.
+        """Start at the initial pose of the parameters.
 
         A mistake in the parameters ends it before it waits for the map.
 
         Raises:
             ParameterError: A parameter is missing, unknown or has a value that is not allowed.
+            MapError: The map cannot be used.
         """
         model = read_model(names)
         base = "omni" if model.base.holonomic else "diff"
@@ -70,16 +74,15 @@ class Amcl:
         self._names = names
         self._odom_frame = f"{names.robot}/odom"
         self._tolerance = rospy.Duration.from_sec(settings.transform_tolerance)
-        chart = wait_for_chart()
-        corner = chart.info.origin.position
-        cells, origin = cells_from_msg(chart), (corner.x, corner.y)
-        field = LikelihoodField(cells, chart.info.resolution, origin, settings)
+        chart = map_from_msg(wait_for_chart())
+        field = LikelihoodField(chart.cells, chart.resolution, chart.origin[:2], settings)
         self._filter = ParticleFilter(field, settings, np.random.default_rng())
         chooser = BeamChooser(model.laser, settings.laser_max_beams)
         self._localizer = Localizer(self._filter, chooser, settings)
         self._localizer.restart_at(settings.initial_pose, settings.initial_covariance)
         self._history = OdometryHistory()
-        self._scan: LaserScan | None = None
+        self._reader = ScanReader(names.of("scan"))
+        self._scan: tuple[rospy.Time, Scan] | None = None  # until the odometry of its time comes
         self._inbox = Inbox()
 
     def run(self) -> None:
@@ -139,26 +142,27 @@ class Amcl:
             rospy.logwarn_throttle_identical(10, f"odometry is ignored: {error}")
             return
         if self._scan is not None:
-            self._weigh(self._scan)
+            self._weigh(*self._scan)
 
     def _see(self, msg: LaserScan) -> None:
-        self._scan = msg
-        self._weigh(msg)
+        scan = self._reader.read(msg)
+        if scan is not None:
+            self._scan = (msg.header.stamp, scan)
+            self._weigh(*self._scan)
 
-    def _weigh(self, scan: LaserScan) -> None:
+    def _weigh(self, stamp: rospy.Time, scan: Scan) -> None:
         """Use a scan, once the odometry of its time has come."""
-        odometry = self._history.at(scan.header.stamp.to_sec())
+        odometry = self._history.at(stamp.to_sec())
         if odometry is None:
             return
         self._scan = None
-        ranges = np.asarray(scan.ranges, dtype=np.float64)
-        if self._localizer.see(scan.header.stamp.to_sec(), odometry, ranges):
-            self._publish(scan.header.stamp)
+        if self._localizer.see(stamp.to_sec(), odometry, scan):
+            self._publish(stamp)
         frame = self._localizer.map_to_odom
         if frame is not None:
-            stamp = scan.header.stamp + self._tolerance
+            ahead = stamp + self._tolerance
             self._broadcaster.sendTransform(
-                transform_to_msg(frame, MAP_FRAME, self._odom_frame, stamp)
+                transform_to_msg(frame, MAP_FRAME, self._odom_frame, ahead)
             )
 
     def _publish(self, stamp: rospy.Time) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import math
 import time
+from typing import TYPE_CHECKING
 
-import numpy as np
 import rospy
 import tf2_ros
 from nav_msgs.msg import MapMetaData, Odometry
@@ -22,11 +22,15 @@ from hive_common.ros.conversions import map_msg, pose_from_msg, transform_to_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import own_names
 from robot_navigation.localization.odometry_history import OdometryHistory
-from robot_navigation.mapping.mapper import Beams, Mapper
+from robot_navigation.mapping.mapper import Mapper
 from robot_navigation.mapping.mapper_settings import WITHOUT_EFFECT, MapperSettings
 from robot_navigation.mapping.occupancy import OccupancyGrid
+from robot_navigation.ros.scan_reader import ScanReader
 from robot_navigation.ros.startup import read_model, read_settings, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
+
+if TYPE_CHECKING:
+    from robot_description.scan import Scan
 
 MAP_FRAME = "map"
 
@@ -51,14 +55,19 @@ class MapperNode:
         """
         self._hive = hive
         self._odom_frame = f"{name}/odom"
-        self._mount = mount
         self._settings = settings
         corner = settings.xmin, settings.ymin
         self._grid = OccupancyGrid(settings.size, corner, settings.delta)
-        self._mapper: Mapper | None = None
-        self._beams = 0
+        self._mapper = Mapper(
+            mount,
+            settings.initial_pose,
+            self._grid,
+            settings.linearUpdate,
+            settings.angularUpdate,
+        )
+        self._reader = ScanReader(rospy.resolve_name("scan"))
         self._history = OdometryHistory()
-        self._scan: LaserScan | None = None
+        self._scan: tuple[rospy.Time, Scan] | None = None
         self._stamp, self._published_at = rospy.Time(), -math.inf
         self._inbox = Inbox()
         self._monitor = TopicMonitor(self._inbox)
@@ -87,46 +96,32 @@ class MapperNode:
             rospy.logwarn_throttle_identical(10, f"odometry is ignored: {error}")
 
     def _look(self, msg: LaserScan) -> None:
-        # Only the latest waits: a mapper that falls behind skips scans rather than lag.
-        self._scan = msg
+        scan = self._reader.read(msg)
+        if scan is not None:
+            # Only the latest waits: a mapper that falls behind skips scans rather than lag.
+            self._scan = (msg.header.stamp, scan.within(self._settings.maxUrange))
 
     def _see(self) -> None:
         """Use the latest scan, once the odometry of its time has come."""
-        scan = self._scan
-        odometry = self._history.at(scan.header.stamp.to_sec()) if scan is not None else None
-        if scan is None or odometry is None:
+        if self._scan is None:
             return
-        self._scan = None
-        if self._mapper is None:
-            self._begin(scan)
-        if len(scan.ranges) != self._beams:
-            rospy.logwarn_throttle(
-                10, f"a scan of {len(scan.ranges)} beams is ignored; the first had {self._beams}"
-            )
+        stamp, scan = self._scan
+        odometry = self._history.at(stamp.to_sec())
+        if odometry is None:
             return
+        if not self._mapper.scans:
+            beams = len(scan.ranges)
+            rospy.loginfo(f"mapping starts at {self._settings.initial_pose} with {beams} beams")
+        self._scan, self._stamp = None, stamp
         self._draw(odometry, scan)
 
-    def _begin(self, scan: LaserScan) -> None:
-        """Read the geometry of the laser from its first scan."""
-        self._beams = len(scan.ranges)
-        angles = scan.angle_min + np.arange(self._beams) * scan.angle_increment
-        settings = self._settings
-        self._mapper = Mapper(
-            Beams(angles, min(scan.range_max, settings.maxUrange), self._mount),
-            settings.initial_pose,
-            self._grid,
-            settings.linearUpdate,
-            settings.angularUpdate,
-        )
-        rospy.loginfo(f"mapping starts at {settings.initial_pose} with {self._beams} beams")
-
-    def _draw(self, odometry: Pose, scan: LaserScan) -> None:
-        mapper, self._stamp = self._mapper, scan.header.stamp
-        assert mapper is not None  # noqa: S101  (_begin made it)
-        mapper.see(odometry, np.asarray(scan.ranges, dtype=np.float64))
+    def _draw(self, odometry: Pose, scan: Scan) -> None:
+        self._mapper.see(odometry, scan)
         ahead = rospy.Duration.from_sec(self._settings.tf_delay)
         self._broadcaster.sendTransform(
-            transform_to_msg(mapper.correction, MAP_FRAME, self._odom_frame, self._stamp + ahead)
+            transform_to_msg(
+                self._mapper.correction, MAP_FRAME, self._odom_frame, self._stamp + ahead
+            )
         )
         now = self._stamp.to_sec()
         if not self._published_at <= now < self._published_at + self._settings.map_update_interval:
@@ -153,7 +148,7 @@ class MapperNode:
 
     def _refine(self) -> TriggerResponse:
         mapper, begun = self._mapper, time.monotonic()
-        if mapper is None:
+        if not mapper.scans:
             return TriggerResponse(False, "no scan yet; start the robot's laser")
         mapper.refine()
         self._publish()

@@ -20,6 +20,7 @@ from move_base_msgs.msg import (
 from nav_msgs.msg import Path as PathMsg
 from nav_msgs.srv import GetPlan, GetPlanResponse
 from std_msgs.msg import Float32
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from hive_common.pose import STOP, compose
 from hive_common.ros.conversions import (
@@ -65,7 +66,11 @@ class MoveBase:
         the end), and that of `Surroundings`.
     ROS Actions: `move_base` (move_base_msgs/MoveBaseAction); the result's text says why a goal was
         not reached.
-    ROS Services: `move_base/make_plan` (nav_msgs/GetPlan).
+    ROS Services: `move_base/make_plan` (nav_msgs/GetPlan): a path, also while the robot drives;
+        from where the robot is if the frame of `start` is empty, and to the nearest place within
+        `tolerance` [m] that it can reach if `goal` is none. Without a path it is empty, and the
+        log says why. `move_base/clear_costmaps` (std_srvs/Empty): forget the obstacles that the
+        laser has seen.
     ROS Parameters: see config/move_base.yaml; `characteristics` of the robot.
 
     Raises:
@@ -105,6 +110,7 @@ class MoveBase:
         rospy.Subscriber(simple_goal, PoseStamped, self._pass_on, queue_size=1)
         rospy.Subscriber(self._names.of("speed_limit"), Float32, self._limit_speed, queue_size=1)
         rospy.Service(self._names.of("move_base/make_plan"), GetPlan, self._make_plan)
+        rospy.Service(self._names.of("move_base/clear_costmaps"), Empty, self._clear)
         rospy.on_shutdown(lambda: self._cmd_vel.publish(Twist()))
         self._surroundings.give_routes_to(
             lambda routes: self._navigator.take_routes(routes, rospy.get_time())
@@ -116,13 +122,13 @@ class MoveBase:
 
     def _round(self) -> None:
         now = rospy.Time.now()
-        pose, ranges = self._senses.pose(), self._senses.ranges()
-        if pose is None or ranges is None:
+        pose, scan = self._senses.pose(), self._senses.scan()
+        if pose is None or scan is None:
             self._stand_blind(now)
             return
         self._blind_since = now
         self._navigator.stationary = self._senses.arm_at_work
-        tick = self._navigator.tick(now.to_sec(), pose, ranges, self._surroundings.heard)
+        tick = self._navigator.tick(now.to_sec(), pose, scan, self._surroundings.heard)
         self._drive(tick.velocity)
         self._announce(now, tick.announcement)
         self._show_path(now)
@@ -214,12 +220,18 @@ class MoveBase:
     def _planned(self, request: GetPlanRequest) -> PathMsg:
         """Return a plan; if there is none, warn and return an empty one."""
         try:
-            start, goal = self._in_map(request.start), self._in_map(request.goal)
-            points = self._planner.plan(start[:2], goal[:2])
-        except (ValueError, PlanError) as error:
+            goal = self._in_map(request.goal)
+            here = not request.start.header.frame_id
+            start = self._senses.here() if here else self._in_map(request.start)
+            points = self._planner.plan_near(start[:2], goal[:2], request.tolerance)
+        except (ValueError, PlanError, tf2_ros.TransformException) as error:
             rospy.logwarn(f"make_plan: {error}")
             points = []
         return path_to_msg(points, _MAP_FRAME, rospy.Time.now())
+
+    def _clear(self, _request: EmptyRequest) -> EmptyResponse:
+        self._inbox.put(self._navigator.forget_obstacles)
+        return EmptyResponse()
 
 
 def main() -> int:

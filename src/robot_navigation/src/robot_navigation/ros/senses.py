@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 import rospy
 import tf2_ros
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
@@ -13,11 +12,12 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 
 from hive_common.ros.conversions import pose_from_transform
+from robot_navigation.ros.scan_reader import ScanReader
 
 if TYPE_CHECKING:
-    from hive_common.geometry import Array
     from hive_common.pose import Pose
     from hive_common.ros.names import RobotNames
+    from robot_description.scan import Scan
     from robot_navigation.ros.surroundings import Surroundings
 
 _AT_WORK = {GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING}
@@ -26,7 +26,8 @@ _AT_WORK = {GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING}
 class Senses:
     """The latest of each, as the control loop has received it through the inbox.
 
-    Scans and transforms older than `timeout` [s] do not count.
+    Scans and transforms older than `timeout` [s] do not count, and neither do scans that
+    `ScanReader` skips: a laser that is blind is a laser that is gone.
 
     ROS Subscribers: `scan` (sensor_msgs/LaserScan), `pick/status` (actionlib_msgs/
         GoalStatusArray), of the robot.
@@ -40,17 +41,22 @@ class Senses:
         self._transforms = surroundings.transforms
         self._frames = map_frame, f"{names.robot}/base_footprint"
         self._timeout = rospy.Duration.from_sec(timeout)
-        self._scan: LaserScan | None = None
+        self._scan: tuple[rospy.Time, Scan] | None = None  # the latest that can be used
         self._scan_topic = names.of("scan")
+        self._reader = ScanReader(self._scan_topic)
         rospy.Subscriber(self._scan_topic, numpy_msg(LaserScan), self._see, queue_size=1)
         rospy.Subscriber(names.of("pick/status"), GoalStatusArray, self._feel, queue_size=1)
 
     def pose(self) -> Pose | None:
         """Return where the base is, frame map, or None without a recent transform."""
         try:
-            return self.lookup(*self._frames)
+            return self.here()
         except (tf2_ros.TransformException, ValueError):
             return None
+
+    def here(self) -> Pose:
+        """Return where the base is, frame map; see `lookup` for what it raises."""
+        return self.lookup(*self._frames)
 
     def lookup(self, parent: str, child: str) -> Pose:
         """Return the pose of a frame in another.
@@ -67,16 +73,17 @@ class Senses:
             )
         return pose_from_transform(found.transform)
 
-    def ranges(self) -> Array | None:
-        """Return the latest scan (beams,) [m], or None without a recent one."""
-        scan = self._scan
-        if scan is None or rospy.Time.now() - scan.header.stamp > self._timeout:
+    def scan(self) -> Scan | None:
+        """Return the latest scan that can be used, or None without a recent one."""
+        if self._scan is None or rospy.Time.now() - self._scan[0] > self._timeout:
             return None
-        return np.asarray(scan.ranges, dtype=np.float64)
+        return self._scan[1]
 
     def missing(self) -> str:
         """Return what is missing and what to do; empty if nothing is."""
-        if self.ranges() is None:
+        if self.scan() is None:
+            if self._reader.flaw:
+                return f"no scan on {self._scan_topic} can be used: {self._reader.flaw}"
             return f"no recent scan on {self._scan_topic}: start the laser"
         if self.pose() is None:
             parent, child = self._frames
@@ -84,7 +91,12 @@ class Senses:
         return ""
 
     def _see(self, msg: LaserScan) -> None:
-        self._inbox.put(lambda: setattr(self, "_scan", msg))
+        self._inbox.put(lambda: self._take(msg))
+
+    def _take(self, msg: LaserScan) -> None:
+        scan = self._reader.read(msg)
+        if scan is not None:
+            self._scan = (msg.header.stamp, scan)
 
     def _feel(self, msg: GoalStatusArray) -> None:
         at_work = any(status.status in _AT_WORK for status in msg.status_list)

@@ -12,6 +12,7 @@ import numpy as np
 from blackboard.robot.contact import Contact
 from blackboard.robot.executor import CommandResult, CommandState
 from hive_common.pose import Pose, Velocity, compose, inverse
+from robot_description.scan import Scan
 from vda5050.agent.handling import Handling
 from vda5050.agent.order_follower import OrderFollower, Tolerance
 from vda5050.agent.order_keeper import OrderKeeper, Phase
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from vda5050.protocol.codec import Body
     from vda5050.protocol.state import Position, Speed
 
-NOTHING_SEEN = np.empty(0)
+NOTHING_SEEN = Scan(0.0, math.tau, np.empty(0), math.inf)
 """The scan of an AGV, which keeps what its own scanners see to itself."""
 
 UNPLUGGING = 5.0  # time that an AGV gets to end charging before it is to drive [s]
