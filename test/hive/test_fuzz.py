@@ -7,7 +7,10 @@ pytest.importorskip("blackboard.msg", reason="needs generated messages: ./hive t
 
 import rospy
 
+from blackboard.domain.talker import ROBOT_STATUS
+from blackboard.domain.task import TaskType
 from blackboard.ros.codec.tables import WIRES
+from hive_lab.fuzz.hive_at_work import HiveAtWork
 from hive_lab.fuzz.run import fuzz
 
 MESSAGES = 2000
@@ -28,3 +31,17 @@ def test_odd_messages_on_every_topic_end_nobody_and_the_next_task_is_done(seed):
     assert found.messages.total() == MESSAGES
     assert set(found.messages) == set(WIRES)
     assert MESSAGES / 10 < found.refused < MESSAGES / 2
+
+
+def test_a_robot_that_falls_silent_at_a_task_off_its_own_list_ends_no_leader():
+    hive = HiveAtWork(1, "distributed")
+    hive.network.run(5.0)
+    name, data = next(each for each in reversed(hive.said[ROBOT_STATUS]) if b"robot4" in each[1])
+    status = WIRES[ROBOT_STATUS].message().deserialize(data)
+    status.task_id, status.tasks = "T99", []
+    hive.kill("robot4")
+    hive.deliver(name, ROBOT_STATUS, status)
+    hive.network.run(30.0)
+
+    assert hive.does(hive.post(TaskType.GA), within=60.0)
+    assert [talker.failures.total for talker in hive.talkers] == [0] * len(hive.talkers)
