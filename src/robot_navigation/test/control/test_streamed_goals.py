@@ -40,14 +40,14 @@ RATES = pytest.mark.parametrize("rate", [2.0, 5.0, 10.0])
 class Lab:
     """The lab with one robot, alone or led by a traffic planner."""
 
-    def __init__(self, model: str, *, led: bool = False) -> None:
+    def __init__(self, model: str, *, led: bool = False, yaw: float = 0.0) -> None:
         self.simulation = Simulation(load_world("lab"), seed=1)
         self.grid = load_map("lab")
         radius = load_model(model).base.circumscribed_radius
         field = ClearanceField.of(self.grid)
         coordinator = ResolvingCoordinator(field, [radius], (), 1) if led else None
         self.traffic = Traffic(self.simulation, self.grid, coordinator)
-        self.traffic.add("robot1", load_model(model), START)
+        self.traffic.add("robot1", load_model(model), (*START[:2], yaw))
 
     def way(self) -> float:
         """Return how far from its start the robot is [m]."""
@@ -94,6 +94,33 @@ def test_a_robot_that_a_traffic_planner_leads_waits_for_one_route_and_then_follo
     lab.follow(rate, ROUTE_WITHIN + SECONDS)
 
     assert lab.way() > 0.7 * way_of_one_goal("mir100")
+    assert lab.simulation.collisions == 0
+
+
+@RATES
+@pytest.mark.parametrize("led", [False, True])
+def test_a_robot_whose_goal_is_sent_again_and_again_reaches_it(rate: float, led: bool) -> None:
+    lab = Lab("mir100", led=led, yaw=math.pi)  # so that it has to turn first
+
+    for step in range(round(14.0 / STEP)):
+        if step % round(1 / (rate * STEP)) == 0:
+            lab.traffic.send("robot1", (8.0, 3.2, 0.0))
+        lab.traffic.step()
+
+    assert math.dist((8.0, 3.2), lab.simulation.poses["robot1"][:2]) < 0.1
+    assert lab.simulation.collisions == 0
+
+
+@RATES
+@pytest.mark.parametrize("led", [False, True])
+def test_a_robot_that_has_to_turn_to_the_one_it_follows_does_so_and_follows(
+    rate: float, led: bool
+) -> None:
+    lab = Lab("mir100", led=led, yaw=math.pi)
+
+    lab.follow(rate, ROUTE_WITHIN + SECONDS)
+
+    assert lab.way() > 4.0
     assert lab.simulation.collisions == 0
 
 

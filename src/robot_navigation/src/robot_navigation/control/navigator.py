@@ -31,8 +31,8 @@ from robot_navigation.control.goal_tracker import (
     StuckDetector,
 )
 from robot_navigation.control.obstacle_check import ObstacleMemory
-from robot_navigation.control.route_keeper import Hold, RouteKeeper
-from robot_navigation.planning.path import Path
+from robot_navigation.control.route_keeper import SAME_GOAL, Hold, RouteKeeper
+from robot_navigation.planning.path import Path, angle_between
 from robot_navigation.planning.planner import PlanError, plan_around
 from robot_navigation.traffic.giving_way import GivingWay
 from robot_navigation.traffic.passing_place import other_robots
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 SLACK = 0.02  # clearance beyond the robot's radius at a passing place [m]
 AT_HAND = 0.1  # a robot that may go no farther than this waits [m]
 SAME_PATH = 0.02  # how far corners of a path may be from those of another to be the same [m]
+SAME_YAW = 0.01  # how far headings of a goal may be apart to be the same [rad]
 NEAR = 0.5  # a robot has driven no farther than this since its last round [m]
 ROUTE_WITHIN = 3.0  # how long a goal waits for a route while a planner is heard [s]
 
@@ -97,7 +98,8 @@ class Navigator:
         self._tracker: GoalTracker | None = None
         self._keeper = RouteKeeper(name)
         self._waits_for = ""  # the robot for which it waits
-        self._awaits_since = 0.0  # a route to its goal, or to one before that had none either
+        self._given_at = 0.0
+        self._awaits_since = 0.0  # a route to its goal, or to the first of those that are streamed
         self._ends_at_goal = False  # whether the route's path does
         self._turns_only = False  # whether it only turns to its path, until it has a route
 
@@ -112,9 +114,16 @@ class Navigator:
         return None if self._tracker is None else self._tracker.goal
 
     def set_goal(self, goal: Pose, now: float) -> None:
-        """Take up a goal, frame map, in place of any other; `tick` reports how it ends."""
-        drives_by_route = self._keeper.route is not None and not self._turns_only
-        if self._tracker is None or (drives_by_route and self.path is not None):
+        """Take up a goal, frame map, in place of any other; `tick` reports how it ends.
+
+        With the goal that it has, the robot goes on. Of goals that come faster than routes, only
+        the first waits for one.
+        """
+        is_first = self._tracker is None or now - self._given_at > ROUTE_WITHIN
+        self._given_at = now
+        if self._tracker is not None and _is_same(goal, self._tracker.goal):
+            return
+        if is_first:
             self._awaits_since = now
         self._tracker = GoalTracker(goal, now, self._settings)
         self._giving_way.set_goal(now)
@@ -352,3 +361,8 @@ class Navigator:
             return None  # The right of way will clear the path, or the goal is given up.
         self._start(now, points, tracker.goal)
         return None
+
+
+def _is_same(goal: Pose, other: Pose) -> bool:
+    near = math.dist(goal[:2], other[:2]) < SAME_GOAL
+    return near and abs(angle_between(goal.yaw, other.yaw)) < SAME_YAW
