@@ -327,13 +327,17 @@ def test_a_tolerance_that_is_none_counts_as_0(robot: Robot, tolerance: float) ->
     assert plan(robot, (8.0, 3.0), tolerance)[-1] == (8.0, 3.0)
 
 
-def test_clear_costmaps_lets_the_robot_plan_through_what_is_gone(robot: Robot) -> None:
+@pytest.mark.parametrize("again", [False, True])
+def test_clear_costmaps_lets_the_robot_plan_through_what_is_gone(
+    robot: Robot, again: bool
+) -> None:
     robot.send(8.0, 2.0)
     robot.drive(12.0, robot.measure_box)
     around = robot.published["/robot1/move_base/plan"][-1]
 
     robot.ask("/robot1/move_base/clear_costmaps", EmptyRequest())
-    robot.send(8.0, 2.0)
+    if again:
+        robot.send(8.0, 2.0)
     robot.drive(1.0)
 
     straight = robot.published["/robot1/move_base/plan"][-1]

@@ -136,8 +136,14 @@ class Navigator:
         self._driver.drop()
 
     def forget_obstacles(self) -> None:
-        """Forget the obstacles that it has seen and that are not on the map."""
+        """Forget the obstacles that it has seen and that are not on the map.
+
+        A robot without a route plans anew, because its path may lead around them.
+        """
         self._memory = ObstacleMemory()
+        if self._tracker is not None and self._keeper.route is None and not self._moving_aside:
+            self._tracker.retry_at = -math.inf
+            self._driver.let_go()
 
     def take_routes(self, routes: Sequence[Route], now: float) -> None:
         """Take in a plan of the traffic planner: the routes of all robots.
