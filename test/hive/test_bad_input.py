@@ -2,6 +2,7 @@
 """A working hive survives bursts and absurd numbers; `test_fuzz` tries everything else."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -129,3 +130,19 @@ def test_an_order_for_a_task_of_unknown_type_is_refused():
     assert "type 77 is unknown" in why_refused(
         TASK_ASSIGN, Order(Task("T1", 77, ()), "robot1", OrderKind.TAKE_BACK)
     )
+
+
+@pytest.mark.parametrize("task_is_over", [False, True])
+def test_a_robot_that_holds_a_task_by_a_forged_order_takes_tasks_again(hive, task_is_over):
+    hive.add_robot("robot2", Pose(40.0, 0.0, 0.0))
+    hive.network.run(60.0 if task_is_over else 1.0)
+    order = next(said for topic, said in hive.network.heard if topic == TASK_ASSIGN)
+    now = hive.network.now
+    hive.network.send(
+        TASK_ASSIGN, replace(order, robot_id="robot2", assignment=1_000_000, heard=now)
+    )
+    hive.network.run(60.0)
+    hive.post(Task("next", TaskType.GA, (Pose(41.0, 0.0, 0.0),)))
+    hive.network.run(60.0)
+
+    assert (hive.record("next").state, hive.record("next").robot) == (TaskState.DONE, "robot2")

@@ -46,6 +46,20 @@ def test_a_robot_that_is_offline_is_not_waited_for():
     assert harness.orders() == [("T1", "robot1")]
 
 
+def test_a_robot_that_does_not_drop_what_is_not_its_own_is_asked_for_no_bids():
+    harness = BlackboardHarness(reassign=5.0)
+    harness.join("robot1")
+    for _ in range(7):
+        harness.wait(1.0)
+        harness.status("robot1")
+        harness.status("robot2", tasks=("stray",))
+    harness.post(GO)
+    harness.bid("robot2", T1=1.0)
+    harness.bid("robot1", T1=2.0)
+
+    assert harness.orders() == [("T1", "robot1")]
+
+
 def test_a_robot_that_has_left_is_forgotten_by_the_blackboard():
     harness = BlackboardHarness(reassign=5.0)
     harness.join("gone")

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from blackboard.board.orders import Orders
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import Order, OrderKind, TaskRecord
+from blackboard.domain.record import ANY_ASSIGNMENT, Order, OrderKind, TaskRecord
 from blackboard.domain.talker import TASK_ASSIGN
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -117,6 +117,20 @@ def test_a_task_that_no_robot_has_is_not_taken_back():
     desk.orders.send(replace(HELD, robot=""), OrderKind.TAKE_BACK)
 
     assert not desk.said()
+
+
+def test_what_is_not_a_robot_s_own_is_taken_back_under_the_number_of_the_list():
+    desk = Desk()
+
+    assert not desk.orders.compare(replace(STATUS, robot_id="robot2", tasks=("T1",)))
+    assert [(order.kind, order.assignment) for order in desk.said()] == [(OrderKind.TAKE_BACK, 3)]
+
+
+def test_a_lost_robot_drops_what_is_not_its_own_whatever_its_number():
+    desk = Desk()
+    desk.orders.compare(replace(STATUS, robot_id="robot2", tasks=("T1",)), is_lost=True)
+
+    assert [order.assignment for order in desk.said()] == [ANY_ASSIGNMENT]
 
 
 def test_the_tasks_that_a_robot_holds_are_known():

@@ -30,6 +30,14 @@ def test_a_robot_that_takes_tasks_is_in_service():
     assert presence.in_service() == {"robot1", "robot2"}
 
 
+def test_a_robot_whose_lease_is_lost_is_in_service_again_when_it_has_one():
+    presence = Presence(TIMEOUT)
+    heard = [presence.hear(IDLE, float(now), is_lost=now < 2) for now in range(4)]
+
+    assert heard == [False, False, True, False]
+    assert presence.in_service() == {"robot1"}
+
+
 def test_a_new_robot_may_bid_better_if_it_is_in_service():
     assert changes(IDLE) == [True]
     assert changes(replace(IDLE, state=RobotState.DEFECT)) == [False]

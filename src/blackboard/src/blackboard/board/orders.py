@@ -82,10 +82,13 @@ class Orders:
         listed = self._held(self._given[robot_id])
         return tuple(record for record in listed if record.robot == robot_id)
 
-    def compare(self, status: RobotStatus) -> bool:
+    def compare(self, status: RobotStatus, *, is_lost: bool = False) -> bool:
         """Mend what differs between a robot's schedule and its orders.
 
-        Repeats orders that the robot should show by now, and has it drop what is not its own.
+        Repeats orders that the robot should show by now, and has it drop what is not its own. A
+        lost robot, which no longer does anything, drops it whatever number its assignment has: it
+        may be one that this hive has never given.
+
         Returns whether everything in its schedule is its own.
         """
         robot_id = status.robot_id
@@ -101,7 +104,8 @@ class Orders:
             if stray is None:
                 self.disown(task_id, robot_id)
             else:
-                self._tell(stray.task, robot_id, OrderKind.TAKE_BACK, stray.assignment)
+                number = ANY_ASSIGNMENT if is_lost else stray.assignment
+                self._tell(stray.task, robot_id, OrderKind.TAKE_BACK, number)
         return not strays
 
     def _note(self, record: TaskRecord) -> None:

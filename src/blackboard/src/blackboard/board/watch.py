@@ -39,6 +39,11 @@ class _Seen:
     status: RobotStatus
     heard: float
     charge: float
+    is_lost: bool
+
+    @property
+    def in_service(self) -> bool:
+        return self.status.state.in_service and not self.is_lost
 
 
 class Presence:
@@ -53,16 +58,20 @@ class Presence:
         self._seen: dict[str, _Seen] = {}
         self._in_service: frozenset[str] = frozenset()
 
-    def hear(self, status: RobotStatus, now: float) -> bool:
-        """Note a status; return whether the robot may now bid better than before."""
+    def hear(self, status: RobotStatus, now: float, *, is_lost: bool = False) -> bool:
+        """Note a status; return whether the robot may now bid better than before.
+
+        A robot whose lease is lost takes no tasks, whatever its status says.
+        """
         before = self._seen.get(status.robot_id)
         known_charge = status.charge if before is None else before.charge
         charged = status.charge - known_charge >= _CHARGE_STEP
         charge = status.charge if charged else min(status.charge, known_charge)
-        self._note(_Seen(status, now, charge))
+        seen = _Seen(status, now, charge, is_lost)
+        self._note(seen)
         if before is None:
-            return status.state.in_service
-        returned = status.state.in_service and not before.status.state.in_service
+            return seen.in_service
+        returned = seen.in_service and not before.in_service
         relieved = not set(before.status.tasks) <= set(status.tasks)
         return returned or relieved or charged
 
@@ -109,7 +118,7 @@ class Presence:
     def _note(self, seen: _Seen) -> None:
         name = seen.status.robot_id
         self._seen[name] = seen
-        if seen.status.state.in_service != (name in self._in_service):
+        if seen.in_service != (name in self._in_service):
             self._in_service ^= {name}
 
 
@@ -143,13 +152,14 @@ class Watch:
         """Take in a robot's status; return whether it may now bid better than before."""
         if status.state is RobotState.OFFLINE:
             return False
-        now = self._talker.now()
-        if self._node.may_act():
-            in_accord = self._orders.compare(status)
-            if in_accord and not self._has_to_hand_back(status.robot_id):
-                self._leases.grant(status.robot_id, now)
-                self._node.grant(status.robot_id, status.sent, self._settings.robot_lease)
-        return self._presence.hear(status, now)
+        now, robot_id = self._talker.now(), status.robot_id
+        if not self._node.may_act():
+            return self._presence.hear(status, now)
+        in_accord = self._orders.compare(status, is_lost=self._leases.is_lost(robot_id, now))
+        if in_accord and not self._has_to_hand_back(robot_id):
+            self._leases.grant(robot_id, now)
+            self._node.grant(robot_id, status.sent, self._settings.robot_lease)
+        return self._presence.hear(status, now, is_lost=self._leases.is_lost(robot_id, now))
 
     def look(self) -> list[TaskRecord]:
         """Return the records that change because a robot is lost or has come back.
