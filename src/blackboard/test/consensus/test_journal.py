@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.consensus.journal import HardState, SqliteJournal
+from blackboard.consensus.journal import HardState, SqliteJournal, drop_task
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import Hold, Load, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -154,3 +154,106 @@ def test_a_folder_that_cannot_be_created_is_named(tmp_path):
 
     with pytest.raises(JournalError, match=r"file/robot1\.sqlite3 cannot be used"):
         SqliteJournal(tmp_path / "file" / "robot1.sqlite3")
+
+
+def with_a_record_of_another_version(path, *, folded):
+    """Write a journal with T1 and T2, of which T2 has a state that this version does not know."""
+    journal = SqliteJournal(path)
+    log = EMPTY.log.append(Entry(3, 2, (ONE, replace(TWO, assignment=7))))
+    log = log.append(Entry(3, 3, (replace(ONE, step=1),)))
+    journal.save(replace(EMPTY, log=log.commit(3, kept=0) if folded else log))
+    journal.save_reports([replace(DONE, task_id="T2")])
+    journal.close()
+    with closing(sqlite3.connect(path)) as database, database:
+        database.create_function("paused", 1, paused)
+        database.execute("UPDATE records SET record = paused(record)")
+        database.execute("UPDATE entries SET entry = paused(entry)")
+
+
+def paused(text):
+    """Return a record or an entry, as JSON, with the state PAUSED for T2."""
+    value = json.loads(text)
+    for record in value.get("records", [value]):
+        if record["task"]["id"] == "T2":
+            record["state"] = "PAUSED"
+    return json.dumps(value)
+
+
+@pytest.mark.parametrize("folded", [True, False])
+def test_a_task_that_this_version_cannot_use_stops_its_member_and_is_named(path, folded):
+    with_a_record_of_another_version(path, folded=folded)
+    before = path.read_bytes()
+
+    with pytest.raises(JournalError) as error:
+        SqliteJournal(path)
+
+    assert str(error.value) == (
+        f"the journal {path} has the task T2, which this version cannot use: 'PAUSED' is not a "
+        "valid TaskState; start the version that has written it, or end all members and remove "
+        "the task on every machine: hive recover --drop T2"
+    )
+    assert path.read_bytes() == before
+    assert [each.name for each in path.parent.glob("*unreadable*")] == []
+
+
+def test_a_report_that_this_version_cannot_use_is_named_too(path):
+    journal = SqliteJournal(path)
+    journal.save_reports([DONE])
+    journal.close()
+    with closing(sqlite3.connect(path)) as database, database:
+        ((text,),) = database.execute("SELECT report FROM reports").fetchall()
+        report = {**json.loads(text), "state": 77}
+        database.execute("UPDATE reports SET report = ?", (json.dumps(report),))
+
+    with pytest.raises(JournalError, match="has the task T1, which this version cannot use"):
+        SqliteJournal(path)
+
+    assert drop_task(path, "T1")
+    assert SqliteJournal(path).load_reports() == ()
+
+
+def test_a_file_with_a_hold_that_is_no_json_is_set_aside(path):
+    journal = SqliteJournal(path)
+    journal.save_hold(Hold(sure=True))
+    journal.close()
+    with closing(sqlite3.connect(path)) as database, database:
+        database.execute("UPDATE hold SET hold = '{'")
+
+    again = SqliteJournal(path)
+
+    assert again.set_aside
+    assert again.load_hold() == Hold()
+
+
+@pytest.mark.parametrize("folded", [True, False])
+def test_a_task_that_is_dropped_is_gone_and_its_number_stays_given(path, folded):
+    with_a_record_of_another_version(path, folded=folded)
+
+    assert drop_task(path, "T2")
+    assert not drop_task(path, "T2")
+    journal = SqliteJournal(path)
+    latest = journal.load().log.latest
+    assert dict(latest.records) == {"T1": replace(ONE, step=1)}
+    assert latest.position == Position(3, 3)
+    assert latest.earlier == 7
+    assert journal.load_reports() == ()
+
+
+def test_nothing_is_dropped_from_a_journal_that_a_member_has_open(path):
+    journal = SqliteJournal(path)
+    journal.save(replace(EMPTY, log=EMPTY.log.append(Entry(3, 2, (ONE,)))))
+
+    with pytest.raises(JournalError, match=r"T1 cannot be removed .*: a member has it open; end"):
+        drop_task(path, "T1")
+
+    assert "T1" in again(journal, path).load().log.latest.records
+
+
+def test_nothing_is_dropped_from_a_file_that_is_no_journal(path):
+    path.parent.mkdir()
+    path.write_bytes(b"somebody's work" * 100)
+
+    with pytest.raises(JournalError, match=r"T1 cannot be removed .*: it cannot be read"):
+        drop_task(path, "T1")
+
+    assert path.read_bytes() == b"somebody's work" * 100

@@ -1,25 +1,40 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a node keeps its journal if no parameter says where."""
-
-import socket
+"""A member opens its journal, and does not begin with a task that it could not work on."""
 
 import pytest
 
-pytest.importorskip("rospy", reason="needs ROS")
+from blackboard.consensus.journal import HardState, SqliteJournal
+from blackboard.consensus.log import Entry, Log, Position, Snapshot
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskType
+from blackboard.errors import JournalError
+from blackboard.ros import membership
+from hive_common.pose import Pose
 
-from blackboard.ros.journals import default_folder
-
-
-@pytest.mark.parametrize("host", ["localhost", "127.0.0.1", socket.gethostname()])
-def test_all_names_of_this_machine_lead_to_one_folder(host, monkeypatch, tmp_path):
-    monkeypatch.setenv("ROS_HOME", str(tmp_path))
-    monkeypatch.setenv("ROS_MASTER_URI", f"http://{host}:11311")
-
-    assert default_folder() == tmp_path / "robo-hive" / "localhost-11311"
+FAR = TaskRecord(Task("T7", TaskType.GA, (Pose(1e308, 2.0),)))
 
 
-def test_masters_on_other_machines_and_ports_have_their_own(monkeypatch, tmp_path):
-    monkeypatch.setenv("ROS_HOME", str(tmp_path))
-    monkeypatch.setenv("ROS_MASTER_URI", "http://robot.invalid:11322")
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The folder of journals, as the parameter `journal` names it."""
+    monkeypatch.setattr(membership.rospy, "get_param", lambda *_: str(tmp_path))
+    return tmp_path
 
-    assert default_folder() == tmp_path / "robo-hive" / "robot.invalid-11322"
+
+@pytest.mark.parametrize("folded", [True, False])
+def test_a_task_that_an_older_version_has_accepted_stops_its_member_and_is_named(folder, folded):
+    journal = SqliteJournal(folder / "robot1.sqlite3")
+    log = Log.of(Snapshot(Position(1, 1), {}, ("robot1#1",))).append(Entry(1, 2, (FAR,)))
+    log = log.append(Entry(1, 3))
+    journal.save(HardState("robot1#1", 1, "", log.commit(3, kept=0) if folded else log))
+    journal.close()
+
+    with pytest.raises(JournalError, match=r"the task T7, which .* cannot use: goal.*1e\+308"):
+        membership.open_journal("/robot1")
+
+
+def test_a_member_opens_its_journal_in_the_folder_that_is_named(folder):
+    journal = membership.open_journal("/robot1")
+
+    assert journal.load() is None
+    assert [path.name for path in folder.glob("*.sqlite3")] == ["robot1.sqlite3"]

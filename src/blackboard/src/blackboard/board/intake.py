@@ -81,11 +81,12 @@ def _list_flaw(known: TaskList) -> str:
 
 
 def _records_flaw(records: Iterable[TaskRecord]) -> str:
-    return next(filter(None, map(_record_flaw, records)), "")
+    flawed = ((record.task.id, flaw) for record in records if (flaw := record_flaw(record)))
+    return next((f"the task {task_id}: {flaw}" for task_id, flaw in flawed), "")
 
 
 @lru_cache(maxsize=4096)  # A task list is told again and again, and hardly anything has changed.
-def _record_flaw(record: TaskRecord) -> str:
+def record_flaw(record: TaskRecord) -> str:
     """Return what is wrong with a record; its reason may be as long as the leader made it."""
     if record.step > record.parts > 0:
         return f"step {record.step} of {record.task.id} is beyond its {record.parts} parts"

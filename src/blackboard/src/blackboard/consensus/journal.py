@@ -11,8 +11,9 @@ import contextlib
 import json
 import sqlite3
 import time
+from contextlib import closing
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from blackboard.consensus.log import Entry, Log, Position, Snapshot
 from blackboard.domain.record import Hold, Load, TaskRecord, TaskUpdate
@@ -21,7 +22,7 @@ from blackboard.errors import JournalError
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
 
@@ -99,6 +100,8 @@ class MemoryJournal:
         self.hold = hold
 
 
+_Read = TypeVar("_Read")
+_LOCK_TIME = 1.0  # that a program waits for others which have a journal open [s]
 _FORMAT = 2
 _APPLICATION = 0x48495645
 _HOLD = "CREATE TABLE IF NOT EXISTS hold (one INTEGER PRIMARY KEY, hold TEXT NOT NULL)"
@@ -117,7 +120,8 @@ class SqliteJournal:
     """A file that survives a power cut (SQLite, write-ahead log, every commit on disk).
 
     A file that is damaged or has another format is never overwritten, but renamed, with the time
-    in its new name.
+    in its new name. A file that is whole, and has a task that this version cannot use, stays where
+    it is: another version can read it, and its member has promised to keep it.
 
     Args:
         path: The file; missing folders are created.
@@ -126,7 +130,8 @@ class SqliteJournal:
         set_aside: New path of an unreadable file; None if there was none.
 
     Raises:
-        JournalError: The file can be neither read, nor created, nor renamed.
+        JournalError: The file can be neither read, nor created, nor renamed, or has a task that
+            this version cannot use; the text names the task.
     """
 
     def __init__(self, path: Path) -> None:
@@ -138,6 +143,11 @@ class SqliteJournal:
             try:
                 self._database = self._open()
                 self._saved = self._read()
+                self.load_reports()
+                self.load_hold()
+            except JournalError:
+                self._database.close()
+                raise
             except (sqlite3.DatabaseError, ValueError, KeyError, TypeError):
                 self._move_away()
                 self._database = self._open()
@@ -164,8 +174,8 @@ class SqliteJournal:
 
     def load_reports(self) -> tuple[TaskUpdate, ...]:
         """Return the unacknowledged reports."""
-        rows = self._database.execute("SELECT report FROM reports ORDER BY rowid")
-        return tuple(_report(json.loads(text)) for (text,) in rows)
+        rows = self._database.execute("SELECT task, report FROM reports ORDER BY rowid")
+        return tuple(self._usable(_report, task, json.loads(text)) for task, text in rows)
 
     def save_reports(self, reports: Iterable[TaskUpdate]) -> None:
         """Replace the unacknowledged reports."""
@@ -192,10 +202,7 @@ class SqliteJournal:
         is_new = not self._path.exists() or self._path.stat().st_size == 0
         database = sqlite3.connect(self._path, isolation_level=None, check_same_thread=False)
         try:
-            (application,) = database.execute("PRAGMA application_id").fetchone()
-            (format_,) = database.execute("PRAGMA user_version").fetchone()
-            (found,) = database.execute("PRAGMA quick_check(1)").fetchone()
-            _check(is_new, application, format_, found)
+            _check_whole(database, is_new=is_new)
             database.execute("PRAGMA journal_mode = WAL")
             database.execute("PRAGMA synchronous = FULL")
             if is_new:
@@ -278,13 +285,83 @@ class SqliteJournal:
         if not values:
             return None
         rows = self._database.execute("SELECT task, record FROM records ORDER BY place")
-        known = {task: _record(json.loads(text)) for task, text in rows}
+        known = {task: self._record(json.loads(text)) for task, text in rows}
         rows = self._database.execute("SELECT entry FROM entries ORDER BY version")
-        entries = tuple(_entry(json.loads(text)) for (text,) in rows)
+        entries = tuple(_entry(json.loads(text), self._record) for (text,) in rows)
         earlier = values.get("earlier", 0)  # Journals of older versions lack it.
         base = Snapshot(Position(*values["base"]), known, tuple(values["members"]), earlier)
         log = Log.of(base, entries, values["committed"])
         return HardState(values["member"], values["epoch"], values["vote"], log, values["hive"])
+
+    def _record(self, values: dict[str, Any]) -> TaskRecord:
+        return self._usable(_record, values["task"]["id"], values)
+
+    def _usable(
+        self, read: Callable[[dict[str, Any]], _Read], task_id: str, values: dict[str, Any]
+    ) -> _Read:
+        """Return what was written about a task; the text of what it raises names the task."""
+        try:
+            return read(values)
+        except KeyError as error:
+            raise unusable(self._path, task_id, f"it has no {error}") from None
+        except (ValueError, TypeError) as error:
+            raise unusable(self._path, task_id, str(error)) from None
+
+
+def unusable(path: Path, task_id: str, reason: str) -> JournalError:
+    """Return the error for a journal with a task that this version cannot use."""
+    return JournalError(
+        f"the journal {path} has the task {task_id}, which this version cannot use: {reason}; "
+        "start the version that has written it, or end all members and remove the task on every "
+        f"machine: hive recover --drop {task_id}"
+    )
+
+
+def drop_task(path: Path, task_id: str) -> bool:
+    """Remove a task from a journal, whatever its record looks like; return whether it was there.
+
+    Its number counts as given, so a later task of the same id gets a higher one. What may be on
+    board of a robot stays noted.
+
+    Raises:
+        JournalError: A member has the journal open, or it cannot be read or written.
+    """
+    try:
+        with closing(sqlite3.connect(path, timeout=_LOCK_TIME, isolation_level=None)) as database:
+            _check_whole(database, is_new=False)
+            # SQLite refuses this while anybody else has the file open.
+            database.execute("PRAGMA journal_mode = DELETE")
+            with database:
+                database.execute("BEGIN EXCLUSIVE")
+                return _dropped(database, task_id)
+    except (sqlite3.Error, OSError, ValueError, KeyError, TypeError) as error:
+        why = "a member has it open" if "locked" in str(error) else f"it cannot be read: {error}"
+        raise JournalError(
+            f"{task_id} cannot be removed from the journal {path}: {why}; end all members first "
+            f"(a hive that runs removes a task with: hive cancel {task_id})"
+        ) from None
+
+
+def _dropped(database: sqlite3.Connection, task_id: str) -> bool:
+    records = database.execute("SELECT record FROM records WHERE task = ?", (task_id,)).fetchall()
+    gone = [json.loads(text) for (text,) in records]
+    database.execute("DELETE FROM records WHERE task = ?", (task_id,))
+    for version, text in database.execute("SELECT version, entry FROM entries").fetchall():
+        entry = json.loads(text)
+        mine = [record for record in entry["records"] if record["task"]["id"] == task_id]
+        if mine:
+            gone += mine
+            entry["records"] = [record for record in entry["records"] if record not in mine]
+            row = json.dumps(entry), version
+            database.execute("UPDATE entries SET entry = ? WHERE version = ?", row)
+    reports = database.execute("DELETE FROM reports WHERE task = ?", (task_id,)).rowcount
+    if gone:
+        known = database.execute("SELECT value FROM self WHERE key = 'earlier'").fetchone()
+        numbers = [json.loads(known[0])] if known else []
+        numbers += [record.get("assignment", 0) for record in gone]
+        row = "earlier", json.dumps(max(numbers))
+        database.execute("INSERT OR REPLACE INTO self VALUES (?, ?)", row)
+    return bool(gone or reports)
 
 
 def _values_of(hard_state: HardState) -> dict[str, Any]:
@@ -302,8 +379,11 @@ def _values_of(hard_state: HardState) -> dict[str, Any]:
     }
 
 
-def _check(is_new: bool, application: int, format_: int, found: str) -> None:
+def _check_whole(database: sqlite3.Connection, *, is_new: bool) -> None:
     """Refuse a file before anything is written to it."""
+    (application,) = database.execute("PRAGMA application_id").fetchone()
+    (format_,) = database.execute("PRAGMA user_version").fetchone()
+    (found,) = database.execute("PRAGMA quick_check(1)").fetchone()
     if not is_new and (application, format_) != (_APPLICATION, _FORMAT):
         raise sqlite3.DatabaseError("another program has written it")
     if found != "ok":
@@ -336,8 +416,8 @@ def to_json(value: TaskRecord | Entry | TaskUpdate | Hold) -> str:
 # unknown one.
 
 
-def _entry(values: dict[str, Any]) -> Entry:
-    records = tuple(map(_record, values["records"]))
+def _entry(values: dict[str, Any], read: Callable[[dict[str, Any]], TaskRecord]) -> Entry:
+    records = tuple(map(read, values["records"]))
     members = None if values["members"] is None else tuple(values["members"])
     forgotten = tuple(values.get("forgotten", ()))  # Journals of older versions lack it.
     return Entry(values["epoch"], values["version"], records, members, forgotten)

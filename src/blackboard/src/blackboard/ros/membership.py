@@ -11,7 +11,8 @@ import rospy
 
 from blackboard.auction.decision_log import ENDING, SqliteBook
 from blackboard.board.blackboard import Blackboard
-from blackboard.consensus.journal import SqliteJournal
+from blackboard.board.intake import record_flaw
+from blackboard.consensus.journal import SqliteJournal, unusable
 from blackboard.consensus.no_quorum import NoQuorum
 from blackboard.consensus.node import RaftNode
 from blackboard.domain import talker as topics
@@ -23,6 +24,7 @@ from blackboard.ros.planner_process import keep_planner
 from hive_common.ros import params
 
 if TYPE_CHECKING:
+    from blackboard.domain.record import TaskRecord
     from blackboard.ros.path_lengths import RosPathLengths
     from blackboard.ros.talker import MemberTalker
 
@@ -50,15 +52,30 @@ def open_journal(member: str) -> SqliteJournal:
 
     Raises:
         SettingsError: The parameter is not a text.
-        JournalError: The file cannot be used.
+        JournalError: The file cannot be used, or has a task that would be refused from any other
+            member: an older version may have accepted it.
     """
-    journal = SqliteJournal(_file(member, ".sqlite3"))
+    path = _file(member, ".sqlite3")
+    journal = SqliteJournal(path)
+    for record in _records_in(journal):
+        if flaw := record_flaw(record):
+            journal.close()
+            raise unusable(path, record.task.id, flaw)
     if journal.set_aside is not None:
         rospy.logwarn(
             f"{member} could not read its journal and has moved it to "
             f"{journal.set_aside}; it joins the hive as a new member"
         )
     return journal
+
+
+def _records_in(journal: SqliteJournal) -> list[TaskRecord]:
+    """Return all that a member may apply or send."""
+    known = journal.load()
+    if known is None:
+        return []
+    entries = [record for entry in known.log.entries for record in entry.records]
+    return [*known.log.base.records.values(), *entries]
 
 
 def _file(member: str, ending: str) -> Path:

@@ -65,6 +65,13 @@ class CliContext:
 
 pass_context = click.make_pass_decorator(CliContext)
 
+journal_option = click.option(
+    "--journal",
+    "folder",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="The folder of the journals, where the parameter journal names another.",
+)
+
 
 class FileName(click.ParamType):
     """The name of a file that comes with a package, or a path; completed by name."""

@@ -44,6 +44,7 @@ _MODULES = MappingProxyType(
         "zone": "traffic",
         "why": "why",
         "replay": "why",
+        "recover": "recover",
         "demo": "demo",
         "bench": "bench",
         "compare": "bench",

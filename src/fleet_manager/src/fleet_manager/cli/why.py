@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -17,27 +16,21 @@ import click
 from blackboard.auction.decision import replayed
 from blackboard.auction.decision_log import read_decisions
 from blackboard.costing.cost import COST_MODELS
-from fleet_manager.cli.context import TASK_ID, pass_context
+from fleet_manager.cli.context import TASK_ID, journal_option, pass_context
 from fleet_manager.client import tables
 from fleet_manager.errors import NotDoneError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from blackboard.auction.decision import Decision
     from fleet_manager.cli.context import CliContext
 
-_journal = click.option(
-    "--journal",
-    "folder",
-    type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="The folder of the journals, where the parameter journal names another.",
-)
-
 
 @click.command()
 @click.argument("task", type=TASK_ID)
-@_journal
+@journal_option
 @click.option("--all", "everything", is_flag=True, help="Show earlier decisions as well.")
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list instead of tables.")
 @pass_context
@@ -72,7 +65,7 @@ def why(
     required=True,
     help="The cost model that computes the bids.",
 )
-@_journal
+@journal_option
 @pass_context
 def replay(context: CliContext, task: str, model: str, folder: Path | None) -> None:
     """Compute who would have got TASK by another cost model.
