@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
+from dataclasses import replace
+
 import pytest
 
 from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import TaskUpdate
+from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.client.client import ANSWER_WITHIN, STATUS_PERIOD, Feeder, HiveClient
 from fleet_manager.config.scenario import PlannedTask
-from fleet_manager.errors import NoHiveError, NotDoneError, TimeUpError
+from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpError
 from fleet_manager.testing import FakeHive, FakeLink
 from hive_common.pose import Pose
 
@@ -87,6 +90,41 @@ def test_an_id_that_another_task_has_is_refused(link):
 
     with pytest.raises(NotDoneError, match="T1 is taken by another task"):
         client.submit(Task("T1", TaskType.GA, (Pose(9.0, 9.0),)))
+
+
+def test_a_rejection_that_answers_another_program_s_task_is_no_answer(link):
+    def answer(task):
+        link.say(TaskUpdate("T1", TaskState.REJECTED, reason="the id is taken by another task"))
+        link.say(TaskList(1, 1, (TaskRecord(task),)), after=0.2)
+
+    link.on_post = answer
+
+    assert HiveClient(link).submit(TASK).state is TaskState.WAITING
+    assert link.now() == pytest.approx(0.2)
+
+
+def test_an_acceptance_that_answers_another_program_s_task_is_no_answer(link):
+    others = replace(TASK, goals=(Pose(9.0, 9.0),))
+    link.on_post = lambda _task: link.say(TaskUpdate("T1", TaskState.WAITING))
+    link.say(TaskList(1, 1, (TaskRecord(others),)), after=0.2)
+
+    with pytest.raises(NotDoneError, match="T1 is taken by another task"):
+        HiveClient(link).submit(TASK)
+
+
+@pytest.mark.parametrize(
+    ("name", "flaw"),
+    [
+        ("x" * 65, "has 65 characters; allowed: 1 to 64"),
+        ("T 1", "has spaces"),
+        ("", "0 character"),
+    ],
+)
+def test_an_id_that_no_hive_takes_is_refused_before_it_is_posted(link, name, flaw):
+    with pytest.raises(InputError, match=flaw):
+        HiveClient(link).submit(replace(TASK, id=name))
+
+    assert link.posted == []
 
 
 def test_following_ends_with_the_last_task_and_says_how_each_ended(link):

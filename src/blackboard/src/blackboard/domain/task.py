@@ -218,7 +218,7 @@ def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
     Raises:
         TaskRefusedError: Something is not allowed; the text says what is.
     """
-    _check_id(task.id)
+    check_id(task.id)
     kinds = {kind.value: kind for kind in TaskType}
     if task.type not in kinds:
         allowed = ", ".join(f"{kind.name}={kind.value}" for kind in TaskType)
@@ -240,7 +240,12 @@ def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
     _check_goals(task, kinds[task.type], path_lengths)
 
 
-def _check_id(task_id: str) -> None:
+def check_id(task_id: str) -> None:
+    """Check the id of a task.
+
+    Raises:
+        TaskRefusedError: It is empty, too long, or has characters that are not allowed.
+    """
     if not 1 <= len(task_id) <= MAX_ID_LENGTH:
         raise TaskRefusedError(f"id has {len(task_id)} characters; allowed: 1 to {MAX_ID_LENGTH}")
     if not task_id.isprintable() or " " in task_id:

@@ -13,8 +13,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.domain import talker as topics
-from blackboard.domain.record import TaskRecord
-from blackboard.domain.task import TaskState
+from blackboard.domain.task import MAX_ID_LENGTH, TaskState, check_id
+from blackboard.errors import TaskRefusedError
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpError
@@ -22,7 +22,7 @@ from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpEr
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from blackboard.domain.record import TaskUpdate
+    from blackboard.domain.record import TaskRecord, TaskUpdate
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
     from fleet_manager.client.traffic import TrafficState
@@ -36,6 +36,9 @@ REPEAT_EVERY = 0.5  # time between two publications of the same request [s]
 
 ANSWER_WITHIN = 6.0
 """Time for the blackboard's answer [s]; longer than a takeover with its 2 s of silence."""
+
+LISTED_WITHIN = 0.5
+"""Time in which a task that was taken in is on the published list, `sync_period` included [s]."""
 
 STATUS_PERIOD = 1.5
 """A robot that the hive does not name yet reports within this time [s]: statuses come at 1 Hz, by
@@ -115,19 +118,43 @@ class HiveClient:
         """Post a task, with the present time; return the blackboard's first word, even REJECTED.
 
         Raises:
+            InputError: The id is none.
             NoHiveError: No blackboard answered.
             NotDoneError: The id is on the task list already, for another task.
         """
+        return self.submit_all([task])[0]
+
+    def submit_all(self, tasks: Sequence[Task]) -> list[TaskUpdate | TaskRecord]:
+        """Post several tasks in a row; return the answers in their order, as `submit` does."""
+        for task in tasks:
+            try:
+                check_id(task.id)
+            except TaskRefusedError as error:
+                raise InputError(f"task {task.id[:MAX_ID_LENGTH]}: {error}") from None
         self.link.listen(topics.TASK_STATE, topics.SYNC)
+        for task in tasks:
+            self._post(task)
+        # An answer names the id only. It may be meant for a task that another program posts under
+        # that id at the same moment; the list tells which of the two is on it.
+        ids = {task.id for task in tasks}
+        self._pump(lambda: ids <= self.state.listed.keys(), LISTED_WITHIN)
+        return [self._answer_to(task) for task in tasks]
+
+    def _post(self, task: Task) -> None:
         task = replace(task, posted=self.link.hive_time())
         self._repeat(
             lambda: self.link.post(task), lambda: self.state.state_of(task.id) is not None
         )
-        said = self.state.last_word(task.id)
-        if said is None:
+        if self.state.last_word(task.id) is None:
             raise self._no_answer(f"task {task.id} may not be on the list")
-        if isinstance(said, TaskRecord) and not said.task.asks_the_same_as(task):
+
+    def _answer_to(self, task: Task) -> TaskUpdate | TaskRecord:
+        record = self.state.listed.get(task.id)
+        if record is not None and not record.task.asks_the_same_as(task):
             raise NotDoneError(f"task id {task.id} is taken by another task; choose another id")
+        said = self.state.last_word(task.id)
+        if said is None:  # it was heard, and has left the picture since
+            raise self._no_answer(f"task {task.id} may not be on the list")
         return said
 
     def cancel(self, task_id: str) -> None:
@@ -284,11 +311,12 @@ class Feeder:
             NoHiveError: No blackboard answered.
             NotDoneError: An id is on the task list already, for another task.
         """
-        answers: dict[str, TaskUpdate | TaskRecord] = {}
-        while self._waiting and self._waiting[0].after <= self._elapsed():
-            task = self._waiting[0].task
-            answers[task.id] = self._client.submit(task)
-            self.states[task.id] = answers[task.id].state
+        due = [planned.task for planned in self._waiting if planned.after <= self._elapsed()]
+        answers = {
+            task.id: answer for task, answer in zip(due, self._client.submit_all(due), strict=True)
+        }
+        self.states |= {task_id: answer.state for task_id, answer in answers.items()}
+        for _ in due:
             self._waiting.popleft()
         return answers
 

@@ -81,8 +81,13 @@ class HiveState:
         return self._newest is not None
 
     @property
+    def listed(self) -> dict[str, TaskRecord]:
+        """The records of the newest task list as it came, by id."""
+        return {each.task.id: each for each in self._newest.records} if self._newest else {}
+
+    @property
     def records(self) -> dict[str, TaskRecord]:
-        """The records on the task list, by id, in the order the tasks were posted."""
+        """The newest that is known of the tasks on the list, by id, in the order of the list."""
         rows = self._tasks.items()
         return {name: row.record for name, row in rows if not row.is_refused}
 
