@@ -88,7 +88,7 @@ class Blackboard:
         self._watch = Watch(talker, node, self._orders, self._presence, settings)
         self._note = note
         central = Central(
-            node.get, path_lengths_for or (lambda _radius: path_lengths), talker.world.now
+            node.get, path_lengths_for or (lambda _radius: path_lengths), talker.date
         )
         self._auctioneer = Auctioneer(
             talker,
@@ -168,7 +168,7 @@ class Blackboard:
             then()
         # While the other members write the change to disk.
         try:
-            self._note(decisions(result, others, self._talker.world.now()))
+            self._note(decisions(result, others, self._talker.date()))
         except JournalError as error:
             self._talker.warn(f"the reasons for these assignments are lost: {error}")
 

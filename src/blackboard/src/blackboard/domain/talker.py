@@ -85,6 +85,13 @@ class Talker(Clock, Protocol):
     def world(self) -> Clock:
         """The clock of what robots do; simulated time in a simulation."""
 
+    def date(self) -> float:
+        """Return the time that messages state, such as `Task.posted` [s].
+
+        Outside a simulation it is the date, which a person may set. Compare it with such times
+        only; it has no timers.
+        """
+
     def publish(
         self, topic: Topic[_Message], message: _Message, to: Collection[str] | None = None
     ) -> None:

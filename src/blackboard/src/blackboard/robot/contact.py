@@ -37,7 +37,8 @@ class Gate:
     def __init__(self, talker: Talker) -> None:
         self.is_shut = False
         self._talker = talker
-        self.world, self.ping, self.watch = talker.world, talker.ping, talker.watch
+        self.world, self.date = talker.world, talker.date
+        self.ping, self.watch = talker.ping, talker.watch
         self.now, self.every, self.after = talker.now, talker.every, talker.after
         self.warn, self.refuse = talker.warn, talker.refuse
 

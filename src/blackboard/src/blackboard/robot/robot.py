@@ -92,7 +92,7 @@ class Robot:
         self.trouble = ""
         self._unanswered: Broadcast | None = None
         self._last_order = ""
-        aging = Aging(talker.world.now, settings.aging)
+        aging = Aging(talker.date, settings.aging)
         pace = Pace(characteristics.max_speed)
 
         def learn(start: Pose, goal: Pose, duration: float) -> None:

@@ -85,6 +85,7 @@ class RosTalker:
         clocks: How far the clocks of robots, by their names, and of the leader, `LEADER`, are off.
             Under simulated time all have one clock.
         world: Simulated time if `/use_sim_time` is set, else this talker's own clock.
+        date: Returns ROS's time [s].
 
     ROS Publishers and Subscribers: as the core asks, with the types in `codec.tables.WIRES`.
     """
@@ -100,6 +101,7 @@ class RosTalker:
         self._timers = own = Timers(machine_time)
         self.now, self.every, self.after = own.now, own.every, own.after
         self.world = Timers(OnwardClock(rospy.get_time).now) if self._simulated else own
+        self.date = rospy.get_time
         self._backups: rospy.Subscriber | None = None
         self._watches: dict[str, LivenessWatch] = {}
         self._members: dict[str, str] = {}
@@ -344,7 +346,7 @@ class MemberTalker:
     Attributes:
         name: The member's name.
         own: Namespace of its robot, ending in a slash.
-        world: As that of `RosTalker`.
+        world, date: As those of `RosTalker`.
         clocks: As that of `RosTalker`.
     """
 
@@ -354,7 +356,8 @@ class MemberTalker:
         self.subscribe = partial(talker.subscribe, self)
         self.watch = partial(talker.watch, name)
         self.now, self.every, self.after = talker.now, talker.every, talker.after
-        self.world, self.call, self.take = talker.world, talker.call, talker.take
+        self.world, self.date = talker.world, talker.date
+        self.call, self.take = talker.call, talker.take
         self.ping, self.warn, self.refuse = talker.ping, talker.warn, talker.refuse
         self.refusals, self.failures = talker.refusals, talker.failures
         self.clocks = talker.clocks

@@ -127,6 +127,10 @@ class HostTalker:
         """This talker: a simulated robot moves by its host's clock."""
         return self
 
+    def date(self) -> float:
+        """Return the same as `now`: in a simulation the date is the world's time."""
+        return self.now()
+
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
         """Send a message to every listener, or only to the members in `to`."""
         self._host.network.send(self._host, topic, message, to)

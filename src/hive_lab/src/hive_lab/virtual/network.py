@@ -74,6 +74,7 @@ class Network:
         world_rate: Simulated time per time of the network; 0 while the simulation is paused.
         survives: Whether an exception of a handler ends the handling of its message only, as on
             ROS. By default it passes, because a test wants to see it.
+        begun: The date at the time 0 [s].
 
     Attributes:
         now: The time [s].
@@ -88,8 +89,10 @@ class Network:
         world_rate: float = 1.0,
         *,
         survives: bool = False,
+        begun: float = 0.0,
     ) -> None:
         self.now = 0.0
+        self.begun = begun
         self.world_rate = world_rate
         self.survives = survives
         self.sent: list[tuple[str, Any]] = []
@@ -212,6 +215,10 @@ class NetworkTalker:
     def world(self) -> Clock:
         """The clock of what robots do."""
         return self if self._network.world_rate == 1.0 else WorldClock(self, self._network)
+
+    def date(self) -> float:
+        """Return the time that messages state [s]."""
+        return self._network.begun + self.world.now()
 
     def publish(self, topic: str, message: object, to: Collection[str] | None = None) -> None:
         """Send a message to every listener, or only to the members in `to`."""
