@@ -4,6 +4,7 @@
 import ast
 import os
 import re
+import shlex
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -127,6 +128,23 @@ def test_every_launch_argument_is_explained(path):
     unexplained = [tag.get("name") for tag in for_users if not tag.get("doc")]
 
     assert unexplained == []
+
+
+@pytest.mark.parametrize("path", **of(LAUNCH_FILES))
+def test_an_argument_in_a_command_is_quoted_because_it_may_have_spaces(path):
+    words = [
+        word
+        for tag in xml(path).iter()
+        for key in ("command", "args")
+        for word in shlex.split(re.sub(r"\$\([^)]*\)", _with_a_space, tag.get(key, "")))
+    ]
+
+    assert [word for word in words if word in {"arg-a", "b"}] == []
+
+
+def _with_a_space(substitution):
+    """Return a value for a substitution: a user's argument has a space, a package's path none."""
+    return "arg-a b" if substitution[0].startswith("$(arg") else "path"
 
 
 @pytest.mark.parametrize("path", **of(LAUNCH_FILES))
