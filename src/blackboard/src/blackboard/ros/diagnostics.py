@@ -19,6 +19,7 @@ from blackboard.ros.master_watch import MasterState, watch_master
 if TYPE_CHECKING:
     from blackboard.consensus.no_quorum import NoQuorum
     from blackboard.consensus.node import RaftNode
+    from blackboard.ros.no_clock import NoClock
     from blackboard.ros.talker import MemberTalker
 
 _PERIOD = 1.0
@@ -30,14 +31,16 @@ class Diagnostics:
 
     ROS Publishers: `/diagnostics` (diagnostic_msgs/DiagnosticArray): OK; WARN while the ROS master
         is gone or the clock of somebody whom the member hears is off, and once the handling of a
-        message has failed; ERROR while the hive has no quorum or the member cannot write to its
-        disk.
+        message has failed; ERROR while the hive has no quorum, the member cannot write to its
+        disk, or no time comes although `/use_sim_time` is true.
     """
 
-    def __init__(self, talker: MemberTalker, node: RaftNode, no_quorum: NoQuorum) -> None:
+    def __init__(
+        self, talker: MemberTalker, node: RaftNode, no_quorum: NoQuorum, no_clock: NoClock
+    ) -> None:
         self._talker = talker
         self._node = node
-        self._no_quorum = no_quorum
+        self._lacks = (no_quorum, no_clock)
         self._master_is_lost = False
         self._publisher = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
 
@@ -86,8 +89,8 @@ class Diagnostics:
 
     def _verdict(self) -> tuple[int, str]:
         member = self._node.member
-        if self._no_quorum.text:
-            return DiagnosticStatus.ERROR, self._no_quorum.text
+        if lacks := "; ".join(each.text for each in self._lacks if each.text):
+            return DiagnosticStatus.ERROR, lacks
         if self._master_is_lost:
             return DiagnosticStatus.WARN, "the ROS master does not answer"
         if clocks := self._talker.clocks.off(self._talker.now()):

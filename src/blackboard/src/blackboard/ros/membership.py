@@ -20,6 +20,7 @@ from blackboard.domain.settings import BlackboardSettings, RaftSettings, Traffic
 from blackboard.errors import SettingsError
 from blackboard.ros.diagnostics import Diagnostics
 from blackboard.ros.journals import default_folder
+from blackboard.ros.no_clock import NoClock
 from blackboard.ros.planner_process import keep_planner
 from hive_common.ros import params
 
@@ -44,7 +45,7 @@ VOTER_TOPICS = (
 """What a member that can lead may publish; it advertises all of it before it has to."""
 
 _CHECK_PERIOD = 1.0
-"""Time between two checks that the hive has a quorum [s]."""
+"""Time between two checks that the hive has a quorum, and the member the time [s]."""
 
 
 def open_journal(member: str) -> SqliteJournal:
@@ -144,6 +145,8 @@ def join(
         if params.read(TrafficSettings, namespace).traffic == "planned":
             keep_planner(talker, node, hive)
     no_quorum = NoQuorum(talker, lambda: node.member, str(_file(talker.name, ".sqlite3")))
-    talker.every(_CHECK_PERIOD, no_quorum.look)
-    Diagnostics(talker, node, no_quorum).start()
+    no_clock = NoClock(talker)
+    for watch in (no_quorum, no_clock):
+        talker.every(_CHECK_PERIOD, watch.look)
+    Diagnostics(talker, node, no_quorum, no_clock).start()
     return node
