@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("rospy", reason="needs ROS")
 
-from blackboard.ros.rospy_patches.sending import Audience
+from blackboard.ros.rospy_patches.audience import Audience
 
 NODES = {"robot1": "/robot1/robot", "robot2": "/robot2/robot"}
 WINDOW = "/task_view"

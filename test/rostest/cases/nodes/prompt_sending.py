@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from blackboard.ros.rospy_patches.sending import PromptConnection
+from hive_common.ros.sending import PromptConnection
 
 MEGABYTE = bytes(1_000_000)
 PATIENCE = 300.0

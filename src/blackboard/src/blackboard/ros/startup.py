@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import rospy
 
 from blackboard.ros.rospy_patches.reading import handshake_apart, read_together
-from blackboard.ros.rospy_patches.sending import send_promptly
 from hive_common.errors import HiveError
 from hive_common.ros.links import mend_links
+from hive_common.ros.sending import send_promptly
 from hive_common.ros.signals import end_on_signals
 
 if TYPE_CHECKING:

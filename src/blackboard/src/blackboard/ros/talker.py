@@ -25,8 +25,8 @@ from blackboard.domain.clock_offsets import ClockOffsets
 from blackboard.domain.talker import BACKUP, BB_ACK, BB_ENTRIES, BB_VOTE, ROBOT_STATUS, SET_STATE
 from blackboard.ros.codec.tables import WIRES
 from blackboard.ros.liveness import PERIOD, LivenessWatch
+from blackboard.ros.rospy_patches.audience import Audience
 from blackboard.ros.rospy_patches.reading import unread
-from blackboard.ros.rospy_patches.sending import Audience
 from blackboard.ros.timers import Timers
 from hive_common.last_heard import LastHeard
 from hive_common.machine_clock import machine_time

@@ -12,6 +12,7 @@ from rospy.numpy_msg import numpy_msg
 
 from hive_common.errors import HiveError, ParameterError
 from hive_common.ros.links import mend_links
+from hive_common.ros.sending import send_promptly
 from hive_common.structuring import NotAllowedError, structure
 from robot_description.models import RobotModel
 
@@ -28,6 +29,7 @@ MAP_TIMEOUT = 5.0  # time between two warnings that there is no map [s]
 def run_node(name: str, run: Callable[[], None]) -> int:
     """Run a node until it is shut down; return its exit code."""
     rospy.init_node(name)
+    send_promptly()
     mend_links()
     try:
         run()

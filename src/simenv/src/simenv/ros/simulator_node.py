@@ -27,6 +27,7 @@ from hive_common.pose import Pose
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.links import mend_links
 from hive_common.ros.params import number, text, whole_number
+from hive_common.ros.sending import send_promptly
 from robot_description.models import load_model
 from simenv.errors import SimenvError
 from simenv.faults import Fault, inject
@@ -267,6 +268,7 @@ class SimulatorNode:
 def main() -> int:
     """Run the node; return its exit code."""
     rospy.init_node("simulator")
+    send_promptly()
     mend_links()
     try:
         simulation = _simulation()
