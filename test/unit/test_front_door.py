@@ -166,7 +166,7 @@ def completed(*words):
     ("words", "candidates"),
     [
         (["./hive", "ta"], ["tasks"]),
-        (["hive", "re"], ["replay"]),
+        (["hive", "rep"], ["replay"]),
         (["hive", "sh"], []),
         (["./hive", "test", "g"], ["gui"]),
         (["./hive", "setup", ""], []),

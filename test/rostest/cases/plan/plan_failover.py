@@ -30,7 +30,7 @@ def test_the_backup_takes_over_and_no_task_is_lost(operator, observed):
         f"a backup and {members} members on bb_backup",
         lambda: operator.heartbeat,
     )
-    goals = ((5.5, 4.0, 0.0), (8.8, 9.0, 0.0), (2.0, 8.8, 0.0))
+    goals = ((5.5, 4.0, 0.0), (8.8, 3.2, 0.0))
     with slow_motion():
         operator.post(task("P7-under-way", TaskMsg.GAB, *goals))
         worker = operator.until("P7-under-way", TaskState.STARTED).robot_id

@@ -84,6 +84,32 @@ def test_a_task_too_heavy_for_one_robot_is_done_in_parts(operator, observed):
     assert {record.state for record in parts.values()} == {TaskState.DONE}
 
 
+def test_the_same_task_posted_again_is_the_same_task(operator):
+    again = task("R-again", TaskMsg.GA, HOME[1])
+    operator.post(again)
+    operator.history("R-again")
+    known = len(operator.updates["R-again"])
+    operator.post(again)
+
+    # A repetition by the robot or the blackboard may still have been on its way.
+    operator.expect(
+        lambda: any(u.state == TaskState.DONE for u in operator.updates["R-again"][known:]),
+        "another DONE of R-again",
+        lambda: operator.told("R-again"),
+    )
+    assert {update.state for update in operator.updates["R-again"][known:]} == {TaskState.DONE}
+
+
+def test_a_taken_id_with_other_content_is_refused_and_the_task_goes_on(operator):
+    with slow_motion():
+        operator.post(task("R-taken", TaskMsg.GA, HOME[0]))
+        operator.new_task.publish(task("R-taken", TaskMsg.GA, HOME[1]))
+        refused = operator.until("R-taken", TaskState.REJECTED)
+
+    assert "taken" in refused.reason
+    operator.until("R-taken", TaskState.DONE)
+
+
 @pytest.mark.plan(
     "cancel",
     "Cancelling in each state",

@@ -176,11 +176,11 @@ def test_an_unknown_robot_joins_works_and_leaves(operator, newcomer, launches, o
         lambda: operator.heartbeat.members,
     )
     members = len(operator.heartbeat.members)
-    goals = ((18.0, 5.6, 0.0), (18.8, 9.6, 0.0))
+    goals = ((18.0, 5.6, 0.0), (18.0, 9.0, 0.0))
     for robot in ROBOTS:
         operator.set_state(robot, "defect", RobotStatus.DEFECT)
     with slow_motion():
-        operator.post(task("R-left", TaskMsg.GAB, *goals, *goals, *goals))
+        operator.post(task("R-left", TaskMsg.GAB, *goals))
         worker = operator.until("R-left", TaskState.STARTED).robot_id
         launches.stop(newcomer)
     operator.expect(
