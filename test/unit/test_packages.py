@@ -142,6 +142,13 @@ def test_an_argument_in_a_command_is_quoted_because_it_may_have_spaces(path):
     assert [word for word in words if word in {"arg-a", "b"}] == []
 
 
+@pytest.mark.parametrize("path", **of(LAUNCH_FILES))
+def test_a_launch_file_names_nothing_absolutely_so_that_a_hive_may_run_in_a_namespace(path):
+    names = {tag.get(key, "") for tag in xml(path).iter() for key in ("name", "param", "ns", "to")}
+
+    assert {name for name in names if name.startswith("/")} <= {"/use_sim_time"}
+
+
 def _with_a_space(substitution):
     """Return a value for a substitution: a user's argument has a space, a package's path none."""
     return "arg-a b" if substitution[0].startswith("$(arg") else "path"

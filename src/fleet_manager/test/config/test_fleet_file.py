@@ -122,12 +122,12 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
     values = [{arg.get("name"): arg.get("value") for arg in include} for include in includes]
     told = {param.get("name"): param.get("value") for param in root.findall("param")}
     assert told == {
-        "/fleet/cost_model": fleet.cost_model,
-        "/fleet/distance": "path",
-        "/charging/critical": "0.15",
-        "/charging/low": "0.3",
-        "/charging/enough": "0.6",
-        "/charging/full": "0.95",
+        "fleet/cost_model": fleet.cost_model,
+        "fleet/distance": "path",
+        "charging/critical": "0.15",
+        "charging/low": "0.3",
+        "charging/enough": "0.6",
+        "charging/full": "0.95",
     }
     assert root.find("rosparam").text == "[]"
     assert files[0].endswith("blackboard.launch")
@@ -141,6 +141,15 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
     assert [one["name"] for one in values[1:]] == [robot.name for robot in fleet.robots]
     assert values[1]["model"] == "mir100"
     assert (values[1]["x"], values[1]["sim"]) == ("2.6", "false")
+
+
+@pytest.mark.parametrize("name", ["lab", "mixed"])
+@pytest.mark.parametrize("sim", [True, False])
+def test_a_fleet_is_launched_in_whatever_namespace_its_launch_file_is(name, sim):
+    root = ET.fromstring(launch_text(read_fleet(name), sim=sim))  # noqa: S314  (made here)
+
+    names = {tag.get(key, "") for tag in root.iter() for key in ("name", "param", "ns")}
+    assert {each for each in names if each.startswith("/")} == set()
 
 
 def test_the_first_robots_stand_by_to_carry_the_blackboard(tmp_path):
@@ -162,7 +171,7 @@ def test_every_robot_is_told_the_chargers_and_thresholds_of_the_file(tmp_path):
     root = ET.fromstring(launch_text(read_fleet(str(path)), sim=False))  # noqa: S314  (made here)
 
     told = yaml.safe_load(root.find("rosparam").text)
-    assert root.find("param[@name='/charging/low']").get("value") == "0.4"
+    assert root.find("param[@name='charging/low']").get("value") == "0.4"
     assert told == [{"name": "dock", "pose": [1.0, 2.0, 0.0]}]
 
 
@@ -217,7 +226,7 @@ def test_the_traffic_planner_is_told_the_zones_as_they_were_read(tmp_path):
 
     root = ET.fromstring(launch_text(fleet, sim=False))  # noqa: S314  (made here)
 
-    told = yaml.safe_load(root.find("rosparam[@param='/traffic_planner/zones']").text)
+    told = yaml.safe_load(root.find("rosparam[@param='traffic_planner/zones']").text)
     assert tuple(structure(each, Zone) for each in told) == fleet.zones
 
 
@@ -356,7 +365,7 @@ def test_the_traffic_planner_is_told_the_landmarks(tmp_path):
     text = launch_text(read_fleet(str(path)), sim=True, landmarks=[landmark])
     root = ET.fromstring(text)  # noqa: S314  (made here)
 
-    told = yaml.safe_load(root.find("rosparam[@param='/traffic_planner/places']").text)
+    told = yaml.safe_load(root.find("rosparam[@param='traffic_planner/places']").text)
     assert structure(told, tuple[Landmark, ...]) == (landmark,)
 
 

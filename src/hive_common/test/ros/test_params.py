@@ -63,6 +63,25 @@ def test_settings_of_another_node_are_read_from_its_namespace(server):
     assert params.read(Drive, "/other").speed == 3.0
 
 
+def test_a_text_that_is_left_open_is_the_shared_one(server):
+    server |= {"/base/planner": "", "/fleet/planner": "straight", "/fleet/speed": 9.0}
+
+    assert params.read(Drive, shared="/fleet") == Drive(planner="straight")
+
+
+def test_a_text_that_is_left_open_is_the_default_where_none_is_shared(server):
+    server |= {"/base/planner": ""}
+
+    assert params.read(Drive, shared="/fleet") == Drive()
+    assert params.read(Drive) == Drive()
+
+
+def test_a_text_that_is_given_goes_before_the_shared_one(server):
+    server |= {"/base/planner": "own", "/fleet/planner": "straight"}
+
+    assert params.read(Drive, shared="/fleet").planner == "own"
+
+
 @pytest.mark.parametrize(
     ("name", "value", "allowed"),
     [

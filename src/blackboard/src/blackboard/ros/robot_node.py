@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import rospy
 
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from blackboard.robot.executor import Command
     from blackboard.ros.talker import MemberTalker
     from hive_common.ros.names import RobotNames
+
+_Settings = TypeVar("_Settings")
 
 _NODE = "robot"
 """The node's name in the robot's namespace."""
@@ -133,7 +135,16 @@ def read_robot_settings(names: RobotNames) -> tuple[RobotSettings, ControllerSet
     name = names.of(_NODE)
     kinds = (RobotSettings, ControllerSettings, PathSettings)
     params.refuse_unknown(kinds, ["charge", "journal", "stands_by"], node=name)
-    return params.read(RobotSettings, name), params.read(ControllerSettings, name)
+    return _shared(RobotSettings, names), params.read(ControllerSettings, name)
+
+
+def _shared(kind: type[_Settings], names: RobotNames) -> _Settings:
+    """Read settings; those that the robot leaves open are the fleet's.
+
+    Costs of two models cannot be compared: a robot that joins and bids by another model than the
+    rest would get every task, or none.
+    """
+    return params.read(kind, names.of(_NODE), shared=f"{names.hive}fleet")
 
 
 def join_hive(
@@ -158,7 +169,7 @@ def join_hive(
     """
     name = names.of(_NODE)
     settings, _ = read_robot_settings(names)
-    path_lengths = lengths_by(params.read(PathSettings, name))
+    path_lengths = lengths_by(_shared(PathSettings, names))
     journal = membership.open_journal(name)
     node = membership.join(
         talker, names.hive, path_lengths, journal, stands_by=read_stands_by(names)

@@ -45,10 +45,10 @@ def launch_text(
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
-        lines.append(f'  <param name="/fleet/{name}" type="str" value="{value}"/>')
+        lines.append(f'  <param name="fleet/{name}" type="str" value="{value}"/>')
     lines += _charging(fleet)
-    lines.append(yaml_line("/traffic_planner/zones", [_zone(zone) for zone in fleet.zones]))
-    lines.append(yaml_line("/traffic_planner/places", [attrs.asdict(each) for each in landmarks]))
+    lines.append(yaml_line("traffic_planner/zones", [_zone(zone) for zone in fleet.zones]))
+    lines.append(yaml_line("traffic_planner/places", [attrs.asdict(each) for each in landmarks]))
     blackboard = {
         "decision": fleet.decision,
         "improve_by": measure_for(fleet.cost_model),
@@ -171,9 +171,9 @@ def _text(name: str, value: str) -> str:
 def _charging(fleet: Fleet) -> list[str]:
     """Return the lines that tell every robot of the hive when and where to charge."""
     levels = attrs.asdict(fleet.battery).items()
-    lines = [f'  <param name="/charging/{name}" value="{level:g}"/>' for name, level in levels]
+    lines = [f'  <param name="charging/{name}" value="{level:g}"/>' for name, level in levels]
     places = [{"name": c.name, "pose": c.pose} for c in fleet.chargers or ()]
-    return [*lines, yaml_line("/charging/chargers", places)]
+    return [*lines, yaml_line("charging/chargers", places)]
 
 
 def _zone(zone: Zone) -> dict[str, object]:

@@ -10,6 +10,7 @@ import xmlrpc.client
 from typing import TYPE_CHECKING, Any
 
 import rosgraph
+import rosgraph.names
 import rospy
 from simenv.msg import Fault as FaultMsg
 from simenv.srv import InjectFault
@@ -59,7 +60,7 @@ class RosFaultLink:
         """
         _master()
         rospy.init_node("hive_fault", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
-        publisher = rospy.Publisher(f"/{robot}/drop_charge", Float64, queue_size=1, latch=True)
+        publisher = rospy.Publisher(f"{robot}/drop_charge", Float64, queue_size=1, latch=True)
         for _ in range(round(_PATIENCE / _LOOK)):
             if publisher.get_num_connections():
                 publisher.publish(Float64(level))
@@ -67,7 +68,7 @@ class RosFaultLink:
                 return f"{robot}'s battery drops to {level:.0%}"
             rospy.rostime.wallsleep(_LOOK)
         raise InputError(
-            f"robot '{robot}': nobody listens on /{robot}/drop_charge; see `hive robots`"
+            f"robot '{robot}': nobody listens on {publisher.resolved_name}; see `hive robots`"
         )
 
     def vanish(self, robot: str, *, back: bool) -> str:
@@ -79,7 +80,7 @@ class RosFaultLink:
         """
         master = _master()
         # A stopped process does not answer with its id, so the master keeps the ids.
-        note = f"/{robot}/stopped_processes"
+        note = f"{_namespace(robot)}stopped_processes"
         stopped = master.hasParam(note)
         if back is not stopped:
             raise InputError(
@@ -99,8 +100,9 @@ def _pids(master: rosgraph.Master, robot: str) -> list[int]:
     """Return the processes of all nodes of a robot."""
     publishers, subscribers, _ = master.getSystemState()
     nodes = {node for _, names in (*publishers, *subscribers) for node in names}
-    mine = sorted(node for node in nodes if node.startswith(f"/{robot}/"))
-    if not mine and any(name == f"/{robot}/cmd_vel" for name, _ in publishers):
+    own = _namespace(robot)
+    mine = sorted(node for node in nodes if node.startswith(own))
+    if not mine and any(name == f"{own}cmd_vel" for name, _ in publishers):
         raise InputError(
             f"robot '{robot}' shares its process with others, which would vanish too; start the "
             "fleet with processes:=each"
@@ -108,6 +110,11 @@ def _pids(master: rosgraph.Master, robot: str) -> list[int]:
     if not mine:
         raise InputError(f"robot '{robot}': no node of it is known; see `hive robots`")
     return [_pid(master, node) for node in mine]
+
+
+def _namespace(robot: str) -> str:
+    """Return the namespace of a robot of this hive, ending in a slash."""
+    return f"{rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), robot)}/"
 
 
 def _master() -> rosgraph.Master:

@@ -19,7 +19,7 @@ Settings = TypeVar("Settings")
 _KINDS = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
 
 
-def read(kind: type[Settings], namespace: str = "") -> Settings:
+def read(kind: type[Settings], namespace: str = "", shared: str = "") -> Settings:
     """Read the parameters that a class of settings has fields for.
 
     A field's default is the parameter's default and sets its type.
@@ -27,6 +27,7 @@ def read(kind: type[Settings], namespace: str = "") -> Settings:
     Args:
         kind: The class, made by dataclasses or attrs; its errors are HiveErrors.
         namespace: Where the parameters are; by default this node's name.
+        shared: Where those are that hold for several nodes; they take the place of empty texts.
 
     Raises:
         ParameterError: A value has the wrong type or is not allowed; the text names it.
@@ -34,10 +35,13 @@ def read(kind: type[Settings], namespace: str = "") -> Settings:
     prefix = f"{namespace or rospy.get_name()}/"
     # One call: the master answers one at a time, and all nodes ask while a system starts.
     given = rospy.get_param(prefix.rstrip("/"), {})
-    values = {
-        name: _typed(prefix + name, given.get(name, default), type(default))
-        for name, default in _defaults(kind).items()
-    }
+    instead = rospy.get_param(shared, {}) if shared and "" in given.values() else {}
+    values = {}
+    for name, default in _defaults(kind).items():
+        value = given.get(name, default)
+        is_left_open = value == "" != default
+        value = instead.get(name, default) if is_left_open else value
+        values[name] = _typed(prefix + name, value, type(default))
     try:
         return kind(**values)
     except HiveError as error:
