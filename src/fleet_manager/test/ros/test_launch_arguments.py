@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import contextlib
+import re
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
-from fleet_manager.ros.launch_arguments import complaint
+from fleet_manager.ros.launch_arguments import clash, complaint
 
 LAUNCH = Path(__file__).resolve().parents[2] / "launch"
 ROBOT = LAUNCH / "robot.launch"
@@ -56,7 +60,9 @@ def test_a_value_that_is_not_allowed_is_named(choice, said):
 
 @pytest.mark.parametrize("file", ["robot.launch", "fleet_manager.launch"])
 def test_the_launch_files_for_users_have_their_own_arguments_checked(file):
-    assert f"launch_arguments $(dirname)/{file}" in (LAUNCH / file).read_text()
+    check = rf"/launch_arguments ('--robot=[^']*' )?\$\(dirname\)/{file}"
+
+    assert re.search(check, (LAUNCH / file).read_text())
 
 
 @pytest.mark.parametrize(("word", "code"), [("name:=robot5", 0), ("colour:=red", 2)])
@@ -78,3 +84,68 @@ def test_the_words_are_those_of_the_process_that_loads_the_file(word, code):
 
     assert done.returncode == code
     assert ("argument 'colour' is unknown" in done.stderr) is (code != 0)
+
+
+@contextlib.contextmanager
+def serving(**calls):
+    """Answer XML-RPC calls; give the address."""
+    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
+        for name, call in calls.items():
+            server.register_function(call, name)
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_address[1]}"
+        server.shutdown()
+        thread.join()
+
+
+@pytest.fixture
+def node():
+    """The address of a node that answers."""
+    with serving(getPid=lambda _caller: (1, "", 4711)) as address:
+        yield address
+
+
+@pytest.fixture
+def master(monkeypatch):
+    """What a ROS master knows: who listens to which topic, and where each node is."""
+    listeners, addresses = {}, {}
+    with serving(
+        getSystemState=lambda _caller: (1, "", [[], list(listeners.items()), []]),
+        lookupNode=lambda _caller, name: (1, "", addresses[name]),
+    ) as address:
+        monkeypatch.setenv("ROS_MASTER_URI", address)
+        yield listeners, addresses
+
+
+def test_a_robot_that_runs_already_is_not_started_again(master, node):
+    master[0]["/robot5/set_state"] = ["/robot5/robot"]
+    master[1]["/robot5/robot"] = node
+
+    assert clash("robot5") == (
+        "robot5 runs already: the node /robot5/robot speaks for it; end its nodes first, or "
+        "choose another name"
+    )
+    assert clash("robot6") == ""
+
+
+def test_a_robot_whose_process_was_killed_is_started_again(master):
+    master[0]["/robot5/set_state"] = ["/robot5/robot"]
+    master[1]["/robot5/robot"] = "http://127.0.0.1:1"
+
+    assert clash("robot5") == ""
+
+
+def test_a_robot_of_that_name_in_another_namespace_is_another_robot(master, node, monkeypatch):
+    master[0]["/hall/robot5/set_state"] = ["/hall/robot5/robot"]
+    master[1]["/hall/robot5/robot"] = node
+
+    assert clash("robot5") == ""
+    monkeypatch.setenv("ROS_NAMESPACE", "hall")
+    assert clash("robot5").startswith("robot5 runs already")
+
+
+def test_without_a_master_no_robot_runs(monkeypatch):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+
+    assert clash("robot5") == ""
