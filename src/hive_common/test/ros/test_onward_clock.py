@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from hive_common.ros.onward_clock import OnwardClock
+from hive_common.ros.onward_clock import OnwardClock, SetBack
 
 
 class SetClock:
@@ -37,3 +37,13 @@ def test_it_counts_each_reset_once():
         clock.now()
 
     assert clock.now() == 1101.0
+
+
+def test_a_clock_that_was_set_back_is_noticed_once():
+    other = SetClock()
+    was_set_back = SetBack(other.read)
+    said = []
+    for other.time in (1101.0, 1100.5, 500.0, 501.0, 3.0):
+        said.append(was_set_back())
+
+    assert said == [False, False, True, False, True]

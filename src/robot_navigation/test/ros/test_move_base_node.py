@@ -125,12 +125,19 @@ class Robot:
             announce=lambda *_: None,
             give_routes_to=lambda _: None,
             every=lambda _, act: setattr(self, "_round", act),
+            when_set_back=lambda act: setattr(self, "_begin_anew", act),
         )
         self.server = Server()
         monkeypatch.setattr(
             move_base_node.actionlib, "SimpleActionServer", lambda *_, **__: self.server
         )
+        monkeypatch.setattr(move_base_node.action_servers, "start", lambda _: None)
         MoveBase(RobotNames("/", "robot1"), surroundings).start()
+
+    def set_clock_back(self, now: float) -> None:
+        """Set ROS time back, and have the control loop notice it."""
+        self.now = now
+        self._begin_anew()
 
     def _publisher(self, topic: str, *_: object, **__: object) -> SimpleNamespace:
         return SimpleNamespace(publish=self.published.setdefault(topic, []).append)
@@ -277,6 +284,53 @@ def test_a_goal_of_a_robot_that_stays_blind_is_aborted_with_the_reason(robot: Ro
     state, text = robot.server.outcome
     assert state == "aborted"
     assert text.startswith("no scan on /robot1/scan can be used: ranges: 0; allowed: ")
+
+
+def test_a_robot_drives_on_to_its_goal_when_the_clock_is_set_back(robot: Robot) -> None:
+    robot.send(8.0, 2.0)
+    robot.drive(2.0)
+
+    robot.set_clock_back(5.0)
+    robot.drive(20.0)
+
+    assert robot.server.outcome is not None
+    assert robot.server.outcome[0] == "succeeded"
+
+
+def test_a_robot_that_is_stuck_gives_up_in_time_also_when_the_clock_is_set_back(
+    robot: Robot,
+) -> None:
+    robot.send(8.0, 2.0)
+    robot.drive(2.0)
+    robot.set_clock_back(5.0)
+    stuck = robot.pose
+
+    def hold() -> None:
+        robot.pose = stuck
+        robot.measure()
+
+    robot.drive(NavigationSettings.give_up + 5.0, hold)
+
+    assert robot.server.outcome is not None
+    assert robot.server.outcome[0] == "aborted"
+
+
+def test_a_robot_without_a_goal_stands_still_when_the_clock_is_set_back(robot: Robot) -> None:
+    robot.drive(1.0)
+
+    robot.set_clock_back(5.0)
+
+    assert robot.drive(2.0) == 0.0
+
+
+def test_a_robot_whose_scans_end_when_the_clock_is_set_back_stops(robot: Robot) -> None:
+    robot.send(8.0, 2.0)
+    robot.drive(2.0)
+
+    robot.set_clock_back(5.0)
+    way = robot.drive(2.0, lambda: None)
+
+    assert way < 0.3
 
 
 def plan(robot: Robot, goal: tuple[float, float], tolerance: float = 0.0, **start: Any) -> Any:

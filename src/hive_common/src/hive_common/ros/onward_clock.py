@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A clock that goes on when the simulation it shows is reset."""
+"""What to do about a clock that is set back: go on, or notice it and begin anew."""
 
 from __future__ import annotations
 
@@ -36,3 +36,23 @@ class OnwardClock:
                 self._ahead += self._last - time
             self._last = time
             return time + self._ahead
+
+
+class SetBack:
+    """Says whether a clock was set back since it was asked last.
+
+    Who has written down times of that clock would wait until it has caught up with them.
+
+    Args:
+        read: The clock [s].
+    """
+
+    def __init__(self, read: Callable[[], float]) -> None:
+        self._read = read
+        self._last = read()
+
+    def __call__(self) -> bool:
+        """Return whether it was."""
+        time, last = self._read(), self._last
+        self._last = time
+        return time < last - _RESET

@@ -20,6 +20,7 @@ from hive_common.pose import compose
 from hive_common.ros.conversions import map_from_msg, pose_from_msg, pose_from_transform
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import own_names
+from hive_common.ros.transforms import Transforms
 from robot_navigation.mapping.explorer import Explorer
 from robot_navigation.ros.startup import read_model, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
@@ -66,8 +67,7 @@ class ExplorerNode:
 
     def run(self) -> None:
         """Explore until everything is known or the node is shut down."""
-        self._transforms = tf2_ros.Buffer(cache_time=rospy.Duration(5))
-        self._listener = tf2_ros.TransformListener(self._transforms)
+        self._transforms = Transforms(cache_time=5.0)
         self._commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
         self._explored = rospy.Publisher("explored", Bool, queue_size=1, latch=True)
         self._explored.publish(Bool(False))

@@ -23,6 +23,7 @@ from std_msgs.msg import Float32
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from hive_common.pose import STOP, compose
+from hive_common.ros import action_servers
 from hive_common.ros.conversions import (
     path_to_msg,
     pose_from_msg,
@@ -39,6 +40,8 @@ from robot_navigation.ros.startup import read_model, read_settings, run_node
 from robot_navigation.ros.surroundings import Surroundings
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from nav_msgs.srv import GetPlanRequest
 
     from hive_common.pose import Pose, Velocity
@@ -88,7 +91,10 @@ class MoveBase:
         self._planner = planner = surroundings.planner(model.base.circumscribed_radius)
         self._senses = Senses(names, surroundings, _MAP_FRAME, settings.senses_timeout)
         self._follower = follower = PursuitFollower(model.base)
-        self._navigator = Navigator(names.robot, model, planner, follower, planner.field, settings)
+        self._make_navigator: Callable[[], Navigator] = lambda: Navigator(
+            names.robot, model, planner, follower, planner.field, settings
+        )
+        self._navigator = self._make_navigator()
         self._last_velocity = STOP
         self._shown_path: Path | None = None
         self._announced_at = self._fed_back_at = self._blind_since = rospy.Time(0)
@@ -105,7 +111,7 @@ class MoveBase:
 
     def start(self) -> None:
         """Serve, and join the control loop."""
-        self._server.start()
+        action_servers.start(self._server)
         simple_goal = self._names.of("move_base_simple/goal")
         rospy.Subscriber(simple_goal, PoseStamped, self._pass_on, queue_size=1)
         rospy.Subscriber(self._names.of("speed_limit"), Float32, self._limit_speed, queue_size=1)
@@ -115,7 +121,17 @@ class MoveBase:
         self._surroundings.give_routes_to(
             lambda routes: self._navigator.take_routes(routes, rospy.get_time())
         )
+        self._surroundings.when_set_back(self._begin_anew)
         self._surroundings.every(1 / self._settings.control_rate, self._round)
+
+    def _begin_anew(self) -> None:
+        """Go on to the goal without anything that was written down before time was set back."""
+        goal, self._navigator = self._navigator.goal, self._make_navigator()
+        self._announced_at = self._fed_back_at = rospy.Time(0)
+        self._blind_since = rospy.Time.now()
+        self._senses.forget()
+        if goal is not None:
+            self._navigator.set_goal(goal, rospy.get_time())
 
     def _limit_speed(self, message: Float32) -> None:
         self._follower.speed_limit = message.data if message.data > 0 else math.inf

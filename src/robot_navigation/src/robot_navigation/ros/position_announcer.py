@@ -12,6 +12,7 @@ from robot_description.msg import Traffic
 
 from hive_common.ros.conversions import pose_from_msg, pose_from_transform
 from hive_common.ros.names import own_names
+from hive_common.ros.transforms import Transforms
 from robot_navigation.ros.conversions import traffic_to_msg
 from robot_navigation.ros.startup import read_model, run_node
 from robot_navigation.traffic.foreign_robot import ForeignRobot
@@ -95,8 +96,7 @@ def main() -> int:
 
 def _run() -> None:
     names = own_names()
-    transforms = tf2_ros.Buffer(cache_time=rospy.Duration(5))
-    listener = tf2_ros.TransformListener(transforms)
+    transforms = Transforms(cache_time=5.0)
     publisher = rospy.Publisher(f"{names.hive}traffic", Traffic, queue_size=10)
 
     def tell(announcement: Announcement, frame: str) -> None:
@@ -109,4 +109,4 @@ def _run() -> None:
             rospy.sleep(announcer.PERIOD)
         except rospy.ROSTimeMovedBackwardsException:
             continue
-    listener.unregister()
+    transforms.close()

@@ -79,6 +79,10 @@ class Senses:
             return None
         return self._scan[1]
 
+    def forget(self) -> None:
+        """Forget the scan: its time may be one that is still to come."""
+        self._scan = None
+
     def missing(self) -> str:
         """Return what is missing and what to do; empty if nothing is."""
         if self.scan() is None:

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import rospy
-import tf2_ros
 from robot_description.msg import Routes, Traffic
 
 from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
+from hive_common.ros.onward_clock import SetBack
+from hive_common.ros.transforms import Transforms
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.ros.conversions import (
     routes_from_msg,
@@ -56,14 +57,15 @@ class Surroundings:
     def __init__(self, hive: str) -> None:
         """Listen; `hive` is the hive's namespace and ends in a slash."""
         self.inbox = Inbox()
-        self.transforms = tf2_ros.Buffer(cache_time=rospy.Duration(5))
+        self.transforms = Transforms(cache_time=5.0)
         self.heard = Neighbourhood()
         self._hive = hive
         self._chart: OccupancyGrid | None = None
         self._planners: dict[float, OmplPlanner] = {}
         self._rounds: list[_Rounds] = []
         self._route_takers: list[Callable[[tuple[Route, ...]], None]] = []
-        self._listener = tf2_ros.TransformListener(self.transforms)
+        self._was_set_back = SetBack(rospy.get_time)
+        self._anew: list[Callable[[], None]] = []
         self._traffic = rospy.Publisher(f"{hive}traffic", Traffic, queue_size=10)
         rospy.Subscriber(f"{hive}traffic", Traffic, self._hear, queue_size=50)
         rospy.Subscriber(f"{hive}routes", Routes, self._hear_routes, queue_size=10)
@@ -127,10 +129,19 @@ class Surroundings:
         """
         self._rounds.append(_Rounds(period, action))
 
+    def when_set_back(self, action: Callable[[], None]) -> None:
+        """Have the control loop do something when ROS time was set back."""
+        self._anew.append(action)
+
     def run(self) -> None:
         """Run the control loop until the node is shut down."""
         while not rospy.is_shutdown():
             self.inbox.empty()
+            if self._was_set_back():
+                rospy.logwarn("ROS time was set back; the navigation begins anew")
+                self.heard = Neighbourhood()
+                for action in self._anew:
+                    action()
             for rounds in self._rounds:
                 rounds.call_if_due(rospy.get_time())
             wait = min(rounds.due for rounds in self._rounds) - rospy.get_time()

@@ -21,6 +21,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
+from hive_common.ros.onward_clock import SetBack
 from robot_navigation.mapf.reachability import unreached
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.ros.conversions import routes_to_msg, traffic_from_msg
@@ -105,9 +106,13 @@ class TrafficPlanner:
         rospy.Subscriber(f"{hive}zone_command", ZoneCommand, self._obey, queue_size=10)
 
     def run(self) -> None:
-        """Plan until the node is shut down."""
+        """Plan until the node is shut down, or ROS time is set back."""
+        self._was_set_back = SetBack(rospy.get_time)
         while not rospy.is_shutdown():
             now = rospy.get_time()
+            if self._was_set_back():
+                rospy.logwarn("ROS time was set back: the next traffic planner begins anew")
+                return
             self._inbox.empty()
             self._hear()
             if _is_due(now, self._stepped_at, _PERIOD):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import actionlib
 from blackboard.msg import PickAction, PickFeedback, PickResult
 
+from hive_common.ros import action_servers
 from simenv.bodies.pick import Act, Order, PickOutcome
 from simenv.errors import CommandError
 
@@ -40,7 +41,7 @@ class PickServer:
             cancel_cb=lambda goal: inbox.put(lambda: self._cancel(goal)),
             auto_start=False,
         )
-        self._server.start()
+        action_servers.start(self._server)
 
     def stop(self) -> None:
         """Stop serving."""

@@ -103,6 +103,8 @@ class _Desk:
             lambda name, payload: put(lambda: self._hear(name, payload)),
             lambda connected: put(lambda: self._note_broker(connected)),
         )
+        # The launch file starts it again, with nothing that was written down before.
+        surroundings.when_set_back(lambda: rospy.signal_shutdown("ROS time was set back"))
         surroundings.every(_LISTEN_PERIOD, lambda: None)
         surroundings.every(ASK_PERIOD, self._ask)
 

@@ -17,6 +17,8 @@ from std_msgs.msg import Float32
 
 from hive_common.pose import STOP, Pose, Velocity
 from hive_common.ros.conversions import planar_pose, pose_from_transform
+from hive_common.ros.onward_clock import OnwardClock
+from hive_common.ros.transforms import Transforms
 from vda5050.vehicle.ports import Outcome
 
 if TYPE_CHECKING:
@@ -40,15 +42,16 @@ class _Goals:
         self._client = actionlib.ActionClient(name, kind)
         self._goal: actionlib.ClientGoalHandle | None = None
         self._done: Callable[[Outcome], None] | None = None
-        self._heard = self._sent = rospy.get_time()
+        self._now = OnwardClock(rospy.get_time).now
+        self._heard = self._sent = self._now()
         rospy.Subscriber(f"{name}/status", GoalStatusArray, self._hear, queue_size=1)
 
     def _hear(self, _: GoalStatusArray) -> None:
-        self._heard = rospy.get_time()
+        self._heard = self._now()
 
     def send(self, goal: Any, done: Callable[[Outcome], None]) -> None:  # noqa: ANN401  (the action's)
         """Send a goal in place of the one before; `done` gets how it ends."""
-        self._done, self._sent = done, rospy.get_time()
+        self._done, self._sent = done, self._now()
 
         def changed(handle: actionlib.ClientGoalHandle) -> None:
             if handle.get_comm_state() == actionlib.CommState.DONE:
@@ -76,8 +79,8 @@ class _Goals:
 
     def watch(self) -> None:
         """End a goal whose server has gone silent; to be called now and then."""
-        now = rospy.get_time()
-        if self._goal is not None and now - max(self._heard, self._sent) > _SILENT:
+        silence = self._now() - max(self._heard, self._sent)
+        if self._goal is not None and silence > _SILENT:
             text = f"the action server {self._name} has been silent for {_SILENT:g} s"
             self._tell(Outcome(done=False, text=text))
 
@@ -94,8 +97,7 @@ class RosNavigation:
     def __init__(self, names: RobotNames, inbox: Inbox) -> None:
         self._frame = f"{names.robot}/base_footprint"
         self._goals = _Goals(names.of("move_base"), MoveBaseAction, inbox)
-        self._transforms = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._transforms)
+        self._transforms = Transforms(cache_time=10.0)
         self._initial = rospy.Publisher(
             names.of("initialpose"), PoseWithCovarianceStamped, queue_size=1
         )
