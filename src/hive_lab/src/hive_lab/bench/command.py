@@ -90,7 +90,7 @@ if TYPE_CHECKING:
 )
 @click.option("--close", is_flag=True, help="A lane closes and opens again, for traffic.")
 @click.option("--site", metavar="NAME", help="hall, lab or warehouse, for traffic.")
-@click.option("--ros", is_flag=True, help="A hive on ROS, planned and local, for traffic.")
+@click.option("--ros", is_flag=True, help="A hive on ROS, for fuzz and traffic.")
 @click.option(
     "--resume",
     type=click.Path(dir_okay=False, path_type=Path),

@@ -138,9 +138,10 @@ BENCHES: Mapping[str, Bench] = {
         options=("runs",),
     ),
     "fuzz": Bench(
-        "odd messages that hives at work cannot stand [1], virtual time; --messages N, --seed S",
+        "odd messages that hives at work cannot stand [1]; --messages N, --seed S, --ros",
         "fuzz.bench",
-        options=("messages", "seed"),
+        options=("messages", "seed", "ros"),
+        own_master=True,
     ),
     "gui": Bench(
         "longest stall [s] of the windows' event loop in each case, start [s], CPU, memory [MB]",
