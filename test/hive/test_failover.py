@@ -28,7 +28,7 @@ from hive_lab.fault_schedules.schedule import (
     PowerCut,
 )
 
-SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "400"))
+SCHEDULES = int(os.environ.get("HIVE_SCHEDULES", "600"))
 """Number of random schedules; more on demand."""
 
 POSTS = tuple(

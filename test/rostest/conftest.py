@@ -32,6 +32,11 @@ collect_ignore = ["cases"]
 """They run under rostest only, and share modules of that folder."""
 PACKAGE = "hive_tests"
 """What package.xml calls this folder."""
+BUSY = (
+    *("plan_tasks", "traffic", "plan_failover", "interfaces", "plan_start"),
+    *("sockets", "mapping", "unknown_agv", "shared_processes", "without_simulator"),
+)
+"""Files in which a whole fleet drives or starts, those that take longest first."""
 START_AND_STOP = 45.0
 """Time that roslaunch may take around a test node [s]."""
 TIME_TO_STOP = 60.0
@@ -63,8 +68,20 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 @pytest.hookimpl(tryfirst=True)  # before pytest-xdist hands tests out in this order
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files that may take longest, so that all workers end together."""
-    items.sort(key=lambda item: -getattr(item, "time_limit", 0.0))
+    """Begin with files on real ROS, and let those that work and those that wait take turns."""
+    files = [item for item in items if isinstance(item, RosTestItem)]
+    order = {item.name: place for place, item in enumerate(_in_turns(files))}
+    items.sort(key=lambda item: order.get(item.name, len(order)))
+
+
+def _in_turns(files: list[RosTestItem]) -> Iterator[RosTestItem]:
+    """Yield one file that keeps processors busy, then two that mostly wait, and so on."""
+    busy = sorted((f for f in files if f.name in BUSY), key=lambda f: BUSY.index(f.name))
+    waiting = [f for f in files if f.name not in BUSY]
+    for number, file in enumerate(busy):
+        yield file
+        yield from waiting[2 * number : 2 * number + 2]
+    yield from waiting[2 * len(busy) :]
 
 
 class RosTestFile(pytest.File):
