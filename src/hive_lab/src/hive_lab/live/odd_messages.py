@@ -21,11 +21,11 @@ from std_msgs.msg import String
 
 from blackboard.board.intake import why_refused
 from blackboard.board.reception import FAIL_STOP
-from blackboard.domain.talker import NEW_TASK, SET_STATE, TASK_CANCEL
+from blackboard.domain.talker import BB_ENTRIES, NEW_TASK, SET_STATE, TASK_CANCEL
 from blackboard.errors import LiveHiveError
 from blackboard.ros.codec.tables import WIRES
 from hive_lab.bench.registry import BenchResult
-from hive_lab.fuzz.mutations import Mutations
+from hive_lab.fuzz.mutations import Mutations, as_bytes
 from hive_lab.live.live_hive import bench_hive
 from hive_lab.live.live_operator import make_task
 
@@ -55,7 +55,9 @@ _LOOK_EVERY = 0.05  # [s]
 class OddMessages:
     """Overhears a hive, and publishes what it has heard with odd fields.
 
-    Create it after `rospy.init_node`, and before the hive starts: votes are only heard then.
+    Create it after `rospy.init_node`. It listens until `speak` is called. Then it speaks, and no
+    longer listens to the entries of the log: who does both is a member to the others, and they
+    leave members out of what does not concern them.
 
     Args:
         namespace: Of the hive, beginning and ending in a slash.
@@ -79,27 +81,38 @@ class OddMessages:
         self._said: dict[str, deque[tuple[str, bytes]]] = defaultdict(lambda: deque(maxlen=_KEPT))
         self._lock = threading.Lock()
         self._lies: list[tuple[str, genpy.Message, str]] = []
+        own = [f"{namespace}{robot}/{SET_STATE}" for robot in robots]
+        names = {topic: [f"{namespace}{topic}"] for topic in WIRES} | {SET_STATE: own}
+        self._topics = {name: topic for topic, each in names.items() for name in each}
         self._publishers: dict[str, rospy.Publisher] = {}
-        self._subscribers = []
-        for topic, wire in WIRES.items():
-            owners = robots if topic == SET_STATE else ("",)
-            for name in (f"{namespace}{owner}/{topic}".replace("//", "/") for owner in owners):
-                self._publishers[name] = rospy.Publisher(name, wire.message, queue_size=1000)
-                hear = self._hearing(topic, name)
-                self._subscribers.append(rospy.Subscriber(name, rospy.AnyMsg, hear))
+        self._subscribers = {
+            name: rospy.Subscriber(name, WIRES[topic].message, self._hearing(topic, name))
+            for name, topic in self._topics.items()
+        }
+
+    def speak(self) -> None:
+        """Begin to speak, and wait until the hive listens.
+
+        Raises:
+            LiveHiveError: It does not.
+        """
+        for name, topic in self._topics.items():
+            if topic == BB_ENTRIES:
+                self._subscribers.pop(name).unregister()
+        self._publishers = {
+            name: rospy.Publisher(name, WIRES[topic].message, queue_size=1000)
+            for name, topic in self._topics.items()
+        }
+        end = time.monotonic() + _CONNECTED_WITHIN
+        while not all(each.get_num_connections() for each in self._publishers.values()):
+            if time.monotonic() > end:
+                raise LiveHiveError(f"nobody listens within {_CONNECTED_WITHIN:.0f} s")
+            time.sleep(_LOOK_EVERY)
 
     def close(self) -> None:
         """Close all topics."""
-        for link in (*self._subscribers, *self._publishers.values()):
+        for link in (*self._subscribers.values(), *self._publishers.values()):
             link.unregister()
-
-    def wait_until_heard(self) -> None:
-        """Wait until somebody listens to each topic; some are of members that come later."""
-        end = time.monotonic() + _CONNECTED_WITHIN
-        while not all(each.get_num_connections() > 1 for each in self._publishers.values()):
-            if time.monotonic() > end:
-                return
-            time.sleep(_LOOK_EVERY)
 
     def say(self, topic: str, message: genpy.Message, own: str = "") -> None:
         """Publish a message as it is; `own` is the robot whose topic it is."""
@@ -135,11 +148,10 @@ class OddMessages:
     def _hearing(self, topic: str, name: str) -> Callable[[Any], None]:
         """Return a callback that keeps valid messages, those that were published here too."""
 
-        def hear(message: Any) -> None:  # noqa: ANN401  (rospy's AnyMsg)
-            data = bytes(message._buff)  # noqa: SLF001  (rospy has no other way)
-            if not _is_refused(topic, WIRES[topic].message().deserialize(data)):
+        def hear(message: Any) -> None:  # noqa: ANN401  (of the topic)
+            if not _is_refused(topic, message):
                 with self._lock:
-                    self._said[topic].append((name, data))
+                    self._said[topic].append((name, as_bytes(message)))
 
         return hear
 
@@ -268,7 +280,7 @@ def run(messages: int, seed: int) -> BenchResult:
     with bench_hive("bench_fuzz") as (hive, operator):
         odd = OddMessages(hive.namespace, hive.robots, seed)
         operator.wait_until_whole()
-        odd.wait_until_heard()
+        odd.speak()
         busy = BusyHive(hive, operator, odd, deeds=True)
         for _ in range(-(-messages // _BATCH)):
             known = len(busy.failures)
