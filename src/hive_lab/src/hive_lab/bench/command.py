@@ -47,9 +47,11 @@ if TYPE_CHECKING:
     "--messages",
     type=click.IntRange(min=1),
     metavar="N",
-    help="How many odd ones are delivered, for fuzz.",
+    help="How many odd ones are delivered, for fuzz and fuzz-ros.",
 )
-@click.option("--seed", type=click.IntRange(min=1), metavar="S", help="Of chance, for fuzz.")
+@click.option(
+    "--seed", type=click.IntRange(min=1), metavar="S", help="Of chance, for fuzz and fuzz-ros."
+)
 @click.option(
     "--minutes",
     type=click.IntRange(min=2),
@@ -90,7 +92,7 @@ if TYPE_CHECKING:
 )
 @click.option("--close", is_flag=True, help="A lane closes and opens again, for traffic.")
 @click.option("--site", metavar="NAME", help="hall, lab or warehouse, for traffic.")
-@click.option("--ros", is_flag=True, help="A hive on ROS, for fuzz and traffic.")
+@click.option("--ros", is_flag=True, help="A hive on ROS, planned and local, for traffic.")
 @click.option(
     "--resume",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -121,8 +123,8 @@ def bench(context: CliContext, name: str | None, file: Path | None, **options: o
       hive bench traffic --ros
       hive bench vda5050 --robots 50
 
-    Ends with 0 when the measurement ran, whatever it found; faults, fuzz, hive and traffic end
-    with 1 when a property was broken.
+    Ends with 0 when the measurement ran, whatever it found; faults, fuzz, fuzz-ros, hive and
+    traffic end with 1 when a property was broken.
     """  # noqa: D301  (to click, \b means: keep the lines)
     if name is None:
         if file is not None:

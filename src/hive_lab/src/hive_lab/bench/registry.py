@@ -138,9 +138,14 @@ BENCHES: Mapping[str, Bench] = {
         options=("runs",),
     ),
     "fuzz": Bench(
-        "odd messages that hives at work cannot stand [1]; --messages N, --seed S, --ros",
+        "odd messages that hives at work cannot stand [1], virtual time; --messages N, --seed S",
         "fuzz.bench",
-        options=("messages", "seed", "ros"),
+        options=("messages", "seed"),
+    ),
+    "fuzz-ros": Bench(
+        "odd messages that a hive of real nodes cannot stand [1]; --messages N, --seed S",
+        "live.odd_messages",
+        options=("messages", "seed"),
         own_master=True,
     ),
     "gui": Bench(

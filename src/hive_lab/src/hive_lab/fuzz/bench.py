@@ -13,30 +13,25 @@ import click
 
 from hive_lab.bench.registry import BenchResult
 from hive_lab.fuzz.run import Found, fuzz
-from hive_lab.live import odd_messages
 
 MESSAGES = 100_000
-ON_ROS = 20_000
 _PIECE = 2000  # messages of one process at a time
 
 
-def run(messages: int | None = None, seed: int = 1, *, ros: bool = False) -> BenchResult:
-    """Deliver odd messages to hives on virtual time, or to one of real nodes.
+def run(messages: int = MESSAGES, seed: int = 1) -> BenchResult:
+    """Deliver odd messages to hives on virtual time.
 
     Args:
         messages: How many; rounded up to whole pieces.
-        seed: The same seed gives the same run on virtual time.
-        ros: Whether the hive is one of real nodes; see `odd_messages.run`.
+        seed: The same seed gives the same run.
 
     Returns:
         How many messages were delivered, how many the border refuses and how many it accepts; how
         many failures there were; how many hives did the next good task; the time on the wall [s].
         Aim: no failures.
     """
-    if ros:
-        return odd_messages.run(messages or ON_ROS, seed)
     began, found = time.perf_counter(), Found()
-    seeds = range(seed, seed + -(-(messages or MESSAGES) // _PIECE))
+    seeds = range(seed, seed + -(-messages // _PIECE))
     # A new interpreter would look for the messages in the source tree, as in `compare.run_all`.
     context = multiprocessing.get_context("fork")
     with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from hive_lab.live.live_hive import LiveHive
     from hive_lab.live.live_operator import LiveOperator
 
+MESSAGES = 20_000
 _BATCH = 500
 """Messages before each good task."""
 
@@ -265,7 +266,7 @@ class BusyHive:
         self.failures.append(f"{what}\nThe last odd messages:\n  {last}")
 
 
-def run(messages: int, seed: int) -> BenchResult:
+def run(messages: int = MESSAGES, seed: int = 1) -> BenchResult:
     """Publish odd messages to a blackboard node and four robot nodes on a ROS master.
 
     Args:
