@@ -63,6 +63,7 @@ def publishers(topic):
 def test_without_a_master_tasks_go_on_and_failover_works_and_a_new_master_knows_all(hive, master):
     operator = hive.operator
     operator.wait_until_whole()
+    operator.demand(operator.hears_all, "the operator is connected to every member")
     for drive in hive.drives:
         drive.seconds = 3.0
     operator.post(make_task("under-way", (5.0, 1.0)))

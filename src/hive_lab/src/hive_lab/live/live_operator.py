@@ -201,6 +201,14 @@ class LiveOperator:
         """
         return self._listed[task_id] | {update.state for update in self.updates[task_id]}
 
+    def hears_all(self) -> bool:
+        """Return whether it is connected to every member on every topic.
+
+        rospy may lose a connection while a system starts, and restores it with the master's help.
+        """
+        most = len(self._members)
+        return all(each.get_num_connections() >= most for each in self._subscribers)
+
     def is_whole(self) -> bool:
         """Return whether every member has a vote and answers, and a backup is named."""
         return self.all_answer() and set(self.last.members) >= self._members
