@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """When the rounds of a control loop are due."""
 
+from types import SimpleNamespace
+
 import pytest
 
 pytest.importorskip("robot_description.msg", reason="the surroundings need generated messages")
 
-from robot_navigation.ros.surroundings import _Rounds
+import rospy
+
+from robot_navigation.ros import surroundings
+from robot_navigation.ros.surroundings import Surroundings, _Rounds
 
 PERIOD = 1 / 12
 STEP = 0.025  # of the clock [s]
@@ -49,3 +54,44 @@ def test_missed_rounds_are_left_out():
 
 def test_after_the_clock_was_set_back_rounds_go_on():
     assert len(rounds_at([100.0, 3.0, 3.01, 3.1])) == 3
+
+
+@pytest.fixture
+def looped(monkeypatch):
+    """Run a control loop for which ROS time goes by as told; return what it did at which time."""
+
+    def run(*times):
+        time = SimpleNamespace(now=times[0], left=list(times[1:]))
+
+        def pass_time(_seconds):
+            time.now = time.left.pop(0)
+
+        for name in ("Publisher", "Subscriber"):
+            monkeypatch.setattr(rospy, name, lambda *_, **__: None)
+        monkeypatch.setattr(surroundings, "Transforms", lambda **_: None)
+        monkeypatch.setattr(rospy, "get_time", lambda: time.now)
+        monkeypatch.setattr(rospy, "is_shutdown", lambda: not time.left)
+        monkeypatch.setattr(rospy, "sleep", pass_time)
+        monkeypatch.setattr(rospy, "logwarn", lambda _text: None)
+        loop, done = Surroundings("/"), []
+        before = loop.heard
+        loop.when_set_back(lambda: done.append(("anew", time.now, loop.heard is before)))
+        loop.every(PERIOD, lambda: done.append(("round", time.now)))
+        loop.run()
+        return done
+
+    return run
+
+
+def test_when_time_is_set_back_all_is_forgotten_and_begins_anew_before_the_next_round(looped):
+    assert looped(100.0, 100.1, 5.0, 5.1, 5.2) == [
+        ("round", 100.0),
+        ("round", 100.1),
+        ("anew", 5.0, False),
+        ("round", 5.0),
+        ("round", 5.1),
+    ]
+
+
+def test_while_time_goes_on_nothing_begins_anew(looped):
+    assert [what for what, *_ in looped(5.0, 5.1, 5.1, 65.0, 65.1)] == ["round"] * 3

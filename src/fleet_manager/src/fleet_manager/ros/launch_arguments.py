@@ -18,12 +18,13 @@ import xmlrpc.client
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fleet_manager.ros.launch_checked import DEFAULT_URI
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
 _BAD_INPUT = 2
 _CALLER = "/launch_arguments"
-_DEFAULT_URI = "http://localhost:11311"
 _ROBOT = "--robot="
 _PATIENCE = 2.0  # for an answer of the master or a node [s]
 
@@ -60,7 +61,7 @@ def clash(robot: str) -> str:
     topic = "/".join(["", *filter(None, [space, robot, "set_state"])])
     socket.setdefaulttimeout(_PATIENCE)
     try:
-        with xmlrpc.client.ServerProxy(os.environ.get("ROS_MASTER_URI", _DEFAULT_URI)) as master:
+        with xmlrpc.client.ServerProxy(os.environ.get("ROS_MASTER_URI", DEFAULT_URI)) as master:
             state: Any = master.getSystemState(_CALLER)
             nodes = [name for heard, names in state[2][1] if heard == topic for name in names]
             found: list[Any] = [(name, master.lookupNode(_CALLER, name)) for name in nodes]

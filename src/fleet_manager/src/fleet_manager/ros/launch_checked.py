@@ -13,7 +13,8 @@ import sys
 import xmlrpc.client
 from typing import Any, NoReturn
 
-_DEFAULT_URI = "http://localhost:11311"
+DEFAULT_URI = "http://localhost:11311"
+"""Address of the ROS master where ROS_MASTER_URI names none."""
 _FOUND = 1
 
 
@@ -28,7 +29,7 @@ def become_roslaunch(text: str) -> NoReturn:
 
 def asked(caller: str, parameter: str) -> str:
     """Return a parameter of the ROS master; empty where there is none, or no master answers."""
-    uri = os.environ.get("ROS_MASTER_URI", _DEFAULT_URI)
+    uri = os.environ.get("ROS_MASTER_URI", DEFAULT_URI)
     try:
         with xmlrpc.client.ServerProxy(uri) as master:
             answer: Any = master.getParam(caller, parameter)
