@@ -103,6 +103,14 @@ def test_a_rejection_that_answers_another_program_s_task_is_no_answer(link):
     assert link.now() == pytest.approx(0.2)
 
 
+def test_an_answer_about_an_id_that_nobody_else_has_is_believed_at_once(link):
+    rejection = TaskUpdate("T1", TaskState.REJECTED, reason="goal A is inside a wall")
+    link.on_post = lambda _task: link.say(rejection)
+
+    assert HiveClient(link).submit(TASK, is_unique=True).state is TaskState.REJECTED
+    assert link.now() == 0.0
+
+
 def test_an_acceptance_that_answers_another_program_s_task_is_no_answer(link):
     others = replace(TASK, goals=(Pose(9.0, 9.0),))
     link.on_post = lambda _task: link.say(TaskUpdate("T1", TaskState.WAITING))

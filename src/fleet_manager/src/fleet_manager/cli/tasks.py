@@ -128,7 +128,7 @@ def add(
     tell = TellAbout()
     with context.connect(()) as link:
         client = HiveClient(link, tell)
-        answer = client.submit(task)
+        answer = client.submit(task, is_unique=task_id is None)
         if answer.state is TaskState.REJECTED:
             raise NotDoneError(f"task {task.id} was rejected: {answer.reason}")
         click.echo(task.id)

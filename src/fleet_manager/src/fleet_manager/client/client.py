@@ -114,17 +114,23 @@ class HiveClient:
                 self._on_report(report, self.state.take_changes().events)
         return True
 
-    def submit(self, task: Task) -> TaskUpdate | TaskRecord:
+    def submit(self, task: Task, *, is_unique: bool = False) -> TaskUpdate | TaskRecord:
         """Post a task, with the present time; return the blackboard's first word, even REJECTED.
+
+        Args:
+            task: The task.
+            is_unique: Whether nobody else can have chosen its id, so that any answer is meant.
 
         Raises:
             InputError: The id is none.
             NoHiveError: No blackboard answered.
             NotDoneError: The id is on the task list already, for another task.
         """
-        return self.submit_all([task])[0]
+        return self.submit_all([task], are_unique=is_unique)[0]
 
-    def submit_all(self, tasks: Sequence[Task]) -> list[TaskUpdate | TaskRecord]:
+    def submit_all(
+        self, tasks: Sequence[Task], *, are_unique: bool = False
+    ) -> list[TaskUpdate | TaskRecord]:
         """Post several tasks in a row; return the answers in their order, as `submit` does."""
         for task in tasks:
             try:
@@ -136,7 +142,7 @@ class HiveClient:
             self._post(task)
         # An answer names the id only. It may be meant for a task that another program posts under
         # that id at the same moment; the list tells which of the two is on it.
-        ids = {task.id for task in tasks}
+        ids = set() if are_unique else {task.id for task in tasks}
         self._pump(lambda: ids <= self.state.listed.keys(), LISTED_WITHIN)
         return [self._answer_to(task) for task in tasks]
 
