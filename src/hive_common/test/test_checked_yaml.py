@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-from typing import Annotated
+import re
+from typing import Annotated, Any
 
 import attrs
 import pytest
 
-from hive_common.checked_yaml import error_at, read_all_mistakes, read_checked
+from hive_common.checked_yaml import error_at, named_at, read_all_mistakes, read_checked
 from hive_common.errors import FileError
 from hive_common.pose import Pose
 from hive_common.structuring import (
     NotAllowedError,
-    at_least,
+    between,
     listed,
     one_of,
     positive,
@@ -28,7 +29,7 @@ class Room:
     kind: Annotated[str, one_of("hall", "office")]
     shelves: Annotated[tuple[Shelf, ...], listed("shelves")] = ()
     door: Pose | None = None
-    people: Annotated[int, at_least(0, "people")] = 0
+    people: Annotated[int, between(0, 9, "people")] = 0
     lit: bool = True
     size: tuple[float, float] = (1.0, 1.0)
 
@@ -71,7 +72,7 @@ def test_every_mistake_is_named_from_the_top_down_with_line_key_value_and_what_i
 
     assert said(text) == [
         "room.yaml:1: kind: missing; allowed: hall | office",
-        "room.yaml:1: people: -1; allowed: people, at least 0",
+        "room.yaml:1: people: -1; allowed: people, 0..9",
         "room.yaml:3: shelves[0].height: 9; allowed: height [m], above 0 and at most 3",
         "room.yaml:4: shelves[1].height: 'high'; allowed: height [m], above 0 and at most 3",
         "room.yaml:4: shelves[1].depth: unknown; allowed: the keys height, from",
@@ -127,3 +128,46 @@ def test_a_mistake_found_after_reading_is_told_in_the_same_words(tmp_path):
 
     assert isinstance(error, FileError)
     assert str(error) == f"{path}:3: shelves[0].height: too low"
+
+
+@attrs.frozen
+class Mix:
+    """A file with keys that its reader does not know in advance."""
+
+    weights: dict[str, float]
+    anything: dict[str, Any] = attrs.field(factory=dict)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("weights: 3", ":1: weights: 3; allowed: keys with values"),
+        ("weights: [a]", "keys with values"),
+        ("weights: {a: 1, b: c}", ":1: weights.b: 'c'; allowed: a number"),
+        ("weights: {1: 2}", ":1: weights.1: 1; allowed: a text"),
+    ],
+)
+def test_what_is_no_mapping_or_has_bad_values_is_refused(tmp_path, text, word):
+    path = tmp_path / "mix.yaml"
+    path.write_text(text)
+
+    with pytest.raises(FileError, match=re.escape(word)):
+        read_checked(path, Mix)
+
+
+def test_where_anything_is_allowed_there_may_be_nothing(tmp_path):
+    path = tmp_path / "mix.yaml"
+    path.write_text("weights: {a: 1}\nanything: {b: }")
+
+    assert read_checked(path, Mix) == Mix({"a": 1.0}, {"b": None})
+
+
+def test_a_mistake_in_another_file_is_named_where_that_file_is_named(tmp_path):
+    path = tmp_path / "mix.yaml"
+    path.write_text("weights:\n  a: 1\n")
+
+    with (
+        pytest.raises(FileError, match=r"mix.yaml:2: weights.a: no such thing"),
+        named_at(path, "weights", "a"),
+    ):
+        raise FileError("no such thing")

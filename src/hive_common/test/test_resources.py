@@ -7,7 +7,7 @@ import pytest
 
 from hive_common import resources
 from hive_common.errors import FileError
-from hive_common.resources import node_file, package_folder
+from hive_common.resources import find_file, node_file, package_folder
 
 
 @pytest.fixture
@@ -45,3 +45,8 @@ def test_a_node_is_found_where_it_is_installed(installed):
 def test_a_node_that_is_not_there_is_said_with_the_remedy(package):
     with pytest.raises(FileError, match=r"source devel/setup\.bash first"):
         node_file(package, "no_node")
+
+
+def test_a_name_that_is_too_long_for_a_file_is_not_known():
+    with pytest.raises(FileError, match=r"robot model 'x{80}': not known"):
+        find_file("robot_description", "models", "x" * 5000)

@@ -44,7 +44,7 @@ def test_the_same_seed_posts_the_same_goals_under_new_ids(terminal):
     [
         ([], "no task would arrive; set at_once, or per_hour and minutes"),
         (["--at-once", "1", "--mix", "GA"], "'GA' is not TYPE=WEIGHT"),
-        (["--at-once", "1", "--mix", "FLY=1"], "a weight of at least 0 by type"),
+        (["--at-once", "1", "--mix", "FLY=1"], "a weight from 0 by type"),
         (["--at-once", "1", "--map", "moon"], "'moon': not known; allowed: lab, warehouse"),
     ],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from fleet_manager.config.fleet_file import Charger
+from blackboard.domain.charger import Charger
 from fleet_manager.config.places import landmarks_of, places_of
 from hive_common.pose import Pose
 from simenv.world.world_file import load_world

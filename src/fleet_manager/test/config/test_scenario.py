@@ -80,7 +80,7 @@ def test_a_goal_may_be_a_place_of_the_world(written):
         ("id: late", "id: soon", [":6: tasks[1].id", "'soon'", "tasks[0]"]),
         ("id: late", "id: too late", [":5: tasks[0].id", "without spaces"]),
         ("priority: 7", "priority: 11", [":6: tasks[1].priority", "11", "0..10"]),
-        ("payload: 2", "payload: -2", [":6: tasks[1].payload", "-2", "at least 0"]),
+        ("payload: 2", "payload: -2", [":6: tasks[1].payload", "-2", "0..1e+06"]),
         ("after: 5", "after: soon", [":5: tasks[0].after", "soon", "seconds"]),
         ("fleet: lab\n", "", [":1: fleet: missing"]),
     ],

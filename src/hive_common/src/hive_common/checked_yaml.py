@@ -7,6 +7,7 @@ Every kind of file (robot model, fleet, world, map, scenario) is described by an
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
@@ -67,6 +68,15 @@ def error_at(path: Path, place: Iterable[str | int], problem: str) -> FileError:
     """
     root = yaml.compose(path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
     return _located(path, root, NotAllowedError(place, problem))
+
+
+@contextmanager
+def named_at(path: Path, *place: str | int) -> Iterator[None]:
+    """Say of errors in another file where the file that names it does so; see `error_at`."""
+    try:
+        yield
+    except FileError as error:
+        raise error_at(path, place, str(error)) from None
 
 
 def _located(path: Path, root: yaml.Node | None, mistake: NotAllowedError) -> FileError:

@@ -94,7 +94,11 @@ def load_map(name_or_path: str, warn: Callable[[str], None] = lambda _: None) ->
     content = read_checked(path, MapContent)
     for problem in unknown_keys(path, MapContent):
         warn(problem)
-    cells = _cells(_read_pixels(path.parent / content.image), content)
+    try:
+        pixels = _read_pixels(path.parent / content.image)
+    except MapError as error:
+        raise MapError(f"{path}: image: {error}") from None
+    cells = _cells(pixels, content)
     return GridMap(cells[::-1].copy(), content.resolution, content.origin)
 
 
@@ -144,11 +148,9 @@ def _read_pixels(path: Path) -> NDArray[np.uint8]:
         raise MapError(f"{path}: has too many cells; use a coarser resolution") from None
     except OSError as error:
         reason = error.strerror or "is cut off or damaged"
-        raise MapError(f"{path}: cannot be read: {reason}; check the key `image`") from None
+        raise MapError(f"{path}: cannot be read: {reason}") from None
     except ValueError:  # PIL raises it for a .pgm that ends early, Python for an impossible name
-        raise MapError(
-            f"{str(path)!r}: cannot be read: is cut off or damaged; check the key `image`"
-        ) from None
+        raise MapError(f"{str(path)!r}: cannot be read: is cut off or damaged") from None
 
 
 def save_map(grid: GridMap, path: Path, kind: str = "pgm") -> None:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,9 @@ from hive_common.errors import ParameterError
 if TYPE_CHECKING:
     from collections.abc import Collection
 
+MOST = 1e6
+"""More than any setting of a robot is, and little enough for a memory to hold as many things."""
+
 
 def check_numbers(
     settings: Any,  # noqa: ANN401  (any dataclass)
@@ -19,7 +21,7 @@ def check_numbers(
     at_least_zero: Collection[str] = (),
     shares: Collection[str] = (),
 ) -> None:
-    """Check that every number of a dataclass is finite, and in its range.
+    """Check that every number of a dataclass is in its range, and at most `MOST` from 0.
 
     Args:
         settings: The dataclass; its texts are not checked.
@@ -34,12 +36,15 @@ def check_numbers(
         value = getattr(settings, name)
         if isinstance(value, str):
             continue
-        good, allowed = not isinstance(value, bool) and math.isfinite(value), "a finite number"
+        good = not isinstance(value, bool) and abs(value) <= MOST
+        allowed = "a finite number"
         if name in above_zero:
             good, allowed = good and value > 0, "a number above 0"
         elif name in at_least_zero:
             good, allowed = good and value >= 0, "a number of at least 0"
         elif name in shares:
             good, allowed = good and 0 <= value <= 1, "a number from 0 to 1"
+        if abs(value) > MOST:
+            allowed = f"{allowed}, at most {MOST:g}"
         if not good:
-            raise ParameterError(f"{name}: {value}; allowed: {allowed}")
+            raise ParameterError(f"{name}: {value!r:.80}; allowed: {allowed}")

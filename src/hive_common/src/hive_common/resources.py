@@ -12,6 +12,8 @@ from pathlib import Path
 
 from hive_common.errors import FileError
 
+MAX_SHOWN = 80  # characters shown of a name that is not known
+
 
 def package_folder(package: str) -> Path:
     """Return the folder that holds the launch files, fleets, maps and so on of a package.
@@ -74,14 +76,14 @@ def find_file(package: str, folder: str, name: str) -> Path:
     """
     if is_path(name):
         return Path(name).expanduser()
-    path = package_folder(package) / folder / f"{name}.yaml"
-    if not (name and path.is_file()):
+    known = names_in(package, folder)
+    if name not in known:
         kind = "robot model" if folder == "models" else folder.removesuffix("s")
         raise FileError(
-            f"{kind} {name!r}: not known; allowed: "
-            f"{', '.join(names_in(package, folder))}, or the path of a .yaml file"
+            f"{kind} {name[:MAX_SHOWN]!r}: not known; allowed: {', '.join(known)}, "
+            "or the path of a .yaml file"
         )
-    return path
+    return package_folder(package) / folder / f"{name}.yaml"
 
 
 def names_in(package: str, folder: str) -> list[str]:

@@ -16,9 +16,10 @@ from __future__ import annotations
 
 import re
 import sys
+from collections import abc
 from functools import cache
 from types import UnionType
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, cast, get_args, get_origin
 
 import attrs
 
@@ -62,11 +63,6 @@ def between(least: float, most: float, what: str) -> Allowed:
     return Allowed(f"{what}, {least:g}..{most:g}", lambda value: least <= value <= most)
 
 
-def at_least(least: float, what: str) -> Allowed:
-    """Allow numbers from `least` on; `what` names the value with its unit."""
-    return Allowed(f"{what}, at least {least:g}", lambda value: value >= least)
-
-
 def one_of(*values: str | int) -> Allowed:
     """Allow the given values only."""
     return Allowed(" | ".join(map(str, values)), lambda value: value in values)
@@ -93,9 +89,9 @@ Name = Annotated[str, Allowed("a name that is not empty")]
 def structure(content: object, kind: type[T]) -> T:
     """Turn plain data into an attrs class; raise NotAllowedError for its first mistake."""
     found, mistakes = structure_all(content, kind)
-    if found is None:
+    if mistakes:
         raise mistakes[0]
-    return found
+    return cast("T", found)  # which may be None, where anything is allowed
 
 
 def structure_all(content: object, kind: type[T]) -> tuple[T | None, list[NotAllowedError]]:
@@ -195,6 +191,27 @@ def _tuple(value: object, kind: Any) -> tuple[Any, ...]:  # noqa: ANN401  (a typ
     return tuple(_converter().structure(value, list[item]))  # type: ignore[valid-type]  # runtime
 
 
+def _pose(value: object, _: object) -> Pose:
+    pose = Pose(*_converter().structure(value, tuple[float, float, float]))
+    if pose.flaw:
+        raise _refused(value, f"a pose; it {pose.flaw}")
+    return pose
+
+
+def _mapping(value: object, kind: Any) -> dict[Any, Any]:  # noqa: ANN401  (a type)
+    """Read keys and values, each of one type."""
+    if not isinstance(value, dict):
+        raise _refused(value, "keys with values")
+    keys, values = get_args(kind)
+    found = {}
+    for key, part in value.items():
+        try:
+            found[structure(key, keys)] = structure(part, values)
+        except NotAllowedError as error:
+            raise NotAllowedError((str(key), *error.place), error.problem) from None
+    return found
+
+
 def _annotated(value: object, kind: Any) -> Any:  # noqa: ANN401  (a type; what it allows)
     base, rule = get_args(kind)
     try:
@@ -244,11 +261,11 @@ def _converter() -> Converter:
     made.register_structure_hook(str, _exactly(str, "a text"))
     made.register_structure_hook(bool, _exactly(bool, "true or false"))
     made.register_structure_hook_func(lambda kind: get_origin(kind) is tuple, _tuple)
+    made.register_structure_hook_func(
+        lambda kind: get_origin(kind) in {dict, abc.Mapping}, _mapping
+    )
     made.register_structure_hook_func(_is_optional, _optional)
     made.register_structure_hook_func(lambda kind: get_origin(kind) is Annotated, _annotated)
     made.register_structure_hook_factory(attrs.has, _class)
-    made.register_structure_hook_func(
-        lambda kind: kind is Pose,
-        lambda value, _: Pose(*made.structure(value, tuple[float, float, float])),
-    )
+    made.register_structure_hook_func(lambda kind: kind is Pose, _pose)
     return made

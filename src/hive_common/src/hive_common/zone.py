@@ -15,7 +15,6 @@ from hive_common.structuring import (
     Allowed,
     Name,
     NotAllowedError,
-    at_least,
     between,
     one_of,
     positive,
@@ -37,7 +36,7 @@ MIN_AREA = 0.01  # of a zone [m^2]
 
 _DIRECTION = between(-2 * pi, 2 * pi, "an angle in the map frame [rad]")
 _SPEED = positive("a speed [m/s]", 5)
-_ROBOTS = at_least(1, "a number of robots")
+_ROBOTS = between(1, 10_000, "a number of robots")
 
 FIGURES = {
     ONE_WAY: ("direction", _DIRECTION),

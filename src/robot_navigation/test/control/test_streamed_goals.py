@@ -21,6 +21,7 @@ from robot_navigation.control.driver import Driver
 from robot_navigation.control.follower import Room
 from robot_navigation.control.navigator import ROUTE_WITHIN
 from robot_navigation.control.obstacle_check import VisibleObstacles
+from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.planning.path import Path
 from robot_navigation.traffic.lock_resolver import ResolvingCoordinator
@@ -45,7 +46,9 @@ class Lab:
         self.grid = load_map("lab")
         radius = load_model(model).base.circumscribed_radius
         field = ClearanceField.of(self.grid)
-        coordinator = ResolvingCoordinator(field, [radius], (), 1) if led else None
+        coordinator = None
+        if led:
+            coordinator = ResolvingCoordinator(field, build_roadmap(field, [radius]))
         self.traffic = Traffic(self.simulation, self.grid, coordinator)
         self.traffic.add("robot1", load_model(model), (*START[:2], yaw))
 

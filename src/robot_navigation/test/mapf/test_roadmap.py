@@ -11,6 +11,7 @@ import pytest
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
+import hive_common.distances
 from hive_common.grid_map import GridMap
 from hive_common.map_file import load_map
 from hive_common.zone import Zone
@@ -307,3 +308,30 @@ def test_a_point_in_a_wall_has_no_lane() -> None:
     joined, index = with_ends(roadmap, field, np.array([(4.8, 5.4)]), np.array([LD60]))
 
     assert joined.begins[index + 1] == joined.begins[index]
+
+
+def test_who_waits_for_a_roadmap_is_told_of_each_step() -> None:
+    steps: list[int] = []
+
+    build_roadmap(ClearanceField.of(rooms(1.2)), [LD60], (), lambda: steps.append(1))
+
+    assert len(steps) == 5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_map_in_strips_has_the_roadmap_of_the_whole(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(seed)
+    blocked = np.zeros((500, 90), dtype=bool)
+    for row, column in random.integers((0, 0), (500, 90), (40, 2)):
+        blocked[row : row + 9, column : column + 30] = True
+    grid = GridMap.of_blocked(blocked, 0.05)
+    whole = build_roadmap(ClearanceField.of(grid), [YOUBOT])
+    monkeypatch.setattr(hive_common.distances, "CELLS", 1)
+
+    roadmap = build_roadmap(ClearanceField.of(grid), [YOUBOT])
+
+    assert np.array_equal(roadmap.places, whole.places)
+    assert np.array_equal(roadmap.lanes, whole.lanes)
+    assert np.array_equal(roadmap.may_park, whole.may_park)

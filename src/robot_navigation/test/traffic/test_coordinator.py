@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hive_common.grid_map import GridMap
+from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.traffic.coordinator import Coordinator
 from robot_navigation.traffic.right_of_way import Announcement, no_right
@@ -20,7 +21,8 @@ EAST, WEST = (7.31, 5.02), (2.17, 5.33)
 def coordinator():
     blocked = np.zeros((200, 200), dtype=bool)
     blocked[:4] = blocked[-4:] = blocked[:, :4] = blocked[:, -4:] = True
-    return Coordinator(ClearanceField.of(GridMap.of_blocked(blocked, 0.05)), [0.4])
+    field = ClearanceField.of(GridMap.of_blocked(blocked, 0.05))
+    return Coordinator(field, build_roadmap(field, [0.4]))
 
 
 def at(x, y, goal, time=0.0):

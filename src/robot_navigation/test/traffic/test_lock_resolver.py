@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hive_common.grid_map import GridMap
+from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.route import NO_PLAN
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.traffic.coordinator import Coordinator
@@ -81,7 +82,7 @@ class Standing:
         blocked[:4] = blocked[-4:] = True
         blocked[:, :4] = blocked[:, -4:] = True
         field = ClearanceField.of(GridMap.of_blocked(blocked, 0.05))
-        self.coordinator = ResolvingCoordinator(field, [0.4])
+        self.coordinator = ResolvingCoordinator(field, build_roadmap(field, [0.4]))
         self.waits = {"a": "b", "b": "a"} if lock else {"a": "", "b": ""}
         self.routes = {}
         self.now = 0.0

@@ -15,6 +15,7 @@ from scipy.sparse import csgraph
 
 from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.traffic_conditions import NO_TRAFFIC
+from hive_common.distances import distances, strips
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -35,6 +36,8 @@ _FIELD_TIME, _READ_TIME = 0.015, 0.0002
 """Processor time of a field over the warehouse, and of reading one for a thousand starts [s]."""
 
 _MAX_FIELDS = 200
+_FIELD_BYTES = 100_000_000
+"""So many fields are kept at most, and in so much memory, which a large map needs for 30."""
 
 _MAX_STANDS = 4000
 
@@ -157,7 +160,7 @@ class GridPathLengths:
             else:
                 field = _field_in_traffic(self._roads(), self._moves(), node)
         self._fields[node] = field
-        if len(self._fields) > _MAX_FIELDS:
+        if len(self._fields) > max(1, min(_MAX_FIELDS, _FIELD_BYTES // field.lengths.nbytes)):
             self._fields.popitem(last=False)
         return field
 
@@ -212,11 +215,14 @@ def _make_roads(grid: GridMap, radius: float, traffic: TrafficConditions) -> _Ro
     """
     blocked = grid.blocked
     if traffic.zones:
-        middles = _middles(grid, blocked.shape, grid.resolution)
-        blocked = blocked | traffic.is_shut(middles).reshape(blocked.shape)
-    padded = np.pad(blocked, 1, constant_values=True)
-    clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * grid.resolution
-    free = clearance > max(radius, grid.resolution / 2)
+        blocked = blocked.copy()
+        for strip, _ in strips(blocked, 0.0):
+            middles = _middles(grid, blocked[strip].shape, grid.resolution, strip.start)
+            blocked[strip] |= traffic.is_shut(middles).reshape(blocked[strip].shape)
+    need = max(radius, grid.resolution / 2)
+    free = np.empty(blocked.shape, dtype=np.bool_)
+    for strip, cells in distances(blocked, need / grid.resolution + 1):
+        free[strip] = cells * grid.resolution > need
     parts, _ = ndimage.label(free)
     rows, columns = free.shape
     wanted = math.ceil(math.sqrt(rows * columns / _MAX_CELLS))
@@ -229,9 +235,12 @@ def _make_roads(grid: GridMap, radius: float, traffic: TrafficConditions) -> _Ro
     return _Roads(parts, factor, (rows, columns), side, _graph(coarse) * side)
 
 
-def _middles(grid: GridMap, shape: tuple[int, ...], side: float) -> NDArray[np.float64]:
-    """Return the middles of cells of a side [m], row by row, (n, 2), frame map [m]."""
+def _middles(
+    grid: GridMap, shape: tuple[int, ...], side: float, first: int = 0
+) -> NDArray[np.float64]:
+    """Return the middles of cells of a side [m], row by row from the first row, (n, 2) [m]."""
     rows, columns = np.indices(shape).reshape(2, -1)
+    rows += first
     corner = np.array(grid.origin[:2])
     middles: NDArray[np.float64] = corner + side * (np.column_stack([columns, rows]) + 0.5)
     return middles

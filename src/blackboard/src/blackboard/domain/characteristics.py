@@ -13,7 +13,14 @@ from blackboard.domain.battery import BatteryModel
 from blackboard.domain.task import StepKind, Task, TaskType
 from blackboard.errors import CharacteristicsError
 from hive_common.pose import Pose
-from hive_common.structuring import Allowed, NotAllowedError, at_least, listed, one_of, structure
+from hive_common.structuring import (
+    Allowed,
+    NotAllowedError,
+    between,
+    one_of,
+    positive,
+    structure,
+)
 
 
 class RobotState(IntEnum):
@@ -91,8 +98,18 @@ class _Part:
     OTHER_KEYS = True
 
 
-_Above0 = Annotated[float, Allowed("a number above 0", lambda value: value > 0)]
-_AtLeast0 = Annotated[float, at_least(0, "a number")]
+_MOST = 1e6
+"""In kg, m/s, Ah, V, W or s: more than any robot has, and little enough to reckon with."""
+
+_Above0 = Annotated[float, positive("a number", _MOST)]
+_AtLeast0 = Annotated[float, between(0, _MOST, "a number")]
+
+
+def _is_outline(corners: tuple[tuple[float, float], ...]) -> bool:
+    """Return whether corners go counter-clockwise around the base's middle."""
+    too_far = any(abs(number) > _MOST for corner in corners for number in corner)
+    edges = zip(corners, corners[1:] + corners[:1], strict=True)
+    return not too_far and min((x * b - y * a for (x, y), (a, b) in edges), default=0.0) > 0
 
 
 @attrs.frozen
@@ -100,7 +117,12 @@ class _Base(_Part):
     mass: _Above0
     max_speed: _Above0
     friction_coefficient: _Above0
-    footprint: Annotated[tuple[tuple[float, float], ...], listed("corners [x, y] [m]", 3)]
+    footprint: Annotated[
+        tuple[tuple[float, float], ...],
+        Allowed(
+            "corners [x, y] [m], counter-clockwise around the middle of the base", _is_outline
+        ),
+    ]
 
 
 @attrs.frozen

@@ -19,6 +19,7 @@ import rospy
 from robot_description.msg import TrafficState
 
 from blackboard.board.planner_keeper import PlannerKeeper
+from blackboard.ros.traffic_told import zones_of
 from hive_common.resources import node_file
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
     """
     zones = rospy.get_param(f"{hive}traffic_planner/zones", [])
     places = rospy.get_param(f"{hive}traffic_planner/places", [])
-    shut = [str(zone["name"]) for zone in zones if zone.get("closed")]
+    shut = [zone.name for zone in zones_of(hive) if zone.closed]
     last = _LastWord(hive, shut, talker.now)
 
     def leads() -> int | None:

@@ -10,6 +10,7 @@ import rospy
 from blackboard.domain import talker as topics
 from blackboard.domain.battery import Battery
 from blackboard.domain.characteristics import characteristics_from
+from blackboard.domain.charger import Charger
 from blackboard.domain.settings import (
     ChargingSettings,
     ControllerSettings,
@@ -17,7 +18,6 @@ from blackboard.domain.settings import (
     RobotSettings,
 )
 from blackboard.domain.task import StepKind
-from blackboard.errors import SettingsError
 from blackboard.robot.charging import ChargingPlan
 from blackboard.robot.executor import Controller
 from blackboard.robot.robot import Robot
@@ -27,7 +27,6 @@ from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.senses import Senses, wait_for_pose
 from blackboard.ros.startup import run_node
 from blackboard.ros.talker import RosTalker
-from hive_common.pose import Pose
 from hive_common.ros import params
 from hive_common.ros.names import own_names
 
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from blackboard.domain.characteristics import RobotCharacteristics
     from blackboard.robot.executor import Command
     from blackboard.ros.talker import MemberTalker
+    from hive_common.pose import Pose
     from hive_common.ros.names import RobotNames
 
 _Settings = TypeVar("_Settings")
@@ -103,7 +103,8 @@ def start_robot(
     """
     name = names.of(_NODE)
     body = characteristics_from(rospy.get_param(names.of("characteristics"), {}))
-    battery = Battery(body.battery, rospy.get_param(f"{name}/charge", 1.0))
+    charge = params.number("charge", least=0.0, most=1.0, default=1.0, node=name)
+    battery = Battery(body.battery, charge)
     settings, patience = read_robot_settings(names)
     talker = process.member(name, names.robot, names.of(""))
     drive = MoveBaseCommand(talker, patience.server_timeout)
@@ -185,22 +186,14 @@ def join_hive(
         settings,
         journal,
         node,
-        _charging_plan(names.hive),
+        charging_plan(names.hive),
     )
     return robot, node
 
 
-def _charging_plan(hive: str) -> ChargingPlan:
+def charging_plan(hive: str) -> ChargingPlan:
     """Read where and when the hive's robots charge from the parameters under `charging`."""
     name = f"{hive}charging/chargers"
-    places = {}
-    try:
-        for entry in rospy.get_param(name, []):
-            x, y, yaw = map(float, entry["pose"])
-            places[str(entry["name"])] = Pose(x, y, yaw)
-    except (KeyError, TypeError, ValueError) as error:
-        raise SettingsError(
-            f"{name} cannot be used ({error}); allowed: a list of chargers, each with a name and "
-            "a pose [x, y, yaw] in the map frame [m, m, rad]"
-        ) from None
+    chargers = params.structured(name, tuple[Charger, ...], [])
+    places = {charger.name: charger.pose for charger in chargers}
     return ChargingPlan(places, params.read(ChargingSettings, f"{hive}charging"))

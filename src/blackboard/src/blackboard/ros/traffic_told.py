@@ -11,8 +11,9 @@ import rospy
 from robot_description.msg import TrafficState
 
 from blackboard.costing.traffic_conditions import NO_TRAFFIC, SlowPlace, TrafficConditions
+from hive_common.errors import ParameterError
 from hive_common.pose import Pose
-from hive_common.structuring import NotAllowedError, structure
+from hive_common.ros.params import structured
 from hive_common.zone import Zone
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class TrafficTold:
         self, hive: str, now: Callable[[], float], use: Callable[[TrafficConditions], None]
     ) -> None:
         self._now, self._use = now, use
-        self._zones = _zones(hive)
+        self._zones = zones_of(hive)
         self.conditions = TrafficConditions(self._zones)
         self._epoch = 0
         self._delays_at = -math.inf
@@ -81,9 +82,9 @@ def _middle(coordinate: float) -> float:
     return SQUARE * (math.floor(coordinate / SQUARE) + 0.5)
 
 
-def _zones(hive: str) -> tuple[Zone, ...]:
-    """Return the hive's zones; the traffic planner refuses those that are not allowed."""
+def zones_of(hive: str) -> tuple[Zone, ...]:
+    """Return the hive's zones; none where they are not allowed, as the traffic planner says."""
     try:
-        return structure(rospy.get_param(f"{hive}traffic_planner/zones", []), tuple[Zone, ...])
-    except NotAllowedError:
+        return structured(f"{hive}traffic_planner/zones", tuple[Zone, ...], [])
+    except ParameterError:
         return NO_TRAFFIC.zones

@@ -13,6 +13,7 @@ from typing import Annotated
 import attrs
 
 from blackboard.costing.cost import COST_MODELS
+from blackboard.domain.charger import Charger
 from blackboard.domain.settings import (
     DECISIONS,
     DISTANCES,
@@ -20,11 +21,10 @@ from blackboard.domain.settings import (
     TRAFFIC,
     ChargingSettings,
 )
-from hive_common.checked_yaml import error_at, read_checked
-from hive_common.errors import FileError
+from hive_common.checked_yaml import error_at, named_at, read_checked
 from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
-from hive_common.structuring import Allowed, Name, at_least, between, listed, one_of
+from hive_common.structuring import Allowed, between, listed, one_of
 from hive_common.zone import Zone
 from robot_description.models import RobotModel, load_model
 from vda5050.mqtt.link import BrokerSettings
@@ -118,14 +118,6 @@ def plan_topic(robot: FleetRobot) -> str:
 
 
 @attrs.frozen(kw_only=True)
-class Charger:
-    """Where a robot stands to charge."""
-
-    name: Name
-    pose: _MapPose
-
-
-@attrs.frozen(kw_only=True)
 class FleetContent:
     """What a fleet file holds."""
 
@@ -156,7 +148,7 @@ class FleetContent:
     """Where AGVs with `driver: vda5050` are found; None: one of its own on this machine."""
     zones: tuple[Zone, ...] = ()
     """Areas in which a traffic planner limits how robots drive."""
-    stand_by: Annotated[int, at_least(2, "a number of robots")] = STANDING_BY
+    stand_by: Annotated[int, between(2, 10_000, "a number of robots")] = STANDING_BY
     """How many robots, the first ones, stand by to carry the blackboard."""
     robots: Annotated[tuple[FleetRobot, ...], listed("at least one robot", 1)]
 
@@ -238,10 +230,8 @@ def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel | Non
                 "Only an AGV with driver: vda5050 that is not simulated needs none"
             )
             raise error_at(path, ("robots", index), problem)
-        try:
+        with named_at(path, "robots", index, "model"):
             models.append(load_model(robot.model))
-        except FileError as error:
-            raise error_at(path, ("robots", index, "model"), str(error)) from None
     return models
 
 

@@ -11,15 +11,17 @@ import attrs
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from blackboard.domain.task import Task, TaskType
 from fleet_manager.config.scenario import PlannedTask, Scenario
+from hive_common.distances import distances
 from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
-from hive_common.structuring import Allowed, NotAllowedError, at_least, between
+from hive_common.structuring import Allowed, NotAllowedError, between
 
 ROOM = 0.9  # least distance of a goal from anything that is not free [m]
+LONGEST = 1440.0  # tasks arrive for a day at most [min]
+MOST_WEIGHT = 1e6  # sum of the weights of a mix
 KEEP_OFF = 1.5  # least distance of a goal from a pose to be avoided [m]
 
 PAYLOADS = {TaskType.GA: 0.0, TaskType.GAB: 40.0, TaskType.GPA: 0.4, TaskType.GPAB: 0.4}
@@ -29,7 +31,8 @@ TYPES = tuple(kind.name for kind in TaskType)
 
 
 def _are_weights(mix: dict[str, float]) -> bool:
-    return set(mix) <= set(TYPES) and min(mix.values(), default=0.0) >= 0 < sum(mix.values())
+    weights = mix.values()
+    return set(mix) <= set(TYPES) and min(weights, default=0.0) >= 0 < sum(weights) <= MOST_WEIGHT
 
 
 @attrs.frozen(kw_only=True)
@@ -44,11 +47,15 @@ class Load:
     """Posted at the start."""
     per_hour: Annotated[float, between(0, 3600, "a number of tasks")] = 0.0
     """Posted later, at random times with this mean rate (a Poisson process) [1/h]."""
-    minutes: Annotated[float, at_least(0, "a number of minutes")] = 10.0
+    minutes: Annotated[float, between(0, LONGEST, "a number of minutes")] = 10.0
     """How long tasks are posted [min]."""
     mix: Annotated[
         dict[str, float],
-        Allowed(f"a weight of at least 0 by type, of {', '.join(TYPES)}", _are_weights),
+        Allowed(
+            f"a weight from 0 by type, of {', '.join(TYPES)}; "
+            f"together above 0, at most {MOST_WEIGHT:g}",
+            _are_weights,
+        ),
     ] = attrs.field(factory=lambda: dict.fromkeys(TYPES, 1.0))
     """How frequent each task type is, relative to the others."""
 
@@ -141,13 +148,14 @@ def _floor(grid: GridMap, avoid: Collection[Pose]) -> tuple[NDArray[np.intp], ..
     Raises:
         NotAllowedError: There is none.
     """
-    padded = np.pad(~grid.blocked, 1)
-    clear = ndimage.distance_transform_edt(padded)[1:-1, 1:-1] * grid.resolution
+    clear = np.empty(grid.blocked.shape, dtype=np.bool_)
+    for strip, apart in distances(grid.blocked, ROOM / grid.resolution + 1):
+        clear[strip] = apart * grid.resolution >= ROOM
     for pose in avoid:
         rows, columns = np.ogrid[: clear.shape[0], : clear.shape[1]]
         x, y = columns * grid.resolution + grid.origin.x, rows * grid.resolution + grid.origin.y
-        clear[np.hypot(x - pose.x, y - pose.y) < KEEP_OFF] = 0.0
-    cells = np.nonzero(clear >= ROOM)
+        clear[np.hypot(x - pose.x, y - pose.y) < KEEP_OFF] = False
+    cells = np.nonzero(clear)
     if not len(cells[0]):
         raise NotAllowedError((), f"no place on the map is {ROOM} m away from all walls")
     return cells

@@ -13,7 +13,7 @@ from simenv.world.world_content import WorldContent
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from fleet_manager.config.fleet_file import Charger
+    from blackboard.domain.charger import Charger
     from hive_common.pose import Pose
     from simenv.world.world import World
 

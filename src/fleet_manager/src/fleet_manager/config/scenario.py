@@ -13,13 +13,14 @@ from typing import Annotated, Any
 
 import attrs
 
-from blackboard.domain.task import Task, TaskType
+from blackboard.domain.task import MAX_PAYLOAD, Task, TaskType
 from fleet_manager.config.places import places_of
-from hive_common.checked_yaml import error_at, read_checked
-from hive_common.pose import Pose
+from hive_common.checked_yaml import error_at, named_at, read_checked
+from hive_common.pose import FARTHEST, Pose
 from hive_common.resources import beside, find_file
-from hive_common.structuring import Allowed, at_least, between, listed, one_of, positive
+from hive_common.structuring import Allowed, between, listed, one_of, positive
 
+LATEST = 86400.0  # a task is posted within a day of the start of its scenario [s]
 MAX_GOALS = 100  # as many goals as a hive accepts in one task
 
 
@@ -27,7 +28,7 @@ def _is_goal(goal: object) -> bool:
     """Return whether a goal is a name, or two or three numbers."""
     if not isinstance(goal, list):
         return isinstance(goal, str)
-    numbers = [each for each in goal if type(each) in {int, float}]
+    numbers = [each for each in goal if type(each) in {int, float} and abs(each) <= FARTHEST]
     return len(goal) in {2, 3} and len(numbers) == len(goal)
 
 
@@ -44,7 +45,8 @@ class _TaskEntry:
             Annotated[
                 Any,
                 Allowed(
-                    "[x, y] or [x, y, yaw] in the map frame [m, m, rad], or the name of a place",
+                    "[x, y] or [x, y, yaw] in the map frame [m, m, rad], each at most "
+                    f"{FARTHEST:g}, or the name of a place",
                     _is_goal,
                 ),
             ],
@@ -53,8 +55,8 @@ class _TaskEntry:
         Allowed(f"a list of 1..{MAX_GOALS} goals", lambda goals: 1 <= len(goals) <= MAX_GOALS),
     ]
     priority: Annotated[int, between(0, 10, "a whole number")] = 0
-    payload: Annotated[float, at_least(0, "a number of kg")] = 0.0
-    after: Annotated[float, at_least(0, "a number of seconds")] = 0.0
+    payload: Annotated[float, between(0, MAX_PAYLOAD, "a number of kg")] = 0.0
+    after: Annotated[float, between(0, LATEST, "a number of seconds")] = 0.0
 
 
 @attrs.frozen(kw_only=True)
@@ -112,20 +114,29 @@ def read_scenario(name: str) -> Scenario:
     """
     path = find_file("fleet_manager", "scenarios", name)
     content = read_checked(path, _Content)
-    world = beside(path, content.world)
+    world = _found(path, "world", "simenv", content.world)
     named = any(isinstance(goal, str) for entry in content.tasks for goal in entry.goals)
-    places = places_of(world) if named else {}
+    with named_at(path, "world"):
+        places = places_of(world) if named else {}
     planned = [_planned(path, index, entry, places) for index, entry in enumerate(content.tasks)]
     _check_ids(path, planned)
     return Scenario(
         path=path,
         description=content.description,
         world=world,
-        map=beside(path, content.map or content.world),
-        fleet=beside(path, content.fleet),
+        map=_found(path, "map", "simenv", content.map or content.world),
+        fleet=_found(path, "fleet", "fleet_manager", content.fleet),
         time_limit=content.time_limit,
         tasks=tuple(sorted(planned, key=lambda one: one.after)),
     )
+
+
+def _found(path: Path, key: str, package: str, name: str) -> str:
+    """Return the name or the path that a key holds; refuse a name that is not known."""
+    found = beside(path, name)
+    with named_at(path, key):
+        find_file(package, f"{key}s", found)
+    return found
 
 
 def with_free_ids(scenario: Scenario, taken: Collection[str]) -> Scenario:

@@ -8,10 +8,10 @@ import sys
 import click
 from attrs import evolve
 
+from blackboard.domain.charger import Charger
 from blackboard.domain.settings import TRAFFIC
 from fleet_manager.config.fleet_file import (
     PROCESSES,
-    Charger,
     check_zones_on_map,
     read_fleet,
 )

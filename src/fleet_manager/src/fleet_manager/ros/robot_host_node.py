@@ -24,11 +24,12 @@ from blackboard.ros.robot_node import read_stands_by, start_robot, topics_of
 from blackboard.ros.startup import run_node
 from blackboard.ros.talker import RosTalker
 from fleet_manager.config.fleet_file import LOCALIZATIONS, NAVIGATIONS
-from hive_common.errors import HiveError, ParameterError
+from hive_common.errors import HiveError
 from hive_common.pose import Pose  # noqa: TC001  (structure reads it)
 from hive_common.ros.loopback import hear_own_topics
 from hive_common.ros.names import RobotNames
-from hive_common.structuring import NotAllowedError, one_of, structure
+from hive_common.ros.params import structured
+from hive_common.structuring import one_of
 from robot_navigation.ros.amcl_node import Amcl
 from robot_navigation.ros.fake_localization_node import FakeLocalization
 from robot_navigation.ros.fixed_links import links_of
@@ -74,7 +75,7 @@ def _run() -> None:
     sys.setswitchinterval(_SWITCH)
     hear_own_topics()
     hive = rospy.get_namespace()
-    robots = _hosted()
+    robots = structured("~robots", tuple[HostedRobot, ...], [])
     names = {robot.name: RobotNames(hive, robot.name) for robot in robots}
     _in_thread(lambda: _spawn(hive, robots))
     broadcaster = tf2_ros.StaticTransformBroadcaster()
@@ -94,14 +95,6 @@ def _run() -> None:
             surroundings.every(announcer.PERIOD, announcer.announce)
     _in_thread(surroundings.run)
     _join_hive(hive, list(names.values()))
-
-
-def _hosted() -> tuple[HostedRobot, ...]:
-    given = rospy.get_param("~robots", [])
-    try:
-        return structure(given, tuple[HostedRobot, ...])
-    except NotAllowedError as error:
-        raise ParameterError(f"{rospy.resolve_name('~robots')}: {error}") from None
 
 
 def _join_hive(hive: str, robots: Sequence[RobotNames]) -> None:

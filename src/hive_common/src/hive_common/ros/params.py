@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import dataclasses
-import math
+import sys
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import rospy
 
 from hive_common.errors import HiveError, ParameterError
+from hive_common.structuring import NotAllowedError, structure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -17,6 +18,18 @@ if TYPE_CHECKING:
 Settings = TypeVar("Settings")
 
 _KINDS = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+
+
+def below(namespace: str) -> dict[str, Any]:
+    """Return the parameters below a namespace by name; none where it has none.
+
+    Raises:
+        ParameterError: It is itself a parameter.
+    """
+    found = rospy.get_param(namespace, {})
+    if not isinstance(found, dict):
+        raise ParameterError(f"{namespace} is {found!r:.80}; allowed: parameters below it")
+    return found
 
 
 def read(kind: type[Settings], namespace: str = "", shared: str = "") -> Settings:
@@ -34,8 +47,8 @@ def read(kind: type[Settings], namespace: str = "", shared: str = "") -> Setting
     """
     prefix = f"{namespace or rospy.get_name()}/"
     # One call: the master answers one at a time, and all nodes ask while a system starts.
-    given = rospy.get_param(prefix.rstrip("/"), {})
-    instead = rospy.get_param(shared, {}) if shared and "" in given.values() else {}
+    given = below(prefix.rstrip("/"))
+    instead = below(shared) if shared and "" in given.values() else {}
     values = {}
     for name, default in _defaults(kind).items():
         value = given.get(name, default)
@@ -61,10 +74,27 @@ def refuse_unknown(kinds: Iterable[type], others: Iterable[str] = (), node: str 
     """
     known = sorted({name for kind in kinds for name in _defaults(kind)} | set(others))
     node = node or rospy.get_name()
-    for name in rospy.get_param(node, {}):
+    for name in below(node):
         if name not in known:
             allowed = ", ".join(known)
             raise ParameterError(f"{node}/{name} is unknown; allowed: {allowed}")
+
+
+def structured(name: str, kind: type[Settings], default: object) -> Settings:
+    """Return a parameter that holds a list or keys, as a value that has checked itself.
+
+    Args:
+        name: Its name, relative to the namespace, or private.
+        kind: What it is read as; see `structuring`.
+        default: What is read where it is not set.
+
+    Raises:
+        ParameterError: It holds something that is not allowed; the text names it.
+    """
+    try:
+        return structure(rospy.get_param(name, default), kind)
+    except NotAllowedError as error:
+        raise ParameterError(f"{rospy.resolve_name(name)}: {error}") from None
 
 
 def text(name: str, default: str | None = None) -> str:
@@ -81,15 +111,21 @@ def flag(name: str, *, default: bool, node: str = "") -> bool:
     return bool(_typed(full, rospy.get_param(full, default), bool))
 
 
-def number(name: str, *, least: float, most: float, default: float | None = None) -> float:
-    """Return a private parameter that is a number; without a default it must be set."""
-    value = rospy.get_param(f"~{name}", default)
+def number(
+    name: str, *, least: float, most: float, default: float | None = None, node: str = ""
+) -> float:
+    """Return a private parameter, of this node or another, that is a number.
+
+    Without a default it must be set.
+    """
+    full = f"{node}/{name}" if node else f"~{name}"
+    value = rospy.get_param(full, default)
     if value is None:
         raise ParameterError(f"parameter ~{name} is missing; give it as _{name}:=...")
-    good = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    good = isinstance(value, int | float) and not isinstance(value, bool)
     if not (good and least <= value <= most):
         raise ParameterError(
-            f"parameter ~{name}: {value}; allowed: a number from {least:g} to {most:g}"
+            f"parameter {full}: {value!r:.80}; allowed: a number from {least:g} to {most:g}"
         )
     return float(value)
 
@@ -108,8 +144,8 @@ def _defaults(kind: Any) -> dict[str, Any]:  # noqa: ANN401  (a class made by da
 
 
 def _typed(name: str, value: Any, wanted: type) -> Any:  # noqa: ANN401  (what a parameter holds)
-    if wanted is float and type(value) is int:
+    if wanted is float and type(value) is int and abs(value) <= sys.float_info.max:
         return float(value)
     if type(value) is not wanted:
-        raise ParameterError(f"{name} is {value!r}; allowed: {_KINDS[wanted]}")
+        raise ParameterError(f"{name} is {value!r:.80}; allowed: {_KINDS[wanted]}")
     return value

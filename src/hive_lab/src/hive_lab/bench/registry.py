@@ -157,6 +157,10 @@ BENCHES: Mapping[str, Bench] = {
         "bench.hive",
         options=("robots",),
     ),
+    "large-map": Bench(
+        "time [s] and memory [GB] of navigation, traffic and bids with a map of 4,000 x 4,000",
+        "bench.large_map",
+    ),
     "localization": Bench(
         "the particle filter's errors [m, degrees], lost robots not found [0..1], CPU [s per s]",
         "bench.localization",

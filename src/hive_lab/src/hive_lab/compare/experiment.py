@@ -16,13 +16,12 @@ from fleet_manager.config.fleet_file import Fleet, read_fleet
 from fleet_manager.config.load import Load
 from fleet_manager.config.places import places_of
 from fleet_manager.config.scenario import Scenario, read_scenario
-from hive_common.checked_yaml import error_at, read_checked
+from hive_common.checked_yaml import error_at, named_at, read_checked
 from hive_common.map_file import load_map
 from hive_common.resources import beside, find_file
 from hive_common.structuring import (
     Allowed,
     NotAllowedError,
-    at_least,
     between,
     listed,
     one_of,
@@ -39,7 +38,7 @@ BLACKBOARD = "blackboard"
 class Kill:
     """A process that is killed."""
 
-    after: Annotated[float, at_least(0, "a number of seconds")]
+    after: Annotated[float, between(0, 86400, "a number of seconds")]
     """From the first posting, on the hive's clock [s]."""
     kill: Annotated[str, Allowed("the name of a robot, or blackboard")]
     """Whose process it is."""
@@ -73,7 +72,7 @@ class _Content:
     ] = ()
     """How robots reckon what a task costs; none: as the fleet file says."""
     seeds: Annotated[
-        tuple[Annotated[int, at_least(0, "a whole number")], ...],
+        tuple[Annotated[int, between(0, 2**32 - 1, "a whole number")], ...],
         listed("at least one seed, each once", 1, unique=True),
     ] = (1,)
     """Each way to decide runs once with each seed."""
@@ -164,8 +163,10 @@ def read_experiment(name: str) -> Experiment:
         if given[key] is not None:
             given[key] = beside(path, given[key])
     experiment = Experiment(path=path, **given)
-    fleet = read_fleet(experiment.fleet)
-    experiment.scenario_of(experiment.seeds[0])
+    with named_at(path, "fleet"):
+        fleet = read_fleet(experiment.fleet)
+    with named_at(path, "load" if experiment.scenario is None else "scenario"):
+        experiment.scenario_of(experiment.seeds[0])
     names = [robot.name for robot in fleet.robots]
     for number, fault in enumerate(experiment.faults):
         if fault.kill not in {*names, BLACKBOARD}:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from hive_lab.fleets.traffic import Traffic
 from robot_description.models import load_model
+from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.traffic.lock_resolver import ResolvingCoordinator
 
@@ -23,12 +24,12 @@ class CoordinatorMaker:
 
     def __init__(self, site: Site, models: Sequence[str], zones: Sequence[Zone] = ()) -> None:
         self._field = ClearanceField.of(site.grid)
-        self._zones = zones
-        self._radii = sorted({load_model(name).base.circumscribed_radius for name in models})
+        radii = sorted({load_model(name).base.circumscribed_radius for name in models})
+        self._roadmap = build_roadmap(self._field, radii, zones)
 
     def coordinator(self, epoch: int = 1) -> ResolvingCoordinator:
         """Return a coordinator that knows no robot yet."""
-        return ResolvingCoordinator(self._field, self._radii, self._zones, epoch)
+        return ResolvingCoordinator(self._field, self._roadmap, epoch)
 
 
 def by_a_plan(

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import ndimage
 
 from hive_common.compiled import compiled
+from hive_common.distances import distances
 from hive_common.errors import MapError
 
 if TYPE_CHECKING:
@@ -100,17 +100,14 @@ class LikelihoodField:
         self._origin = origin
         occupied = cells > 50  # noqa: PLR2004  (more likely occupied than not)
         farthest = settings.laser_likelihood_max_dist
-        distance = np.full(cells.shape, farthest)
-        if occupied.any():
-            distance = ndimage.distance_transform_edt(~occupied) * resolution
         # A ring of cells around the map represents everything outside it.
-        distance = np.pad(np.minimum(distance, farthest), 1, constant_values=farthest)
-        sigma = settings.laser_sigma_hit
-        hit = settings.laser_z_hit * np.exp(-(distance**2) / (2 * sigma**2))
-        through = settings.laser_z_hit * (distance >= THROUGH)
-        self._hit = (TEMPER * np.log(hit + settings.laser_z_rand)).astype(np.float32)
-        clear = TEMPER / len(ALONG) * np.log(through + settings.laser_z_rand)
-        self._clear = clear.astype(np.float32)
+        around = (cells.shape[0] + 2, cells.shape[1] + 2)
+        hit, clear = _tables(np.array(farthest), settings)
+        self._hit = np.full(around, hit, dtype=np.float32)
+        self._clear = np.full(around, clear, dtype=np.float32)
+        for rows, apart in distances(occupied, farthest / resolution, walled=False):
+            hit, clear = _tables(np.minimum(apart * resolution, farthest), settings)
+            self._hit[1:-1, 1:-1][rows], self._clear[1:-1, 1:-1][rows] = hit, clear
 
     def log_likelihood(self, poses: Array, beams: Beams) -> Array:
         """Return the log likelihoods (n,) of a scan, up to a common constant.
@@ -137,6 +134,17 @@ class LikelihoodField:
         headings = random.uniform(-np.pi, np.pi, (count, 1))
         spread: Array = np.hstack([places * self._resolution + self._origin, headings])
         return spread
+
+
+def _tables(
+    distance: NDArray[np.float64], settings: AmclSettings
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what the ends of beams and what they pass say at distances from obstacles [m]."""
+    sigma = settings.laser_sigma_hit
+    hit = settings.laser_z_hit * np.exp(-(distance**2) / (2 * sigma**2))
+    through = settings.laser_z_hit * (distance >= THROUGH)
+    clear = TEMPER / len(ALONG) * np.log(through + settings.laser_z_rand)
+    return TEMPER * np.log(hit + settings.laser_z_rand), clear
 
 
 @compiled(

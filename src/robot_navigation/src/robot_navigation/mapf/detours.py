@@ -14,12 +14,13 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from robot_navigation.mapf.repair import REACH, cells, grown, taut, traced
+from robot_navigation.mapf.repair import REACH, cells, taut
+from robot_navigation.mapf.voronoi import Voronoi
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from hive_common.geometry import Array, Indices
+    from hive_common.geometry import Indices
     from robot_navigation.mapf.repair import Net
     from robot_navigation.planning.clearance import ClearanceField
 
@@ -42,53 +43,45 @@ def open_all(net: Net, field: ClearanceField, need: float, spacing: float) -> No
     fits = np.flatnonzero(net.room >= need)
     rows, columns = cells(field, net.places[fits])
     starts = (rows * field.clearance.shape[1] + columns).astype(np.int64)
-    free = field.clearance >= need
-    owner, came, cost = grown(field.clearance, free, need, starts, fits)
-    ones, others = _meetings(owner, cost)
-    while True:
-        one_places, other_places = owner.ravel()[ones], owner.ravel()[others]
-        far = _are_far(net, need, one_places, other_places, DETOUR * spacing)
-        ones, others = ones[far], others[far]
-        if not len(ones):
-            return
-        way = [*reversed(traced(came, int(ones[0]))), *traced(came, int(others[0]))]
-        begin, end = int(one_places[far][0]), int(other_places[far][0])
-        net.add_way(begin, end, taut(field, way, need, REACH * spacing))
-        ones, others = ones[1:], others[1:]
+    voronoi = Voronoi(field.clearance, field.clearance >= need, need, starts, fits)
+    met = voronoi.meetings(np.arange(len(net.places)))
+    apart = np.flatnonzero(~_are_joined(net, need, met.places))
+    far = apart[_are_far(net, need, met.places[apart], DETOUR * spacing)]
+    for (one, other), places in zip(met.cells[far].tolist(), met.places[far], strict=True):
+        # A way that was added meanwhile may serve these two.
+        if _are_far(net, need, places[None], DETOUR * spacing)[0]:
+            way = taut(field, voronoi.way(one, other), need, REACH * spacing)
+            net.add_way(int(places[0]), int(places[1]), way)
 
 
-def _meetings(owner: Indices, cost: Array) -> tuple[Indices, Indices]:
-    """Return the neighbouring cells at which the cells of two places meet.
-
-    For each two places those at which the way between them is best, the best one first.
-    """
-    index = np.arange(owner.size).reshape(owner.shape)
-    ones = np.concatenate([index[:, :-1].ravel(), index[:-1].ravel()])
-    others = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
-    owners, costs = owner.ravel(), cost.ravel()
-    meet = (owners[ones] >= 0) & (owners[others] >= 0) & (owners[ones] != owners[others])
-    ones, others = ones[meet], others[meet]
-    order = np.argsort(costs[ones] + costs[others], kind="stable")
-    ones, others = ones[order], others[order]
-    pairs = np.sort(np.column_stack([owners[ones], owners[others]]), axis=1)
-    first = np.sort(np.unique(pairs, axis=0, return_index=True)[1])
-    return ones[first], others[first]
-
-
-def _are_far(
-    net: Net, need: float, ones: Indices, others: Indices, most: float
-) -> NDArray[np.bool_]:
-    """Return which pairs of places are more than `most` [m] of lanes apart."""
-    fits = net.widths >= need
-    pairs = net.pairs[fits]
-    lengths = np.hypot(*(net.places[pairs[:, 0]] - net.places[pairs[:, 1]]).T)
+def _are_joined(net: Net, need: float, pairs: Indices) -> NDArray[np.bool_]:
+    """Return between which pairs (k, 2) of places there is a lane."""
     count = len(net.places)
-    lanes = sparse.csr_matrix((lengths, pairs.T), shape=(count, count))
-    sources, row = np.unique(ones, return_inverse=True)
-    far = np.zeros(len(ones), dtype=np.bool_)
+    lanes = np.sort(net.pairs[net.widths >= need], axis=1)
+    joined = np.sort(pairs, axis=1)
+    return np.isin(joined[:, 0] * count + joined[:, 1], lanes[:, 0] * count + lanes[:, 1])
+
+
+def _are_far(net: Net, need: float, pairs: Indices, most: float) -> NDArray[np.bool_]:
+    """Return which pairs (k, 2) of places are more than `most` [m] of lanes apart."""
+    if not len(pairs):
+        return np.zeros(0, dtype=np.bool_)
+    ends = net.places[pairs].reshape(-1, 2)
+    near = ((net.places >= ends.min(axis=0) - most) & (net.places <= ends.max(axis=0) + most)).all(
+        1
+    )
+    number = np.cumsum(near) - 1
+    count = int(near.sum())
+    lanes = net.pairs[(net.widths >= need) & near[net.pairs].all(axis=1)]
+    # Twice the same entry would count as one of twice the length.
+    lanes = np.unique(np.sort(lanes, axis=1), axis=0)
+    lengths = np.hypot(*(net.places[lanes[:, 0]] - net.places[lanes[:, 1]]).T)
+    ways = sparse.csr_matrix((lengths, number[lanes].T), shape=(count, count))
+    sources, row = np.unique(number[pairs[:, 0]], return_inverse=True)
+    far = np.zeros(len(pairs), dtype=np.bool_)
     for begin in range(0, len(sources), AT_ONCE):
         some = sources[begin : begin + AT_ONCE]
-        lengths = csgraph.dijkstra(lanes, directed=False, indices=some, limit=most)
+        reached = csgraph.dijkstra(ways, directed=False, indices=some, limit=most)
         here = (row >= begin) & (row < begin + AT_ONCE)
-        far[here] = ~np.isfinite(lengths[row[here] - begin, others[here]])
+        far[here] = ~np.isfinite(reached[row[here] - begin, number[pairs[here, 1]]])
     return far

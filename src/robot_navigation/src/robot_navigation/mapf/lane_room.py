@@ -185,7 +185,8 @@ def cover(
     rows, columns = clearance.shape
     for place in range(len(places)):
         x, y = places[place]
-        if _room_at(clearance, scale, x, y) < need:
+        room = _room_at(clearance, scale, x, y)
+        if room < need:
             continue
         for row in range(
             max(0, int((y - reach - low) / step)), min(rows, int((y + reach - low) / step) + 1)
@@ -197,9 +198,11 @@ def cover(
                 if not bare[row, column]:
                     continue
                 across, up = left + (column + 0.5) * step, low + (row + 0.5) * step
-                if (
-                    math.hypot(across - x, up - y) <= reach
-                    and _line_room(clearance, scale, across, up, x, y, need) >= 0
+                away = math.hypot(across - x, up - y)
+                # The clearance changes by at most 1 m per metre, plus the rounding to cells.
+                spare = max(room, clearance[row, column]) - need - 1.5 * step
+                if away <= reach and (
+                    away <= spare or _line_room(clearance, scale, across, up, x, y, need) >= 0
                 ):
                     bare[row, column] = False
 

@@ -12,16 +12,16 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import ndimage
 
 from hive_common.compiled import compiled
+from hive_common.distances import distances
 from robot_navigation.mapf.lattice import GAP
 from robot_navigation.mapf.roadmap import MARGIN, need
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from hive_common.geometry import Array, Indices
+    from hive_common.geometry import Array
     from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.lines import Cells, Scale
 
@@ -42,22 +42,40 @@ def may_park(field: ClearanceField, places: Array, radius: float) -> NDArray[np.
     step = field.scale[0]
     pair = 2 * radius + GAP / 2  # of the circle around two robots [m]
     parked = np.minimum(radius, field.at_points(places) - MARGIN)
-    free = np.array(
-        [
-            _passes(field, place, need(radius), each)
-            for place, each in zip(places, parked, strict=True)
-        ]
-    )
-    middles = field.clearance >= need(pair)
-    if not middles.any():
-        return free
-    rows, columns = _cells(field, places).T
-    away = ndimage.distance_transform_edt(~middles)[rows, columns] * step
+    everywhere = np.ones(len(places), dtype=np.bool_)
     # As far as the corner of a room is from the middle of two robots in it.
-    found: NDArray[np.bool_] = free & (away <= math.sqrt(2) * (pair - parked) + step)
-    for index in np.flatnonzero(found):
-        found[index] = _passes(field, places[index], need(pair), parked[index])
-    return found if found.any() else free
+    is_near = _are_near(field, places, need(pair), math.sqrt(2) * (pair - parked) + step)
+    found = _passed(field, places, need(pair), parked, is_near)
+    found = _passed(field, places, need(radius), parked, found)
+    return found if found.any() else _passed(field, places, need(radius), parked, everywhere)
+
+
+def _are_near(
+    field: ClearanceField, places: Array, need_there: float, reaches: Array
+) -> NDArray[np.bool_]:
+    """Return which places (n, 2) are within their reach (n,) of where there is room enough [m]."""
+    step = field.scale[0]
+    rows, columns = _cells(field, places).T
+    near = np.zeros(len(places), dtype=np.bool_)
+    roomy = field.clearance >= need_there
+    for strip, away in distances(roomy, reaches.max(initial=0.0) / step + 1, walled=False):
+        here = np.flatnonzero((rows >= strip.start) & (rows < strip.stop))
+        near[here] = away[rows[here] - strip.start, columns[here]] * step <= reaches[here]
+    return near
+
+
+def _passed(
+    field: ClearanceField,
+    places: Array,
+    need_there: float,
+    parked: Array,
+    asked: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Return which of the places that are `asked` for let others pass; see `_passes`."""
+    found = asked.copy()
+    for index in np.flatnonzero(asked):
+        found[index] = _passes(field, places[index], need_there, parked[index])
+    return found
 
 
 def _passes(field: ClearanceField, place: Array, need_there: float, parked: float) -> bool:
@@ -67,35 +85,84 @@ def _passes(field: ClearanceField, place: Array, need_there: float, parked: floa
     return _passable(field.clearance, field.scale, x, y, need_there, apart, AROUND)
 
 
-@compiled("int64(boolean[:, ::1], int64[:, ::1], int64[::1], int64, int64, int64)")
+@compiled("int64(boolean[:, ::1], int32[:, ::1], int32[::1], int64, int64)")
 def _filled(
     free: NDArray[np.bool_],
-    part: Indices,
-    queue: Indices,
-    row: int,
-    column: int,
+    part: NDArray[np.int32],
+    queue: NDArray[np.int32],
+    first_cell: int,
     number: int,
 ) -> int:
-    """Write a number to the connected part of a free cell, and return how many cells it has."""
-    rows, columns = free.shape
-    part[row, column] = number
-    queue[0] = row * columns + column
+    """Write a number to the connected part of a free cell, and return how many cells it has.
+
+    Cells are numbered row by row; those at the edge are never free.
+    """
+    columns = free.shape[1]
+    is_free, parts = free.reshape(-1), part.reshape(-1)
+    parts[first_cell] = number
+    queue[0] = first_cell
     first, last = 0, 1
     while first < last:
-        row, column = divmod(queue[first], columns)
+        cell = queue[first]
         first += 1
-        for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-            there, aside = row + down, column + right
-            if (
-                0 <= there < rows
-                and 0 <= aside < columns
-                and free[there, aside]
-                and part[there, aside] != number
-            ):
-                part[there, aside] = number
-                queue[last] = there * columns + aside
+        for there in (cell - columns, cell + columns, cell - 1, cell + 1):
+            if is_free[there] and parts[there] != number:
+                parts[there] = number
+                queue[last] = there
                 last += 1
     return last
+
+
+@compiled("UniTuple(boolean[:, ::1], 2)(float32[:, ::1], int64, int64, int64, float64, float64)")
+def _window(
+    clearance: Cells, middle_row: int, middle_column: int, half: int, need: float, apart: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which cells around a cell are free, and which of them are `apart` from it [cells].
+
+    The window reaches `half` cells from the middle, and has an edge of cells that are not free.
+    """
+    first_row, first_column = max(0, middle_row - half), max(0, middle_column - half)
+    rows = min(clearance.shape[0], middle_row + half + 1) - first_row
+    columns = min(clearance.shape[1], middle_column + half + 1) - first_column
+    free = np.zeros((rows + 2, columns + 2), np.bool_)
+    beyond = np.zeros((rows + 2, columns + 2), np.bool_)
+    for row in range(rows):
+        up = row + first_row - middle_row
+        for column in range(columns):
+            across = column + first_column - middle_column
+            if clearance[row + first_row, column + first_column] >= need:
+                free[row + 1, column + 1] = True
+                beyond[row + 1, column + 1] = up * up + across * across >= apart * apart
+    return free, beyond
+
+
+@compiled("boolean(boolean[:, ::1], boolean[:, ::1], float64)")
+def _are_joined(free: NDArray[np.bool_], beyond: NDArray[np.bool_], splinter: float) -> bool:
+    """Return whether the pieces of what is `beyond` are as many as the free parts they lie in.
+
+    Splinters at a wall, of less than so many cells, do not count: no robot ever goes there.
+    """
+    whole, cut = np.zeros(free.shape, np.int32), np.zeros(free.shape, np.int32)
+    queue = np.empty(free.size, np.int32)
+    is_beyond, whole_of, cut_of = beyond.reshape(-1), whole.reshape(-1), cut.reshape(-1)
+    count, pieces, parts = beyond.sum(), 0, 0
+    has_piece = np.zeros(free.size + 1, np.bool_)
+    for cell in range(free.size):
+        if not is_beyond[cell] or cut_of[cell] > 0:
+            continue
+        pieces += 1
+        size = _filled(beyond, cut, queue, cell, pieces)
+        if size == count:
+            return True
+        if size < splinter:
+            continue
+        if whole_of[cell] == 0:
+            parts += 1
+            _filled(free, whole, queue, cell, parts)
+        if has_piece[whole_of[cell]]:
+            return False
+        has_piece[whole_of[cell]] = True
+    return True
 
 
 @compiled(
@@ -117,38 +184,12 @@ def _passable(
     """
     step, left, low = scale
     half = int((apart + around) / step) + 1
-    middle_row, middle_column = int((y - low) / step), int((x - left) / step)
-    first_row, first_column = max(0, middle_row - half), max(0, middle_column - half)
-    rows = min(clearance.shape[0], middle_row + half + 1) - first_row
-    columns = min(clearance.shape[1], middle_column + half + 1) - first_column
-    free, beyond = np.zeros((rows, columns), np.bool_), np.zeros((rows, columns), np.bool_)
-    for row in range(rows):
-        up = row + first_row - middle_row
-        for column in range(columns):
-            across = column + first_column - middle_column
-            if clearance[row + first_row, column + first_column] >= need_there:
-                free[row, column] = True
-                beyond[row, column] = math.hypot(up, across) * step >= apart
-    whole, cut = np.zeros((rows, columns), np.int64), np.zeros((rows, columns), np.int64)
-    queue = np.empty(rows * columns, np.int64)
-    parts = pieces = 0
-    has_piece = np.zeros(rows * columns + 1, np.bool_)
-    for row in range(rows):
-        for column in range(columns):
-            if not beyond[row, column] or cut[row, column] > 0:
-                continue
-            pieces += 1
-            size = _filled(beyond, cut, queue, row, column, pieces)
-            # Splinters at a wall, where no robot ever goes, do not count.
-            if size * step * step < need_there * need_there / 4:
-                continue
-            if whole[row, column] == 0:
-                parts += 1
-                _filled(free, whole, queue, row, column, parts)
-            if has_piece[whole[row, column]]:
-                return False
-            has_piece[whole[row, column]] = True
-    return True
+    row, column = int((y - low) / step), int((x - left) / step)
+    # All that is looked at is free: the clearance changes by at most 1 m per metre.
+    if clearance[row, column] >= need_there + (1.5 * half + 1.5) * step:
+        return True
+    free, beyond = _window(clearance, row, column, half, need_there, apart / step)
+    return _are_joined(free, beyond, (need_there / step) ** 2 / 4)
 
 
 def _cells(field: ClearanceField, points: Array) -> NDArray[np.intp]:

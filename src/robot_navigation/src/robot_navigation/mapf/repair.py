@@ -7,31 +7,26 @@ free space connects are connected by lanes, for each size of robot.
 
 from __future__ import annotations
 
-import heapq
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
-from hive_common.compiled import compiled
 from robot_navigation.mapf.lane_room import cover, line_rooms, reached
+from robot_navigation.mapf.voronoi import Voronoi
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from collections.abc import Iterator
 
     from hive_common.geometry import Array, Indices
     from robot_navigation.planning.clearance import ClearanceField
-    from robot_navigation.planning.lines import Cells
 
 REACH = 1.5
 """Every free point reaches a place straight that is at most this many spacings away."""
 
 JOINS = 24  # most lanes that a new place gets
 JOINED = 2.3  # how far these lead [spacings]: as far as a knight's move
-
-NARROW = 0.3
-"""Ways that join parts keep to the middle where the room beyond the need is less than this [m]."""
 
 
 class Net:
@@ -115,15 +110,15 @@ class Net:
 def cover_all(net: Net, field: ClearanceField, need: float, spacing: float) -> None:
     """Add places until each cell where a robot fits reaches one straight."""
     bare = field.clearance >= need
-    places = net.places
-    while True:
-        cover(bare, field.clearance, field.scale, need, places, REACH * spacing)
-        if not bare.any():
-            return
-        rows, columns = np.nonzero(bare)
+    cover(bare, field.clearance, field.scale, need, net.places, REACH * spacing)
+    rows, columns = np.nonzero(bare)
+    while len(rows):
         middle = int(np.argmax(field.clearance[rows, columns]))
         places = np.array([_centre(field, rows[middle], columns[middle])])
         net.add_joined(places)
+        cover(bare, field.clearance, field.scale, need, places, REACH * spacing)
+        left = bare[rows, columns]
+        rows, columns = rows[left], columns[left]
 
 
 def connect_all(net: Net, field: ClearanceField, need: float, spacing: float) -> None:
@@ -139,14 +134,11 @@ def connect_all(net: Net, field: ClearanceField, need: float, spacing: float) ->
         return
     sources = np.flatnonzero(np.isin(region, split))
     starts = rows[sources] * field.clearance.shape[1] + columns[sources]
-    owner, came, cost = grown(
-        field.clearance, np.isin(regions, split), need, starts.astype(np.int64), sources
-    )
-    for one, other in _bridges(owner, cost, part):
-        way = [*reversed(traced(came, one)), *traced(came, other)]
-        net.add_way(
-            int(owner.flat[one]), int(owner.flat[other]), taut(field, way, need, REACH * spacing)
-        )
+    inside = np.isin(regions, split)
+    del regions
+    voronoi = Voronoi(field.clearance, inside, need, starts, sources)
+    for (one, other), way in _bridges(voronoi, part):
+        net.add_way(one, other, taut(field, way, need, REACH * spacing))
 
 
 def cells(field: ClearanceField, points: Array) -> tuple[Indices, Indices]:
@@ -163,61 +155,11 @@ def _centre(field: ClearanceField, row: int, column: int) -> tuple[float, float]
     return left + (column + 0.5) * step, low + (row + 0.5) * step
 
 
-@compiled(
-    "Tuple((int64[:, ::1], int64[::1], float64[:, ::1]))(float32[:, ::1], boolean[:, ::1],"
-    " float64, int64[::1], int64[::1])"
-)
-def grown(
-    clearance: Cells, inside: NDArray[np.bool_], need: float, starts: Indices, names: Indices
-) -> tuple[Indices, Indices, Array]:
-    """Return whose start is nearest to each cell, from where it was reached, and at what cost.
+def _bridges(voronoi: Voronoi, part: Indices) -> Iterator[tuple[list[int], list[int]]]:
+    """Yield the cheapest ways that join all parts of a region (Kruskal's algorithm).
 
-    Ways that keep away from walls cost least. Cells are numbered row by row; -1 is none.
+    Each with the two places that it joins, and the cells that it leads over.
     """
-    rows, columns = clearance.shape
-    owner = np.full((rows, columns), -1, dtype=np.int64)
-    came = np.full(rows * columns, -1, dtype=np.int64)
-    cost = np.full((rows, columns), np.inf)
-    done = np.zeros(rows * columns, dtype=np.bool_)
-    queue = [(0.0, 0) for _ in range(0)]
-    for start, name in zip(starts, names):  # noqa: B905  (numba has no strict)
-        row, column = divmod(start, columns)
-        cost[row, column], owner[row, column] = 0.0, name
-        queue.append((0.0, start))
-    heapq.heapify(queue)
-    while len(queue) > 0:
-        reached_at, cell = heapq.heappop(queue)
-        if done[cell]:
-            continue
-        done[cell] = True
-        row, column = divmod(cell, columns)
-        for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-            there, aside = row + down, column + right
-            if not (0 <= there < rows and 0 <= aside < columns) or not inside[there, aside]:
-                continue
-            spare = min(max(clearance[there, aside] - need, 0.0), NARROW)
-            further = reached_at + 1.0 + 4.0 * (1.0 - spare / NARROW)
-            if further < cost[there, aside]:
-                cost[there, aside] = further
-                owner[there, aside] = owner[row, column]
-                came[there * columns + aside] = cell
-                heapq.heappush(queue, (further, there * columns + aside))
-    return owner, came, cost
-
-
-def _bridges(owner: Indices, cost: Array, part: Indices) -> list[tuple[int, int]]:
-    """Return the cheapest pairs of neighbouring cells at which the ways of different parts meet.
-
-    They join all parts of a region (Kruskal's algorithm).
-    """
-    index = np.arange(owner.size).reshape(owner.shape)
-    ones = np.concatenate([index[:, :-1].ravel(), index[:-1].ravel()])
-    others = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
-    owners, costs = owner.ravel(), cost.ravel()
-    known = (owners[ones] >= 0) & (owners[others] >= 0)
-    ones, others = ones[known], others[known]
-    apart = part[owners[ones]] != part[owners[others]]
-    ones, others = ones[apart], others[apart]
     leader = list(range(int(part.max()) + 1))
 
     def leads(which: int) -> int:
@@ -225,23 +167,12 @@ def _bridges(owner: Indices, cost: Array, part: Indices) -> list[tuple[int, int]
             which = leader[which]
         return which
 
-    found = []
-    for each in np.argsort(costs[ones] + costs[others], kind="stable"):
-        one, other = int(ones[each]), int(others[each])
-        a, b = leads(int(part[owners[one]])), leads(int(part[owners[other]]))
+    met = voronoi.meetings(part)
+    for (one, other), places in zip(met.cells.tolist(), met.places.tolist(), strict=True):
+        a, b = (leads(int(part[place])) for place in places)
         if a != b:
             leader[a] = b
-            found.append((one, other))
-    return found
-
-
-def traced(came: Indices, cell: int) -> list[int]:
-    """Return the cells from one back to the start that it was reached from."""
-    found = []
-    while cell >= 0:
-        found.append(cell)
-        cell = int(came[cell])
-    return found
+            yield places, voronoi.way(one, other)
 
 
 def taut(field: ClearanceField, way: list[int], need: float, longest: float) -> Array:

@@ -23,7 +23,7 @@ from robot_navigation.mapf.roadmap import assembled, need
 from robot_navigation.mapf.zones import with_zones
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from hive_common.geometry import Array, Indices
     from hive_common.zone import Zone
@@ -38,7 +38,10 @@ TINY = 1e-9  # distances closer than this are equal [m]
 
 
 def build_roadmap(
-    field: ClearanceField, radii: Sequence[float], zones: Sequence[Zone] = ()
+    field: ClearanceField,
+    radii: Sequence[float],
+    zones: Sequence[Zone] = (),
+    progress: Callable[[], None] = lambda: None,
 ) -> Roadmap:
     """Return the roadmap of a map, in about a second for a million cells.
 
@@ -48,18 +51,21 @@ def build_roadmap(
         field: The clearances of the map.
         radii: Of the circles around the robots' footprints [m]; at least one.
         zones: What the operator has set. Those that are `closed` are closed.
+        progress: Called after each step of the work, every second or so on a large map.
     """
     least = need(min(radii))
     lattice = fitted(field, min(radii), least)
+    progress()
     net = Net(field, lattice.spacing, least)
     _lay(net, field, lattice, radii)
+    progress()
     for zone in zones:
         if zone.kind == PARKING:
             _add_parking(net, field, zone, least)
     for clearance in sorted({need(radius) for radius in radii}, reverse=True):
-        cover_all(net, field, clearance, lattice.spacing)
-        connect_all(net, field, clearance, lattice.spacing)
-        open_all(net, field, clearance, lattice.spacing)
+        for amend in (cover_all, connect_all, open_all):
+            amend(net, field, clearance, lattice.spacing)
+            progress()
     pairs, first = np.unique(np.sort(net.pairs, axis=1), axis=0, return_index=True)
     roadmap = assembled(net.places, net.room, pairs, net.widths[first], lattice.spacing)
     parking = may_park(field, roadmap.places, max(radii))
@@ -98,11 +104,18 @@ def _add_parking(net: Net, field: ClearanceField, zone: Zone, least: float) -> N
     step, left, low = field.scale
     if inside(corners, net.places).any():
         return
-    rows, columns = np.nonzero(field.clearance >= least)
-    cells = np.column_stack([left + (columns + 0.5) * step, low + (rows + 0.5) * step])
+    first, last = (
+        np.floor((ends - (left, low)) / step).astype(int).clip(0)
+        for ends in (corners.min(0), corners.max(0))
+    )
+    near = field.clearance[first[1] : last[1] + 1, first[0] : last[0] + 1]
+    rows, columns = np.nonzero(near >= least)
+    cells = np.column_stack(
+        [left + (columns + first[0] + 0.5) * step, low + (rows + first[1] + 0.5) * step]
+    )
     here = np.flatnonzero(inside(corners, cells))
     if len(here):
-        roomiest = here[np.argmax(field.clearance[rows[here], columns[here]])]
+        roomiest = here[np.argmax(near[rows[here], columns[here]])]
         net.add_joined(cells[[roomiest]])
 
 

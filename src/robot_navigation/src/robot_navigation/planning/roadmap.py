@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy import ndimage
 
+from hive_common.distances import strips
 from robot_navigation.planning.clearance import as_rows
 from robot_navigation.planning.lines import joined, shortest_chain
 
@@ -48,7 +49,10 @@ class Roadmap:
         self.need = need  # clearance that the robot needs [m]
         self._landmarks = _corner_landmarks(field, need)
         at, outward = self._landmarks
-        self._pairs = joined(field.clearance, field.scale, need, at, outward)
+        pairs = joined(field.clearance, field.scale, need, at, outward)
+        pairs = np.concatenate([pairs, pairs[:, ::-1]])
+        # In both directions, in the order of the first landmark.
+        self._pairs = np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
         self._begins: Indices = np.searchsorted(self._pairs[:, 0], np.arange(len(at) + 1))
 
     def path(
@@ -89,13 +93,8 @@ def _corner_landmarks(field: ClearanceField, need: float) -> Landmarks:
     step = grid.resolution
     # The chord between two landmarks must still keep `need` from the corner.
     radius = need / math.cos(ARC / 2)
-    ring = (field.clearance >= radius) & (field.clearance < radius + 1.5 * step)
-    nearest = ndimage.distance_transform_edt(
-        ~grid.blocked, return_distances=False, return_indices=True
-    )
-    rows, columns = np.nonzero(ring)
-    at_row, at_column = nearest[0][ring], nearest[1][ring]
-    owner = at_row.astype(np.int64) * grid.blocked.shape[1] + at_column
+    rows, columns, at_row, at_column = _ring(field, radius, radius + 1.5 * step)
+    owner = at_row * grid.blocked.shape[1] + at_column
     _, index, sizes = np.unique(owner, return_inverse=True, return_counts=True)
     cells_per_radian = radius / step * 1.5
     corner = sizes >= MIN_CORNER * cells_per_radian
@@ -112,6 +111,31 @@ def _corner_landmarks(field: ClearanceField, need: float) -> Landmarks:
     middle = angle[picked]
     outward = np.column_stack([np.cos(middle), np.sin(middle)])
     return Landmarks(np.asarray(grid.origin[:2]) + (cells + 0.5) * step, outward)
+
+
+def _ring(field: ClearanceField, low: float, high: float) -> tuple[Indices, ...]:
+    """Return the cells with a clearance from `low` to below `high` [m], and what is near them.
+
+    Returns:
+        Rows and columns (n,) of the cells, and those of the nearest blocked cells.
+    """
+    blocked, step = field.grid.blocked, field.grid.resolution
+    found = [np.empty((4, 0), dtype=np.int64)]
+    for strip, around in strips(blocked, high / step + 1):
+        room = field.clearance[strip]
+        rows, columns = np.nonzero((room >= low) & (room < high))
+        if not len(rows):
+            continue
+        nearest = ndimage.distance_transform_edt(
+            ~blocked[around], return_distances=False, return_indices=True
+        )
+        rows += strip.start
+        at_row, at_column = nearest[:, rows - around.start, columns].astype(np.int64)
+        at_row += around.start
+        # What is near is the edge of the map where no cell is.
+        near = np.hypot(rows - at_row, columns - at_column) * step < high + step
+        found.append(np.stack([rows, columns, at_row, at_column])[:, near])
+    return tuple(np.concatenate(found, axis=1))
 
 
 def _disc_landmarks(field: ClearanceField, discs: Sequence[Disc], need: float) -> Landmarks:

@@ -12,8 +12,8 @@ from rospy.numpy_msg import numpy_msg
 
 from hive_common.errors import HiveError, ParameterError
 from hive_common.ros.links import mend_links
+from hive_common.ros.params import below, structured
 from hive_common.ros.sending import send_promptly
-from hive_common.structuring import NotAllowedError, structure
 from robot_description.models import RobotModel
 
 if TYPE_CHECKING:
@@ -48,11 +48,10 @@ def read_model(names: RobotNames) -> RobotModel:
         ParameterError: The parameter is missing, or holds something that is not allowed.
     """
     try:
-        return structure(rospy.get_param(names.of("characteristics"), {}), RobotModel)
-    except NotAllowedError as error:
+        return structured(names.of("characteristics"), RobotModel, {})
+    except ParameterError as error:
         raise ParameterError(
-            f"{names.of('characteristics')}: {error}; "
-            "load a robot model with roslaunch robot_description description.launch"
+            f"{error}; load a robot model with roslaunch robot_description description.launch"
         ) from None
 
 
@@ -89,7 +88,7 @@ def read_settings(
         ParameterError: A parameter is unknown or has a value that is not allowed.
     """
     types: dict[str, type] = {field.name: type(field.default) for field in fields(kind)}  # type: ignore[arg-type]  # a dataclass
-    for name, value in rospy.get_param(node or rospy.get_name(), {}).items():
+    for name, value in below(node or rospy.get_name()).items():
         if name in without_effect:
             rospy.logwarn(f"parameter ~{name} of ROS's own node has no effect here")
             continue
@@ -99,7 +98,7 @@ def read_settings(
         try:
             defaults[name] = types[name](value)
             good = not isinstance(value, bool)
-        except (TypeError, ValueError):
+        except (OverflowError, TypeError, ValueError):
             good = False
         if not good:
             allowed = {int: "a whole number", float: "a number"}.get(types[name], "a text")

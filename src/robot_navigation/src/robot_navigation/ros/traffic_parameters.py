@@ -3,21 +3,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
 import attrs
 import rospy
 
 from hive_common.errors import ParameterError
 from hive_common.landmark import Landmark
-from hive_common.ros.params import whole_number
-from hive_common.structuring import NotAllowedError, structure
+from hive_common.ros.params import structured, whole_number
 from hive_common.zone import Zone
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-T = TypeVar("T")
 
 _HIGHEST = 2**31 - 1  # the highest number that a parameter can hold
 
@@ -42,21 +39,13 @@ class TrafficParameters(NamedTuple):
         Raises:
             ParameterError: A parameter has a value that is not allowed.
         """
-        zones = _listed("zones", tuple[Zone, ...])
+        zones = structured("~zones", tuple[Zone, ...], [])
         closed = _closed([zone.name for zone in zones if zone.closed])
         return cls(
             epoch=whole_number("epoch", least=1, most=_HIGHEST, default=1),
             zones=tuple(attrs.evolve(zone, closed=zone.name in closed) for zone in zones),
-            landmarks=_listed("places", tuple[Landmark, ...]),
+            landmarks=structured("~places", tuple[Landmark, ...], []),
         )
-
-
-def _listed(name: str, kind: type[T]) -> T:
-    given: Any = rospy.get_param(f"~{name}", [])
-    try:
-        return structure(given, kind)
-    except NotAllowedError as error:
-        raise ParameterError(f"parameter ~{name}: {error}") from None
 
 
 def _closed(default: Sequence[str]) -> set[str]:

@@ -23,6 +23,7 @@ from hive_common.ros.conversions import grid_from_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.onward_clock import SetBack
 from robot_navigation.mapf.reachability import unreached
+from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.ros.conversions import routes_to_msg, traffic_from_msg
 from robot_navigation.ros.traffic_markers import lanes_marker, traffic_markers
@@ -99,9 +100,11 @@ class TrafficPlanner:
         self._listen()
         radii = sorted({robot.radius for robot in self._news.values()})
         self._least_radius = radii[0]
-        self._coordinator = ResolvingCoordinator(
-            self._field, radii, given.zones, self._epoch, watch=watch
+        # On a large map this takes seconds, and a planner that is silent is taken to be stuck.
+        roadmap = build_roadmap(
+            self._field, radii, given.zones, lambda: self._tell(rospy.get_time())
         )
+        self._coordinator = ResolvingCoordinator(self._field, roadmap, self._epoch, watch=watch)
         self._show_lanes()
         rospy.Subscriber(f"{hive}zone_command", ZoneCommand, self._obey, queue_size=10)
 

@@ -24,7 +24,6 @@ from robot_navigation.mapf.joint_planner import (
     Timetable,
 )
 from robot_navigation.mapf.path_search import Motion
-from robot_navigation.mapf.roadmap_builder import build_roadmap
 from robot_navigation.mapf.route import PlanNumber, Route, marks
 from robot_navigation.mapf.zones import roadmap_with
 from robot_navigation.traffic.committed import Drive, Tracked
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.geometry import Array
-    from hive_common.zone import Zone
     from robot_navigation.mapf.ends import Ends
     from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.planning.clearance import ClearanceField
@@ -82,8 +80,7 @@ class Coordinator:
 
     Args:
         field: Clearances of the map.
-        radii: Of the fleet's robots: circles around their footprints [m].
-        zones: What the operator has set.
+        roadmap: Made from it for all sizes of the fleet, with what the operator has set.
         epoch: Of the blackboard that it belongs to.
         settings: How often it plans.
     """
@@ -91,8 +88,7 @@ class Coordinator:
     def __init__(
         self,
         field: ClearanceField,
-        radii: Sequence[float],
-        zones: Sequence[Zone] = (),
+        roadmap: Roadmap,
         epoch: int = 1,
         settings: CoordinatorSettings | None = None,
     ) -> None:
@@ -102,7 +98,7 @@ class Coordinator:
         self._robots: dict[str, Tracked] = {}
         self._number = 0
         self._planned_at = -math.inf
-        self._take_roadmap(build_roadmap(field, radii, zones))
+        self._take_roadmap(roadmap)
 
     def _take_roadmap(self, roadmap: Roadmap) -> None:
         self.roadmap = roadmap

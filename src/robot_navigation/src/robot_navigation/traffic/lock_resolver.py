@@ -21,9 +21,9 @@ from robot_navigation.traffic.coordinator import Coordinator, CoordinatorSetting
 from robot_navigation.traffic.deadlock import Kind, LockWatch
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
-    from hive_common.zone import Zone
+    from robot_navigation.mapf.roadmap import Roadmap
     from robot_navigation.mapf.route import Route
     from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.traffic.deadlock import Lock
@@ -91,13 +91,12 @@ class ResolvingCoordinator(Coordinator):
     def __init__(
         self,
         field: ClearanceField,
-        radii: Sequence[float],
-        zones: Sequence[Zone] = (),
+        roadmap: Roadmap,
         epoch: int = 1,
         settings: CoordinatorSettings | None = None,
         watch: LockWatch | None = None,
     ) -> None:
-        super().__init__(field, radii, zones, epoch, settings)
+        super().__init__(field, roadmap, epoch, settings)
         self.watch = LockWatch() if watch is None else watch
         self._resolver = LockResolver()
         self._looked_at = -math.inf

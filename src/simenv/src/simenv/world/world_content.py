@@ -10,7 +10,7 @@ from hive_common.structuring import (
     Allowed,
     Name,
     NotAllowedError,
-    at_least,
+    between,
     each_within,
     listed,
     positive,
@@ -98,7 +98,7 @@ class Station(Place):
 
     item: Name = ""
     """What lies there, in words."""
-    stock: Annotated[int, at_least(0, "a whole number")] | None = None
+    stock: Annotated[int, between(0, 1_000_000, "a whole number")] | None = None
     """Picks available at the start; None for no limit."""
     duration: Annotated[float, positive("the time one pick takes [s]", 3600.0)] | None = None
     """None for what the robot's arm needs."""

@@ -20,6 +20,7 @@ from blackboard.ros.talker import RosTalker
 from hive_common.errors import HiveError
 from hive_common.ros.loopback import hear_own_topics
 from hive_common.ros.names import RobotNames
+from hive_common.ros.params import structured
 from robot_navigation.control.goal_tracker import NavigationSettings
 from robot_navigation.ros.fixed_links import links_of
 from robot_navigation.ros.surroundings import Surroundings
@@ -31,7 +32,6 @@ from vda5050.protocol.topics import parse_topic
 from vda5050.protocol.versions import Version
 from vda5050.ros.agent_member import AgentMember
 from vda5050.ros.newcomer import ASK_PERIOD, Newcomer
-from vda5050.ros.vehicle_link import read_parameter
 from vda5050.ros.vehicle_settings import AgentEntry
 
 if TYPE_CHECKING:
@@ -63,8 +63,8 @@ def _run() -> None:
     sys.setswitchinterval(_SWITCH)
     hear_own_topics()
     hive = rospy.get_namespace()
-    entries = read_parameter("~robots", tuple[AgentEntry, ...], [])
-    broker = read_parameter("~broker", BrokerSettings, {})
+    entries = structured("~robots", tuple[AgentEntry, ...], [])
+    broker = structured("~broker", BrokerSettings, {})
     for version in {entry.version for entry in entries}:
         prepare(Version(version), FROM_AGVS)
     robots = {RobotNames(hive, entry.name): entry for entry in entries}

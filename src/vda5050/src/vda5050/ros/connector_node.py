@@ -14,14 +14,15 @@ from blackboard.ros.startup import run_node
 from hive_common.errors import ParameterError
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import own_names
+from hive_common.ros.params import below, structured
 from hive_common.structuring import NotAllowedError, structure
-from robot_description.models import RobotModel
+from robot_navigation.ros.startup import read_model
 from vda5050.connector.connector import Connector, ConnectorSettings
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.protocol.topics import Address
 from vda5050.protocol.versions import Version
 from vda5050.ros.robot_actions import RosArm, RosNavigation
-from vda5050.ros.vehicle_link import VehicleLink, keep_stepping, read_parameter
+from vda5050.ros.vehicle_link import VehicleLink, keep_stepping
 from vda5050.ros.vehicle_settings import ConnectorEntry
 from vda5050.vehicle.channel import Channel
 
@@ -42,8 +43,8 @@ def main() -> None:
 
 def _run() -> None:
     names = own_names()
-    given = dict(rospy.get_param("~", {}))
-    broker = read_parameter("~broker", BrokerSettings, {})
+    given = dict(below(rospy.get_name()))
+    broker = structured("~broker", BrokerSettings, {})
     given.pop("broker", None)
     try:
         entry = structure(given, ConnectorEntry)
@@ -53,7 +54,7 @@ def _run() -> None:
     address = Address.of(version, entry.manufacturer, entry.serial, entry.interface)
     inbox = Inbox()
     link = VehicleLink(broker, address, inbox)
-    model = _model(names)
+    model = read_model(names)
     navigation = RosNavigation(names, inbox)
     arm = RosArm(names, inbox) if model.arm is not None else None
     connector = Connector(
@@ -87,18 +88,3 @@ def _hear_battery(names: RobotNames, connector: Connector, inbox: Inbox) -> None
 
     topic = names.of("battery_state")
     rospy.Subscriber(topic, BatteryState, lambda message: inbox.put(lambda: take(message)))
-
-
-def _model(names: RobotNames) -> RobotModel:
-    """Read the robot's model.
-
-    Raises:
-        ParameterError: It is missing, or holds something that is not allowed.
-    """
-    try:
-        return structure(rospy.get_param(names.of("characteristics"), {}), RobotModel)
-    except NotAllowedError as error:
-        raise ParameterError(
-            f"{names.of('characteristics')}: {error}; "
-            "load a robot model with roslaunch robot_description description.launch"
-        ) from None

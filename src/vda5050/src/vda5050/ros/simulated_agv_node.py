@@ -18,13 +18,14 @@ from hive_common.pose import STOP, Velocity
 from hive_common.ros.conversions import pose_from_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import RobotNames
+from hive_common.ros.params import structured
 from robot_description.models import load_model
 from robot_navigation.ros.fake_localization_node import FakeLocalization
 from vda5050.errors import FaultError
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.protocol.topics import Address
 from vda5050.protocol.versions import Version
-from vda5050.ros.vehicle_link import CONTROL_PERIOD, VehicleLink, keep_stepping, read_parameter
+from vda5050.ros.vehicle_link import CONTROL_PERIOD, VehicleLink, keep_stepping
 from vda5050.ros.vehicle_settings import AgvEntry
 from vda5050.simulated.agv import AgvSettings, SimulatedAgv
 
@@ -123,8 +124,8 @@ def main() -> None:
 
 
 def _run() -> None:
-    entries = read_parameter("~agvs", tuple[AgvEntry, ...], [])
-    broker = read_parameter("~broker", BrokerSettings, {})
+    entries = structured("~agvs", tuple[AgvEntry, ...], [])
+    broker = structured("~broker", BrokerSettings, {})
     map_id = str(rospy.get_param("~map_id", "map"))
     _spawn(entries)
     inbox = Inbox()

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, TypeVar
 
 import rospy
 
-from hive_common.errors import ParameterError
-from hive_common.structuring import NotAllowedError, structure
 from vda5050.mqtt.link import BrokerSettings, Link, Will
 
 if TYPE_CHECKING:
@@ -89,16 +87,3 @@ def round_at(now: float) -> int:
     A simulator that waits for a command goes no further, so no round may begin a little late.
     """
     return math.floor((now + _ROUNDING) / CONTROL_PERIOD)
-
-
-def read_parameter(name: str, kind: type[T], default: object) -> T:
-    """Return a parameter that is a list or dict, as a value that has checked itself.
-
-    Raises:
-        ParameterError: It holds something that is not allowed.
-    """
-    given = rospy.get_param(name, default)
-    try:
-        return structure(given, kind)
-    except NotAllowedError as error:
-        raise ParameterError(f"{rospy.resolve_name(name)}: {error}") from None

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import ndimage
 
 from blackboard.costing.grid_path_lengths import GridPathLengths
+from hive_common.distances import distances
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
 from hive_lab.allocation.instance import Instance
@@ -56,9 +56,9 @@ class Floor:
 
     def __init__(self) -> None:
         self._grid = load_map("warehouse")
-        padded = np.pad(self._grid.blocked, 1, constant_values=True)
-        clearance = ndimage.distance_transform_edt(~padded)[1:-1, 1:-1] * self._grid.resolution
-        self._cells = np.argwhere(clearance > RADIUS)
+        step = self._grid.resolution
+        apart = [cells * step for _, cells in distances(self._grid.blocked, RADIUS / step + 1)]
+        self._cells = np.argwhere(np.concatenate(apart) > RADIUS)
         self.path_lengths = GridPathLengths(self._grid, RADIUS)
 
     def own_path_lengths(self) -> GridPathLengths:
