@@ -4,13 +4,15 @@
 from __future__ import annotations
 
 import math
+from random import Random
 
 import numpy as np
 import pytest
 
+from hive_common.pose import Pose
 from robot_description.models import load_model
 from simenv.errors import SimenvError
-from simenv.faults import Fault, inject
+from simenv.faults import KINDS, Fault, inject
 from simenv.simulation import Simulation
 from simenv.world.world_file import load_world
 
@@ -109,3 +111,28 @@ def test_a_fault_that_makes_no_sense_is_refused_in_one_line(
         inject(lab, fault)
 
     assert "\n" not in str(refusal.value)
+
+
+ODD = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, -1.0, 0.0, 0.5, 1.0, 2.0, 1e6)
+NAMES = ("robot1", "robot2", "nobody", "", "x" * 5000, "a b", "/robot1", "\x00", "east")
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_odd_faults_and_robots_are_refused_in_words_or_simulated(
+    lab: Simulation, seed: int
+) -> None:
+    random, refused = Random(seed), 0
+    for _ in range(400):
+        name, value = random.choice(NAMES), random.choice(ODD)
+        area = tuple(random.choices(ODD, k=random.choice((0, 3, 4, 4, 4))))
+        pose = Pose(*random.choices((*ODD, 4.0, 6.0), k=3))
+        try:
+            if random.choice((True, False)):
+                inject(lab, Fault(random.choice([*KINDS, "none"]), name, value, area))
+            else:
+                lab.add_robot(name, load_model("youbot"), pose)
+        except SimenvError:
+            refused += 1
+        lab.step()
+    assert 200 < refused < 400
+    assert all(not pose.flaw for pose in lab.poses.values())

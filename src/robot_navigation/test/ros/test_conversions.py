@@ -9,10 +9,13 @@ import pytest
 
 pytest.importorskip("robot_description.msg", reason="conversions need generated messages")
 
+import rospy
+from geometry_msgs.msg import Point32
 from robot_description.msg import Routes, Traffic
 
 from robot_navigation.mapf.route import NO_PLAN, PlanNumber, Route, Wait
 from robot_navigation.ros.conversions import (
+    AHEAD,
     routes_from_msg,
     routes_to_msg,
     traffic_from_msg,
@@ -61,6 +64,9 @@ ROUTE = Route(
 )
 
 
+NOW = 1e6  # when everything comes [s]
+
+
 def sent(message):
     """Return a message as it arrives."""
     data = io.BytesIO()
@@ -78,13 +84,13 @@ def told(**changed):
 
 @pytest.mark.parametrize("announcement", [STANDS, DRIVES], ids=["stands", "drives"])
 def test_an_announcement_arrives_as_it_was_sent(announcement):
-    assert traffic_from_msg(sent(traffic_to_msg(announcement, "map"))) == announcement
+    assert traffic_from_msg(sent(traffic_to_msg(announcement, "map")), NOW) == announcement
 
 
 def test_a_program_that_knows_only_the_first_fields_is_a_robot_without_goal_and_route():
     message = Traffic(name="forklift", radius=0.8, parked=True)
     message.way = told().way
-    heard = traffic_from_msg(sent(message))
+    heard = traffic_from_msg(sent(message), NOW)
 
     assert (heard.goal, heard.plan, heard.waits_for) == (None, NO_PLAN, "")
     assert heard.limits == UNKNOWN_LIMITS
@@ -95,7 +101,11 @@ def test_a_program_that_knows_only_the_first_fields_is_a_robot_without_goal_and_
     [
         ({"way": []}, "a way"),
         ({"radius": 0.0}, "a radius above 0"),
-        ({"claim": -0.1}, "a claim of at least 0"),
+        ({"claim": -0.1}, "a claim from 0"),
+        ({"radius": 11.0}, "a radius above 0 and at most 10 m"),
+        ({"claim": 1e9}, "a claim from 0 to 10000 m"),
+        ({"way": [Point32(0.0, 0.0, 0.0), Point32(2e5, 0.0, 0.0)]}, "within 100 km"),
+        ({"way": [Point32(0.0, 0.0, 0.0), Point32(2e4, 0.0, 0.0)]}, "at most 10 km long"),
         ({"yaw": math.nan}, "yaw"),
         ({"max_speed": -1.0}, "max_speed"),
         ({"yaw_rate": math.inf}, "yaw_rate"),
@@ -106,7 +116,7 @@ def test_traffic_with_wrong_numbers_is_refused_in_one_line_that_names_robot_and_
     changed, named
 ):
     with pytest.raises(ValueError, match=named) as error:
-        traffic_from_msg(sent(told(**changed)))
+        traffic_from_msg(sent(told(**changed)), NOW)
 
     assert "'robot1'" in str(error.value)
     assert "\n" not in str(error.value)
@@ -117,7 +127,7 @@ def test_a_goal_that_is_not_finite_is_refused():
     message.goal.x = math.nan
 
     with pytest.raises(ValueError, match="goal"):
-        traffic_from_msg(sent(message))
+        traffic_from_msg(sent(message), NOW)
 
 
 def test_an_obstacle_that_is_not_finite_is_refused():
@@ -125,7 +135,21 @@ def test_an_obstacle_that_is_not_finite_is_refused():
     message.obstacles[0].z = math.inf
 
     with pytest.raises(ValueError, match="obstacles"):
-        traffic_from_msg(sent(message))
+        traffic_from_msg(sent(message), NOW)
+
+
+def test_routes_of_an_epoch_that_no_planner_has_are_refused():
+    message = routes_to_msg(PlanNumber(2**31, 1), [ROUTE], 12.5, "map")
+
+    with pytest.raises(ValueError, match="epoch is above 2147483647"):
+        routes_from_msg(sent(message))
+
+
+def test_what_is_dated_ahead_counts_as_of_now():
+    message = told()
+    message.header.stamp = rospy.Time(4_000_000)
+
+    assert traffic_from_msg(sent(message), NOW).time == NOW + AHEAD
 
 
 def test_routes_arrive_as_they_were_sent():

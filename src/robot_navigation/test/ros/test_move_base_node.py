@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from concurrent.futures import ThreadPoolExecutor
+from random import Random
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +18,12 @@ pytest.importorskip("ompl")
 import numpy as np
 import rospy
 import tf2_ros
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticStatus
 from move_base_msgs.msg import MoveBaseGoal
 from nav_msgs.srv import GetPlanRequest
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float32
 from std_srvs.srv import EmptyRequest
 
 from hive_common.grid_map import GridMap
@@ -27,10 +31,13 @@ from hive_common.pose import STOP, Pose
 from hive_common.ros.conversions import pose_to_msg, transform_to_msg
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import RobotNames
+from hive_lab.fuzz.mutations import Mutations, as_bytes
 from robot_description.models import load_model
 from robot_navigation.control.goal_tracker import NavigationSettings
+from robot_navigation.mapf.route import PlanNumber, Route, Wait
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.ros import move_base_node
+from robot_navigation.ros.conversions import routes_from_msg, routes_to_msg
 from robot_navigation.ros.move_base_node import MoveBase
 from robot_navigation.traffic.neighbourhood import Neighbourhood
 
@@ -97,6 +104,7 @@ class Robot:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 100.0
         self.pose: Pose | None = Pose(2.0, 2.0, 0.0)
+        self.odd_transform: TransformStamped | None = None
         self.published: dict[str, list[Any]] = {}
         self.warned: list[str] = []
         self.services: dict[str, Callable[[Any], Any]] = {}
@@ -110,7 +118,12 @@ class Robot:
         monkeypatch.setattr(rospy, "get_name", lambda: "/robot1/move_base")
         monkeypatch.setattr(rospy, "get_time", lambda: self.now)
         monkeypatch.setattr(rospy.Time, "now", lambda: rospy.Time.from_sec(self.now))
-        for name in ("logwarn", "logwarn_throttle", "logwarn_throttle_identical"):
+        for name in (
+            "logwarn",
+            "logwarn_throttle",
+            "logwarn_throttle_identical",
+            "logerr_throttle_identical",
+        ):
             monkeypatch.setattr(rospy, name, lambda *said: self.warned.append(said[-1]))
         monkeypatch.setattr(
             move_base_node, "read_settings", lambda *_: NavigationSettings(settle=0.0)
@@ -123,7 +136,7 @@ class Robot:
             heard=Neighbourhood(),
             planner=lambda _: planner,
             announce=lambda *_: None,
-            give_routes_to=lambda _: None,
+            give_routes_to=lambda take: setattr(self, "_take_routes", take),
             every=lambda _, act: setattr(self, "_round", act),
             when_set_back=lambda act: setattr(self, "_begin_anew", act),
         )
@@ -149,6 +162,8 @@ class Robot:
         self.services[name] = serve
 
     def _transform(self, _parent: str, child: str, _time: rospy.Time) -> TransformStamped:
+        if self.odd_transform is not None:
+            return self.odd_transform
         if self.pose is None or child != "robot1/base_footprint":
             raise tf2_ros.LookupException("nothing known")
         return transform_to_msg(self.pose, "map", child, rospy.Time.from_sec(self.now))
@@ -172,6 +187,55 @@ class Robot:
         scan = LaserScan(**nothing | fields)
         scan.header.stamp = rospy.Time.from_sec(self.now)
         self.hear("/robot1/scan", scan)
+
+    def transform_at(self, time: float) -> TransformStamped:
+        """Return where the robot is, as a transform of a time [s]."""
+        assert self.pose is not None
+        stamp = rospy.Time.from_sec(time)
+        return transform_to_msg(self.pose, "map", "robot1/base_footprint", stamp)
+
+    @property
+    def failures(self) -> int:
+        """How many messages could not be handled."""
+        return self._inbox.failures
+
+    @property
+    def good(self) -> dict[str, Any]:
+        """What the robot hears and is asked, by topic, service or other name."""
+        goal = pose_to_msg(Pose(6.0, 3.0, 0.0), "map", rospy.Time.from_sec(self.now))
+        plan = PlanNumber(2, 1)
+        places = ((2.0, 2.0), (4.0, 2.5), (6.0, 3.0))
+        route = Route("robot1", plan, (6.0, 3.0), 0, places, (Wait(1, "robot2", 3),), True)
+        scan = LaserScan(
+            angle_increment=math.tau / 16, range_min=0.1, range_max=8.0, ranges=[3.0] * 16
+        )
+        scan.header.stamp = rospy.Time.from_sec(self.now)
+        return {
+            "/robot1/scan": scan,
+            "/robot1/pick/status": GoalStatusArray(status_list=[GoalStatus(status=1)]),
+            "/robot1/move_base_simple/goal": goal,
+            "/robot1/speed_limit": Float32(0.5),
+            "goal": MoveBaseGoal(goal),
+            "/robot1/move_base/make_plan": GetPlanRequest(start=goal, goal=goal, tolerance=0.1),
+            "transform": self.transform_at(self.now),
+            "routes": routes_to_msg(plan, [route], self.now, "map"),
+        }
+
+    def take(self, kind: str, message: Any) -> None:
+        """Have the robot hear or be asked something; see `good`."""
+        if kind == "goal":
+            self.server.send(message)
+        elif kind == "transform":
+            self.odd_transform = message
+        elif kind == "routes":
+            with contextlib.suppress(ValueError):  # which the process logs
+                self._take_routes(routes_from_msg(message)[1])
+        elif kind in self.services:
+            self.ask(kind, message)
+        else:
+            if isinstance(message, LaserScan):  # as it arrives at the node
+                message.ranges = np.array(message.ranges, dtype=np.float32)
+            self.hear(kind, message)
 
     def ask(self, service: str, request: object) -> Any:
         """Return the answer of a service."""
@@ -284,6 +348,67 @@ def test_a_goal_of_a_robot_that_stays_blind_is_aborted_with_the_reason(robot: Ro
     state, text = robot.server.outcome
     assert state == "aborted"
     assert text.startswith("no scan on /robot1/scan can be used: ranges: 0; allowed: ")
+
+
+def test_a_robot_whose_laser_dies_after_a_scan_from_the_future_stops(robot: Robot) -> None:
+    robot.send(8.0, 2.0)
+    robot.drive(3.0)
+
+    robot.now += 1000.0
+    robot.measure()
+    robot.now -= 1000.0
+    robot.drive(2.0, lambda: None)
+
+    assert robot.velocity == (0.0, 0.0, 0.0)
+
+
+def test_a_robot_whose_localization_is_far_ahead_of_its_time_stops(robot: Robot) -> None:
+    robot.send(8.0, 2.0)
+    robot.drive(3.0)
+
+    robot.odd_transform = robot.transform_at(robot.now + 1000.0)
+    robot.drive(0.5)
+
+    assert robot.velocity == (0.0, 0.0, 0.0)
+
+
+def test_a_speed_limit_that_is_not_a_number_changes_nothing(robot: Robot) -> None:
+    robot.hear("/robot1/speed_limit", Float32(0.1))
+    robot.send(8.0, 2.0)
+    robot.drive(2.0)
+
+    robot.hear("/robot1/speed_limit", Float32(math.nan))
+    robot.drive(2.0)
+
+    assert 0.0 < robot.velocity[0] <= 0.1 + 1e-6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_odd_messages_goals_and_requests_end_no_round_and_the_next_goal_is_reached(
+    robot: Robot, seed: int
+) -> None:
+    random = Random(seed)
+    mutations = Mutations(random, ["map", "robot1/base_footprint", "robot1/odom"])
+    for _ in range(400):
+        kind = random.choice(list(robot.good))
+        message, what = mutations.mutate(as_bytes(robot.good[kind]), type(robot.good[kind]))
+        try:
+            robot.take(kind, message)
+            robot.round()
+        except Exception as error:
+            raise AssertionError(f"{kind}: {what}") from error
+        assert robot.failures == 0, f"{kind}: {what}: {robot.warned[-1]}"
+        robot.odd_transform = None
+        robot.drive(0.1)
+
+    robot.pose = Pose(2.0, 2.0, 0.0)
+    robot.hear("/robot1/speed_limit", Float32(0.0))
+    robot.hear("/robot1/pick/status", GoalStatusArray())
+    robot.ask("/robot1/move_base/clear_costmaps", EmptyRequest())
+    robot.send(8.0, 2.0)
+    robot.drive(30.0)
+    assert robot.server.outcome is not None
+    assert robot.server.outcome[0] == "succeeded"
 
 
 def test_a_robot_drives_on_to_its_goal_when_the_clock_is_set_back(robot: Robot) -> None:

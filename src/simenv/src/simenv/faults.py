@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from shapely.geometry import box
 
+from hive_common.pose import FARTHEST
 from simenv.errors import FaultError
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def _block(simulation: Simulation, fault: Fault) -> str:
 
 
 def _is_box(area: tuple[float, ...]) -> bool:
-    return all(map(math.isfinite, area)) and area[0] < area[2] and area[1] < area[3]
+    return max(map(abs, area)) <= FARTHEST and area[0] < area[2] and area[1] < area[3]
 
 
 def _is_on(fault: Fault) -> bool:

@@ -104,8 +104,13 @@ def run(
     Without `arguments` it takes the words of this process. The benchmarks of `hive_lab` pass a
     `command` of their own and exit by the same rules.
     """
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    for word in words:
+        if not _is_text(word):
+            click.echo(f"hive: {word!a} is not a text in UTF-8; type it again", err=True)
+            return _BAD_INPUT
     try:
-        result = command.main(arguments, prog_name="hive", obj=context, standalone_mode=False)
+        result = command.main(words, prog_name="hive", obj=context, standalone_mode=False)
     except click.ClickException as error:
         click.echo(f"hive: {_one_line(error)}", err=True)
         return _BAD_INPUT
@@ -118,6 +123,15 @@ def run(
         sys.stderr.close()
         return 0
     return result if isinstance(result, int) else 0
+
+
+def _is_text(word: str) -> bool:
+    """Return whether a word can be printed; bytes that are not UTF-8 arrive as surrogates."""
+    try:
+        word.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _one_line(error: click.ClickException) -> str:

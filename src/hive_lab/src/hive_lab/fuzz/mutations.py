@@ -24,12 +24,17 @@ _MANY = 10_001
 _RARELY = 0.02
 """Share of the changed lists that become so long; decoding them takes a while."""
 
-_INTS = {"uint8": 2**8 - 1, "uint16": 2**16 - 1, "uint32": 2**32 - 1}
+_INTS = {
+    **{f"uint{bits}": (0, 2**bits - 1) for bits in (8, 16, 32, 64)},
+    **{f"int{bits}": (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for bits in (8, 16, 32, 64)},
+}
 
 _FLOATS = (
     *(math.nan, math.inf, -math.inf, 1e308, -1e308, 3.5e38, 5e-324, -0.0),
     *(1e13, 1e12, 1e5, -1.0, 0.0, 1.0),
 )
+
+_LARGEST = 3.4e38  # that a float32 can hold
 
 _TEXTS = (
     *("", "x" * 65, "x" * 257, "x" * 20_000, "\x00", "a b", "\n\x1b[31m", "/", "..", "../.."),
@@ -84,12 +89,15 @@ class Mutations:
         draw = self._random
         if kind.endswith("]"):
             return self._odd_list(value)
-        if kind == "float64":
-            return draw.choice((*_FLOATS, value * 1.0000001, -value, value + 1.0))
+        if kind.startswith("float"):
+            odd = (*_FLOATS, value * 1.0000001, -value, value + 1.0)
+            most = math.inf if kind == "float64" else _LARGEST
+            return draw.choice([number for number in odd if not most < abs(number) < math.inf])
         if kind in _INTS:
-            most = _INTS[kind]
-            near = (max(0, value - 1), min(most, value + 1))
-            return draw.choice((0, 1, 2, most, most - 1, most // 2 + 1, *near))
+            least, most = _INTS[kind]
+            near = (max(least, value - 1), min(most, value + 1))
+            lowest = (least,) if least < 0 else ()
+            return draw.choice((*lowest, 0, 1, 2, most, most - 1, most // 2 + 1, *near))
         if kind == "string":
             return draw.choice((*_TEXTS, *self.names, *self.names, f"{value} ", f"{value}#1"))
         if kind == "bool":

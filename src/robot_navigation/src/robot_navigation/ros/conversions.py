@@ -14,6 +14,7 @@ from robot_description.msg import Routes, Traffic
 from robot_description.msg import Wait as WaitMsg
 from std_msgs.msg import Header
 
+from hive_common.pose import FARTHEST
 from robot_navigation.mapf.route import PlanNumber, Route, Wait
 from robot_navigation.traffic.right_of_way import UNKNOWN_LIMITS, Announcement, Limits, Right
 
@@ -21,6 +22,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from robot_navigation.planning.path import Point
+
+AHEAD = 1.0  # how far the clocks of robots may differ [s]
+WIDEST = 10.0  # greatest radius of a robot [m]
+HIGHEST_EPOCH = 2**31 - 1  # of a traffic planner; it is told to it as a parameter
+LONGEST_WAY = 10_000.0  # greatest length of a path and of a claim [m]
 
 
 def traffic_to_msg(announcement: Announcement, frame: str) -> Traffic:
@@ -50,22 +56,36 @@ def traffic_to_msg(announcement: Announcement, frame: str) -> Traffic:
     )
 
 
-def traffic_from_msg(msg: Traffic) -> Announcement:
-    """Return the announcement in a message; raise ValueError if its numbers cannot be used."""
+def traffic_from_msg(msg: Traffic, now: float) -> Announcement:
+    """Return the announcement in a message that came at a time [s].
+
+    One that is dated ahead counts as of now: it must not count on after its robot has fallen
+    silent.
+
+    Raises:
+        ValueError: Its numbers cannot be used.
+    """
     path = tuple((point.x, point.y) for point in msg.way)
     obstacles = tuple((each.x, each.y, each.z) for each in msg.obstacles)
-    if not (path and msg.radius > 0 and msg.claim >= 0 and _finite(msg.radius, msg.claim, *path)):
+    length = sum(map(math.dist, path, path[1:]))
+    if not (path and _usable(*path) and length <= LONGEST_WAY):
         raise ValueError(
-            f"traffic of {msg.name[:40]!r} is ignored: it needs a way of finite numbers, "
-            "a radius above 0 and a claim of at least 0"
+            f"traffic of {msg.name[:40]!r} is ignored: it needs a way of points within "
+            f"{FARTHEST / 1000:g} km of the origin, at most {LONGEST_WAY / 1000:g} km long"
         )
-    if not _finite(msg.yaw, (msg.goal.x, msg.goal.y), *obstacles):
+    if not (0 < msg.radius <= WIDEST and 0 <= msg.claim <= LONGEST_WAY):
         raise ValueError(
-            f"traffic of {msg.name[:40]!r} is ignored: yaw, goal and obstacles need finite numbers"
+            f"traffic of {msg.name[:40]!r} is ignored: it needs a radius above 0 and at most "
+            f"{WIDEST:g} m, and a claim from 0 to {LONGEST_WAY:g} m"
+        )
+    if not _usable(msg.yaw, (msg.goal.x, msg.goal.y), *obstacles):
+        raise ValueError(
+            f"traffic of {msg.name[:40]!r} is ignored: yaw, goal and obstacles need numbers of at "
+            f"most {FARTHEST:g}"
         )
     return Announcement(
         name=msg.name,
-        time=msg.header.stamp.to_sec(),
+        time=min(msg.header.stamp.to_sec(), now + AHEAD),
         x=path[0][0],
         y=path[0][1],
         radius=msg.radius,
@@ -88,7 +108,7 @@ def _limits(msg: Traffic) -> Limits:
     given = Limits(msg.max_speed, msg.acceleration, msg.yaw_rate)
     if given == (0.0, 0.0, 0.0):
         return UNKNOWN_LIMITS
-    if not (_finite(*given) and min(given) > 0):
+    if not (_usable(*given) and min(given) > 0):
         raise ValueError(
             f"traffic of {msg.name[:40]!r} is ignored: max_speed, acceleration and yaw_rate need "
             "numbers above 0, or 0 in all three"
@@ -120,15 +140,21 @@ def routes_to_msg(plan: PlanNumber, routes: Iterable[Route], now: float, frame: 
 def routes_from_msg(msg: Routes) -> tuple[PlanNumber, tuple[Route, ...]]:
     """Return a plan's number and its routes; raise ValueError if its numbers cannot be used."""
     plan = PlanNumber(msg.epoch, msg.number)
+    if plan.epoch > HIGHEST_EPOCH:
+        # Robots would obey no other planner any more.
+        raise ValueError(
+            f"routes of plan {plan.epoch}/{plan.number} are ignored: the epoch is above "
+            f"{HIGHEST_EPOCH}, which no planner has"
+        )
     return plan, tuple(_route_from_msg(route, plan) for route in msg.routes)
 
 
 def _route_from_msg(msg: RouteMsg, plan: PlanNumber) -> Route:
     places = tuple((place.x, place.y) for place in msg.places)
-    if not _finite((msg.goal.x, msg.goal.y), *places):
+    if not _usable((msg.goal.x, msg.goal.y), *places):
         raise ValueError(
             f"routes of plan {plan.epoch}/{plan.number} are ignored: that of {msg.robot[:40]!r} "
-            "needs a goal and places of finite numbers"
+            f"needs a goal and places within {FARTHEST / 1000:g} km of the origin"
         )
     return Route(
         robot=msg.robot,
@@ -145,10 +171,10 @@ def _point(point: Point | None) -> PointMsg:
     return PointMsg() if point is None else PointMsg(*point, 0.0)
 
 
-def _finite(*values: float | tuple[float, ...]) -> bool:
-    """Return whether all numbers are finite."""
+def _usable(*values: float | tuple[float, ...]) -> bool:
+    """Return whether all numbers are such as a site can have."""
     return all(
-        math.isfinite(number)
+        abs(number) <= FARTHEST
         for value in values
         for number in (value if isinstance(value, tuple) else (value,))
     )

@@ -134,6 +134,9 @@ class MoveBase:
             self._navigator.set_goal(goal, rospy.get_time())
 
     def _limit_speed(self, message: Float32) -> None:
+        if math.isnan(message.data):
+            rospy.logwarn_throttle(10, "a speed limit that is not a number is ignored")
+            return
         self._follower.speed_limit = message.data if message.data > 0 else math.inf
 
     def _round(self) -> None:

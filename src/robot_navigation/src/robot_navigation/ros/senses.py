@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 _AT_WORK = {GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING}
 
+_AHEAD = rospy.Duration(10)
+"""A transform may be dated ahead, so that it is there when it is asked for; no more than this."""
+
 
 class Senses:
     """The latest of each, as the control loop has received it through the inbox.
@@ -41,7 +44,8 @@ class Senses:
         self._transforms = surroundings.transforms
         self._frames = map_frame, f"{names.robot}/base_footprint"
         self._timeout = rospy.Duration.from_sec(timeout)
-        self._scan: tuple[rospy.Time, Scan] | None = None  # the latest that can be used
+        # The latest that can be used, when it was measured, and when it came.
+        self._scan: tuple[rospy.Time, rospy.Time, Scan] | None = None
         self._scan_topic = names.of("scan")
         self._reader = ScanReader(self._scan_topic)
         rospy.Subscriber(self._scan_topic, numpy_msg(LaserScan), self._see, queue_size=1)
@@ -67,7 +71,7 @@ class Senses:
         """
         found = self._transforms.lookup_transform(parent, child, rospy.Time(0))
         age = rospy.Time.now() - found.header.stamp
-        if not found.header.stamp.is_zero() and age > self._timeout:
+        if not found.header.stamp.is_zero() and not -_AHEAD <= age <= self._timeout:
             raise tf2_ros.ExtrapolationException(
                 f"the latest transform from {child} to {parent} is {age.to_sec():.1f} s old"
             )
@@ -75,9 +79,12 @@ class Senses:
 
     def scan(self) -> Scan | None:
         """Return the latest scan that can be used, or None without a recent one."""
-        if self._scan is None or rospy.Time.now() - self._scan[0] > self._timeout:
+        if self._scan is None:
             return None
-        return self._scan[1]
+        # One that is dated ahead must not count on after the laser has died.
+        measured, came, scan = self._scan
+        now = rospy.Time.now()
+        return scan if max(now - measured, now - came) <= self._timeout else None
 
     def forget(self) -> None:
         """Forget the scan: its time may be one that is still to come."""
@@ -100,7 +107,7 @@ class Senses:
     def _take(self, msg: LaserScan) -> None:
         scan = self._reader.read(msg)
         if scan is not None:
-            self._scan = (msg.header.stamp, scan)
+            self._scan = (msg.header.stamp, rospy.Time.now(), scan)
 
     def _feel(self, msg: GoalStatusArray) -> None:
         at_work = any(status.status in _AT_WORK for status in msg.status_list)

@@ -99,7 +99,7 @@ class Surroundings:
         if msg._connection_header["callerid"] == rospy.get_name():  # noqa: SLF001  (rospy has no other way)
             return
         try:
-            announcement = traffic_from_msg(msg)
+            announcement = traffic_from_msg(msg, rospy.get_time())
         except ValueError as error:
             rospy.logwarn_throttle_identical(10, str(error))
             return

@@ -12,11 +12,10 @@ from hive_common.errors import ParameterError
 from hive_common.landmark import Landmark
 from hive_common.ros.params import structured, whole_number
 from hive_common.zone import Zone
+from robot_navigation.ros.conversions import HIGHEST_EPOCH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-_HIGHEST = 2**31 - 1  # the highest number that a parameter can hold
 
 
 class TrafficParameters(NamedTuple):
@@ -42,7 +41,7 @@ class TrafficParameters(NamedTuple):
         zones = structured("~zones", tuple[Zone, ...], [])
         closed = _closed([zone.name for zone in zones if zone.closed])
         return cls(
-            epoch=whole_number("epoch", least=1, most=_HIGHEST, default=1),
+            epoch=whole_number("epoch", least=1, most=HIGHEST_EPOCH, default=1),
             zones=tuple(attrs.evolve(zone, closed=zone.name in closed) for zone in zones),
             landmarks=structured("~places", tuple[Landmark, ...], []),
         )

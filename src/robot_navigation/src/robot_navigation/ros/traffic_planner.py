@@ -138,7 +138,7 @@ class TrafficPlanner:
         """Take in what robots have announced since the last time."""
         for msg in self._ears.news():
             try:
-                announcement = traffic_from_msg(msg)
+                announcement = traffic_from_msg(msg, rospy.get_time())
             except ValueError as error:
                 rospy.logwarn_throttle_identical(10, str(error))
             else:
