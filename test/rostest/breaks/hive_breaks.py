@@ -67,9 +67,9 @@ def dearest(_original):
     return lambda _record, able: max(able, key=lambda bid: bid.cost, default=None)
 
 
-def first_by_name(_original):
-    """Give a task to the robot whose name comes first."""
-    return lambda _record, able: min(able, key=lambda bid: bid.robot_id, default=None)
+def unless_it_carries_60_kg(original):
+    """Have the robot that carries 60 kg refuse every task."""
+    return lambda self, *asked: "no" if self.payload == 60.0 else original(self, *asked)
 
 
 def twice(original):
@@ -173,9 +173,9 @@ BREAKS = {
     "4": Break(
         "plan_tasks",
         "test_several_tasks_are_spread_over_the_robots_and_each_is_done_once",
-        "the robot whose name comes first gets every task",
-        "blackboard.auction.auction:best_bid",
-        first_by_name,
+        "one of the robots refuses every task",
+        "blackboard.domain.characteristics:RobotCharacteristics.excludes",
+        unless_it_carries_60_kg,
     ),
     "5": Break(
         "plan_tasks",
