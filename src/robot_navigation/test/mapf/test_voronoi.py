@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 import hive_common.distances
 from hive_common.grid_map import GridMap
+from robot_navigation.mapf import voronoi
 from robot_navigation.mapf.voronoi import AT_WALL, Meetings, Voronoi
 from robot_navigation.planning.clearance import ClearanceField
 
@@ -33,8 +34,8 @@ def drawn(seed: int) -> tuple[ClearanceField, Voronoi]:
     clear = field(blocked)
     free = np.flatnonzero(clear.clearance >= NEED)
     starts = random.choice(free, 30, replace=False)
-    voronoi = Voronoi(clear.clearance, clear.clearance >= NEED, NEED, starts, np.arange(30))
-    return clear, voronoi
+    diagram = Voronoi(clear.clearance, clear.clearance >= NEED, NEED, starts, np.arange(30))
+    return clear, diagram
 
 
 def as_set(meetings: Meetings) -> set[tuple[float, ...]]:
@@ -49,21 +50,21 @@ def as_set(meetings: Meetings) -> set[tuple[float, ...]]:
 def test_a_map_in_strips_has_the_meetings_of_the_whole(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _, voronoi = drawn(seed)
-    whole = as_set(voronoi.meetings(np.arange(30)))
+    _, diagram = drawn(seed)
+    whole = as_set(diagram.meetings(np.arange(30)))
     monkeypatch.setattr(hive_common.distances, "CELLS", 1)
 
     assert len(whole) > 20
-    assert as_set(voronoi.meetings(np.arange(30))) == whole
+    assert as_set(diagram.meetings(np.arange(30))) == whole
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_way_leads_over_neighbouring_free_cells_from_one_place_to_the_other(seed: int) -> None:
-    clear, voronoi = drawn(seed)
-    met = voronoi.meetings(np.arange(30))
+    clear, diagram = drawn(seed)
+    met = diagram.meetings(np.arange(30))
 
     for (one, other), cost in zip(met.cells.tolist(), met.costs.tolist(), strict=True):
-        way = voronoi.way(one, other)
+        way = diagram.way(one, other)
         rows, columns = np.divmod(way, 80)
         assert (np.abs(np.diff(rows)) + np.abs(np.diff(columns)) == 1).all()
         assert (clear.clearance[rows, columns] >= NEED).all()
@@ -75,9 +76,33 @@ def test_a_way_keeps_away_from_walls() -> None:
     blocked[:3] = blocked[-3:] = True
     clear = field(blocked)
     starts = np.array([10 * 200 + 10, 10 * 200 + 190])
-    voronoi = Voronoi(clear.clearance, clear.clearance >= NEED, NEED, starts, np.arange(2))
-    (one, other), *_ = voronoi.meetings(np.arange(2)).cells.tolist()
+    diagram = Voronoi(clear.clearance, clear.clearance >= NEED, NEED, starts, np.arange(2))
+    (one, other), *_ = diagram.meetings(np.arange(2)).cells.tolist()
 
-    rows = np.divmod(voronoi.way(one, other), 200)[0]
+    rows = np.divmod(diagram.way(one, other), 200)[0]
 
     assert clear.clearance[rows, 100].max() >= NEED + 0.3
+
+
+def test_a_cell_that_no_place_reaches_belongs_to_none_and_costs_no_look_at_the_whole_map(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    random = np.random.default_rng(1)
+    clearance = np.full((3000, 20), 1.0, dtype=np.float32)
+    inside = np.ones(clearance.shape, dtype=bool)
+    inside[1500:1503, :3] = False
+    inside[1501, 1] = True
+    starts = np.flatnonzero(inside)[::400]
+    sizes: list[int] = []
+    whole = voronoi.grown
+
+    def watched(part: NDArray[np.float32], *others: Any) -> Any:
+        sizes.append(len(part))
+        return whole(part, *others)
+
+    monkeypatch.setattr(voronoi, "grown", watched)
+    monkeypatch.setattr(hive_common.distances, "CELLS", 1)
+    diagram = Voronoi(clearance, inside, NEED, starts, random.permutation(len(starts)))
+
+    assert len(diagram.meetings(np.arange(len(starts))).costs) >= len(starts) - 1
+    assert max(sizes) < 1500

@@ -160,7 +160,7 @@ def _read(reader: Reader, file: Path, what: str, found: Found) -> None:
 def _changed(data: bytes, random: Random) -> tuple[bytes, str]:
     """Return a file with something odd in it, and what."""
     if random.random() < _DAMAGED:
-        return _damaged(data, random)
+        return damaged(data, random)
     tree = yaml.safe_load(data)
     changes = [change(tree, random) for _ in range(random.choice((1, 1, 1, 2, 3)))]
     return yaml.safe_dump(tree, sort_keys=False, allow_unicode=True).encode(), ", ".join(changes)
@@ -183,7 +183,7 @@ def change(tree: Any, random: Random) -> str:  # noqa: ANN401  (what YAML holds)
     return f"{key!r:.40} = {odd!r:.60}"
 
 
-def _damaged(data: bytes, random: Random) -> tuple[bytes, str]:
+def damaged(data: bytes, random: Random) -> tuple[bytes, str]:
     """Return a file whose text is damaged at one place, and how."""
     at = random.randrange(len(data))
     if random.choice((True, False)):

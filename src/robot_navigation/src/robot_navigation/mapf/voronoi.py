@@ -29,6 +29,7 @@ NARROW = 0.3
 AT_WALL = 5.0  # cost of a cell at a wall; one in the open costs 1
 BUCKETS = 8  # more than the dearest cell costs, and one
 REACH = 64  # cells around a strip that are looked at first, usually enough
+ENOUGH = 512  # a cell that no place so far away reaches belongs to none
 
 
 class Meetings(NamedTuple):
@@ -149,8 +150,11 @@ class Voronoi:
                 slice(side.start - first, side.stop - first)
                 for side, first in zip(window, (top, left), strict=True)
             )
-            dearest = cost[inner].max(initial=0.0, where=inside[inner])
-            if dearest <= reach or part == (slice(0, height), slice(0, width)):
+            reached = owner[inner] >= 0
+            is_right = cost[inner].max(initial=0.0, where=reached) <= reach
+            # A cell that touches the others at a corner only belongs to no place at all.
+            has_all = reach >= ENOUGH or bool(reached[inside[inner]].all())
+            if (is_right and has_all) or part == (slice(0, height), slice(0, width)):
                 return top, left, came, owner, cost
             reach *= 2
 
