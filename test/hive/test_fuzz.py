@@ -23,6 +23,7 @@ def clock(monkeypatch):
         monkeypatch.setattr(rospy.rostime, name, getattr(rospy.rostime, name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 11))
 def test_odd_messages_on_every_topic_end_nobody_and_the_next_task_is_done(seed):
     found = fuzz(seed, MESSAGES)

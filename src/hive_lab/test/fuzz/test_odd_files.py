@@ -15,6 +15,7 @@ from robot_description.urdf import robot_urdf
 FILES = 150
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", READERS)
 def test_a_file_with_odd_values_is_refused_in_words_or_works(kind: str) -> None:
     found = fuzz_files(kind, 1, FILES)
