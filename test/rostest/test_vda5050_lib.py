@@ -275,6 +275,7 @@ class Agent:
             drop=MakersAction(type="drop", load_id="", parameters=load),
         )
         model = load_model("mir100")
+        planner = OmplPlanner(load_map("lab"), model.base.circumscribed_radius)
         self.agv = Agv(
             serial,
             model,
@@ -284,8 +285,8 @@ class Agent:
             time.monotonic,
             lambda _: None,
             Tolerance(0.2, 0.2),
+            planner.field,
         )
-        planner = OmplPlanner(load_map("lab"), model.base.circumscribed_radius)
         self.agv.use(Navigator(serial, model, planner, self.agv.follower, planner.field))
         self._calls = queue.Queue()
         self.results = queue.Queue()

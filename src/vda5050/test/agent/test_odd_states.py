@@ -37,6 +37,7 @@ class Desk:
         self.rig = Rig(version)
         self.now, self.said, self.sent = 0.0, [], []
         model = load_model("mir100")
+        planner = OmplPlanner(draw_map(hall()), model.base.circumscribed_radius)
         self.agent = Agv(
             "agv",
             model,
@@ -46,8 +47,8 @@ class Desk:
             lambda: self.now,
             self.said.append,
             Tolerance(0.2, 0.2),
+            planner.field,
         )
-        planner = OmplPlanner(draw_map(hall()), model.base.circumscribed_radius)
         follower = self.agent.follower
         self.agent.use(Navigator("agv", model, planner, follower, planner.field))
         self.agent.presence.note_broker(connected=True, now=0.0)

@@ -73,6 +73,7 @@ class Dispatch:
                 time.monotonic,
                 self.failed.append,
                 tolerance,
+                planner.field,
             )
             agv.use(Navigator(name, model, planner, agv.follower, planner.field, settings))
             self._agvs[name] = agv

@@ -142,8 +142,16 @@ class Navigator:
         """
         self._memory = ObstacleMemory()
         if self._tracker is not None and self._keeper.route is None and not self._moving_aside:
+            self.plan_again()
+
+    def plan_again(self) -> None:
+        """Let go of the path, and plan another one from where the robot is in the next round."""
+        self._driver.let_go()
+        if self._moving_aside:
+            self._moving_aside = False
+            self._giving_way.restore()
+        if self._tracker is not None:
             self._tracker.retry_at = -math.inf
-            self._driver.let_go()
 
     def take_routes(self, routes: Sequence[Route], now: float) -> None:
         """Take in a plan of the traffic planner: the routes of all robots.

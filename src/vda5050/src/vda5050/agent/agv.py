@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from blackboard.domain.task import TaskStep
     from robot_description.models import RobotModel
     from robot_navigation.control.navigator import Navigator
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.traffic.neighbourhood import Neighbourhood
     from robot_navigation.traffic.right_of_way import Announcement
     from vda5050.agent.maker import Maker
@@ -61,6 +62,8 @@ class Agv:
         process: Begins the ids of orders; no other process has the same.
         clock: Returns the time of what robots do [s].
         say: Tells a person.
+        tolerance: How near it has to come to the end of its path.
+        field: Clearances of the hive's map.
 
     Attributes:
         state: What it told last; None before.
@@ -77,13 +80,16 @@ class Agv:
         clock: Callable[[], float],
         say: Callable[[str], None],
         tolerance: Tolerance,
+        field: ClearanceField,
     ) -> None:
         self.name = name
         self.state: State | None = None
         self.pose: Pose | None = None
         self.keeper = OrderKeeper(send, process)
         self.presence = Presence(model.base.max_speed)
-        self.follower = OrderFollower(model.base, self.keeper, self.to_agv, clock, tolerance)
+        self.follower = OrderFollower(
+            model.base, self.keeper, self.to_agv, clock, tolerance, field
+        )
         self._maker = maker
         self._maps = {each.id: each.pose for each in maker.maps}
         self._map_id = maker.map_id
@@ -210,6 +216,8 @@ class Agv:
         navigator.stationary = self._handling is not None or bool(self.trouble(now))
         self.follower.may_release = not self._is_unplugging(now)
         tick = navigator.tick(now, pose, NOTHING_SEEN, heard)
+        if self.follower.is_off:
+            navigator.plan_again()
         if self.keeper.phase is not Phase.CANCELLING or self._last is None:
             # Until it shows that it has dropped its order it may drive all of its base.
             self._last, self._base_left = tick.announcement, self.follower.committed

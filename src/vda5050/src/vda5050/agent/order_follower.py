@@ -3,6 +3,10 @@
 
 It takes the place of a follower that commands velocities, so the Navigator treats an AGV as it
 treats every robot. What is released cannot be taken back, so the AGV claims all of it.
+
+An AGV drives straight from node to node, and only its own scanners see what is in the way. So
+every line that an order adds to the path, from where the AGV stands or from the end of its base,
+has to be clear on the map.
 """
 
 from __future__ import annotations
@@ -23,18 +27,21 @@ if TYPE_CHECKING:
 
     from robot_description.models import Base
     from robot_navigation.control.follower import Room
+    from robot_navigation.planning.clearance import ClearanceField
     from robot_navigation.planning.path import Path, Point
     from vda5050.agent.order_keeper import OrderKeeper
 
 STEP = 0.8  # the base grows by at least so much, unless the AGV waits at its end [m]
 LEAST = 0.15  # the base of an AGV that waits grows by at least so much [m]
 AT_END = 0.3  # an AGV this near to the end of its base waits there, or soon will [m]
-BESIDE = 0.15  # how far a node may be from a new path that leads over it [m]
+BESIDE = 0.15  # how far an AGV, or the end of its base, may be from a path that it takes up [m]
 SHORT = 0.02  # a path whose rest is shorter is at its end [m]
 AHEAD = 2.0  # how much time an AGV's base is ahead of it, besides braking [s]
 LEAST_AHEAD = 2.0  # [m]
 MORE = 1.5  # how much further the base goes for an AGV that asks for more
-PASSING = 0.25  # how far from a node on its way an AGV may pass [m]
+PASSING = 0.25  # how far from a node on its way an AGV may pass, where there is room [m]
+NARROW = 0.05  # how far it may pass everywhere: no AGV is more exact [m]
+MARGIN = 0.02  # clearance beyond the AGV's radius on lines to a path, as planned paths have it [m]
 BEGINNING = 0.5  # how far from the first node of an order an AGV may be [m]
 
 
@@ -55,8 +62,10 @@ class OrderFollower:
         to_agv: Turns a pose of the hive's map into one of the AGV's: x, y, yaw, map id.
         clock: Returns the time [s].
         tolerance: How near it has to come to the end.
+        field: Clearances of the hive's map.
 
     Attributes:
+        is_off: Whether the AGV stands where no clear line leads to its path: it needs another one.
         velocity: How fast the AGV drives now, as it says.
         wants_more: Whether the AGV asks for a longer base.
         may_release: Whether the base may grow.
@@ -69,8 +78,10 @@ class OrderFollower:
         to_agv: Callable[[Pose], tuple[Pose, str]],
         clock: Callable[[], float],
         tolerance: Tolerance,
+        field: ClearanceField,
     ) -> None:
         self.progress = self.committed = 0.0
+        self.is_off = False
         self.arrived = True
         self.velocity = Velocity()
         self.wants_more = False
@@ -80,9 +91,12 @@ class OrderFollower:
         self._to_agv = to_agv
         self._clock = clock
         self._tolerance = tolerance
+        self._field = field
+        self._radius = base.circumscribed_radius
         self._path: Path | None = None
         self._yaw: float | None = None
         self._released = 0.0  # how much of the path belongs to the base [m]
+        self._base_end: Point = (0.0, 0.0)  # frame map [m]
         self._ours = False  # whether the order is for this path
         brake = base.max_speed**2 / (2 * base.acceleration)
         self._reach = max(LEAST_AHEAD, brake + AHEAD * base.max_speed)
@@ -91,13 +105,12 @@ class OrderFollower:
         """Take up a path; an order whose base it does not hold is cancelled first."""
         held = self._held_by(path) if self._ours else None
         self._path, self._yaw = path, goal_yaw
-        self.progress, self.arrived = 0.0, False
+        self.progress, self.arrived, self.is_off = 0.0, False, False
         if held is not None:
             self._released = held
             self._keeper.extend((), self._stops(held, path.length), self._clock())
             return
-        self._ours, self._released = False, 0.0
-        self._keeper.cancel(self._clock())
+        self._drop_order()
 
     def command(self, pose: Pose, room: Room, dt: float) -> Velocity:
         """Release what there is room for; return how fast the AGV drives."""
@@ -161,15 +174,45 @@ class OrderFollower:
     def _send(self, pose: Pose, start: float, end: float) -> None:
         path = self._path
         assert path is not None  # noqa: S101  (the caller has looked)
-        base = self._stops(start, end) or [self._stop(path, path.at(end))]
+        points = path.section(start, end)[1:] if end - start >= SHORT else [path.at(end)]
+        begin = self._base_end if self._ours else (pose.x, pose.y)
+        lead = self._lead(begin, path.at(start), points[0])
+        if lead is None:
+            self.is_off = not self._ours
+            self._drop_order()
+            return
+        base = [self._stop(path, point) for point in (*lead, *points)]
         horizon = self._stops(end, path.length)
-        self._released = end
+        self._released, self._base_end = end, points[-1]
         if self._ours:
             self._keeper.extend(base, horizon, self._clock())
             return
         self._ours = True
         first = self.stop_at(pose)
         self._keeper.begin([first, *base, *horizon], 1 + len(base), self._clock())
+
+    def _lead(self, begin: Point, first: Point, following: Point) -> tuple[Point, ...] | None:
+        """Return where to drive before the points of the path; None if no clear line leads to it.
+
+        Args:
+            begin: Where the new part of the order begins, frame map [m].
+            first: Where its part of the path begins.
+            following: The next point of the path.
+        """
+        away, clear = math.dist(begin, first), self._field.line_is_clear
+        if away <= MARGIN:
+            return ()
+        if away > BESIDE:
+            return None
+        # Where there is less room than that already, it must not become still less.
+        need = min(self._radius + MARGIN, self._field.at(*begin), self._field.at(*first))
+        if clear(begin, following, need):
+            return ()
+        return (first,) if clear(begin, first, need) else None
+
+    def _drop_order(self) -> None:
+        self._ours, self._released = False, 0.0
+        self._keeper.cancel(self._clock())
 
     def stop_at(self, pose: Pose) -> Stop:
         """Return the first node of an order, where the AGV is now."""
@@ -189,7 +232,9 @@ class OrderFollower:
         ends = math.dist(point, path.end) < SHORT
         yaw = self._yaw if ends else None
         place, map_id = self._to_agv(Pose(*point, yaw or 0.0))
-        near = self._tolerance.position if ends else PASSING
+        near = self._tolerance.position
+        if not ends:
+            near = min(max(self._field.at(*point) - self._radius, NARROW), PASSING)
         turn = math.pi if yaw is None else self._tolerance.yaw
         theta = None if yaw is None else place.yaw
         return Stop(NodePosition(place.x, place.y, map_id, theta, Deviation(near, near), turn))

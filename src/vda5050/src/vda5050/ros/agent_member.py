@@ -83,6 +83,7 @@ class AgentMember:
         self._sent: dict[Topic, int] = {}
         model, settings = structure(content, RobotModel), NavigationSettings(settle=0.0)
         self._content = content
+        planner = surroundings.planner(model.base.circumscribed_radius)
         self.agv = Agv(
             entry.name,
             model,
@@ -92,11 +93,11 @@ class AgentMember:
             rospy.get_time,
             rospy.logwarn,
             Tolerance(settings.position_tolerance, settings.yaw_tolerance),
+            planner.field,
         )
         self._inspector = Inspector(
             self.address, version, time.time, self.agv.keeper.knows, rospy.logwarn
         )
-        planner = surroundings.planner(model.base.circumscribed_radius)
         navigator = Navigator(
             entry.name, model, planner, self.agv.follower, planner.field, settings
         )

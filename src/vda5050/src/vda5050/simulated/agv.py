@@ -14,7 +14,6 @@ import attrs
 
 from vda5050.simulated.base_drive import BaseDrive
 from vda5050.simulated.mischief import Mischief
-from vda5050.simulated.steering import Limits
 from vda5050.simulated.workshop import Workshop
 from vda5050.vehicle.channel import Channel
 from vda5050.vehicle.endpoint import Endpoint
@@ -63,7 +62,7 @@ class SimulatedAgv:
         send: Callable[[str, bytes, int, bool], object],
         wall: Callable[[], float],
     ) -> None:
-        self._drive = BaseDrive(base, Limits.of(model.base))
+        self._drive = BaseDrive(base, model.base)
         self.workshop = Workshop(model, settings.charge)
         self.channel = Channel(settings.address, settings.version, send, wall)
         identity = Identity(
@@ -87,7 +86,7 @@ class SimulatedAgv:
         seconds = 0.0 if self._now is None else max(now - self._now, 0.0)
         self._now = now
         self.workshop.step(seconds, self._drive.velocity)
-        self._drive.step()
+        self._drive.step(seconds)
         self.endpoint.step(now)
         self.mischief.release(now, self.channel.publish)
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hive_common.pose import Pose
-    from vda5050.simulated.steering import Limits
+    from robot_description import models
     from vda5050.vehicle.ports import Waypoint
 
 _STANDS = 0.01
@@ -40,11 +40,11 @@ class Base(Protocol):
 class BaseDrive:
     """Steers a base along the edges of an order; a `Drive`."""
 
-    def __init__(self, base: Base, limits: Limits) -> None:
+    def __init__(self, base: Base, model: models.Base) -> None:
         self._base = base
-        self._steering = Steering(limits)
+        self._steering = Steering(model)
         self._commanded = STOP
-        self.braking_distance = limits.braking_distance
+        self.braking_distance = self._steering.braking_distance
         self.unheeded = ""  # it heeds all limits
         self.failure = ""  # why the vehicle gets no further; set from outside, as a fault
         self.is_locked = False  # an emergency stop keeps the base where it is
@@ -75,8 +75,8 @@ class BaseDrive:
         self._steering.follow(start, way)
 
     def halt(self) -> None:
-        """Stop as soon as possible and forget the way."""
-        self._steering.forget()
+        """Stop as soon as possible, on the way, and forget it."""
+        self._steering.brake()
 
     def set_pose(self, pose: Pose) -> bool:
         """Accept a pose near the true one, which a simulated base always knows."""
@@ -87,12 +87,14 @@ class BaseDrive:
     def _is_held(self) -> bool:
         return self.is_locked or bool(self.failure)
 
-    def step(self) -> None:
-        """Command the base; to be called at the rate of the control loop."""
+    def step(self, seconds: float) -> None:
+        """Command the base at the rate of the control loop, `seconds` after the last time."""
         here = self._base.pose
         wanted = STOP
         if here is not None and not self._is_held:
-            wanted = self._steering.command(here, self._base.velocity)
+            wanted = self._steering.command(here, seconds)
+        else:
+            self._steering.stand()
         if wanted != STOP or self._commanded != STOP:
             self._base.command(wanted)
         self._commanded = wanted

@@ -22,6 +22,7 @@ from vda5050.simulated.agv import AgvSettings, SimulatedAgv
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
+    from simenv.world.world import World
     from vda5050.protocol.codec import Body
     from vda5050.protocol.state import State
     from vda5050.protocol.versions import Version
@@ -61,11 +62,16 @@ class SimenvBase:
 
 
 class Rig:
-    """A hall of 10 m x 10 m with one AGV; its base gets commands so many rounds late."""
+    """A world, or a hall of 10 m x 10 m, with one AGV.
 
-    def __init__(self, version: Version, model: str = "mir100", late: int = 0) -> None:
+    The AGV's base gets commands so many rounds late.
+    """
+
+    def __init__(
+        self, version: Version, model: str = "mir100", late: int = 0, world: World | None = None
+    ) -> None:
         self.version = version
-        self.simulation = Simulation(hall(), noise=Noise().times(0.0))
+        self.simulation = Simulation(world or hall(), noise=Noise().times(0.0))
         self.simulation.add_robot("agv", load_model(model), START)
         self.address = Address.of(version, "Acme", "7")
         self.heard: list[tuple[Topic, Body, bool]] = []  # topic, message, whether retained

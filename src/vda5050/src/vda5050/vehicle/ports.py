@@ -76,7 +76,7 @@ class Drive(Protocol):
         """
 
     def halt(self) -> None:
-        """Stop as soon as possible and forget the way."""
+        """Stop as soon as possible, without leaving the way, and forget it."""
 
     def set_pose(self, pose: Pose) -> bool:
         """Take `pose`, frame map, for the own one; return whether that is possible."""
