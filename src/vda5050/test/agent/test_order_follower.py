@@ -22,6 +22,7 @@ from simenv.testing import SIDE, hall
 from simenv.world.draw_map import draw_map
 from simenv.world.shapes import Shape
 from vda5050.agent.agv import Agv
+from vda5050.agent.body import with_own_scanners
 from vda5050.agent.maker import Maker
 from vda5050.agent.order_follower import NARROW, PASSING, OrderFollower, Tolerance
 from vda5050.agent.order_keeper import OrderKeeper
@@ -50,7 +51,7 @@ class Pair:
     def __init__(self, late=1):
         world = shelves()
         self.rig = Rig(Version.V2_0, late=late, world=world)
-        self.model = load_model("mir100")
+        self.model = with_own_scanners(load_model("mir100"))
         self.planner = OmplPlanner(draw_map(world), self.model.base.circumscribed_radius)
         settings = NavigationSettings(settle=0.0)
         self.orders, self.results = [], []
@@ -180,3 +181,16 @@ def test_an_agv_that_a_new_goal_finds_far_off_the_path_to_it_gets_there():
     pair.drive(Pose(2.0, 8.0, 0.0))  # it brakes, and then stands where no path was planned from
     pair.run(60.0)
     assert [result.state for result in pair.results] == [CommandState.SUCCEEDED]
+
+
+def test_an_agv_gets_the_next_part_of_its_base_before_it_has_to_brake():
+    pair = Pair()
+    pair.run(1.0)
+    pair.drive(Pose(8.5, 1.6, 0.0))
+    while pair.rig.pose.x < 4.0:
+        pair.run(ROUND)
+    speeds = []
+    while pair.rig.pose.x < 7.0:
+        pair.run(ROUND)
+        speeds.append(pair.rig.speed)
+    assert min(speeds) > 0.8 * max(speeds)

@@ -17,6 +17,7 @@ from robot_navigation.control.navigator import Navigator
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.traffic.neighbourhood import Neighbourhood
 from vda5050.agent.agv import Agv
+from vda5050.agent.body import with_own_scanners
 from vda5050.agent.maker import Maker
 from vda5050.agent.order_follower import Tolerance
 from vda5050.mqtt.link import BrokerSettings, Link
@@ -59,7 +60,7 @@ class Dispatch:
             str, tuple[str, float]
         ] = {}  # the order before, and when the goal came
         self._link = Link(BrokerSettings(port=port), "dispatch", self._receive, self._changed)
-        model, settings = load_model(MODEL), NavigationSettings(settle=0.0)
+        model, settings = with_own_scanners(load_model(MODEL)), NavigationSettings(settle=0.0)
         planner = OmplPlanner(hall().grid, model.base.circumscribed_radius)
         tolerance = Tolerance(settings.position_tolerance, settings.yaw_tolerance)
         self._agvs: dict[str, Agv] = {}

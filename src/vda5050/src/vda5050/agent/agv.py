@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from vda5050.protocol.state import Position, Speed
 
 NOTHING_SEEN = Scan(0.0, math.tau, np.empty(0), math.inf)
-"""The scan of an AGV, which keeps what its own scanners see to itself."""
+"""The scan of an AGV, which keeps what its own scanners see to itself and stops by them."""
 
 UNPLUGGING = 5.0  # time that an AGV gets to end charging before it is to drive [s]
 ASK_AGAIN = 10.0  # time between two requests to begin charging, or to tell its state [s]

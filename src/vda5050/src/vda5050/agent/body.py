@@ -5,12 +5,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import attrs
+
 from vda5050.protocol.actions import DROP, PICK
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from robot_description.models import RobotModel
     from vda5050.protocol.factsheet import Factsheet
+
+_SCANNERS = 30.0
+"""How far ahead an AGV's own scanners, which the hive does not know, let it drive [m]."""
 
 _HOLONOMIC = "OMNI"
 
@@ -34,7 +40,7 @@ _ASSUMED: dict[str, Any] = {
     "laser": {
         "beams": 360,
         "range_min": 0.05,
-        "range_max": 30.0,
+        "range_max": _SCANNERS,
         "field_of_view": 6.2832,
         "rate": 10.0,
         "pose": [0.0, 0.0, 0.0],
@@ -57,6 +63,11 @@ def model_of(factsheet: Factsheet | None, file: Mapping[str, Any]) -> dict[str, 
     """
     told = {} if factsheet is None else _told(factsheet)
     return _over(_over(_ASSUMED, told), file)
+
+
+def with_own_scanners(model: RobotModel) -> RobotModel:
+    """Return a robot model for navigation: no laser that the hive knows of limits an AGV."""
+    return attrs.evolve(model, laser=attrs.evolve(model.laser, range_max=_SCANNERS))
 
 
 def _told(sheet: Factsheet) -> dict[str, Any]:

@@ -145,8 +145,9 @@ class OrderFollower:
 
     def limits(self, room: float) -> Limits:
         """Return how fast the AGV drives, speeds up and turns."""
+        del room  # that of a laser, which limits no AGV
         base = self._base
-        return Limits(self.top_speed(room), base.acceleration, base.max_yaw_rate)
+        return Limits(base.max_speed, base.acceleration, base.max_yaw_rate)
 
     def _release(self, pose: Pose, limit: float) -> None:
         """Let the base grow up to a mark on the path, or as far as the AGV needs."""

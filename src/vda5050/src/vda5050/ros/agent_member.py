@@ -25,6 +25,7 @@ from robot_description.models import RobotModel
 from robot_navigation.control.goal_tracker import NavigationSettings
 from robot_navigation.control.navigator import Navigator
 from vda5050.agent.agv import Agv
+from vda5050.agent.body import with_own_scanners
 from vda5050.agent.inspection import Inspector
 from vda5050.agent.maker import read_maker
 from vda5050.agent.order_follower import Tolerance
@@ -81,7 +82,8 @@ class AgentMember:
         self.address = Address.of(version, entry.manufacturer, entry.serial, entry.interface)
         self._version, self._surroundings, self._link = version, surroundings, link
         self._sent: dict[Topic, int] = {}
-        model, settings = structure(content, RobotModel), NavigationSettings(settle=0.0)
+        model = with_own_scanners(structure(content, RobotModel))
+        settings = NavigationSettings(settle=0.0)
         self._content = content
         planner = surroundings.planner(model.base.circumscribed_radius)
         self.agv = Agv(
