@@ -51,10 +51,18 @@ class Lab:
         )
         settings = NavigationSettings(settle=0.0)
         tolerance = Tolerance(settings.position_tolerance, settings.yaw_tolerance)
-        self.agent = Agv(
-            "agv1", model, Maker(), self._send, "p1", lambda: self.now, lambda _: None, tolerance
-        )
         planner = OmplPlanner(load_map("lab"), model.base.circumscribed_radius)
+        self.agent = Agv(
+            "agv1",
+            model,
+            Maker(),
+            self._send,
+            "p1",
+            lambda: self.now,
+            lambda _: None,
+            tolerance,
+            planner.field,
+        )
         follower = self.agent.follower
         self.agent.use(Navigator("agv1", model, planner, follower, planner.field, settings))
         self.agent.presence.note_broker(connected=True, now=0.0)
