@@ -1,47 +1,51 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Makes plans while everything else goes on, a slice at a time, and says how long starts are held.
+"""Makes plans while everything else goes on, and says how long starts are held for them.
 
-A burst is planned as a whole: as long as the next task comes within a moment, and then as long as
-the plan becomes noticeably better, its tasks are not given to robots, which would begin at once.
-A plan that improves lists holds nothing.
+A burst is planned as a whole: its tasks are not given to robots, which would begin at once, before
+no other task has come for a moment and the plan is made. A plan that improves lists holds nothing.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import zlib
 from typing import TYPE_CHECKING
 
-from blackboard.auction.search.planner import ROUND_TIME, Patience, Planner
+from blackboard.auction.search.planner import Planned, planned
+from blackboard.auction.search.searcher import Job
+from blackboard.auction.search.survey import Surveyed, survey
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from blackboard.auction.central import Central
-    from blackboard.auction.search.planner import Planned
+    from blackboard.auction.search.searcher import Found, Searcher
     from blackboard.auction.step import MakePlan
     from blackboard.domain.talker import Talker, Timer
 
 TICK = 0.0125
-"""Time between two slices of a plan [s]."""
+"""Time between two slices of the work before a search [s]."""
 
 SLICE = 0.010
 """Processor time of a slice [s]: nothing else in the process waits for longer."""
 
-HOLD = 0.7
-"""The tasks of a burst are held for at most this long after the first of them came [s], and until
-there is a plan at all."""
-
-MOMENT = 0.05
+MOMENT = 0.1
 """A task that comes within this time after another belongs to the same burst [s]."""
 
-_WORTH_HOLDING = 0.1
-"""Starts are held until a plan has not become noticeably better for so long [s]."""
+HOLD = 2.0
+"""The tasks of a burst are gathered for at most this long after the first of them came [s]."""
 
-_BESIDE_WORK = Patience(longest=0.4, without_gain=0.15)
-"""How long lists are improved that robots are working through."""
+LONGEST = 10.0
+"""A plan that takes longer than this is not waited for [s]: its tasks are auctioned."""
 
-_ROUNDS_PER_TASK = 25
-"""A plan of a few tasks is done when so many rounds for each of them have found nothing."""
+ROUNDS, ROUNDS_BESIDE_WORK = 200, 50
+"""Rounds of the search for each task: for what waits, and for lists that robots work through."""
+
+SEARCH_TIME = 0.5
+"""Processor time that a search takes at most [s]."""
+
+MOVE = 5.0
+"""What it counts to give a task to another robot [s]: a move has to pay, because what is known of
+ways and loads is never exact."""
 
 
 class PlanMaker:
@@ -49,6 +53,7 @@ class PlanMaker:
 
     Args:
         measure: What plans minimize, a name of `MEASURES`.
+        searcher: Searches for them.
         made: Called with each plan.
         again: Called if tasks have come that belong to the burst that is planned.
     """
@@ -58,62 +63,123 @@ class PlanMaker:
         talker: Talker,
         central: Central,
         measure: str,
+        searcher: Searcher,
         made: Callable[[Planned], None],
         again: Callable[[], None],
     ) -> None:
         self._talker = talker
         self._central = central
         self._measure = measure
+        self._searcher = searcher
         self._made = made
         self._again = again
-        self._planner: Planner | None = None
+        self._asked: MakePlan | None = None
+        self._work: Iterator[float | Surveyed] | None = None
+        self._surveyed: Surveyed | None = None
         self._timer: Timer | None = None
+        self._begun_at = 0.0
         self._held_since: float | None = None
         self._last_came = -MOMENT
-        self._has_more = False
+        self._has_more = self._has_failed = False
+
+    def lead(self) -> None:
+        """Get ready: this member leads now."""
+        self._searcher.start()
 
     def begin(self, asked: MakePlan) -> None:
         """Begin a plan in place of the one before."""
         self._stop()
-        now = self._talker.now()
-        patience = _BESIDE_WORK
+        self._begun_at = self._talker.now()
         if asked.improves:
             self._held_since = None
-        else:
-            since = self._held_since = now if self._held_since is None else self._held_since
-            left = max(0.0, since + HOLD - now)
-            patience = Patience(left * SLICE / TICK, _WORTH_HOLDING)
-        enough = _ROUNDS_PER_TASK * ROUND_TIME * len(asked.records)
-        patience = replace(patience, without_gain=min(patience.without_gain, enough))
-        situation = self._central.situation(asked.bases, asked.records)
-        self._planner = Planner(situation, self._measure, patience, asked.number)
+        elif self._held_since is None:
+            self._held_since = self._begun_at
+        self._asked = asked
         self._has_more = False
         self._timer = self._talker.every(TICK, self._tick)
+        self._tick()
 
     def note_task(self) -> None:
         """Note that a task has come."""
         self._has_more, self._last_came = True, self._talker.now()
 
-    def stop(self) -> None:
+    def drop(self) -> None:
         """Drop the plan."""
         self._stop()
         self._held_since = None
 
+    def retire(self) -> None:
+        """Drop the plan: this member does not lead any more."""
+        self.drop()
+        self._searcher.stop()
+
     def _stop(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        self._timer = self._planner = None
+        if self._asked is not None:
+            self._searcher.drop()
+        self._timer = self._asked = self._work = self._surveyed = None
 
     def _tick(self) -> None:
-        if self._planner is None:
+        """Wait for the end of the burst, then work for a slice."""
+        asked, now, since = self._asked, self._talker.now(), self._held_since
+        if asked is None:
             return
-        now, since = self._talker.now(), self._held_since
-        if self._has_more and since is not None and now - since < HOLD:
-            if now - self._last_came >= MOMENT:
+        if since is not None and now - since < HOLD:
+            if now - self._last_came < MOMENT:
+                return
+            if self._has_more:
                 self._stop()
                 self._again()
+                return
+        if now - self._begun_at > LONGEST:
+            self._searcher.stop()
+            self._found(None)
+        elif self._surveyed is None:
+            self._survey(asked)
+
+    def _survey(self, asked: MakePlan) -> None:
+        if self._work is None:
+            self._work = survey(self._central.situation(asked.bases, asked.records))
+        spent = 0.0
+        for piece in self._work:
+            if isinstance(piece, Surveyed):
+                self._surveyed = piece
+                self._searcher.search(self._job(asked, piece), self._found)
+                return
+            spent += piece
+            if spent >= SLICE:
+                return
+        self._end(Planned(left=asked.records))
+
+    def _job(self, asked: MakePlan, surveyed: Surveyed) -> Job:
+        rounds = ROUNDS_BESIDE_WORK if asked.improves else ROUNDS
+        return Job(
+            surveyed.problem,
+            surveyed.plan,
+            self._measure,
+            MOVE,
+            zlib.crc32(repr(asked.number).encode()),
+            rounds * len(surveyed.records),
+            SEARCH_TIME,
+        )
+
+    def _found(self, found: Found | None) -> None:
+        asked, surveyed = self._asked, self._surveyed
+        if asked is None:
             return
-        planned = self._planner.advance(SLICE)
-        if planned is not None:
-            self.stop()
-            self._made(planned)
+        if found is not None and surveyed is not None:
+            self._has_failed = False
+            self._end(planned(surveyed, found))
+            return
+        if not self._has_failed:
+            self._has_failed = True
+            self._talker.warn(
+                "the search for a plan has failed; tasks are auctioned one by one, and the next "
+                "burst is planned again"
+            )
+        self._end(Planned(left=asked.records))
+
+    def _end(self, plan: Planned) -> None:
+        self.drop()
+        self._made(plan)

@@ -16,10 +16,15 @@ import numpy as np
 from blackboard.errors import AllocationError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
     Numbers = NDArray[np.int64]
+
+Plan = tuple[tuple[int, ...], ...]
+"""The tasks of each robot in their order."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +92,15 @@ class Problem:
     def nothing(self) -> int:
         """The number that stands for no task at the end of a list."""
         return int(self.weight.size)
+
+    def times(self, robot: int, row: Sequence[int]) -> list[float]:
+        """Return when a robot is done with each task of a list [s]."""
+        kind, node, at, done = self.kind[robot], self.nothing + 1 + robot, self.ready[robot], []
+        for task in row:
+            at += self.leg[kind, node, task] + self.own[kind, task]
+            node = task
+            done.append(float(at))
+        return done
 
     @property
     def robots(self) -> int:

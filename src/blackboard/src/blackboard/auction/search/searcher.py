@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Who searches for plans: a process beside the leader, so that a plan delays no heartbeat."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.auction.search.problem import Plan, Problem
+    from blackboard.domain.talker import Clock
+
+
+class Job(NamedTuple):
+    """What a search begins with.
+
+    Attributes:
+        problem: The figures.
+        plan: The lists as they are.
+        measure: What to make small, a name of `costing.cost.MEASURES`.
+        move: What it counts to give a listed task to another robot [s].
+        seed: Of chance, 0..2^32 - 1.
+        rounds: The number of rounds.
+        seconds: Processor time after which the search ends earlier, as it is counted.
+    """
+
+    problem: Problem
+    plan: Plan
+    measure: str
+    move: float
+    seed: int
+    rounds: int
+    seconds: float
+
+
+class Found(NamedTuple):
+    """What a search has found.
+
+    Attributes:
+        plan: The best lists.
+        before: Cost of the lists as they were; infinite if a task was on none.
+        after: Cost of the plan.
+        spent: Processor time [s], as it is counted.
+    """
+
+    plan: Plan
+    before: float
+    after: float
+    spent: float
+
+
+class Searcher(Protocol):
+    """Searches for one plan at a time."""
+
+    def start(self) -> None:
+        """Get ready: this member leads now."""
+
+    def search(self, job: Job, done: Callable[[Found | None], None]) -> None:
+        """Begin a search in place of the one before, which is dropped.
+
+        `done` is called later with what was found, or with None if the search failed.
+        """
+
+    def drop(self) -> None:
+        """Drop the search; its `done` is not called."""
+
+    def stop(self) -> None:
+        """Drop the search, and let go of everything: this member does not lead any more."""
+
+
+class InlineSearcher:
+    """Searches in this process, for hives on virtual time: the search takes the time it counts."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._number = 0
+
+    def start(self) -> None:
+        """See `Searcher.start`."""
+
+    def search(self, job: Job, done: Callable[[Found | None], None]) -> None:
+        """See `Searcher.search`."""
+        # The compiler takes 70 MB, which no process needs that does not search.
+        from blackboard.auction.search.ruin_recreate import search  # noqa: PLC0415
+
+        self._number += 1
+        number, found = self._number, search(job)
+        self._clock.after(found.spent, lambda: done(found) if number == self._number else None)
+
+    def drop(self) -> None:
+        """See `Searcher.drop`."""
+        self._number += 1
+
+    def stop(self) -> None:
+        """See `Searcher.stop`."""
+        self.drop()

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The process that searches for plans: pickled jobs come in on stdin, what is found goes out.
+
+Run as `python -m blackboard.auction.search.worker`. It ends when its standard input does, so it
+never outlives the process that started it.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import sys
+
+from blackboard.auction.search.ruin_recreate import search
+
+_LESS_URGENT = 5  # than the leader itself, whose heartbeats must not wait
+
+
+def main() -> None:
+    """Do one job after the other."""
+    os.nice(_LESS_URGENT)
+    while True:
+        try:
+            job = pickle.load(sys.stdin.buffer)  # noqa: S301  (of the process that started this one)
+        except EOFError:
+            return
+        pickle.dump(search(job), sys.stdout.buffer)
+        sys.stdout.buffer.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The process beside the leader that searches for plans."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from blackboard.auction.search.searcher import Found, Job
+    from blackboard.ros.talker import MemberTalker
+
+
+class SearchProcess:
+    """A `Searcher` that runs `blackboard.auction.search.worker` while this member leads."""
+
+    def __init__(self, talker: MemberTalker) -> None:
+        self._talker = talker
+        self._number = 0
+        self._process: subprocess.Popen[bytes] | None = None
+        self._threads = ThreadPoolExecutor(1, "search")
+
+    def start(self) -> None:
+        """See `Searcher.start`."""
+        if self._process is not None and self._process.poll() is None:
+            return
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "blackboard.auction.search.worker"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+            )
+        except OSError as error:
+            self._process = None
+            self._talker.warn(
+                f"the search for plans cannot start: {error}; tasks are auctioned one by one"
+            )
+
+    def search(self, job: Job, done: Callable[[Found | None], None]) -> None:
+        """See `Searcher.search`."""
+        self.start()  # again, if it has ended
+        self._number += 1
+        number, process = self._number, self._process
+
+        def work() -> None:
+            found = _ask(process, job) if number == self._number else None
+            self._talker.call(lambda: done(found) if number == self._number else None)
+
+        self._threads.submit(work)
+
+    def drop(self) -> None:
+        """See `Searcher.drop`."""
+        self._number += 1
+
+    def stop(self) -> None:
+        """See `Searcher.stop`."""
+        self.drop()
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            self._threads.submit(process.wait)
+
+
+def _ask(process: subprocess.Popen[bytes] | None, job: Job) -> Found | None:
+    """Have a process do a job; return None if it has ended."""
+    if process is None or process.stdin is None or process.stdout is None:
+        return None
+    try:
+        pickle.dump(job, process.stdin)
+        process.stdin.flush()
+        found: Found = pickle.load(process.stdout)  # noqa: S301  (of our own process)
+    except (OSError, ValueError, EOFError, pickle.UnpicklingError):
+        return None
+    return found
