@@ -153,13 +153,13 @@ def test_what_was_typed_is_there_at_the_next_start(opened):
 
 
 def test_the_remaining_time_is_shown_as_it_is_told(person, opened):
-    line = '{"run": "optimized, seed 2", "number": 2, "runs": 4, "share": 0.3, "remaining": 90}'
+    line = '{"run": "planned, seed 2", "number": 2, "runs": 4, "share": 0.3, "remaining": 90}'
     window = opened(sys.executable, "-c", f"print('''{line}''')" + "; " + HANGS.replace("{}", "-"))
 
     person.click(window.run_button)
     person.wait_until(lambda: window.bar.value() == 300)
 
-    assert window.message.text() == "run 2 of 4: optimized, seed 2"
+    assert window.message.text() == "run 2 of 4: planned, seed 2"
     assert "left" in window.remaining.text()
     person.click(window.stop_button)
     person.wait_until(window.run_button.isEnabled)

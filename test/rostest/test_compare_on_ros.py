@@ -41,7 +41,7 @@ def test_an_experiment_on_ros_goes_on_when_the_blackboard_is_killed(tmp_path):
     assert run.returncode == 0, run.stderr
     (folder,) = (tmp_path / "out").iterdir()
     kept = json.loads((folder / "runs.json").read_text(encoding="utf-8"))
-    (report,) = kept["reports"]["optimized, latency"]
+    (report,) = kept["reports"]["planned, latency"]
     assert report["all_done"], (report["remarks"], report["tasks"])
     assert report["collisions"] == 0
     assert "process has died" in "".join(

@@ -132,7 +132,7 @@ def test_the_launch_file_starts_the_blackboard_and_each_robot_with_the_fleets_va
     assert root.find("rosparam").text == "[]"
     assert files[0].endswith("blackboard.launch")
     assert values[0] == {
-        "decision": "optimized",
+        "decision": "planned",
         "improve_by": "waiting",
         "distance": "path",
         "bid_timeout": "2",

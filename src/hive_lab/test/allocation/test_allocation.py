@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Auction, bids, search and optimum: small cases by hand, and what holds of all."""
 
+from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
@@ -8,12 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blackboard.auction.search.exchange import best_places
-from blackboard.auction.search.improvement import Improvement
-from blackboard.auction.search.objectives import OBJECTIVES
-from blackboard.auction.search.plan import to_order
-from blackboard.auction.search.sequential import Sequential
-from blackboard.auction.search.timetable import Book, Timetable, make_bundles
+from blackboard.auction.search.ruin_recreate import search
+from blackboard.auction.search.searcher import Job
 from blackboard.errors import AllocationError
 from hive_lab.allocation.exact import optimum
 from hive_lab.allocation.instance import Instance
@@ -45,25 +42,21 @@ MEASURES = {"energy": "way", "makespan": "makespan", "latency": "waiting"}
 """The measure that makes each figure small."""
 
 
+def found(instance, name, plan=None, rounds=200, seed=1, move=0.0):
+    """Return what the search finds from a plan, by default from empty lists."""
+    lists = plan or tuple(() for _ in range(len(instance.robots)))
+    measure = MEASURES[name]
+    return search(Job(instance.problem(), lists, measure, move, seed, rounds, np.inf, np.inf))
+
+
 def auction(instance, name, plan=None):
     """Return the plan of an auction of what is on no list of a plan."""
-    book = Book(instance.problem())
-    lists = plan or tuple(() for _ in range(len(instance.robots)))
-    held = Sequential(book, OBJECTIVES[MEASURES[name]], lists)
-    while held.step():
-        pass
-    return tuple(map(tuple, held.lists))
+    return found(instance, name, plan, rounds=0).plan
 
 
-def searched(instance, name, plan, number=12, seed=1):
+def searched(instance, name, plan, rounds=200, seed=1):
     """Return what some rounds of the search make of a plan."""
-    random = np.random.default_rng(seed)
-    book = Book(instance.problem())
-    improvement = Improvement(book, OBJECTIVES[MEASURES[name]], plan, random)
-    for _ in range(number):
-        improvement.step()
-    improvement.note_best()
-    return improvement.plan
+    return found(instance, name, plan, rounds, seed).plan
 
 
 def listed(plan):
@@ -160,23 +153,37 @@ def test_the_auction_gives_out_every_task_once_and_higher_priorities_first(insta
         assert priorities == sorted(priorities, reverse=True)
 
 
-@given(situations(), st.sampled_from(SUMS))
-def test_a_bid_is_what_the_best_place_adds_to_the_whole(instance, name):
+@given(situations(), st.sampled_from(sorted(MEASURES)))
+def test_a_task_goes_where_it_adds_least_to_the_whole(instance, name):
     whole = auction(instance, name)
     plan = tuple(tuple(task for task in row if task != 0) for row in whole)
-    book = Book(instance.problem())
-    table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
-    before = figures(instance, plan)[name]
-
-    cost, _ = best_places(table, make_bundles(book, np.array([[0]])), OBJECTIVES[MEASURES[name]])
-
+    costs = []
     for robot, row in enumerate(plan):
-        added = []
         for place in range(len(row) + 1):
             lists = list(plan)
             lists[robot] = (*row[:place], 0, *row[place:])
-            added.append(figures(instance, lists)[name] - before)
-        assert cost[0, robot] == pytest.approx(min(added), abs=1e-6)
+            costs.append(cost(instance, name, lists))
+
+    assert cost(instance, name, auction(instance, name, plan)) == pytest.approx(min(costs))
+
+
+def cost(instance, name, plan):
+    """Return what the search makes small, worked out task by task."""
+    if name != "makespan":
+        return figures(instance, plan)[name]
+    alone = [
+        tuple(row if index == robot else ())
+        for robot in range(len(plan))
+        for index, row in enumerate(plan)
+    ]
+    count = len(plan)
+    rows = [alone[first : first + count] for first in range(0, count * count, count)]
+    ready = instance.robots.ready
+    ends = [
+        figures(instance, row)["makespan"] if plan[robot] else float(ready[robot])
+        for robot, row in enumerate(rows)
+    ]
+    return sum(end**12 for end in ends) / 100.0**12
 
 
 @settings(max_examples=40)
@@ -184,24 +191,53 @@ def test_a_bid_is_what_the_best_place_adds_to_the_whole(instance, name):
 def test_the_search_loses_no_task_keeps_priorities_and_makes_nothing_worse(instance, name, seed):
     plan = auction(instance, name)
 
-    better = searched(instance, name, plan, seed=seed)
+    better = found(instance, name, plan, seed=seed)
 
-    assert listed(better) == listed(plan)
-    for row in better:
+    assert listed(better.plan) == listed(plan)
+    for row in better.plan:
         priorities = instance.tasks.priority[list(row)].tolist()
         assert priorities == sorted(priorities, reverse=True)
-    if name == "makespan":
-        score = [_power_sum(instance, lists) for lists in (better, plan)]
-    else:
-        score = [figures(instance, lists)[name] for lists in (better, plan)]
-    assert score[0] <= score[1] * (1 + 1e-9) + 1e-9
+    assert better.after <= better.before * (1 + 1e-9)
 
 
-def _power_sum(instance, plan):
-    """Return the sum over robots that the makespan's search makes small."""
-    book = Book(instance.problem())
-    table = Timetable(book, np.arange(len(plan)), to_order(plan, book.nothing))
-    return float(OBJECTIVES[MEASURES["makespan"]](table).sum())
+@settings(max_examples=20)
+@given(situations(priorities=2), st.sampled_from(SUMS))
+def test_the_cost_of_a_plan_is_what_its_lists_take(instance, name):
+    plan = auction(instance, name)
+
+    better = found(instance, name, plan)
+
+    assert better.before == pytest.approx(figures(instance, plan)[name])
+    assert better.after == pytest.approx(figures(instance, better.plan)[name])
+
+
+def test_a_task_that_another_robot_has_moves_only_for_more_than_a_move_counts():
+    instance = on_a_road([0.0, 10.0], [4.0])
+
+    assert found(instance, "latency", ((), (0,)), move=1.0).plan == ((0,), ())
+    assert found(instance, "latency", ((), (0,)), move=3.0).plan == ((), (0,))
+
+
+def test_a_list_that_a_robot_cannot_finish_with_its_charge_is_refused():
+    whole = on_a_road([0.0, 30.0], [10.0, 20.0]).problem()
+    problem = replace(whole, most=np.array([15.0, 12.0]))
+    nothing = ((), ())
+
+    plan = search(Job(problem, nothing, "waiting", 0.0, 1, 200, np.inf, np.inf)).plan
+
+    assert plan == ((0,), (1,))
+
+
+def test_the_search_ends_early_where_little_time_is_to_be_won():
+    instance = on_a_road([0.0, 10.0], [1.0, 9.0, 3.0, 7.0])
+    lists = ((), ())
+
+    soon, late = (
+        search(Job(instance.problem(), lists, "waiting", 0.0, 1, 100_000, np.inf, share)).spent
+        for share in (0.0005, 0.005)
+    )
+
+    assert soon < late / 5
 
 
 @settings(max_examples=20)

@@ -30,7 +30,7 @@ tasks:
 EXPERIMENT = """\
 fleet: ./fleet.yaml
 scenario: ./scenario.yaml
-decisions: [distributed, optimized]
+decisions: [distributed, planned]
 cost_models: [latency]
 """
 
@@ -80,7 +80,7 @@ def test_an_experiment_is_run_shown_and_can_be_repeated_from_its_folder(mine, tm
 
     assert code == 0
     assert "time to done, mean [s]" in out
-    assert "run 2 of 2: optimized, latency, seed 1" in err
+    assert "run 2 of 2: planned, latency, seed 1" in err
     again = read_experiment(str(folder / "experiment.yaml"))
     assert again.runs == read_experiment(str(mine)).runs
     assert again.scenario_of(1).tasks == read_experiment(str(mine)).scenario_of(1).tasks
@@ -99,7 +99,7 @@ def test_programs_get_the_progress_and_the_folder_as_lines_of_json(
     mine, tmp_path, capsys, monkeypatch
 ):
     def pretend(experiment, _folder, tell):
-        tell(Progress("optimized, latency, seed 1", 1, 2, 0.25, 30.0))
+        tell(Progress("planned, latency, seed 1", 1, 2, 0.25, 30.0))
         return Results(experiment.name, "today", "here", {}, {}, {})
 
     monkeypatch.setattr("hive_lab.compare.command.run_all", pretend)

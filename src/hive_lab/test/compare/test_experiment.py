@@ -11,7 +11,7 @@ GOOD = """\
 fleet: lab
 load: {at_once: 3, mix: {GA: 1}}
 world: lab
-decisions: [distributed, optimized]
+decisions: [distributed, planned]
 cost_models: [time, latency]
 seeds: [4, 7]
 """
@@ -39,7 +39,7 @@ def test_every_decision_is_made_with_every_cost_model_and_variants_take_turns(wr
     experiment = read_experiment(written(GOOD))
 
     assert [variant.label for variant in experiment.variants] == [
-        "distributed, time", "distributed, latency", "optimized, time", "optimized, latency",
+        "distributed, time", "distributed, latency", "planned, time", "planned, latency",
     ]  # fmt: skip
     assert [seed for _, seed in experiment.runs] == [4, 4, 4, 4, 7, 7, 7, 7]
     assert experiment.fleet_of(Variant("distributed", "time")).decision == "distributed"
@@ -49,7 +49,7 @@ def test_every_decision_is_made_with_every_cost_model_and_variants_take_turns(wr
 def test_what_is_left_out_is_as_the_fleet_file_says(written):
     experiment = read_experiment(written("fleet: lab\nscenario: demo\n"))
 
-    assert experiment.variants == (Variant("optimized", "latency"),)
+    assert experiment.variants == (Variant("planned", "latency"),)
     assert experiment.scenario_of(1).world == "lab"
 
 

@@ -39,8 +39,8 @@ def results(tmp_path):
         "lab <1>",
         "2026-01-01T00:00:00+00:00",
         "a machine",
-        {"optimized, latency": [report(12.0, 22.0), report(32.0, seed=2)]},
-        {"optimized, latency, seed 1": picture},
+        {"planned, latency": [report(12.0, 22.0), report(32.0, seed=2)]},
+        {"planned, latency, seed 1": picture},
         {"experiment.yaml": "fleet: ./fleet.yaml\n"},
     )
     save(folder, found)
@@ -103,8 +103,8 @@ def test_two_saved_results_are_compared_under_names_that_differ(results, tmp_pat
     _, found = results
 
     assert list(side_by_side([found, found])) == [
-        "lab <1> 1: optimized, latency",
-        "lab <1> 2: optimized, latency",
+        "lab <1> 1: planned, latency",
+        "lab <1> 2: planned, latency",
     ]
     together = tmp_path / "both"
     together.mkdir()

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from blackboard.auction.auction import Result
     from blackboard.auction.central import Central
+    from blackboard.auction.search.searcher import Searcher
     from blackboard.auction.step import Effect, Event
     from blackboard.consensus.node import RaftNode
     from blackboard.costing.bid_basis import Bids
@@ -51,6 +52,7 @@ class Auctioneer:
         carry_out: Called with the result of each round, and with what follows once it is
             committed.
         central: Works bids out for the robots; they bid themselves if None.
+        searcher: Searches for plans, if that is how tasks are given out.
     """
 
     def __init__(
@@ -65,6 +67,7 @@ class Auctioneer:
         reorder: Callable[[TaskRecord, int], None],
         carry_out: Callable[[Result, Callable[[], None]], None],
         central: Central | None,
+        searcher: Searcher,
     ) -> None:
         self._talker = talker
         self._node = node
@@ -80,7 +83,7 @@ class Auctioneer:
             settings.order_timeout,
             CandidateSelection(settings.most_asked, settings.offers_each, settings.most_bids),
             Reallocation(settings.improve_by, settings.improve_threshold),
-            plans=central is not None and settings.decision == "optimized",
+            plans=central is not None and settings.decision == "planned",
         )
         self._plan_maker: PlanMaker | None = None
         if central is not None and self._state.plans:
@@ -88,9 +91,21 @@ class Auctioneer:
                 talker,
                 central,
                 settings.improve_by,
+                searcher,
                 lambda planned: self.handle(PlanMade(planned)),
                 lambda: self.handle(Signal.PLAN_AGAIN),
             )
+
+    def lead(self) -> None:
+        """Get ready to decide."""
+        if self._plan_maker is not None:
+            self._plan_maker.lead()
+
+    def retire(self) -> None:
+        """Decide no more."""
+        self.handle(Signal.STEPPED_DOWN)
+        if self._plan_maker is not None:
+            self._plan_maker.retire()
 
     def has_recalled(self, record: TaskRecord) -> bool:
         """Return whether a task is handed back for a transfer rather than tried in vain."""
@@ -121,7 +136,7 @@ class Auctioneer:
         for effect in effects:
             self._do(effect)
         if self._plan_maker is not None and not self._state.is_planning:
-            self._plan_maker.stop()
+            self._plan_maker.drop()
 
     def rehearse(self, record: TaskRecord) -> None:
         """Take the first step with a new task, and drop its result.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from blackboard.auction.search.planner import Planned, planned
 from blackboard.auction.search.searcher import Job
 from blackboard.auction.search.survey import Surveyed, survey
+from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -42,6 +43,9 @@ ROUNDS, ROUNDS_BESIDE_WORK = 200, 50
 
 SEARCH_TIME = 0.5
 """Processor time that a search takes at most [s]."""
+
+SEARCH_SHARE = 0.005
+"""And no more than this share of the mean time until a task is done: what is planned waits."""
 
 MOVE = 5.0
 """What it counts to give a task to another robot [s]: a move has to pay, because what is known of
@@ -79,8 +83,9 @@ class PlanMaker:
         self._timer: Timer | None = None
         self._begun_at = 0.0
         self._held_since: float | None = None
+        self._held: frozenset[str] = frozenset()  # the tasks whose starts are held
         self._last_came = -MOMENT
-        self._has_more = self._has_failed = False
+        self._has_more = self._has_gathered = self._has_failed = False
 
     def lead(self) -> None:
         """Get ready: this member leads now."""
@@ -88,12 +93,16 @@ class PlanMaker:
 
     def begin(self, asked: MakePlan) -> None:
         """Begin a plan in place of the one before."""
-        self._stop()
+        self.drop()
         self._begun_at = self._talker.now()
+        held = frozenset(
+            record.task.id for record in asked.records if record.state is TaskState.WAITING
+        )
         if asked.improves:
             self._held_since = None
-        elif self._held_since is None:
-            self._held_since = self._begun_at
+        elif self._held_since is None or not held & self._held:
+            self._held_since, self._has_gathered = self._begun_at, False
+        self._held = held
         self._asked = asked
         self._has_more = False
         self._timer = self._talker.every(TICK, self._tick)
@@ -103,17 +112,13 @@ class PlanMaker:
         """Note that a task has come."""
         self._has_more, self._last_came = True, self._talker.now()
 
-    def drop(self) -> None:
-        """Drop the plan."""
-        self._stop()
-        self._held_since = None
-
     def retire(self) -> None:
         """Drop the plan: this member does not lead any more."""
         self.drop()
         self._searcher.stop()
 
-    def _stop(self) -> None:
+    def drop(self) -> None:
+        """Drop the plan; the next one may be for the same burst."""
         if self._timer is not None:
             self._timer.cancel()
         if self._asked is not None:
@@ -125,11 +130,13 @@ class PlanMaker:
         asked, now, since = self._asked, self._talker.now(), self._held_since
         if asked is None:
             return
-        if since is not None and now - since < HOLD:
-            if now - self._last_came < MOMENT:
+        if since is not None and not self._has_gathered:
+            is_over = now - since >= HOLD
+            if not is_over and now - self._last_came < MOMENT:
                 return
             if self._has_more:
-                self._stop()
+                self._has_gathered = is_over  # whatever comes now is for the next plan
+                self.drop()
                 self._again()
                 return
         if now - self._begun_at > LONGEST:
@@ -162,6 +169,7 @@ class PlanMaker:
             zlib.crc32(repr(asked.number).encode()),
             rounds * len(surveyed.records),
             SEARCH_TIME,
+            SEARCH_SHARE,
         )
 
     def _found(self, found: Found | None) -> None:
@@ -182,4 +190,5 @@ class PlanMaker:
 
     def _end(self, plan: Planned) -> None:
         self.drop()
+        self._held_since = None
         self._made(plan)

@@ -331,12 +331,20 @@ def _to_plan(
 ) -> Sequence[TaskRecord]:
     """Return which of the waiting tasks are planned together; none if they are auctioned.
 
-    One task alone is auctioned: its best place is found at once, and no start is held for it. So
-    is what may interrupt a robot, and what a plan has found no robot for.
+    One task alone in an idle fleet is auctioned: its best place is found at once, and no start is
+    held for it. So is what may interrupt a robot, and what a plan has found no robot for.
     """
-    if not state.plans or _urgent(waiting, state.unplanned):
+    if not state.plans or not view.in_service or _urgent(waiting, state.unplanned):
         return ()
-    return waiting if len(waiting) > 1 and view.in_service else ()
+    return waiting if len(waiting) > 1 or _has_work(view) else ()
+
+
+def _has_work(view: View) -> bool:
+    """Return whether a robot in service has a task."""
+    return any(
+        record.state in {TaskState.ASSIGNED, TaskState.STARTED} and record.robot in view.in_service
+        for record in view.records.values()
+    )
 
 
 def _urgent(waiting: Sequence[TaskRecord], unplanned: frozenset[str]) -> list[TaskRecord]:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.auction.auctioneer import Auctioneer
 from blackboard.auction.central import Central
+from blackboard.auction.search.searcher import InlineSearcher
 from blackboard.auction.splitting import unfinished_parts, with_wholes
 from blackboard.auction.step import (
     ReallocationDue,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
     from blackboard.auction.auction import Result
     from blackboard.auction.decision import Decision
+    from blackboard.auction.search.searcher import Searcher
     from blackboard.consensus.node import RaftNode
     from blackboard.costing.bid_basis import Bids
     from blackboard.domain.characteristics import RobotStatus
@@ -67,6 +69,7 @@ class Blackboard:
         note: Keeps the decisions, which tell why each task went to whom.
         path_lengths_for: Gives the path lengths for a robot of a radius [m], for central
             decisions; `path_lengths` for all if None.
+        searcher: Searches for plans; this process does if None, as on virtual time.
     """
 
     def __init__(
@@ -78,6 +81,7 @@ class Blackboard:
         *,
         note: Callable[[Iterable[Decision]], None] = lambda _decisions: None,
         path_lengths_for: Callable[[float], PathLengths] | None = None,
+        searcher: Searcher | None = None,
     ) -> None:
         self._talker = talker
         self._node = node
@@ -100,6 +104,7 @@ class Blackboard:
             reorder=self._orders.give,
             carry_out=self._carry_out,
             central=None if settings.decision == "distributed" else central,
+            searcher=searcher or InlineSearcher(talker),
         )
         self._retention = Retention(settings.keep_ended, settings.most_ended)
         self._done_twice: set[str] = set()
@@ -120,6 +125,7 @@ class Blackboard:
         self._orders.resume(self._node.records.values())
         self._watch.begin()
         self._retention.begin()
+        self._auctioneer.lead()
         every, settings = self._talker.every, self._settings
         self._timers = [
             every(settings.reassign / _LOOKS_IN_TIME, self._look),
@@ -134,7 +140,7 @@ class Blackboard:
         for timer in self._timers:
             timer.cancel()
         self._timers = []
-        self._auctioneer.handle(Signal.STEPPED_DOWN)
+        self._auctioneer.retire()
 
     def _retry(self) -> None:
         self._auctioneer.handle(Signal.FLEET_CHANGED)

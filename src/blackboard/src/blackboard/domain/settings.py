@@ -32,7 +32,7 @@ STANDING_BY = 12
 """Default number of robots that stand by to carry the blackboard: with the blackboard node, these
 are the seven voters and six to follow them."""
 
-DECISIONS = ("distributed", "centralized", "optimized")
+DECISIONS = ("distributed", "centralized", "planned")
 """Who works out bids: every robot its own, or the leader those of all; or the leader plans."""
 
 DISTANCES = ("path", "euclidean")
@@ -158,7 +158,7 @@ class BlackboardSettings(Settings):
         "",
         "Who works out what a task costs each robot",
         "distributed: every robot its own bids. centralized: robots report their status, and the "
-        "leader works out the same bids for all of them. optimized: the same for one task; the "
+        "leader works out the same bids for all of them. planned: the same for one task; the "
         "leader plans several tasks together, and improves the lists while that pays.",
         names=DECISIONS,
     )

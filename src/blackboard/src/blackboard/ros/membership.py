@@ -22,6 +22,7 @@ from blackboard.ros.diagnostics import Diagnostics
 from blackboard.ros.journals import default_folder
 from blackboard.ros.no_clock import NoClock
 from blackboard.ros.planner_process import keep_planner
+from blackboard.ros.search_process import SearchProcess
 from hive_common.ros import params
 
 if TYPE_CHECKING:
@@ -139,8 +140,16 @@ def join(
         settings = params.read(BlackboardSettings, namespace)
         lengths_of = path_lengths.of
         log = SqliteBook(_file(talker.name, ENDING))
+        searcher = SearchProcess(talker)
+        rospy.on_shutdown(searcher.close)
         Blackboard(
-            talker, node, lengths_of(0.0), settings, note=log.note, path_lengths_for=lengths_of
+            talker,
+            node,
+            lengths_of(0.0),
+            settings,
+            note=log.note,
+            path_lengths_for=lengths_of,
+            searcher=searcher,
         ).start()
         if params.read(TrafficSettings, namespace).traffic == "planned":
             keep_planner(talker, node, hive)

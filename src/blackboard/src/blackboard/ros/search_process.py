@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -17,26 +18,33 @@ if TYPE_CHECKING:
 
 
 class SearchProcess:
-    """A `Searcher` that runs `blackboard.auction.search.worker` while this member leads."""
+    """A `Searcher` that runs `blackboard.auction.search.worker` while this member leads.
+
+    Attributes:
+        process: What runs; None while nothing does.
+    """
 
     def __init__(self, talker: MemberTalker) -> None:
         self._talker = talker
         self._number = 0
-        self._process: subprocess.Popen[bytes] | None = None
+        self.process: subprocess.Popen[bytes] | None = None
         self._threads = ThreadPoolExecutor(1, "search")
 
     def start(self) -> None:
         """See `Searcher.start`."""
-        if self._process is not None and self._process.poll() is None:
-            return
+        if self.process is not None:
+            if self.process.poll() is None:
+                return
+            self._bury(self.process)
         try:
-            self._process = subprocess.Popen(
+            self.process = subprocess.Popen(
                 [sys.executable, "-m", "blackboard.auction.search.worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
+                start_new_session=True,  # Ctrl-C is for the leader, which ends it
             )
         except OSError as error:
-            self._process = None
+            self.process = None
             self._talker.warn(
                 f"the search for plans cannot start: {error}; tasks are auctioned one by one"
             )
@@ -45,7 +53,7 @@ class SearchProcess:
         """See `Searcher.search`."""
         self.start()  # again, if it has ended
         self._number += 1
-        number, process = self._number, self._process
+        number, process = self._number, self.process
 
         def work() -> None:
             found = _ask(process, job) if number == self._number else None
@@ -60,10 +68,27 @@ class SearchProcess:
     def stop(self) -> None:
         """See `Searcher.stop`."""
         self.drop()
-        process, self._process = self._process, None
+        process, self.process = self.process, None
         if process is not None:
-            process.kill()
-            self._threads.submit(process.wait)
+            self._bury(process)
+
+    def close(self) -> None:
+        """End for good, with the program."""
+        self.stop()
+        self._threads.shutdown()
+
+    def _bury(self, process: subprocess.Popen[bytes]) -> None:
+        """End a process, and what waits for its answer."""
+        process.kill()
+        self._threads.submit(_close, process)
+
+
+def _close(process: subprocess.Popen[bytes]) -> None:
+    process.wait()
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            with suppress(OSError):  # what was not written yet
+                pipe.close()
 
 
 def _ask(process: subprocess.Popen[bytes] | None, job: Job) -> Found | None:

@@ -125,7 +125,7 @@ class FleetContent:
     """How robots work out what a task costs them."""
     decision: Annotated[str, one_of(*DECISIONS)] = "distributed"
     """Robots bid (`distributed`), the leader bids for all (`centralized`), or it plans for all
-    (`optimized`)."""
+    (`planned`)."""
     distance: Annotated[str, one_of(*DISTANCES)] = "path"
     """Path lengths: `path` on the map, or `euclidean` as the crow flies."""
     bid_timeout: Annotated[float, between(0.1, 60, "a number of seconds")] = 2.0

@@ -12,8 +12,7 @@ from hive_lab.allocation.rules import Ends, append
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from blackboard.auction.search.plan import Plan
-    from blackboard.auction.search.problem import Floats
+    from blackboard.auction.search.problem import Floats, Plan
     from hive_lab.allocation.stream import StreamState
 
 

@@ -16,8 +16,7 @@ from scipy.optimize import linear_sum_assignment
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from blackboard.auction.search.plan import Plan
-    from blackboard.auction.search.problem import Floats
+    from blackboard.auction.search.problem import Floats, Plan
     from hive_lab.allocation.instance import Instance
 
 

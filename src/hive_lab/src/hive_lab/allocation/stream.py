@@ -17,8 +17,7 @@ from hive_lab.allocation.instance import Instance, Robots, Tasks
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from blackboard.auction.search.plan import Plan
-    from blackboard.auction.search.problem import Floats, Numbers
+    from blackboard.auction.search.problem import Floats, Numbers, Plan
 
 
 @dataclass(frozen=True)

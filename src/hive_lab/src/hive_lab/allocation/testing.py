@@ -12,7 +12,7 @@ from hive_lab.allocation.instance import Instance, Robots, Tasks
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.auction.search.plan import Plan
+    from blackboard.auction.search.problem import Plan
 
 
 def on_a_road(

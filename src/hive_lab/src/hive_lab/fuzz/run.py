@@ -27,7 +27,7 @@ from hive_lab.fuzz.mutations import Mutations
 BATCH = 200
 """Messages for one hive."""
 
-DECISIONS = ("distributed", "optimized")
+DECISIONS = ("distributed", "planned")
 """How hives decide, in turn."""
 
 _DEED_EVERY = 10  # messages; so often the operator does something

@@ -24,11 +24,11 @@ EXPERIMENT = {
     "fleet": "lab",
     "load": {"at_once": 8, "mix": {"GA": 1.0, "GAB": 2.0, "GPA": 0.5, "GPAB": 0.5}},
     "world": "lab",
-    "decisions": ["distributed", "optimized"],
+    "decisions": ["distributed", "planned"],
     "cost_models": ["latency"],
     "seeds": [1, 2],
 }
-PICTURE = "optimized, latency, seed 1"
+PICTURE = "planned, latency, seed 1"
 """The run whose picture is shown."""
 
 

@@ -93,6 +93,14 @@ class Problem:
         """The number that stands for no task at the end of a list."""
         return int(self.weight.size)
 
+    def energy(self, robot: int, row: Sequence[int]) -> float:
+        """Return what a list draws [J]."""
+        kind, node, drawn = self.kind[robot], self.nothing + 1 + robot, 0.0
+        for task in row:
+            drawn += float(self.leg_draw[kind, node, task] + self.own_draw[kind, task])
+            node = task
+        return drawn
+
     def times(self, robot: int, row: Sequence[int]) -> list[float]:
         """Return when a robot is done with each task of a list [s]."""
         kind, node, at, done = self.kind[robot], self.nothing + 1 + robot, self.ready[robot], []

@@ -56,10 +56,6 @@ _ASK_ALL = 24
 changed in the round, those that have the tasks nearest to it, and some at random."""
 _ASK_NEAR, _ASK_MORE = 20, 4
 
-_SHARE = 0.005
-"""A search takes no more than this share of the mean time until a task is done: nothing that is
-planned begins before."""
-
 ROUND_TIME, PLACE_TIME = 1.5e-6, 5e-9
 """Processor time of a round, and of each place that it looks at [s]; measured with 4 to 100 robots
 (docs/benchmarks.md)."""
@@ -117,10 +113,10 @@ def search(job: Job) -> Found:
     lists, lengths, before, after, spent = _search(
         goal,
         problem.kind.astype(np.int64),
-        *(
-            np.ascontiguousarray(each, dtype=float)
-            for each in (problem.leg, problem.own, problem.leg_draw, problem.own_draw)
-        ),
+        np.ascontiguousarray(problem.leg),
+        np.ascontiguousarray(problem.own),
+        np.ascontiguousarray(problem.leg_draw),
+        np.ascontiguousarray(problem.own_draw),
         problem.ready,
         problem.most,
         problem.weight,
@@ -133,6 +129,7 @@ def search(job: Job) -> Found:
         job.seed,
         job.rounds,
         job.seconds,
+        job.share,
     )
     rows = zip(lists.tolist(), lengths.tolist(), strict=True)
     return Found(tuple(tuple(row[:count]) for row, count in rows), before, after, spent)
@@ -214,18 +211,19 @@ def _places(order: Numbers, count: int, priority: Numbers, urgency: int) -> tupl
 
 @compiled()
 def _best_place(
-    facts: _Facts, lists: _Lists, task: int, blink: float
+    facts: _Facts, lists: _Lists, task: int, blink: float, begin: int, end: int
 ) -> tuple[int, int, float, int]:
     """Return the robot, the place and the cost where a task adds least; -1 for none.
 
-    The last number is how many places were looked at.
+    Those robots from `begin` to before `end` count that are asked. The last number is how many
+    places were looked at.
     """
     # A look at an array of a tuple takes longer than what is done with it.
     leg, leg_draw, nothing, goal = facts.leg, facts.leg_draw, len(facts.weight), facts.goal
     order, done, behind, lengths = lists.order, lists.done, lists.behind, lists.length
     able, asked, weight, holder = facts.able, lists.asked, facts.weight[task], facts.holder[task]
     best, taker, where, looked = np.inf, -1, -1, 0
-    for robot in range(len(lengths)):
+    for robot in range(begin, end):
         if not asked[robot] or not able[robot, task]:
             continue
         kind, count = facts.kind[robot], lengths[robot]
@@ -234,7 +232,7 @@ def _best_place(
         first, last = _places(order[robot], count, facts.priority, facts.priority[task])
         node = order[robot, first - 1] if first > 0 else nothing + 1 + robot
         late, latest = lists.moved[robot] + move, facts.most[robot]
-        end, load = done[robot, count], lists.cost[robot]
+        finish, load = done[robot, count], lists.cost[robot]
         looked += count + 1
         for place in range(first, last + 1):
             after = order[robot, place] if place < count else nothing
@@ -243,12 +241,12 @@ def _best_place(
             if goal == WAITING:
                 cost = weight * (done[robot, place] + go) + added * behind[robot, place] + move
             elif goal == MAKESPAN:
-                cost = _load(end + added + late) - load
+                cost = _load(finish + added + late) - load
             else:
                 ways = leg_draw[kind, node, task] + leg_draw[kind, task, after]
                 cost = ways + own_draw - leg_draw[kind, node, after] + move
             node = after
-            if cost < best and end + added <= latest:
+            if cost < best and finish + added <= latest:
                 if blink > 0.0 and np.random.random() < blink:  # noqa: NPY002
                     continue
                 best, taker, where = cost, robot, place
@@ -351,18 +349,18 @@ def _ask(facts: _Facts, lists: _Lists, task: int) -> None:
 @compiled()
 def _recreate(facts: _Facts, lists: _Lists, out: Numbers, count: int) -> tuple[int, int]:
     """Put tasks into lists; return how many are left out, and how many places were looked at."""
-    left, looked = 0, 0
-    large = len(lists.length) > _ASK_ALL
+    left, looked, robots = 0, 0, len(lists.length)
+    large = robots > _ASK_ALL
     for index in range(count):
         task = out[index]
         robot = -1
         if large:
             _ask(facts, lists, task)
-            robot, place, _, more = _best_place(facts, lists, task, _BLINK)
+            robot, place, _, more = _best_place(facts, lists, task, _BLINK, 0, robots)
             looked += more
             lists.asked[:] = True
         if robot < 0:
-            robot, place, _, more = _best_place(facts, lists, task, _BLINK)
+            robot, place, _, more = _best_place(facts, lists, task, _BLINK, 0, robots)
             looked += more
         if robot < 0:
             left += 1
@@ -372,57 +370,64 @@ def _recreate(facts: _Facts, lists: _Lists, out: Numbers, count: int) -> tuple[i
 
 
 @compiled()
-def _auction(facts: _Facts, lists: _Lists) -> tuple[int, int]:
-    """Give out what is on no list, the best bid of all first; return the same as `_recreate`."""
-    robots, tasks = lists.length.shape[0], len(facts.weight)
-    bids, looked = np.full((robots, tasks), np.inf), 0
-    first = np.zeros(robots, dtype=np.int64)  # the task of each robot's best bid
-    stale = np.ones(robots, dtype=np.bool_)
-    while True:
-        taker, best, urgency = -1, np.inf, 0
-        for robot in range(robots):
-            lists.asked[:] = False
-            lists.asked[robot] = True
-            if stale[robot]:
-                for task in range(tasks):
-                    if lists.owner[task] < 0:
-                        _, _, bids[robot, task], more = _best_place(facts, lists, task, 0.0)
-                        looked += more
-            if stale[robot] or lists.owner[first[robot]] >= 0:
-                first[robot] = _first(facts, lists, bids[robot])
-                stale[robot] = False
-            task = first[robot]
-            cost, urgent = bids[robot, task], facts.priority[task]
-            if lists.owner[task] < 0 and cost < np.inf:
-                if taker < 0 or urgent > urgency or (urgent == urgency and cost < best):
-                    taker, best, urgency = robot, cost, urgent
-        if taker < 0:
-            break
-        task = first[taker]
-        lists.asked[:] = False
-        lists.asked[taker] = True
-        _, place, _, _ = _best_place(facts, lists, task, 0.0)
-        _put(facts, lists, taker, place, task)
-        stale[taker] = True
-    lists.asked[:] = True
-    left = 0
-    for task in range(tasks):
-        left += lists.owner[task] < 0
-    return left, looked
+def _bid(facts: _Facts, lists: _Lists, robot: int, bids: Floats) -> int:
+    """Have a robot bid on all open tasks; return how many places were looked at."""
+    looked = 0
+    for task in range(len(bids)):
+        bids[task] = np.inf
+        if lists.owner[task] < 0:
+            _, _, bids[task], more = _best_place(facts, lists, task, 0.0, robot, robot + 1)
+            looked += more
+    return looked
 
 
 @compiled()
 def _first(facts: _Facts, lists: _Lists, bids: Floats) -> int:
-    """Return the open task of a robot's best bid on the most urgent ones that it can do."""
-    best = 0
+    """Return the open task of a robot's best bid, the most urgent ones first; -1 for none."""
+    best = -1
     for task in range(len(bids)):
-        if lists.owner[task] >= 0 or not bids[task] < np.inf:
-            continue
-        worse = lists.owner[best] >= 0 or not bids[best] < np.inf
-        before, urgent = facts.priority[best], facts.priority[task]
-        if worse or urgent > before or (urgent == before and bids[task] < bids[best]):
-            best = task
+        if lists.owner[task] < 0 and bids[task] < np.inf:
+            urgent = facts.priority[task]
+            if (
+                best < 0
+                or urgent > facts.priority[best]
+                or (urgent == facts.priority[best] and bids[task] < bids[best])
+            ):
+                best = task
     return best
+
+
+@compiled()
+def _auction(facts: _Facts, lists: _Lists) -> tuple[int, int]:
+    """Give out what is on no list, the best bid of all first; return the same as `_recreate`."""
+    robots, tasks = len(lists.length), len(facts.weight)
+    bids, looked = np.full((robots, tasks), np.inf), 0
+    first = np.empty(robots, dtype=np.int64)  # the task of each robot's best bid
+    for robot in range(robots):
+        looked += _bid(facts, lists, robot, bids[robot])
+        first[robot] = _first(facts, lists, bids[robot])
+    while True:
+        taker = -1
+        for robot in range(robots):
+            task = first[robot]
+            if task >= 0 and lists.owner[task] >= 0:
+                task = first[robot] = _first(facts, lists, bids[robot])
+            if task >= 0 and (
+                taker < 0
+                or facts.priority[task] > facts.priority[first[taker]]
+                or (
+                    facts.priority[task] == facts.priority[first[taker]]
+                    and bids[robot, task] < bids[taker, first[taker]]
+                )
+            ):
+                taker = robot
+        if taker < 0:
+            return int((lists.owner < 0).sum()), looked
+        task = first[taker]
+        _, place, _, _ = _best_place(facts, lists, task, 0.0, taker, taker + 1)
+        _put(facts, lists, taker, place, task)
+        looked += _bid(facts, lists, taker, bids[taker])
+        first[taker] = _first(facts, lists, bids[taker])
 
 
 @compiled()
@@ -504,7 +509,7 @@ _FLOATS_3, _FLOATS_2 = "float64[:, :, ::1]", "float64[:, ::1]"
     "Tuple((int64[:, ::1], int64[::1], float64, float64, float64))("
     f"int64, int64[::1], {_FLOATS_3}, {_FLOATS_2}, {_FLOATS_3}, {_FLOATS_2}, float64[::1],"
     " float64[::1], float64[::1], int64[::1], boolean[:, ::1], float64, int64[:, ::1],"
-    " int64[:, ::1], int64[::1], int64, int64, float64)"
+    " int64[:, ::1], int64[::1], int64, int64, float64, float64)"
 )
 def _search(
     goal: int,
@@ -525,6 +530,7 @@ def _search(
     seed: int,
     rounds: int,
     seconds: float,
+    share: float,
 ) -> tuple[Numbers, Numbers, float, float, float]:
     """See `search`."""
     np.random.seed(seed)  # noqa: NPY002
@@ -552,7 +558,7 @@ def _search(
         _renew(facts, lists, robot)
     before = lists.cost.sum() if length.sum() == tasks else np.inf
     left, looked = _auction(facts, lists)
-    seconds = min(seconds, _SHARE * _mean_time(lists))
+    seconds = min(seconds, share * _mean_time(lists))
     best, lengths, spent = _improve(facts, lists, left, rounds, seconds)
     lists.order[:], lists.length[:] = best, lengths
     for robot in range(robots):

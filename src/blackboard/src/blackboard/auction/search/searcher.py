@@ -23,6 +23,7 @@ class Job(NamedTuple):
         seed: Of chance, 0..2^32 - 1.
         rounds: The number of rounds.
         seconds: Processor time after which the search ends earlier, as it is counted.
+        share: The same, as a share of the mean time until a task is done by the auction's plan.
     """
 
     problem: Problem
@@ -32,6 +33,7 @@ class Job(NamedTuple):
     seed: int
     rounds: int
     seconds: float
+    share: float
 
 
 class Found(NamedTuple):

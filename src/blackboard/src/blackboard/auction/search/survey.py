@@ -26,15 +26,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from blackboard.auction.search.plan import Plan
-    from blackboard.auction.search.problem import Floats
+    from blackboard.auction.search.problem import Floats, Plan
     from blackboard.costing.bid_basis import BidBasis
     from blackboard.domain.path_lengths import PathLengths
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.task import Task
-
-MAX_LEGS = 10_000_000
-"""With more drives to compare, robots of one body count as alike, with their mean pace."""
 
 JOB_TIME = 1e-5
 """Processor time that the figures of one task for one kind of robots take [s]."""
@@ -114,7 +110,7 @@ def survey(situation: Situation) -> Iterator[float | Surveyed]:
     yield JOB_TIME * len(robots)
     if not robots or not records:
         return
-    robots = _merged(robots, len(records))
+    robots = _sharing(robots)
     ends = [_job(record, robots[0].predictor).rest for record in records]
     starts = [*(end.end for end in ends if end), *(robot.ready.end for robot in robots)]
     goals = [split.begin for split in (_job(each, robots[0].predictor) for each in records)]
@@ -173,30 +169,20 @@ def _robot(
     return _Robot(name, basis, predictor, lengths, pace.times, ready, fixed, tuple(row))
 
 
-def _merged(robots: list[_Robot], tasks: int) -> list[_Robot]:
-    """Return the robots; if there is too much to compare, one body has one mean pace."""
-    kinds = len({robot.alike for robot in robots})
-    if kinds * (tasks + len(robots)) * tasks <= MAX_LEGS:
-        return robots
-    merged = []
+def _sharing(robots: list[_Robot]) -> list[_Robot]:
+    """Return robots of one body with their mean pace.
+
+    The first one to learn that drives take less than it had assumed would look faster, and tasks
+    would go to it, and back when the others have learned it too.
+    """
+    shared = []
     for robot in robots:
-        same = [each.times for each in robots if each.basis.body == robot.basis.body]
-        times = tuple(np.mean(same, axis=0).tolist())
         body = robot.basis.body
+        same = [each.times for each in robots if each.basis.body == body]
+        times = tuple(np.mean(same, axis=0).tolist())
         predictor = Predictor(body, robot.lengths, Pace(body.max_speed, times))
-        merged.append(
-            _Robot(
-                robot.name,
-                robot.basis,
-                predictor,
-                robot.lengths,
-                times,
-                robot.ready,
-                robot.fixed,
-                robot.row,
-            )
-        )
-    return merged
+        shared.append(replace(robot, predictor=predictor, times=times))
+    return shared
 
 
 @dataclass(frozen=True, slots=True)

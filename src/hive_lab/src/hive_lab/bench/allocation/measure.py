@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from hive_lab.bench.allocation.running import Run
 
 _MEAN = {
-    "optimized": {"3x10": 1.02, "4x20": 1.03, "20x100": 1.03, "100x1000": 1.08},
+    "planned": {"3x10": 1.02, "4x20": 1.03, "20x100": 1.03, "100x1000": 1.08},
     "distributed": {"4x20": 1.07, "20x100": 1.06},
 }
 _WORST = 1.08
@@ -85,10 +85,10 @@ class Ratios:
             if size in means:
                 aims[f"{size} {decision}, latency: latency mean"] = means[size]
         if size in _MAKESPAN:
-            aims[f"{size} optimized, latency: latency worst"] = _WORST
-            aims[f"{size} optimized, makespan: makespan mean"] = _MAKESPAN[size]
+            aims[f"{size} planned, latency: latency worst"] = _WORST
+            aims[f"{size} planned, makespan: makespan mean"] = _MAKESPAN[size]
         if size == _LARGE:
-            aims[f"{size} optimized, processor time until assigned [s]"] = _PLANNED
+            aims[f"{size} planned, processor time until assigned [s]"] = _PLANNED
         return aims
 
 
@@ -139,7 +139,7 @@ def _measure(
     large = size.name == _LARGE
     if large and kind != KINDS[0]:
         return
-    for decision in ("optimized",) if large else DECISIONS:
+    for decision in ("planned",) if large else DECISIONS:
         for cost_model in ("latency",) if large else ("latency", "makespan"):
             settings = BlackboardSettings(decision=decision, improve_by=measure_for(cost_model))
             run = run_hive(drawn, kind, cost_model, settings)

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a plan is made of: robots and tasks as numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blackboard.auction.search.survey import Situation, Surveyed, survey
+from blackboard.costing.bid_basis import BidBasis
+from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.domain.record import TaskRecord
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT
+
+HERE = Pose(0.0, 0.0)
+QUICK, SLOW = (0.0, 1.0, 0.0), (4.0, 3.0, 0.0)  # [s], [s/m], [s/rad]
+
+
+def surveyed(*bases, tasks=((10.0, 0.0),)):
+    """Return the problem of robots that all stand at one place, and tasks to go somewhere."""
+    records = [
+        TaskRecord(Task(f"T{number}", TaskType.GA, (Pose(*place),)))
+        for number, place in enumerate(tasks)
+    ]
+    named = {f"robot{number}": basis for number, basis in enumerate(bases, start=1)}
+    situation = Situation(
+        named, records, lambda _id: None, lambda _radius: EuclideanLengths(), 0.0
+    )
+    return next(piece for piece in survey(situation) if isinstance(piece, Surveyed))
+
+
+def basis(pace=(), **changes):
+    body = replace(SMALL_ROBOT, **changes)
+    return BidBasis(body, "latency", 120.0, HERE, 1.0, pace=pace)
+
+
+def times(found):
+    """Return how long each robot takes for the first task [s]."""
+    return [found.problem.times(robot, (0,))[0] for robot in range(len(found.robots))]
+
+
+def test_robots_of_one_model_count_with_their_mean_pace():
+    found = surveyed(basis(QUICK), basis(SLOW))
+
+    assert times(found) == [pytest.approx(2.0 + 10.0 * 2.0)] * 2
+
+
+def test_robots_of_other_models_keep_their_own_pace():
+    found = surveyed(basis(QUICK), basis(SLOW, mass=60.0))
+
+    assert times(found) == pytest.approx([10.0, 34.0])
+
+
+def test_a_robot_may_do_what_its_model_can():
+    found = surveyed(basis(), basis(capabilities=frozenset({TaskType.GPA})))
+
+    assert found.problem.able.tolist() == [[True], [False]]
+
+
+def test_a_robot_that_tells_why_it_takes_nothing_is_left_out():
+    found = surveyed(basis(), replace(basis(), refusal="it charges"))
+
+    assert found.robots == ["robot1"]
+
+
+def test_a_robot_with_little_charge_may_work_for_a_short_time_only():
+    full, low = basis(), replace(basis(), charge=0.12)
+    found = surveyed(full, low, tasks=[(5000.0, 0.0)])
+
+    assert found.problem.most[1] < found.problem.most[0]
+    assert np.isfinite(found.problem.most[1])

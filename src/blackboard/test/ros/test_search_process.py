@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The process beside the leader that searches for plans: real processes, no ROS."""
+
+import queue
+
+import numpy as np
+import pytest
+
+from blackboard.auction.search.problem import Problem
+from blackboard.auction.search.ruin_recreate import search
+from blackboard.auction.search.searcher import Job
+from blackboard.ros.search_process import SearchProcess
+
+
+class Desk:
+    """A talker's thread: what is called there waits until it is taken."""
+
+    def __init__(self):
+        self.calls, self.warnings = queue.Queue(), []
+
+    def call(self, action):
+        self.calls.put(action)
+
+    def warn(self, text):
+        self.warnings.append(text)
+
+    def take(self):
+        self.calls.get(timeout=60.0)()
+
+
+def job(seed=1, rounds=800):
+    """Return a search for who of two robots does which of four tasks on a road."""
+    places, robots = np.array([0.0, 9.0, 1.0, 8.0]), np.array([0.0, 10.0])
+    legs = np.zeros((1, 7, 5))
+    legs[0, :4, :4] = np.abs(places[:, None] - places)
+    legs[0, 5:, :4] = np.abs(robots[:, None] - places)
+    problem = Problem(
+        np.zeros(2, dtype=int),
+        legs,
+        legs,
+        np.zeros((1, 5)),
+        np.zeros((1, 5)),
+        np.zeros(2),
+        np.full(2, np.inf),
+        np.ones(4),
+        np.zeros(4, dtype=int),
+        np.ones((2, 4), dtype=bool),
+    )
+    return Job(problem, ((), ()), "waiting", 5.0, seed, rounds, np.inf, np.inf)
+
+
+@pytest.fixture
+def desk():
+    return Desk()
+
+
+@pytest.fixture
+def searcher(desk):
+    searcher = SearchProcess(desk)
+    yield searcher
+    searcher.close()
+
+
+def test_it_finds_what_a_search_in_this_process_finds(desk, searcher):
+    results = []
+    searcher.start()
+    for seed in (1, 2):
+        searcher.search(job(seed), results.append)
+        desk.take()
+
+    assert results == [search(job(1)), search(job(2))]
+    assert results[0].plan == ((0, 2), (1, 3))
+
+
+def test_what_was_dropped_is_never_told(desk, searcher):
+    results = []
+    searcher.search(job(), results.append)
+    searcher.drop()
+    desk.take()
+    searcher.search(job(2), lambda found: results.append(("second", found)))
+    desk.take()
+
+    assert results == [("second", search(job(2)))]
+
+
+def test_a_search_whose_process_was_killed_has_failed_and_the_next_one_works(desk, searcher):
+    results = []
+    searcher.start()
+    searcher.process.kill()
+    searcher.process.wait()
+    searcher.search(job(), results.append)
+    desk.take()
+    assert results == [search(job())]
+
+    searcher.search(job(rounds=10**12), results.append)
+    searcher.process.kill()
+    desk.take()
+    assert results[1] is None
+
+
+def test_a_member_that_no_longer_leads_keeps_no_process(desk, searcher):
+    searcher.start()
+    process = searcher.process
+    searcher.stop()
+
+    searcher.close()
+    assert process.returncode != 0
+    assert searcher.process is None
+
+
+def test_it_ends_when_whoever_started_it_has_ended(searcher):
+    searcher.start()
+    searcher.process.stdin.close()
+
+    assert searcher.process.wait(timeout=60.0) == 0
