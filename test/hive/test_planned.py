@@ -8,12 +8,12 @@ from itertools import pairwise
 import pytest
 
 from blackboard.auction.plan_maker import HOLD, LONGEST, MOMENT
-from blackboard.auction.search.searcher import InlineSearcher
 from blackboard.domain.settings import BlackboardSettings
 from blackboard.domain.talker import BACKUP, TASK_ASSIGN
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
+from hive_lab.virtual.inline_searcher import InlineSearcher
 from hive_lab.virtual.task_checker import TaskChecker
 
 PLANNED = BlackboardSettings(decision="planned")

@@ -98,7 +98,7 @@ def test_a_search_whose_process_was_killed_has_failed_and_the_next_one_works(des
     assert results[1] is None
 
 
-def test_a_member_that_no_longer_leads_keeps_no_process(desk, searcher):
+def test_a_member_that_no_longer_leads_keeps_no_process(searcher):
     searcher.start()
     process = searcher.process
     searcher.stop()

@@ -67,7 +67,7 @@ class Auctioneer:
         reorder: Callable[[TaskRecord, int], None],
         carry_out: Callable[[Result, Callable[[], None]], None],
         central: Central | None,
-        searcher: Searcher,
+        searcher: Searcher | None,
     ) -> None:
         self._talker = talker
         self._node = node
@@ -83,10 +83,12 @@ class Auctioneer:
             settings.order_timeout,
             CandidateSelection(settings.most_asked, settings.offers_each, settings.most_bids),
             Reallocation(settings.improve_by, settings.improve_threshold),
-            plans=central is not None and settings.decision == "planned",
+            plans=settings.decision == "planned",
         )
         self._plan_maker: PlanMaker | None = None
-        if central is not None and self._state.plans:
+        if self._state.plans:
+            assert central is not None  # noqa: S101  (see `Blackboard`)
+            assert searcher is not None  # noqa: S101
             self._plan_maker = PlanMaker(
                 talker,
                 central,

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 from blackboard.auction.auctioneer import Auctioneer
 from blackboard.auction.central import Central
-from blackboard.auction.search.searcher import InlineSearcher
 from blackboard.auction.splitting import unfinished_parts, with_wholes
 from blackboard.auction.step import (
     ReallocationDue,
@@ -69,7 +68,7 @@ class Blackboard:
         note: Keeps the decisions, which tell why each task went to whom.
         path_lengths_for: Gives the path lengths for a robot of a radius [m], for central
             decisions; `path_lengths` for all if None.
-        searcher: Searches for plans; this process does if None, as on virtual time.
+        searcher: Searches for plans, with `decision: planned`.
     """
 
     def __init__(
@@ -104,7 +103,7 @@ class Blackboard:
             reorder=self._orders.give,
             carry_out=self._carry_out,
             central=None if settings.decision == "distributed" else central,
-            searcher=searcher or InlineSearcher(talker),
+            searcher=searcher,
         )
         self._retention = Retention(settings.keep_ended, settings.most_ended)
         self._done_twice: set[str] = set()

@@ -158,8 +158,9 @@ class BlackboardSettings(Settings):
         "",
         "Who works out what a task costs each robot",
         "distributed: every robot its own bids. centralized: robots report their status, and the "
-        "leader works out the same bids for all of them. planned: the same for one task; the "
-        "leader plans several tasks together, and improves the lists while that pays.",
+        "leader works out the same bids for all of them. planned: the leader plans all tasks "
+        "together, and improves the lists while that pays; one task alone, while no robot has "
+        "work, it auctions.",
         names=DECISIONS,
     )
     bid_timeout: float = setting(

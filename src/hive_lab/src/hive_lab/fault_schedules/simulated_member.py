@@ -21,6 +21,7 @@ from hive_lab.fault_schedules.features.kit import RobotKit
 from hive_lab.fault_schedules.schedule import BLACKBOARD, WritePoint
 from hive_lab.fault_schedules.simulated_arm import SimulatedArm
 from hive_lab.virtual.hive import make_robot
+from hive_lab.virtual.inline_searcher import InlineSearcher
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -239,7 +240,13 @@ class SimulatedMember:
             voter=self.voter,
         )
         if self.voter:
-            Blackboard(talker, self.node, EuclideanLengths(), self.board).start()
+            Blackboard(
+                talker,
+                self.node,
+                EuclideanLengths(),
+                self.board,
+                searcher=InlineSearcher(talker),
+            ).start()
         else:
             host.handlers[BB_VOTE] = []  # like members, it gets only messages for it
         try:

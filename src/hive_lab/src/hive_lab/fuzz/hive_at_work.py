@@ -31,6 +31,7 @@ from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 from hive_lab.fuzz.mutations import as_bytes
 from hive_lab.virtual.hive import SMALL_ROBOT, TimedCommand, make_robot
+from hive_lab.virtual.inline_searcher import InlineSearcher
 from hive_lab.virtual.network import Encoded, Network, NetworkTalker
 
 if TYPE_CHECKING:
@@ -130,7 +131,15 @@ class HiveAtWork:
         settings = RaftSettings()
         node = RaftNode(talker, name, settings, disk, chance, bootstrap=not is_robot)
         lengths = self._path_lengths
-        Blackboard(talker, node, lengths(0.3), self._settings, path_lengths_for=lengths).start()
+        searcher = InlineSearcher(talker)
+        Blackboard(
+            talker,
+            node,
+            lengths(0.3),
+            self._settings,
+            path_lengths_for=lengths,
+            searcher=searcher,
+        ).start()
         if is_robot:
             self._robot(name, talker, node, disk)
         node.start()

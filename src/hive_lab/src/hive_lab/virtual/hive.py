@@ -42,6 +42,7 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import StepKind, TaskState
 from blackboard.robot.executor import CommandResult, CommandState, Controller
 from blackboard.robot.robot import Robot
+from hive_lab.virtual.inline_searcher import InlineSearcher
 from hive_lab.virtual.network import LATENCY, Network, NetworkTalker
 
 if TYPE_CHECKING:
@@ -93,7 +94,14 @@ def start_blackboard(
     """Start the blackboard of a hive that has no other member."""
     node = lone_node(talker)
     lengths = path_lengths or EuclideanLengths()
-    Blackboard(talker, node, lengths, settings or BlackboardSettings(), note=note).start()
+    Blackboard(
+        talker,
+        node,
+        lengths,
+        settings or BlackboardSettings(),
+        note=note,
+        searcher=InlineSearcher(talker),
+    ).start()
     node.start()
 
 

@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from blackboard.auction.search.problem import Plan, Problem
-    from blackboard.domain.talker import Clock
 
 
 class Job(NamedTuple):
@@ -69,31 +68,3 @@ class Searcher(Protocol):
 
     def stop(self) -> None:
         """Drop the search, and let go of everything: this member does not lead any more."""
-
-
-class InlineSearcher:
-    """Searches in this process, for hives on virtual time: the search takes the time it counts."""
-
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
-        self._number = 0
-
-    def start(self) -> None:
-        """See `Searcher.start`."""
-
-    def search(self, job: Job, done: Callable[[Found | None], None]) -> None:
-        """See `Searcher.search`."""
-        # The compiler takes 70 MB, which no process needs that does not search.
-        from blackboard.auction.search.ruin_recreate import search  # noqa: PLC0415
-
-        self._number += 1
-        number, found = self._number, search(job)
-        self._clock.after(found.spent, lambda: done(found) if number == self._number else None)
-
-    def drop(self) -> None:
-        """See `Searcher.drop`."""
-        self._number += 1
-
-    def stop(self) -> None:
-        """See `Searcher.stop`."""
-        self.drop()
