@@ -25,6 +25,10 @@ EXCEPTIONS = {
         "blackboard.costing.grid_path_lengths": "scipy, 6 MB in each process of a robot: only for "
         "those that are given a map",
     },
+    "blackboard.ros.search_process": {
+        "blackboard.auction.search.worker": "the program of a process of its own, because the "
+        "compiler's runtime takes 70 MB",
+    },
     "fleet_manager.cli.main": {
         "fleet_manager.cli.": "a command's module, by its word and only beside it: loading all "
         "takes longer than most commands do",
