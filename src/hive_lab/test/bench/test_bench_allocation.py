@@ -38,7 +38,7 @@ def test_the_search_reaches_the_optimum_of_a_small_instance():
 
     for objective in OBJECTIVES:
         how, best = best_of(instance, objective)
-        plan = searched(instance, objective, None, 0.2)
+        plan = searched(instance, objective, 2000)
 
         assert how == "exact"
         assert figures(instance, plan)[objective] == pytest.approx(best)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 from blackboard.costing.cost import measure_for
-from blackboard.domain.settings import DECISIONS, BlackboardSettings
+from blackboard.domain.settings import BlackboardSettings
 from hive_lab.allocation.rules import RULES
 from hive_lab.bench.allocation.instances import KINDS, SIZES, Floor, Places, places
 from hive_lab.bench.allocation.plans import figures, mean_and_worst
@@ -31,12 +31,23 @@ if TYPE_CHECKING:
     from hive_lab.bench.allocation.instances import Size
     from hive_lab.bench.allocation.running import Run
 
-_MEAN = {
-    "planned": {"3x10": 1.02, "4x20": 1.03, "20x100": 1.03, "100x1000": 1.08},
-    "distributed": {"4x20": 1.07, "20x100": 1.06},
-}
-_WORST = 1.08
-_MAKESPAN = {"4x20": 1.05, "20x100": 1.05}
+_APART = 0.01
+"""Time between two tasks of a burst that is not posted at once [s]."""
+
+_WAYS = (
+    ("distributed", "latency", 0.0),
+    ("distributed", "makespan", 0.0),
+    ("centralized", "latency", 0.0),
+    ("planned", "latency", 0.0),
+    ("planned", "latency", _APART),
+    ("planned", "makespan", 0.0),
+    ("planned", "energy", 0.0),
+)
+"""What is measured: decision, cost model, and time between two tasks [s]."""
+
+_LATENCY = {"3x10": 1.01, "4x20": 1.02, "20x100": 1.02, "100x1000": 1.06}
+_WORST = {"4x20": 1.06, "20x100": 1.06}
+_MAKESPAN = {"4x20": 1.04, "20x100": 1.04}
 _PLANNED = 2.0  # aim for 100 x 1,000 [s]
 
 _ANEW = 2  # instances of each size that are drawn anew, up to 20 x 100
@@ -51,28 +62,41 @@ class Ratios:
         self._ratios: dict[str, list[float]] = defaultdict(list)
         self._late_beats = 0
         self._processor: dict[str, float] = defaultdict(float)
+        self._tasks: dict[str, int] = defaultdict(int)
+        self._moves: dict[str, int] = defaultdict(int)
+        self._returned: dict[str, int] = defaultdict(int)
 
     def add_rules(self, instance: Instance, best: Mapping[str, float]) -> None:
         """Measure what simple rules make of an instance."""
         for rule, give_out in RULES.items():
             self._add(rule, figures(instance, give_out(instance)), best)
 
-    def add_run(self, decision: str, cost_model: str, run: Run, best: Mapping[str, float]) -> None:
+    def add_run(self, way: str, run: Run, best: Mapping[str, float]) -> None:
         """Take in what a hive made of an instance."""
-        measured = {"latency": float(run.done.mean()), "makespan": run.makespan}
-        self._add(f"{decision}, {cost_model}", measured, best)
+        measured = {
+            "latency": float(run.done.mean()),
+            "makespan": run.makespan,
+            "energy": run.way,
+        }
+        self._add(way, measured, best)
         self._late_beats += run.late_beats
-        self._processor[decision] = max(self._processor[decision], run.processor)
+        self._processor[way] = max(self._processor[way], run.processor)
+        self._tasks[way] += len(run.done)
+        self._moves[way] += run.given - len(run.done)
+        self._returned[way] += run.returned
 
     def _add(self, way: str, measured: Mapping[str, float], best: Mapping[str, float]) -> None:
-        for name in ("latency", "makespan"):
+        for name in ("latency", "makespan", "energy"):
             self._ratios[f"{way}: {name}"].append(measured[name] / best[name])
 
     def figures(self) -> dict[str, float]:
         """Return mean and worst of every ratio."""
         found: dict[str, float] = {f"{self._size.name} late heartbeats": self._late_beats}
-        for decision, seconds in self._processor.items():
-            found[f"{self._size.name} {decision}, processor time until assigned [s]"] = seconds
+        for way, seconds in self._processor.items():
+            found[f"{self._size.name} {way}, processor time until assigned [s]"] = seconds
+            share = 100 / self._tasks[way]
+            found[f"{self._size.name} {way}, moves per 100 tasks"] = share * self._moves[way]
+            found[f"{self._size.name} {way}, A-B-A per 100 tasks"] = share * self._returned[way]
         for name, ratios in self._ratios.items():
             found |= mean_and_worst(f"{self._size.name} {name}", ratios)
         return found
@@ -81,14 +105,15 @@ class Ratios:
         """Return the aims of some of them."""
         size = self._size.name
         aims = {f"{size} late heartbeats": 0.0}
-        for decision, means in _MEAN.items():
-            if size in means:
-                aims[f"{size} {decision}, latency: latency mean"] = means[size]
+        for way in (_named("planned", "latency", apart) for apart in (0.0, _APART)):
+            aims[f"{size} {way}: latency mean"] = _LATENCY[size]
+            if size in _WORST:
+                aims[f"{size} {way}: latency worst"] = _WORST[size]
         if size in _MAKESPAN:
-            aims[f"{size} planned, latency: latency worst"] = _WORST
             aims[f"{size} planned, makespan: makespan mean"] = _MAKESPAN[size]
         if size == _LARGE:
-            aims[f"{size} planned, processor time until assigned [s]"] = _PLANNED
+            del aims[f"{size} {_named('planned', 'latency', _APART)}: latency mean"]
+            aims[f"{size} planned, latency, processor time until assigned [s]"] = _PLANNED
         return aims
 
 
@@ -128,7 +153,9 @@ def _instances(size: Size, floor: Floor) -> Iterator[tuple[Places, str, Mapping[
         drawn = Places.draw(floor, size.robots, size.tasks, [seed + number])
         for kind in KINDS:
             instance = drawn.instance(kind)
-            known = {each: best_of(instance, each)[1] for each in ("latency", "makespan")}
+            known = {
+                each: best_of(instance, each)[1] for each in ("latency", "makespan", "energy")
+            }
             yield drawn, kind, known
 
 
@@ -139,8 +166,14 @@ def _measure(
     large = size.name == _LARGE
     if large and kind != KINDS[0]:
         return
-    for decision in ("planned",) if large else DECISIONS:
-        for cost_model in ("latency",) if large else ("latency", "makespan"):
-            settings = BlackboardSettings(decision=decision, improve_by=measure_for(cost_model))
-            run = run_hive(drawn, kind, cost_model, settings)
-            ratios.add_run(decision, cost_model, run, best)
+    for decision, cost_model, apart in _WAYS:
+        if large and (decision, cost_model, apart) != ("planned", "latency", 0.0):
+            continue
+        settings = BlackboardSettings(decision=decision, improve_by=measure_for(cost_model))
+        posted = [apart * number for number in range(size.tasks)]
+        run = run_hive(drawn, kind, cost_model, settings, posted)
+        ratios.add_run(_named(decision, cost_model, apart), run, best)
+
+
+def _named(decision: str, cost_model: str, apart: float) -> str:
+    return f"{decision}, {cost_model}{f', {1000 * apart:.0f} ms apart' if apart else ''}"

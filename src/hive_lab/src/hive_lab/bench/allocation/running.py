@@ -7,6 +7,7 @@ message, and a drive takes as long as its path is long at 1 m/s.
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from dataclasses import dataclass, replace
@@ -102,6 +103,9 @@ class Run:
         makespan: Time until all were done [s].
         late_beats: Heartbeats that came later than twice their period after the one before.
         first: Time from posting to the first assignment of each task [s].
+        way: What all robots have driven [m].
+        given: How often tasks were given to a robot; at least once each.
+        returned: How many tasks went back to a robot that they had left.
         processor: Time that the processor took, for all members, from the first posting until
             every task was assigned once [s].
     """
@@ -110,6 +114,9 @@ class Run:
     makespan: float
     late_beats: int
     first: Floats
+    way: float
+    given: int
+    returned: int
     processor: float
 
 
@@ -134,8 +141,9 @@ def run_hive(
     """
     table = TabledLengths(*places.table)
     hive = Hive(settings, path_lengths=table)
+    drives: list[float] = []
     for number, pose in enumerate(places.robots):
-        _add_robot(hive, f"robot{number + 1}", pose, cost_model, table)
+        _add_robot(hive, f"robot{number + 1}", pose, cost_model, table, drives)
     hive.network.run(1.0)
     began = hive.network.now
     tasks = _tasks(places, kind)
@@ -143,6 +151,7 @@ def run_hive(
     at = {task.id: began + when for task, when in zip(tasks, times, strict=True)}
     ended: dict[str, float] = {}
     assigned: dict[str, float] = {}
+    takers: dict[str, list[str]] = {}
     beats: list[float] = []
     took = [math.inf]
     began_work = time.process_time()
@@ -152,6 +161,7 @@ def run_hive(
             ended.setdefault(update.task_id, hive.network.now)
         elif update.state is TaskState.ASSIGNED:
             assigned.setdefault(update.task_id, hive.network.now)
+            takers.setdefault(update.task_id, []).append(update.robot_id)
             if len(assigned) == len(tasks) and math.isinf(took[0]):
                 took[0] = time.process_time() - began_work
 
@@ -168,7 +178,15 @@ def run_hive(
     gaps = np.diff(beats)
     late = int((gaps > 2 * RaftSettings().heartbeat).sum())
     first = np.array([assigned.get(task.id, math.inf) - at[task.id] for task in tasks])
-    return Run(done, last, late, first, took[0])
+    chains = [_without_repeats(each) for each in takers.values()]
+    returned = sum(len(chain) > len(set(chain)) for chain in chains)
+    given = sum(map(len, chains))
+    return Run(done, last, late, first, sum(drives), given, returned, took[0])
+
+
+def _without_repeats(names: Sequence[str]) -> list[str]:
+    """Return names without those that only repeat the one before."""
+    return [name for name, _ in itertools.groupby(names)]
 
 
 def _tasks(places: Places, kind: str) -> list[Task]:
@@ -178,13 +196,21 @@ def _tasks(places: Places, kind: str) -> list[Task]:
     return [Task(f"T{n}", TaskType.GAB, pair) for n, pair in enumerate(pairs)]
 
 
-def _add_robot(hive: Hive, name: str, pose: Pose, cost_model: str, table: TabledLengths) -> None:
+def _add_robot(
+    hive: Hive,
+    name: str,
+    pose: Pose,
+    cost_model: str,
+    table: TabledLengths,
+    drives: list[float],
+) -> None:
     robot = hive.add_robot(name, pose, _ROBOT, path_lengths=table, cost_model=cost_model)
     command = hive.commands[name]
 
     def duration(step: TaskStep) -> float:
         here = robot.status.pose
         whole = table.length(here, step.goal)
+        drives.append(whole)
         if whole > 0.0:
             _drive(hive, lambda: command.running is step, robot.set_pose, table, here, step, whole)
         return whole / SPEED
