@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Robots that share a process do tasks, and look from outside like robots that do not."""
 
+import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -88,3 +90,31 @@ def test_the_robots_share_one_process():
 
     speakers = {node for name, nodes in publishers for node in nodes if name.endswith("cmd_vel")}
     assert speakers == {"/robot_host_1"}
+
+
+def searches():
+    """Return the ids of the processes under this master that search for plans."""
+    master = f"ROS_MASTER_URI={os.environ['ROS_MASTER_URI']}".encode()
+    found = set()
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (process / "cmdline").read_bytes().split(b"\0")
+            if b"blackboard.auction.search.worker" not in words:
+                continue
+            if master in (process / "environ").read_bytes().split(b"\0"):
+                found.add(int(process.name))
+        except OSError:  # it has ended meanwhile
+            continue
+    return found
+
+
+def test_a_burst_is_planned_in_a_process_that_is_started_again_when_it_was_killed(operator):
+    (search,) = searches()
+    os.kill(search, signal.SIGKILL)
+    burst = ("B1", "B2", "B3")
+    for number, name in enumerate(burst):
+        operator.post(task(name, TaskMsg.GA, (4.0 + number, 4.0, 0.0)))
+
+    assert {operator.follow(name).robot_id for name in burst} <= set(ROBOTS)
+    assert len(searches() - {search}) == 1
+    assert operator.collisions == 0
