@@ -214,18 +214,22 @@ def test_the_cost_of_a_plan_is_what_its_lists_take(instance, name):
 def test_a_task_that_another_robot_has_moves_only_for_more_than_a_move_counts():
     instance = on_a_road([0.0, 10.0], [4.0])
 
-    assert found(instance, "latency", ((), (0,)), move=1.0).plan == ((0,), ())
-    assert found(instance, "latency", ((), (0,)), move=3.0).plan == ((), (0,))
+    moved, kept = (found(instance, "latency", ((), (0,)), move=move) for move in (1.0, 3.0))
+
+    assert (moved.plan, moved.before, moved.after) == (((0,), ()), 6.0, 5.0)
+    assert (kept.plan, kept.before, kept.after) == (((), (0,)), 6.0, 6.0)
 
 
 def test_a_list_that_a_robot_cannot_finish_with_its_charge_is_refused():
-    whole = on_a_road([0.0, 30.0], [10.0, 20.0]).problem()
-    problem = replace(whole, most=np.array([15.0, 12.0]))
+    whole = on_a_road([0.0, 30.0], [10.0, 12.0]).problem()
     nothing = ((), ())
 
-    plan = search(Job(problem, nothing, "waiting", 0.0, 1, 200, np.inf, np.inf)).plan
+    plans = [
+        search(Job(problem, nothing, "waiting", 0.0, 1, 200, np.inf, np.inf)).plan
+        for problem in (whole, replace(whole, most=np.array([11.0, 40.0])))
+    ]
 
-    assert plan == ((0,), (1,))
+    assert plans == [((0, 1), ()), ((0,), (1,))]
 
 
 def test_the_search_ends_early_where_little_time_is_to_be_won():
