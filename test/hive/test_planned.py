@@ -104,6 +104,39 @@ def test_a_task_that_comes_while_robots_work_is_put_where_it_adds_least():
     assert first_order(hive, "T5") == "robot2"
 
 
+def begun_alone(kind, pause):
+    """Return a robot's list: a long task comes alone, and two short ones after a pause [s]."""
+    hive = fleet(0.0)
+    hive.post(Task("T1", kind, (Pose(100.0, 0.0),)))
+    hive.network.run(pause)
+    assert hive.updates("T1")[-1].state is TaskState.STARTED
+    hive.post(go(2, 5.0), go(3, 6.0))
+    hive.network.run(1.0)
+    assert hive.record("T1").tried == ()
+    return hive
+
+
+def test_a_task_that_was_given_out_alone_a_moment_before_a_burst_is_planned_with_it():
+    hive = begun_alone(TaskType.GA, 0.05)
+
+    assert hive.robots["robot1"].status.tasks == ("T2", "T3", "T1")
+    hive.network.run(60.0)
+    assert hive.all_ended("T1", "T2", "T3")
+    assert sum(update.state is TaskState.DONE for update in hive.updates("T1")) == 1
+
+
+def test_a_task_that_a_robot_has_begun_for_longer_stays_where_it_is():
+    hive = begun_alone(TaskType.GA, 0.3)
+
+    assert hive.robots["robot1"].status.tasks[0] == "T1"
+
+
+def test_a_task_for_an_arm_that_was_begun_stays_where_it_is():
+    hive = begun_alone(TaskType.GPA, 0.05)
+
+    assert hive.robots["robot1"].status.tasks[0] == "T1"
+
+
 def test_where_the_search_fails_tasks_are_auctioned_and_the_log_says_so(monkeypatch):
     monkeypatch.setattr(
         InlineSearcher,

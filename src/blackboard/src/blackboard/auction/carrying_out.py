@@ -49,7 +49,7 @@ def steps_to(
             continue
         if place.record.state is TaskState.WAITING:
             awards.append(_bid(place))
-        elif place.record.robot != place.robot:
+        elif place.record.robot != place.robot or _is_put_behind(place):
             moves.append(Move((place.record,), _bid(place), (), place.place))
         else:
             kept[place.robot].append(place)
@@ -61,6 +61,11 @@ def steps_to(
     ]
     places = {place.record.task.id: place.place for place in planned.places}
     return Steps(tuple(awards), places, tuple(moves), tuple(reorders))
+
+
+def _is_put_behind(place: Place) -> bool:
+    """Return whether a robot that has just begun a task is to do others first."""
+    return place.record.state is TaskState.STARTED and place.place > 1
 
 
 def _bid(place: Place) -> Bid:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from blackboard.auction.search.planner import Planned, planned
 from blackboard.auction.search.searcher import Job
 from blackboard.auction.search.survey import Surveyed, survey
+from blackboard.auction.step import MOMENT
 from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
@@ -28,9 +29,6 @@ TICK = 0.0125
 
 SLICE = 0.010
 """Processor time of a slice [s]: nothing else in the process waits for longer."""
-
-MOMENT = 0.1
-"""A task that comes within this time after another belongs to the same burst [s]."""
 
 HOLD = 2.0
 """The tasks of a burst are gathered for at most this long after the first of them came [s]."""

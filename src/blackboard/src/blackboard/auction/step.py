@@ -16,7 +16,7 @@ from blackboard.auction.auction import Auction, Result
 from blackboard.auction.carrying_out import steps_to
 from blackboard.auction.transfers import Transfers
 from blackboard.domain.record import Broadcast
-from blackboard.domain.task import MAX_PRIORITY, TaskState
+from blackboard.domain.task import MAX_PRIORITY, TaskState, TaskType
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -61,6 +61,8 @@ class AuctionState:
     plans: bool = False
     # Tasks that are auctioned all the same: a plan has found no robot for them.
     unplanned: frozenset[str] = frozenset()
+    # Tasks that were given out alone a moment ago: a burst that begins with one plans it, too.
+    fresh: frozenset[str] = frozenset()
     call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))  # the last call for bids
     # Epoch and number of the auction that was dropped last; late bids on it are no error.
     dropped: tuple[int, int] = (0, 0)
@@ -92,6 +94,7 @@ class Signal(Enum):
     TRANSFER_TIMEOUT = auto()  # the wait for tasks that are to be handed back is over
     STEPPED_DOWN = auto()  # this blackboard no longer leads
     PLAN_AGAIN = auto()  # tasks have come while a plan was made
+    MOMENT_OVER = auto()  # what was given out alone belongs to no burst
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +146,9 @@ class ReallocationDue:
 
     held: tuple[TaskRecord, ...]
 
+
+MOMENT = 0.1
+"""A task that comes within this time after another belongs to the same burst [s]."""
 
 Event = (
     Signal
@@ -252,6 +258,8 @@ def _follow(state: AuctionState, signal: Signal, view: View) -> Step:
         state = replace(_unparked(state), is_stale=True)
     elif signal is Signal.PLAN_AGAIN and state.is_planning:
         return _next_round(state, (), view)
+    elif signal is Signal.MOMENT_OVER and (state.auction is None or not state.auction.is_for_plan):
+        return replace(state, fresh=frozenset()), []
     return _open(state, view)
 
 
@@ -438,6 +446,9 @@ def _close_round(state: AuctionState, view: View) -> Step:
     reallocation = state.reallocation.resume() if result.awards else state.reallocation
     state = replace(state, auction=auction, transfers=transfers, reallocation=reallocation)
     state, effects = _settle(state, result)
+    if state.plans and result.awards:
+        state = replace(state, fresh=frozenset(bid.task_id for bid in result.awards))
+        effects = [SetTimer(Signal.MOMENT_OVER, MOMENT), *effects]
     return state, [stop, *effects]
 
 
@@ -489,14 +500,24 @@ def _make_plan(state: AuctionState, auction: Auction, view: View) -> Step:
     records = tuple(
         record
         for record in view.records.values()
-        if record.state in {TaskState.WAITING, TaskState.ASSIGNED}
+        if (record.state in {TaskState.WAITING, TaskState.ASSIGNED} or _is_fresh(state, record))
         and not record.parts
         and record.task.id not in left_out
-        and (record.state is TaskState.ASSIGNED or record.task.priority < MAX_PRIORITY)
+        and (record.state is not TaskState.WAITING or record.task.priority < MAX_PRIORITY)
     )
     bases = {robot: each for robot, each in auction.bases.items() if robot in view.in_service}
     number = (auction.epoch, auction.number, auction.round)
     return state, [MakePlan(bases, records, auction.reallocates, number)]
+
+
+def _is_fresh(state: AuctionState, record: TaskRecord) -> bool:
+    """Return whether a task that a robot has just begun may still go elsewhere.
+
+    A robot with an arm may soon have its load on board.
+    """
+    is_new = record.task.id in state.fresh and record.step == 0
+    picks = TaskType(record.task.type).picks
+    return is_new and record.state is TaskState.STARTED and not picks
 
 
 def _follow_plan(state: AuctionState, planned: Planned, view: View) -> Step:
@@ -511,6 +532,7 @@ def _follow_plan(state: AuctionState, planned: Planned, view: View) -> Step:
     state = replace(
         state,
         unplanned=state.unplanned | left,
+        fresh=frozenset(),
         reallocation=state.reallocation.resume(),
     )
     effects: list[Effect] = [Reorder(*each) for each in steps.reorders]

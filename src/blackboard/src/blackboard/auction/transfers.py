@@ -96,12 +96,15 @@ class Transfers:
         pending: list[Exchange] = []
         moves: list[Move] = []
         for exchange in self.exchanges:
-            states = {_state(get, record) for move in exchange for record in move.records}
+            records = [record for move in exchange for record in move.records]
+            states = {_state(get, record) for record in records}
             if any(move.taker.robot_id not in in_service for move in exchange):
                 continue
             if states == {TaskState.WAITING}:
                 moves += exchange
-            elif states <= {TaskState.ASSIGNED, TaskState.WAITING}:
+            elif all(
+                _state(get, record) in {record.state, TaskState.WAITING} for record in records
+            ):
                 pending.append(exchange)
         return replace(self, exchanges=tuple(pending)), moves
 

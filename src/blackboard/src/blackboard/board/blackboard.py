@@ -99,7 +99,7 @@ class Blackboard:
             settings,
             in_service=self._presence.in_service,
             last=self._presence.last,
-            recall=lambda record: self._orders.send(record, OrderKind.HAND_BACK_UNBEGUN),
+            recall=self._recall,
             reorder=self._orders.give,
             carry_out=self._carry_out,
             central=None if settings.decision == "distributed" else central,
@@ -140,6 +140,11 @@ class Blackboard:
             timer.cancel()
         self._timers = []
         self._auctioneer.retire()
+
+    def _recall(self, record: TaskRecord) -> None:
+        """Ask a robot to hand a task back; one that has begun since keeps it."""
+        begun = record.state is TaskState.STARTED
+        self._orders.send(record, OrderKind.HAND_BACK if begun else OrderKind.HAND_BACK_UNBEGUN)
 
     def _retry(self) -> None:
         self._auctioneer.handle(Signal.FLEET_CHANGED)

@@ -19,7 +19,7 @@ from blackboard.costing.effort import Effort, Job, Predictor, charge_to_reach
 from blackboard.costing.insertion import Aging
 from blackboard.costing.pace import Pace, turnings
 from blackboard.domain.battery import Battery
-from blackboard.domain.task import step_to_go_on
+from blackboard.domain.task import TaskState, step_to_go_on
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -42,7 +42,8 @@ class Situation:
 
     Attributes:
         bases: What each robot tells, by its name.
-        records: The tasks that wait, and those that robots have and have not begun.
+        records: The tasks that wait, and those that robots have and have not begun, or have begun
+            just now.
         get: Gives the record of any task.
         path_lengths_for: Gives the path lengths for a robot of a radius [m].
         now: The time on the clock of `Task.posted` [s].
@@ -157,7 +158,8 @@ def _robot(
     ready, fixed, row = Effort(0.0, 0.0, 0.0, basis.pose), 0, []
     for place, (task_id, step) in enumerate(basis.tasks):
         index = number.get(task_id)
-        if index is not None and not (basis.at_work and place == 0):
+        begun = basis.at_work and place == 0
+        if index is not None and (not begun or records[index].state is TaskState.STARTED):
             record = records[index]
             if record.robot == name and step == step_to_go_on(record.task, record.step):
                 row.append(index)
