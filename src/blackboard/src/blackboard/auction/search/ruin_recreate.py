@@ -56,9 +56,10 @@ _ASK_ALL = 24
 changed in the round, those that have the tasks nearest to it, and some at random."""
 _ASK_NEAR, _ASK_MORE = 20, 4
 
-ROUND_TIME, PLACE_TIME = 1.5e-6, 5e-9
-"""Processor time of a round, and of each place that it looks at [s]; measured with 4 to 100 robots
-(docs/benchmarks.md)."""
+ROUND_TIME, PLACE_TIME = 1.8e-6, 6e-9
+"""Processor time of a round, and of each place that it looks at [s], measured with up to 20 robots
+and 100 tasks; tables of 1,000 tasks do not fit into the processor's caches and take up to twice as
+long."""
 
 _BY_CHANCE, _LONG_FIRST = 0.5, 0.75  # shares of the rounds, for the order in which tasks are put
 _URGENT = 1e12  # more than any time [s]
