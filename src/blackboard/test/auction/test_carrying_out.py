@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 from blackboard.auction.carrying_out import steps_to
-from blackboard.auction.search.planner import Place, Planned
+from blackboard.auction.search.planned import Place, Planned
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose

@@ -18,7 +18,7 @@ from blackboard.domain.task import TaskState
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.auction.search.planner import Place, Planned
+    from blackboard.auction.search.planned import Place, Planned
     from blackboard.domain.record import TaskRecord
 
 

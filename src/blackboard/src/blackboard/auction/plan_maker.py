@@ -10,7 +10,7 @@ from __future__ import annotations
 import zlib
 from typing import TYPE_CHECKING
 
-from blackboard.auction.search.planner import Planned, planned
+from blackboard.auction.search.planned import Planned, planned
 from blackboard.auction.search.searcher import Job
 from blackboard.auction.search.survey import Surveyed, survey
 from blackboard.auction.step import MOMENT

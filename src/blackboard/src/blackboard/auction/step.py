@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from blackboard.auction.auction import Bundle
     from blackboard.auction.candidate_selection import CandidateSelection
     from blackboard.auction.reallocation import Reallocation
-    from blackboard.auction.search.planner import Planned
+    from blackboard.auction.search.planned import Planned
     from blackboard.auction.transfers import Move
     from blackboard.costing.bid_basis import BidBasis, Bids
     from blackboard.domain.bid import Bid
