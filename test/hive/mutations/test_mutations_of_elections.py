@@ -152,7 +152,7 @@ CAUGHT_BY = {
     elect_with_half_of_the_members: (1, STORM),
     count_a_vote_however_late: "late vote",
     obey_an_active_one_of_any_epoch: (77, LATE),
-    ignore_epochs: (17, LATE),
+    ignore_epochs: (131, LATE),
     count_when_an_answer_came: (22, LATE),
     go_on_without_a_majority: (0, STORM),
     change_members_without_waiting: (39, CHURN),

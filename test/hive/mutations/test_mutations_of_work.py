@@ -140,7 +140,7 @@ CAUGHT_BY = {
     announce_before_a_majority_holds_it: (0, STORM),
     answer_before_writing_to_disk: (375, STORM),
     drop_the_journal: (2, STORM),
-    acknowledge_what_is_missing: (1, STORM),
+    acknowledge_what_is_missing: (0, STORM),
     keep_what_the_new_active_one_lacks: (6, STORM),
     forget_reports_over_a_restart: (45, ANY),
     forget_who_has_reported: (1, STORM),
