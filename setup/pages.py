@@ -58,7 +58,7 @@ PAGES = {
         './hive bench decision --json "$new/decision.json"\n'
         './hive shell -c "python3 -m hive_lab.live.decision_picture '
         "'$new/decision.json' docs/images/decision.png\"",
-        15.0,
+        1.0,
     ),
     "demo": Made(
         ("docs/images/demo.png",),
