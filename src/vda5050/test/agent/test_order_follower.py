@@ -17,6 +17,7 @@ from robot_navigation.control.navigator import Navigator
 from robot_navigation.planning.clearance import ClearanceField
 from robot_navigation.planning.ompl_planner import OmplPlanner
 from robot_navigation.planning.path import Path
+from robot_navigation.planning.planner import PlanError
 from robot_navigation.traffic.neighbourhood import Neighbourhood
 from simenv.testing import SIDE, hall
 from simenv.world.draw_map import draw_map
@@ -179,6 +180,27 @@ def test_an_agv_that_a_new_goal_finds_far_off_the_path_to_it_gets_there():
     while pair.rig.speed < 0.6:
         pair.run(ROUND)
     pair.drive(Pose(2.0, 8.0, 0.0))  # it brakes, and then stands where no path was planned from
+    pair.run(60.0)
+    assert [result.state for result in pair.results] == [CommandState.SUCCEEDED]
+
+
+def test_an_agv_off_its_path_keeps_its_goal_while_no_other_path_is_found(monkeypatch):
+    pair = Pair()
+    pair.run(1.0)
+    pair.drive(Pose(8.5, 2.0, 0.0))
+    while pair.rig.speed < 0.6:
+        pair.run(ROUND)
+    pair.drive(Pose(2.0, 8.0, 0.0))
+    pair.run(ROUND)  # the path begins here, but it comes to a stop farther on
+    plan = pair.planner.plan
+
+    def fail(*_):
+        raise PlanError("something that will go away is in the way", lasting=False)
+
+    monkeypatch.setattr(pair.planner, "plan", fail)
+    pair.run(6.0)
+    assert not pair.results
+    monkeypatch.setattr(pair.planner, "plan", plan)
     pair.run(60.0)
     assert [result.state for result in pair.results] == [CommandState.SUCCEEDED]
 

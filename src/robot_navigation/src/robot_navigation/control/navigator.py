@@ -147,9 +147,8 @@ class Navigator:
     def plan_again(self) -> None:
         """Let go of the path, and plan another one from where the robot is in the next round."""
         self._driver.let_go()
-        if self._moving_aside:
-            self._moving_aside = False
-            self._giving_way.restore()
+        self._moving_aside = False
+        self._giving_way.restore()
         if self._tracker is not None:
             self._tracker.retry_at = -math.inf
 

@@ -217,6 +217,7 @@ class Agv:
         self.follower.may_release = not self._is_unplugging(now)
         tick = navigator.tick(now, pose, NOTHING_SEEN, heard)
         if self.follower.is_off:
+            self.follower.is_off = False
             navigator.plan_again()
         if self.keeper.phase is not Phase.CANCELLING or self._last is None:
             # Until it shows that it has dropped its order it may drive all of its base.
