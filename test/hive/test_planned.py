@@ -137,6 +137,36 @@ def test_a_task_for_an_arm_that_was_begun_stays_where_it_is():
     assert hive.robots["robot1"].status.tasks[0] == "T1"
 
 
+def test_a_burst_that_came_to_nothing_makes_no_task_fresh_for_later_ones():
+    hive = fleet(0.0)
+    hive.commands["robot1"].duration = lambda _: 30.0
+    hive.post(go(1, 100.0))
+    hive.network.run(0.05)
+    hive.post(go(2, 5.0))
+    hive.network.run(0.02)
+    hive.post(go(3, 6.0))
+    hive.network.run(0.06)
+    hive.cancel("T2")
+    hive.cancel("T3")
+    hive.network.run(5.0)
+    hive.post(go(4, 5.0), go(5, 6.0))
+    hive.network.run(1.0)
+
+    assert hive.robots["robot1"].status.tasks[0] == "T1"
+
+
+def test_an_urgent_task_that_was_begun_stays_where_it_is():
+    hive = fleet(0.0, 100.0)
+    hive.post(go(1, 49.0, priority=10))
+    hive.network.run(0.05)
+    hive.post(go(2, 10.0), go(3, 5.0))
+    hive.network.run(1.0)
+
+    assert hive.robots["robot1"].status.tasks[0] == "T1"
+    states = [update.state for update in hive.updates("T1")]
+    assert TaskState.WAITING not in states[states.index(TaskState.STARTED) :]
+
+
 def test_where_the_search_fails_tasks_are_auctioned_and_the_log_says_so(monkeypatch):
     monkeypatch.setattr(
         InlineSearcher,

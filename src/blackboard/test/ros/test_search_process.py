@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The process beside the leader that searches for plans: real processes, no ROS."""
 
+import pickle
 import queue
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -113,3 +116,24 @@ def test_it_ends_when_whoever_started_it_has_ended(searcher):
     searcher.process.stdin.close()
 
     assert searcher.process.wait(timeout=60.0) == 0
+
+
+def test_one_that_was_closed_with_its_program_starts_nothing_more(desk, searcher):
+    searcher.close()
+    searcher.start()
+    searcher.search(job(), desk.warnings.append)
+
+    assert searcher.process is None
+    assert desk.calls.empty()
+
+
+def test_a_process_whose_starter_was_killed_during_a_search_ends_without_a_word():
+    command = [sys.executable, "-m", "blackboard.auction.search.worker"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes) as worker:
+        worker.stdout.close()
+        worker.stdin.write(pickle.dumps(job()))
+        worker.stdin.close()
+
+        assert worker.stderr.read() == b""
+        assert worker.wait(timeout=60.0) == 0

@@ -61,8 +61,10 @@ class AuctionState:
     plans: bool = False
     # Tasks that are auctioned all the same: a plan has found no robot for them.
     unplanned: frozenset[str] = frozenset()
-    # Tasks that were given out alone a moment ago: a burst that begins with one plans it, too.
+    # Tasks that were given out alone a moment ago, and those that were when the plan was begun: a
+    # burst that begins with one plans it, too.
     fresh: frozenset[str] = frozenset()
+    just_begun: frozenset[str] = frozenset()
     call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))  # the last call for bids
     # Epoch and number of the auction that was dropped last; late bids on it are no error.
     dropped: tuple[int, int] = (0, 0)
@@ -258,7 +260,7 @@ def _follow(state: AuctionState, signal: Signal, view: View) -> Step:
         state = replace(_unparked(state), is_stale=True)
     elif signal is Signal.PLAN_AGAIN and state.is_planning:
         return _next_round(state, (), view)
-    elif signal is Signal.MOMENT_OVER and (state.auction is None or not state.auction.is_for_plan):
+    elif signal is Signal.MOMENT_OVER:
         return replace(state, fresh=frozenset()), []
     return _open(state, view)
 
@@ -307,7 +309,8 @@ def _waiting(state: AuctionState, view: View) -> list[TaskRecord]:
 
 def _begin(state: AuctionState, view: View, *, reallocates: bool = False) -> AuctionState:
     number = state.auctions + 1
-    return replace(state, auctions=number, auction=Auction(view.epoch, number, reallocates))
+    auction = Auction(view.epoch, number, reallocates)
+    return replace(state, auctions=number, auction=auction, just_begun=frozenset())
 
 
 def _next_round(state: AuctionState, awards: tuple[Bid, ...], view: View) -> Step:
@@ -324,6 +327,7 @@ def _next_round(state: AuctionState, awards: tuple[Bid, ...], view: View) -> Ste
     planned = _to_plan(state, waiting, view)
     if planned:
         bundles = [(record,) for record in planned]
+        state = replace(state, just_begun=state.just_begun | state.fresh)
         return _ask(state, auction, bundles, robots, awards, view, for_plan=True)
     waiting = _urgent(waiting, state.unplanned) or waiting
     hard = [record for record in waiting if record.task.id in state.hard]
@@ -500,7 +504,7 @@ def _make_plan(state: AuctionState, auction: Auction, view: View) -> Step:
     records = tuple(
         record
         for record in view.records.values()
-        if (record.state in {TaskState.WAITING, TaskState.ASSIGNED} or _is_fresh(state, record))
+        if (record.state in {TaskState.WAITING, TaskState.ASSIGNED} or _may_move(state, record))
         and not record.parts
         and record.task.id not in left_out
         and (record.state is not TaskState.WAITING or record.task.priority < MAX_PRIORITY)
@@ -510,14 +514,14 @@ def _make_plan(state: AuctionState, auction: Auction, view: View) -> Step:
     return state, [MakePlan(bases, records, auction.reallocates, number)]
 
 
-def _is_fresh(state: AuctionState, record: TaskRecord) -> bool:
-    """Return whether a task that a robot has just begun may still go elsewhere.
+def _may_move(state: AuctionState, record: TaskRecord) -> bool:
+    """Return whether a task that a robot has just begun may still go to another place.
 
-    A robot with an arm may soon have its load on board.
+    A robot with an arm may soon have its load on board, and nothing comes before what is urgent.
     """
-    is_new = record.task.id in state.fresh and record.step == 0
-    picks = TaskType(record.task.type).picks
-    return is_new and record.state is TaskState.STARTED and not picks
+    task, is_new = record.task, record.task.id in state.just_begun and record.step == 0
+    is_bound = TaskType(task.type).picks or task.priority == MAX_PRIORITY
+    return is_new and record.state is TaskState.STARTED and not is_bound
 
 
 def _follow_plan(state: AuctionState, planned: Planned, view: View) -> Step:
@@ -532,7 +536,6 @@ def _follow_plan(state: AuctionState, planned: Planned, view: View) -> Step:
     state = replace(
         state,
         unplanned=state.unplanned | left,
-        fresh=frozenset(),
         reallocation=state.reallocation.resume(),
     )
     effects: list[Effect] = [Reorder(*each) for each in steps.reorders]

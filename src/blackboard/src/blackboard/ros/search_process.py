@@ -29,9 +29,12 @@ class SearchProcess:
         self._number = 0
         self.process: subprocess.Popen[bytes] | None = None
         self._threads = ThreadPoolExecutor(1, "search")
+        self._is_closed = False
 
     def start(self) -> None:
         """See `Searcher.start`."""
+        if self._is_closed:
+            return
         if self.process is not None:
             if self.process.poll() is None:
                 return
@@ -54,6 +57,8 @@ class SearchProcess:
         self.start()  # again, if it has ended
         self._number += 1
         number, process = self._number, self.process
+        if self._is_closed:
+            return
 
         def work() -> None:
             found = _ask(process, job) if number == self._number else None
@@ -74,6 +79,7 @@ class SearchProcess:
 
     def close(self) -> None:
         """End for good, with the program."""
+        self._is_closed = True  # the talker's thread may still ask for searches
         self.stop()
         self._threads.shutdown()
 

@@ -24,8 +24,11 @@ def main() -> None:
             job = pickle.load(sys.stdin.buffer)  # noqa: S301  (of the process that started this one)
         except EOFError:
             return
-        pickle.dump(search(job), sys.stdout.buffer)
-        sys.stdout.buffer.flush()
+        found = pickle.dumps(search(job))
+        try:
+            os.write(sys.stdout.fileno(), found)
+        except BrokenPipeError:  # whoever asked was killed meanwhile
+            return
 
 
 if __name__ == "__main__":
