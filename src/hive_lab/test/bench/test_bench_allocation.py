@@ -12,7 +12,7 @@ from hive_lab.bench.allocation.instances import KINDS, SIZES, Places
 from hive_lab.bench.allocation.measure import Ratios
 from hive_lab.bench.allocation.plans import figures, mean_and_worst, searched
 from hive_lab.bench.allocation.reference import OBJECTIVES, best_of, read_best
-from hive_lab.bench.allocation.running import run_hive
+from hive_lab.bench.allocation.running import Run, moves_in, run_hive
 
 
 def test_a_plan_is_told_by_its_way_its_end_and_its_times_to_done():
@@ -85,6 +85,30 @@ def test_a_running_hive_does_every_task_and_none_faster_than_the_optimum(decisio
     assert run.done.mean() >= best - 1e-6
     assert run.done.mean() == pytest.approx(best, abs=2.0)
     assert np.isfinite(run.first).all()
+    assert run.way >= optimum(ROOM.instance(kind), "energy") - 1e-6
+    assert (run.given, run.returned) == (3, 0)
+
+
+def test_tasks_that_move_or_come_back_are_told_for_a_hundred():
+    ratios = Ratios(SIZES[0])
+    best = dict.fromkeys(OBJECTIVES, 10.0)
+    for given, returned in ((10, 0), (14, 1)):
+        ratios.add_run(
+            "planned, latency",
+            Run(np.full(10, 12.0), 20.0, 0, np.zeros(10), 11.0, given, returned, 0.5),
+            best,
+        )
+
+    found = ratios.figures()
+    assert found["3x10 planned, latency, moves per 100 tasks"] == pytest.approx(20.0)
+    assert found["3x10 planned, latency, A-B-A per 100 tasks"] == pytest.approx(5.0)
+    assert found["3x10 planned, latency: energy mean"] == pytest.approx(1.1)
+
+
+def test_only_a_task_that_comes_back_counts_as_returned():
+    chains = [["a", "a", "b"], ["a", "b", "b", "a"], ["c"]]
+
+    assert moves_in(chains) == (2 + 3 + 1, 1)
 
 
 def test_a_hive_is_told_of_each_task_when_it_is_posted():

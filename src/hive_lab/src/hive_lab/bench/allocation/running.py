@@ -24,7 +24,7 @@ from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT, Hive
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -178,15 +178,17 @@ def run_hive(
     gaps = np.diff(beats)
     late = int((gaps > 2 * RaftSettings().heartbeat).sum())
     first = np.array([assigned.get(task.id, math.inf) - at[task.id] for task in tasks])
-    chains = [_without_repeats(each) for each in takers.values()]
-    returned = sum(len(chain) > len(set(chain)) for chain in chains)
-    given = sum(map(len, chains))
-    return Run(done, last, late, first, sum(drives), given, returned, took[0])
+    return Run(done, last, late, first, sum(drives), *moves_in(takers.values()), took[0])
 
 
-def _without_repeats(names: Sequence[str]) -> list[str]:
-    """Return names without those that only repeat the one before."""
-    return [name for name, _ in itertools.groupby(names)]
+def moves_in(takers: Iterable[Sequence[str]]) -> tuple[int, int]:
+    """Return how often tasks were given to a robot, and how many came back to one.
+
+    Args:
+        takers: Of each task, the robots that were told to have it; the same one may be told twice.
+    """
+    chains = [[name for name, _ in itertools.groupby(names)] for names in takers]
+    return sum(map(len, chains)), sum(len(chain) > len(set(chain)) for chain in chains)
 
 
 def _tasks(places: Places, kind: str) -> list[Task]:
