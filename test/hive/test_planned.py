@@ -234,6 +234,24 @@ def test_an_urgent_task_does_not_wait_for_a_plan():
     assert hive.robots["robot1"].status.task_id == "T9"
 
 
+def test_why_a_planned_task_went_to_a_robot_is_noted_with_its_cost_for_each():
+    hive = fleet(0.0, 100.0)
+    hive.add_robot("robot3", Pose(50.0, 0.0), replace(SMALL_ROBOT, payload=1.0))
+    hive.network.run(1.0)
+    tasks = [replace(go(number, x), payload=2.0) for number, x in ((1, 90.0), (2, 10.0))]
+    hive.post(*tasks)
+    hive.network.run(HOLD)
+
+    why = {each.task_id: each for each in hive.decisions}
+    robot1, robot2, robot3 = why["T2"].bids
+    assert why["T2"].winner == "robot1"
+    assert why["T2"].reason.startswith("planned together with 1 other")
+    assert robot1.cost < robot2.cost
+    assert (robot1.terms.place, robot2.terms.place) == (1, 2)
+    assert (robot1.terms.way, robot2.terms.way) == (10.0, pytest.approx(80.0))
+    assert robot3.reason == "carries at most 1 kg, not 2 kg"
+
+
 def test_what_is_planned_when_the_leader_steps_down_is_planned_anew():
     hive = fleet(0.0, 100.0)
     hive.post(go(1, 90.0), go(2, 10.0), go(3, 95.0))

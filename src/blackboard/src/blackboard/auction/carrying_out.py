@@ -50,7 +50,8 @@ def steps_to(
         if place.record.state is TaskState.WAITING:
             awards.append(_bid(place))
         elif place.record.robot != place.robot or _is_put_behind(place):
-            moves.append(Move((place.record,), _bid(place), (), place.place))
+            bids = planned.bids.get(place.record.task.id, ())
+            moves.append(Move((place.record,), _bid(place), bids, place.place))
         else:
             kept[place.robot].append(place)
     reorders = [

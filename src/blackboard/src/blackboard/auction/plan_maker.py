@@ -176,7 +176,7 @@ class PlanMaker:
             return
         if found is not None and surveyed is not None:
             self._has_failed = False
-            self._end(planned(surveyed, found))
+            self._end(planned(surveyed, found, self._measure))
             return
         if not self._has_failed:
             self._has_failed = True

@@ -548,9 +548,15 @@ def _follow_plan(state: AuctionState, planned: Planned, view: View) -> Step:
     if auction.reallocates:
         state, more = _open(replace(state, auction=None), view)
         return state, effects + more
-    reason = f"planned together with {len(planned.places) - 1} others"
-    number = (auction.epoch, auction.number, auction.round)
-    result = Result(steps.awards, (), auction=number, reason=reason, places=steps.places)
+    result = Result(
+        steps.awards,
+        (),
+        planned.bids,
+        auction.missing,
+        (auction.epoch, auction.number, auction.round),
+        planned.reason,
+        steps.places,
+    )
     return state, [*effects, CarryOut(result)]
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.costing.bid_basis import BidBasis, Bids
@@ -78,26 +79,16 @@ class Bidder:
 
     def _refuse(self, bundle: Bundle, reason: str, exclusion: Exclusion) -> Bid:
         task, _ = bundle[0]
-        return Bid(
-            self._robot_id,
-            task.id,
-            MAX_COST,
-            reason=reason,
-            most_payload=self._characteristics.most_payload(TaskType(task.type)),
-            exclusion=exclusion.value,
-            size=len(bundle),
-        )
+        bid = refused(self._robot_id, self._characteristics, task, reason, exclusion)
+        return replace(bid, size=len(bundle))
 
     def _bid(self, bundle: Bundle, here: Pose, route: Route, *, at_work: bool) -> Bid:
         for task, _ in bundle:
             if reason := self._characteristics.excludes(task):
-                does_such = TaskType(task.type) in self._characteristics.capabilities
-                exclusion = Exclusion.PAYLOAD if does_such else Exclusion.TYPE
-                return self._refuse(bundle, reason, exclusion)
+                return self._refuse(bundle, reason, exclusion_of(self._characteristics, task))
         best = route.best_insertion(*bundle)
         if not math.isfinite(best.before.distance + best.effort.distance):
-            radius = self._characteristics.radius
-            reason = f"finds no path there from {best.before.end} for its radius of {radius:.2f} m"
+            reason = no_path(self._characteristics, best.before.end)
             return self._refuse(bundle, reason, Exclusion.WAY)
         charge_left = self._battery.charge_left - self._battery.charge_for(best.before.energy)
         charge = self._battery.charge_for(best.effort.energy)
@@ -145,6 +136,31 @@ class Bidder:
         terms = interruption(task, step, under_way, here, predictor, self._battery)
         share = (terms.charge_left - terms.energy_charge) / self._battery.capacity
         return min(self._model.cost(terms), MAX_COST) if share >= CHARGE_TOLERANCE else MAX_COST
+
+
+def refused(
+    robot_id: str, body: RobotCharacteristics, task: Task, reason: str, exclusion: Exclusion
+) -> Bid:
+    """Return the bid of a robot that does not take a task."""
+    most = body.most_payload(TaskType(task.type))
+    return Bid(
+        robot_id,
+        task.id,
+        MAX_COST,
+        reason=reason,
+        most_payload=most,
+        exclusion=exclusion.value,
+    )
+
+
+def exclusion_of(body: RobotCharacteristics, task: Task) -> Exclusion:
+    """Return why a robot of this model never does such a task; see `excludes`."""
+    return Exclusion.PAYLOAD if TaskType(task.type) in body.capabilities else Exclusion.TYPE
+
+
+def no_path(body: RobotCharacteristics, start: Pose) -> str:
+    """Return in words that a robot of this model finds no path from a pose."""
+    return f"finds no path there from {start} for its radius of {body.radius:.2f} m"
 
 
 def bids_from(

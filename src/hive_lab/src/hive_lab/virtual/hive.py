@@ -219,7 +219,8 @@ class Hive:
     """A blackboard and some robots on one network.
 
     By default the network loses nothing, and the blackboard's distances are straight lines.
-    `talkers`, `robots` and `commands` (one for each robot) are by name.
+    `talkers`, `robots` and `commands` (one for each robot) are by name; `decisions` holds what
+    the blackboard has decided, oldest first.
     """
 
     def __init__(
@@ -235,7 +236,9 @@ class Hive:
         self._read = 0
         self._updates: dict[str, list[TaskUpdate]] = defaultdict(list)
         self._list: TaskList | None = None
-        start_blackboard(self._talker("blackboard"), path_lengths, settings)
+        self.decisions: list[Decision] = []
+        talker = self._talker("blackboard")
+        start_blackboard(talker, path_lengths, settings, self.decisions.extend)
 
     def add_robot(
         self,

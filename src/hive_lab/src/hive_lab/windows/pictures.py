@@ -158,7 +158,7 @@ def _picture_windows(studio: Studio[FleetWindow], desk: Desk) -> None:
     window.appear(Appearance.DARK)
     studio.take(window, "fleet_manager_dark")
     window.appear(Appearance.LIGHT)
-    # Tasks that the leader has planned together have no bids to show.
+    # What the leader has planned together is not heard, but read from the files of the members.
     open_tasks = [name for name, row in desk.hive.tasks.items() if row.is_open]
     shown = max(open_tasks, key=lambda name: len(desk.hive.bid_book.bids(name)))
     details = TaskDetails(desk, shown, window)

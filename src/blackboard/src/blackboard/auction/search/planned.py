@@ -7,12 +7,26 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from blackboard.auction.search.explained import explained
+from blackboard.costing.cost import LATEST_COUNT
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from blackboard.auction.search.searcher import Found
     from blackboard.auction.search.survey import Surveyed
+    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
+
+
+_GAINS = {
+    "waiting": "takes {:.0%} less waiting",
+    "makespan": "ends {:.0%} earlier",
+    "way": "takes {:.0%} less energy",
+}
+"""What a plan gains, by the names of `costing.cost.MEASURES`."""
+
+_NOTABLE = 0.995  # a smaller gain is not told
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +56,8 @@ class Planned:
         before: The measure of the lists as they were; infinite if something was on none.
         after: The measure of the plan, and what its moves cost.
         was: The lists as they were, by robot.
+        bids: What each task that another robot gets would cost each robot, by the id of the task.
+        reason: Why tasks go where they go, in words.
     """
 
     places: tuple[Place, ...] = ()
@@ -49,6 +65,8 @@ class Planned:
     before: float = 0.0
     after: float = 0.0
     was: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    bids: Mapping[str, tuple[Bid, ...]] = field(default_factory=dict)
+    reason: str = ""
 
     @property
     def gain(self) -> float:
@@ -58,8 +76,8 @@ class Planned:
         return (self.before - self.after) / self.before if self.before > self.after else 0.0
 
 
-def planned(surveyed: Surveyed, found: Found) -> Planned:
-    """Return the plan that a search has found."""
+def planned(surveyed: Surveyed, found: Found, measure: str) -> Planned:
+    """Return the plan that a search has found; `measure` is the name of what it makes small."""
     places = tuple(
         Place(surveyed.records[task], surveyed.robots[robot], place, eta)
         for robot, row in enumerate(found.plan)
@@ -74,4 +92,16 @@ def planned(surveyed: Surveyed, found: Found) -> Planned:
         robot: tuple(surveyed.records[task].task.id for task in row)
         for robot, row in zip(surveyed.robots, surveyed.plan, strict=True)
     }
-    return Planned(places, left, found.before, found.after, was)
+    bids = explained(surveyed, found)
+    reason = _reason(len(places) - 1, found, measure)
+    return Planned(places, left, found.before, found.after, was, bids, reason)
+
+
+def _reason(others: int, found: Found, measure: str) -> str:
+    """Return in words with how many others a task was planned, and what that gains."""
+    ratio = found.after / found.auctioned if found.auctioned > 0.0 else 1.0
+    if measure == "makespan":
+        ratio = ratio ** (1.0 / LATEST_COUNT)
+    words = f"planned together with {others} other{'s' * (others != 1)}"
+    gain = _GAINS[measure].format(1.0 - ratio)
+    return f"{words}, which {gain} than by auction" if ratio < _NOTABLE else words

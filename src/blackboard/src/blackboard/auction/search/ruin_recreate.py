@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from blackboard.auction.search.offers import OFFER_TIME, offers_for
 from blackboard.auction.search.searcher import Found
 from blackboard.costing.cost import LATEST_COUNT
 from hive_common.compiled import compiled
@@ -111,7 +112,7 @@ def search(job: Job) -> Found:
     length = np.array([len(listed) for listed in job.plan], dtype=np.int64)
     if goal == WAY:
         move *= _power_of(problem)
-    lists, lengths, before, after, spent = _search(
+    lists, lengths, before, auctioned, after, spent = _search(
         goal,
         problem.kind.astype(np.int64),
         np.ascontiguousarray(problem.leg),
@@ -133,7 +134,10 @@ def search(job: Job) -> Found:
         job.share,
     )
     rows = zip(lists.tolist(), lengths.tolist(), strict=True)
-    return Found(tuple(tuple(row[:count]) for row, count in rows), before, after, spent)
+    plan = tuple(tuple(row[:count]) for row, count in rows)
+    offers = offers_for(problem, plan, job.measure)
+    spent += OFFER_TIME * robots * tasks
+    return Found(plan, before, auctioned, after, spent, offers)
 
 
 def _power_of(problem: Problem) -> float:
@@ -507,7 +511,7 @@ _FLOATS_3, _FLOATS_2 = "float64[:, :, ::1]", "float64[:, ::1]"
 
 
 @compiled(
-    "Tuple((int64[:, ::1], int64[::1], float64, float64, float64))("
+    "Tuple((int64[:, ::1], int64[::1], float64, float64, float64, float64))("
     f"int64, int64[::1], {_FLOATS_3}, {_FLOATS_2}, {_FLOATS_3}, {_FLOATS_2}, float64[::1],"
     " float64[::1], float64[::1], int64[::1], boolean[:, ::1], float64, int64[:, ::1],"
     " int64[:, ::1], int64[::1], int64, int64, float64, float64)"
@@ -532,7 +536,7 @@ def _search(
     rounds: int,
     seconds: float,
     share: float,
-) -> tuple[Numbers, Numbers, float, float, float]:
+) -> tuple[Numbers, Numbers, float, float, float, float]:
     """See `search`."""
     np.random.seed(seed)  # noqa: NPY002
     robots, tasks = len(kind), len(weight)
@@ -559,9 +563,10 @@ def _search(
         _renew(facts, lists, robot)
     before = lists.cost.sum() if length.sum() == tasks else np.inf
     left, looked = _auction(facts, lists)
+    auctioned = lists.cost.sum()
     seconds = min(seconds, share * _mean_time(lists))
     best, lengths, spent = _improve(facts, lists, left, rounds, seconds)
     lists.order[:], lists.length[:] = best, lengths
     for robot in range(robots):
         _renew(facts, lists, robot)
-    return best, lengths, before, lists.cost.sum(), spent + PLACE_TIME * looked
+    return best, lengths, before, auctioned, lists.cost.sum(), spent + PLACE_TIME * looked

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from blackboard.auction.search.offers import Offers
     from blackboard.auction.search.problem import Plan, Problem
 
 
@@ -41,14 +42,18 @@ class Found(NamedTuple):
     Attributes:
         plan: The best lists.
         before: Cost of the lists as they were; infinite if a task was on none.
+        auctioned: Cost if what is on no list is auctioned, one task after the other.
         after: Cost of the plan.
         spent: Processor time [s], as it is counted.
+        offers: What each task takes each robot, by the plan.
     """
 
     plan: Plan
     before: float
+    auctioned: float
     after: float
     spent: float
+    offers: Offers
 
 
 class Searcher(Protocol):

@@ -65,6 +65,13 @@ class Surveyed:
         records: The tasks.
         plan: The robots' lists as they are.
         fixed: (robots,) how many tasks each does before, which stay where they are.
+        ready: (robots,) what each does before anything that is planned.
+        lengths: (robots,) arrays of (tasks + robots, tasks): the path from the end of each task,
+            and from where each robot becomes free, to the beginning of each task [m].
+        own_lengths: (robots,) arrays of (tasks,): the path from where a task begins to its end
+            [m].
+        left_out: Robots that tell that they take nothing, each with what it told.
+        bases: What each of the other robots told.
     """
 
     problem: Problem
@@ -72,6 +79,11 @@ class Surveyed:
     records: Sequence[TaskRecord]
     plan: Plan
     fixed: Sequence[int]
+    ready: Sequence[Effort]
+    lengths: Sequence[Floats]
+    own_lengths: Sequence[Floats]
+    left_out: Mapping[str, BidBasis]
+    bases: Mapping[str, BidBasis]
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,6 +207,7 @@ class _Figures:
     leg_draw: Floats
     own: Floats
     own_draw: Floats
+    own_length: Floats
 
 
 def _figures(
@@ -210,7 +223,10 @@ def _figures(
     draws, times = predictor.legs(lengths, delays, turning, forces)
     own = np.array([rest.duration for rest in rests])
     own_draw = np.array([rest.energy for rest in rests])
-    return _Figures(_spaced(times), _spaced(draws), np.append(own, 0.0), np.append(own_draw, 0.0))
+    own_length = np.array([rest.distance for rest in rests])
+    return _Figures(
+        _spaced(times), _spaced(draws), np.append(own, 0.0), np.append(own_draw, 0.0), own_length
+    )
 
 
 def _spaced(table: Floats) -> Floats:
@@ -252,7 +268,18 @@ def _surveyed(
     problem = replace(problem, most=most)
     names = [robot.name for robot in robots]
     plan = tuple(robot.row for robot in robots)
-    return Surveyed(problem, names, records, plan, [robot.fixed for robot in robots])
+    return Surveyed(
+        problem,
+        names,
+        records,
+        plan,
+        [robot.fixed for robot in robots],
+        [robot.ready for robot in robots],
+        [tables[id(robot.lengths)][0] for robot in robots],
+        [made[index].own_length for index in kind],
+        {name: each for name, each in situation.bases.items() if name not in names},
+        {robot.name: robot.basis for robot in robots},
+    )
 
 
 def _able(robot: _Robot, records: Sequence[TaskRecord]) -> list[bool]:
