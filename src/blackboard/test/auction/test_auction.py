@@ -38,7 +38,7 @@ def auction(*records, expected=("robot1", "robot2")):
 
 def next_round(round_, records, *asked):
     """Return an auction in its next round, in which each task is offered alone."""
-    return round_.next_round([(each,) for each in records], frozenset(asked), frozenset(asked))
+    return round_.next_round(records, frozenset(asked), frozenset(asked))
 
 
 def bid_in(round_, *answers):
@@ -319,20 +319,6 @@ def test_a_bid_on_a_task_that_is_not_offered_is_refused():
 
     assert re.search("robot1 bids on 'T9': not offered", refusal)
     assert not winners(round_)
-
-
-def test_a_bid_on_a_part_of_a_bundle_is_refused():
-    bundle = (record("T1"), record("T2"), record("T3"))
-    robot = frozenset({"robot1"})
-    round_ = Auction(epoch=1, number=1).next_round([bundle], robot, robot)
-    whole = Bid("robot1", "T1", 5.0, eta=1.0, size=3)
-
-    round_, refusal = round_.hear(answer("robot1", T1=5.0))
-
-    assert re.search("bids on 1 tasks from T1 on; offered as one are 3", refusal)
-    round_ = bid_in(round_, Bids("robot1", 1, 1, (whole,)))
-
-    assert round_.offers() == [(bundle, [whole])]
 
 
 def test_bids_without_a_robot_are_refused():

@@ -70,15 +70,6 @@ def test_a_call_to_many_robots_stays_until_half_of_it_is_awarded():
     assert names(selection.offers(records, 6, {"T2"})) == names(records[:4])
 
 
-@pytest.mark.parametrize(("robots", "bundles"), [(1, 10), (10, 10), (20, 5), (50, 5), (2, 10)])
-def test_a_reallocation_asks_for_no_more_bids_than_a_call_may(robots, bundles):
-    assert CandidateSelection(10, 4, 100).max_bundles(robots) == bundles
-
-
-def test_at_least_two_robots_offer_at_a_time():
-    assert CandidateSelection(100, 4, 4).max_bundles(50) == 2
-
-
 def test_a_more_urgent_task_is_offered_at_once():
     records = [record("T1"), record("T2", 5), record("T3"), record("T4", 5), record("T5", 9)]
     selection = CandidateSelection(100, 2, 100)

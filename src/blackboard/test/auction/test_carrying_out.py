@@ -3,8 +3,11 @@
 
 from dataclasses import replace
 
+import pytest
+
 from blackboard.auction.carrying_out import steps_to
 from blackboard.auction.search.planned import Place, Planned
+from blackboard.domain.bid import MAX_COST, Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -19,14 +22,21 @@ def record(name, robot=""):
     return TaskRecord(task, state, robot)
 
 
-def planned(*places, was=None):
-    """Return a plan of (record, robot, place)."""
-    return Planned(tuple(Place(*each, eta=5.0) for each in places), was=was or {})
+def planned(*places, was=None, cost=50.0):
+    """Return a plan of (record, robot, place), in which every task costs as much."""
+    bids = [Bid(robot, each.task.id, cost, eta=5.0) for each, robot, _ in places]
+    return Planned(tuple(map(Place, *zip(*places, strict=True), bids)), was=was or {})
 
 
-def steps(plan, in_service=FLEET):
+def steps(plan, in_service=FLEET, others=None, **how):
     """Return what a plan asks for if nothing has changed since."""
-    return steps_to(plan, {each.record.task.id: each.record for each in plan.places}, in_service)
+    records = {each.record.task.id: each.record for each in plan.places}
+    return steps_to(plan, records, in_service, others or {}, **how)
+
+
+def bids(robot, **costs):
+    """Return the bids of a robot that bids itself."""
+    return {robot: {task_id: Bid(robot, task_id, cost) for task_id, cost in costs.items()}}
 
 
 def test_what_waits_is_awarded_at_its_place():
@@ -41,7 +51,7 @@ def test_what_waits_is_awarded_at_its_place():
 def test_what_another_robot_has_is_moved():
     found = steps(planned((record("T1", "robot1"), "robot2", 2)))
 
-    assert [(move.records[0].task.id, move.place) for move in found.moves] == [("T1", 2)]
+    assert [(move.record.task.id, move.place) for move in found.moves] == [("T1", 2)]
     assert not found.awards
 
 
@@ -63,8 +73,66 @@ def test_what_has_changed_while_the_plan_was_made_is_left_out():
     plan = planned((record("T1"), "robot1", 1))
     changed = replace(plan.places[0].record, state=TaskState.CANCELLED)
 
-    assert steps_to(plan, {"T1": changed}, FLEET).awards == ()
+    assert steps_to(plan, {"T1": changed}, FLEET, {}).awards == ()
 
 
 def test_a_robot_that_has_left_service_gets_nothing():
     assert steps(planned((record("T1"), "robot1", 1)), frozenset({"robot2"})).awards == ()
+
+
+def test_a_robot_that_bids_itself_gets_the_task_on_which_it_is_better_by_most():
+    plan = planned((record("T1"), "robot1", 1), (record("T2"), "robot1", 2))
+
+    found = steps(plan, others=bids("robot2", T1=49.0, T2=20.0))
+
+    assert [(bid.task_id, bid.robot_id) for bid in found.awards] == [
+        ("T1", "robot1"),
+        ("T2", "robot2"),
+    ]
+    assert found.places == {"T1": 1}
+    assert [bid.robot_id for bid in found.bids["T2"]] == ["robot1", "robot2"]
+
+
+@pytest.mark.parametrize(("cost", "in_service"), [(50.0, FLEET), (20.0, {"robot1"})])
+def test_a_robot_that_bids_more_or_is_out_of_service_gets_nothing(cost, in_service):
+    plan = planned((record("T1"), "robot1", 1))
+
+    found = steps(plan, frozenset(in_service), bids("robot2", T1=cost))
+
+    assert [bid.robot_id for bid in found.awards] == ["robot1"]
+
+
+def test_a_robot_that_bids_itself_gets_nothing_that_it_cannot_do_or_has_tried():
+    tried = replace(record("T1"), tried=("robot2",))
+    plan = planned((tried, "robot1", 1), (record("T2"), "robot1", 2), cost=MAX_COST)
+
+    found = steps(plan, others=bids("robot2", T1=1.0, T2=MAX_COST))
+
+    assert {bid.robot_id for bid in found.awards} == {"robot1"}
+
+
+@pytest.mark.parametrize(("cost", "moves"), [(20.0, ["T1"]), (48.0, [])])
+def test_what_a_robot_has_goes_to_one_that_bids_itself_if_that_pays_for_the_move(cost, moves):
+    plan = planned((record("T1", "robot1"), "robot1", 1), was={"robot1": ("T1",)})
+
+    found = steps(plan, others=bids("robot2", T1=cost), keeps_lists=True)
+
+    assert [move.record.task.id for move in found.moves] == moves
+    assert all(move.place == 0 for move in found.moves)
+
+
+def test_of_a_plan_that_is_not_worth_its_moves_nothing_else_is_followed():
+    plan = planned((record("T1", "robot1"), "robot2", 1))
+
+    found = steps(plan, keeps_lists=True)
+
+    assert (found.awards, found.moves, found.reorders) == ((), (), ())
+
+
+def test_two_robots_that_bid_themselves_do_not_get_one_task():
+    plan = planned((record("T1"), "robot1", 1))
+    both = bids("robot2", T1=20.0) | bids("robot3", T1=10.0)
+
+    found = steps(plan, FLEET | {"robot3"}, both)
+
+    assert len(found.awards) == 1

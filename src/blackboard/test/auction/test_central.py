@@ -99,7 +99,7 @@ def test_the_blackboard_works_out_exactly_the_bids_that_the_robot_would_make(see
     fleet = Fleet(seed)
     made = fleet.respondent.answer(fleet.broadcast, fleet.pose, at_work=fleet.at_work)
     office = central(*fleet.tasks, *fleet.listed)
-    question = office.question(fleet.broadcast)
+    (question,) = office.questions(fleet.broadcast, frozenset({"robot1"}))
     told = fleet.respondent.answer(question, fleet.pose, at_work=fleet.at_work)
 
     assert question.tasks == ()

@@ -6,13 +6,15 @@ from dataclasses import replace
 import pytest
 
 from blackboard.auction.candidate_selection import CandidateSelection
-from blackboard.auction.reallocation import Reallocation
+from blackboard.auction.search.planned import Place, Planned
 from blackboard.auction.step import (
     AuctionState,
     AwardsCommitted,
     BidsHeard,
     CarryOut,
-    ReallocationDue,
+    ImprovementDue,
+    MakePlan,
+    PlanMade,
     Recall,
     Refuse,
     RobotImproved,
@@ -23,21 +25,23 @@ from blackboard.auction.step import (
     Withdrawn,
     step,
 )
-from blackboard.costing.bid_basis import Bids
+from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
 from blackboard.domain.record import Broadcast, TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
+from hive_lab.virtual.hive import SMALL_ROBOT
 
+BASIS = BidBasis(SMALL_ROBOT, "latency", 120.0, Pose(0.0, 0.0), 1.0)
 ROUND, TRANSFERS = Signal.ROUND_TIMEOUT, Signal.TRANSFER_TIMEOUT
 
 
 class Desk:
     """An auctioneer in a hive whose list and fleet a test changes at will."""
 
-    def __init__(self, *robots, max_asked=50):
+    def __init__(self, *robots, max_asked=50, plans=False):
         selection = CandidateSelection(max_asked, 4, 2000)
-        self.state = AuctionState(2.0, 3.0, selection, Reallocation("waiting", 0.1))
+        self.state = AuctionState(2.0, 3.0, selection, plans=plans)
         self.records = {}
         self.robots = frozenset(robots)
 
@@ -66,13 +70,33 @@ class Desk:
             self.put(name)
         return self.say(Signal.TASK_CAME)
 
+    def improve(self):
+        """Say that it is time to improve the lists."""
+        return self.say(ImprovementDue(tuple(self.records.values())))
+
+    def tell(self, *robots):
+        """Have robots tell what their bids are made from; return what the last one leads to."""
+        effects = []
+        for robot in robots:
+            call = self.state.call
+            bids = Bids(robot, call.epoch, call.auction, (), call.round, BASIS)
+            effects = self.say(BidsHeard(bids))
+        return effects
+
+    def plan(self, before=10.0, after=5.0, **takers):
+        """Have a plan made that gives tasks to robots."""
+        places = tuple(
+            Place(self.records[name], robot, 1, Bid(robot, name, 5.0))
+            for name, robot in takers.items()
+        )
+        return self.say(PlanMade(Planned(places, before=before, after=after)))
+
     def transfer(self):
-        """Have T1 of robot1 offered again, and robot2 bid less."""
+        """Have a plan move T1 from robot1 to robot2."""
         self.put("T1", TaskState.ASSIGNED, "robot1")
-        self.say(ReallocationDue(tuple(self.records.values())))
-        self.say(ReallocationDue(tuple(self.records.values())))
-        self.bid("robot1", T1=10.0)
-        return self.bid("robot2", T1=1.0)
+        self.improve()
+        self.tell("robot1", "robot2")
+        return self.plan(T1="robot2")
 
 
 def kinds(effects):
@@ -240,44 +264,84 @@ def test_what_the_robots_asked_first_cannot_take_is_offered_to_all():
     assert [*first.asked, *second.asked] == ["robot1", "robot2"]
 
 
-def test_a_reallocation_recalls_what_gains_and_waits_for_it():
-    desk = Desk("robot1", "robot2")
+def planner():
+    """Return a desk that plans, with two robots."""
+    return Desk("robot1", "robot2", plans=True)
 
-    effects = desk.transfer()
 
-    assert effects == [
-        SetTimer(ROUND),
-        SetTimer(TRANSFERS, 3.0),
-        Recall(desk.records["T1"]),
-    ]
+def test_a_plan_recalls_what_changes_hands_and_waits_for_it():
+    desk = planner()
+
+    assert desk.transfer() == [SetTimer(TRANSFERS, 3.0), Recall(desk.records["T1"])]
     assert desk.state.transfers.task_ids == {"T1"}
 
 
-def test_nothing_is_reallocated_while_a_task_waits():
+def test_a_plan_that_gains_next_to_nothing_is_not_followed():
+    desk = planner()
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+    desk.improve()
+    desk.tell("robot1", "robot2")
+
+    assert desk.plan(before=10.0, after=9.99, T1="robot2") == []
+
+
+def test_after_two_plans_without_gain_none_is_made_until_something_changes():
+    desk = planner()
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+    made = []
+    for _ in range(4):
+        desk.improve()
+        made += kinds(desk.tell("robot1", "robot2"))
+        desk.plan(before=10.0, after=10.0)
+    desk.say(ScheduleChanged("robot1"))
+    desk.improve()
+
+    assert made.count(MakePlan) == 2
+    assert MakePlan in kinds(desk.tell("robot1", "robot2"))
+
+
+def test_a_robot_that_has_not_told_keeps_what_it_has():
+    desk = planner()
+    for name, robot in (("T1", "robot1"), ("T2", "robot2")):
+        desk.put(name, TaskState.ASSIGNED, robot)
+    desk.improve()
+    desk.tell("robot1")
+
+    *_, plan = desk.say(ROUND)
+
+    assert [record.task.id for record in plan.records] == ["T1"]
+
+
+def test_what_auctions_have_given_out_is_improved_only_by_a_leader_that_plans():
     desk = Desk("robot1", "robot2")
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+
+    assert desk.improve() == []
+
+
+def test_nothing_is_improved_while_a_task_waits():
+    desk = planner()
     desk.put("T1", TaskState.ASSIGNED, "robot1")
     desk.put("T2")
 
-    assert desk.say(ReallocationDue(tuple(desk.records.values()))) == []
+    assert desk.improve() == []
 
 
-def test_a_task_that_changed_while_it_was_offered_stays_where_it_is():
-    desk = Desk("robot1", "robot2")
-    held = TaskState.ASSIGNED
-    desk.put("T1", held, "robot1")
-    desk.say(ReallocationDue(tuple(desk.records.values())))
-    desk.say(ReallocationDue(tuple(desk.records.values())))
-    desk.bid("robot1", T1=10.0)
+def test_a_task_that_changed_while_the_plan_was_made_stays_where_it_is():
+    desk = planner()
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+    desk.improve()
+    desk.tell("robot1", "robot2")
+    place = Place(desk.records["T1"], "robot2", 1, Bid("robot2", "T1", 5.0))
     desk.put("T1", TaskState.STARTED, "robot1")
 
-    assert desk.bid("robot2", T1=1.0) == [SetTimer(ROUND)]
+    assert desk.say(PlanMade(Planned((place,), before=10.0, after=5.0))) == []
 
 
-def test_a_task_that_comes_drops_a_reallocation_and_late_bids_on_it_are_no_error():
-    desk = Desk("robot1", "robot2")
+def test_a_task_that_comes_drops_an_improvement_and_late_answers_are_no_error():
+    desk = planner()
     desk.put("T1", TaskState.ASSIGNED, "robot1")
-    desk.say(ReallocationDue(tuple(desk.records.values())))
-    desk.say(ReallocationDue(tuple(desk.records.values())))
+    desk.improve()
     dropped = desk.state.call
 
     effects = desk.auction("T2")
@@ -288,7 +352,7 @@ def test_a_task_that_comes_drops_a_reallocation_and_late_bids_on_it_are_no_error
 
 
 def test_what_is_handed_back_for_a_transfer_goes_to_the_robot_that_was_to_get_it():
-    desk = Desk("robot1", "robot2")
+    desk = planner()
     desk.transfer()
     decided_in = (1, desk.state.call.auction, 1)
     desk.put("T1")
@@ -301,7 +365,7 @@ def test_what_is_handed_back_for_a_transfer_goes_to_the_robot_that_was_to_get_it
 
 
 def test_what_is_not_handed_back_in_time_is_auctioned():
-    desk = Desk("robot1", "robot2")
+    desk = planner()
     desk.transfer()
     desk.say(TRANSFERS)
     desk.put("T1")
@@ -321,7 +385,7 @@ def test_a_leader_that_steps_down_drops_everything(between_rounds):
 
 
 def test_a_leader_that_steps_down_leaves_tasks_that_were_to_change_hands_to_an_auction():
-    desk = Desk("robot1", "robot2")
+    desk = planner()
     desk.transfer()
     desk.say(Signal.STEPPED_DOWN)
     desk.put("T1")

@@ -17,14 +17,13 @@ ALL = frozenset({"robot1", "robot2", "robot3"})
 class Desk:
     """A task list, and the transfers of its tasks that have begun."""
 
-    def __init__(self, *exchanges):
-        moves = [move for exchange in exchanges for move in exchange]
-        self.list = {record.task.id: record for move in moves for record in move.records}
-        self.begin(*exchanges)
+    def __init__(self, *moves):
+        self.list = {move.record.task.id: move.record for move in moves}
+        self.begin(*moves)
 
-    def begin(self, *exchanges):
+    def begin(self, *moves):
         transfers = getattr(self, "transfers", Transfers())
-        self.transfers = transfers.begin(exchanges, self.list.get)
+        self.transfers = transfers.begin(moves, self.list.get)
 
     def ready(self, in_service=ALL):
         self.transfers, moves = self.transfers.ready(in_service, self.list.get)
@@ -40,7 +39,7 @@ class Desk:
 def move(name, giver, taker):
     task = Task(name, TaskType.GA, (Pose(1.0, 1.0),))
     bid = Bid(taker, name, 5.0)
-    return Move((TaskRecord(task, TaskState.ASSIGNED, giver, assignment=1),), bid, (bid,))
+    return Move(TaskRecord(task, TaskState.ASSIGNED, giver, assignment=1), bid, (bid,))
 
 
 @pytest.fixture
@@ -50,53 +49,25 @@ def swap():
 
 @pytest.fixture
 def desk(swap):
-    return Desk(swap)
+    return Desk(*swap)
 
 
 def test_what_changes_hands_is_recalled_and_that_is_no_vain_try(desk, swap):
-    recalled = [record.task.id for record in desk.transfers.records]
-
-    assert recalled == ["T1", "T2"]
-    assert all(desk.transfers.has_recalled(each.records[0]) for each in swap)
-    assert not desk.transfers.has_recalled(replace(swap[0].records[0], assignment=2))
+    assert all(desk.transfers.has_recalled(each.record) for each in swap)
+    assert not desk.transfers.has_recalled(replace(swap[0].record, assignment=2))
 
 
 def test_one_half_of_a_swap_is_kept_until_the_other_is_there(desk, swap):
     desk.hand_back("T1")
 
-    assert desk.ready() == []
+    assert desk.ready() == ()
     assert desk.transfers.task_ids == {"T1", "T2"}
 
     desk.hand_back("T2")
 
-    assert desk.ready() == list(swap)
+    assert desk.ready() == swap
     assert desk.transfers.task_ids == frozenset()
-    assert desk.ready() == []
-
-
-def test_a_bundle_is_awarded_task_by_task_when_all_of_it_is_there(swap):
-    bundle = swap[0]._replace(records=tuple(each.records[0] for each in swap))
-    desk = Desk((bundle,))
-    desk.hand_back("T2")
-
-    assert desk.ready() == []
-
-    desk.hand_back("T1")
-
-    assert desk.ready() == [bundle]
-    assert [(bid.task_id, bid.robot_id) for bid in bundle.awards] == [
-        ("T1", "robot2"),
-        ("T2", "robot2"),
-    ]
-
-
-def test_exchanges_do_not_wait_for_each_other(swap):
-    other = move("T3", "robot3", "robot3")
-    desk = Desk(swap, (other,))
-    desk.hand_back("T3")
-
-    assert desk.ready() == [other]
-    assert desk.transfers.task_ids == {"T1", "T2"}
+    assert desk.ready() == ()
 
 
 @pytest.mark.parametrize(
@@ -112,14 +83,14 @@ def test_nothing_is_kept_for_a_task_that_will_not_come(desk, change):
     desk.hand_back("T1")
     desk.change("T2", **change)
 
-    assert desk.ready() == []
+    assert desk.ready() == ()
     assert desk.transfers.task_ids == frozenset()
 
 
 def test_nothing_is_kept_for_a_task_that_the_hive_has_forgotten(desk):
     del desk.list["T2"]
 
-    assert desk.ready() == []
+    assert desk.ready() == ()
     assert desk.transfers.task_ids == frozenset()
 
 
@@ -127,7 +98,7 @@ def test_nothing_is_kept_for_a_robot_that_is_out_of_service(desk):
     desk.hand_back("T1")
     desk.hand_back("T2")
 
-    assert desk.ready(ALL - {"robot1"}) == []
+    assert desk.ready(ALL - {"robot1"}) == ()
     assert desk.transfers.task_ids == frozenset()
 
 
@@ -140,12 +111,12 @@ def test_what_is_given_up_is_still_no_vain_try(desk, swap):
     given_up = desk.transfers.give_up()
 
     assert given_up.task_ids == frozenset()
-    assert given_up.has_recalled(swap[0].records[0])
+    assert given_up.has_recalled(swap[0].record)
 
 
 def test_what_was_recalled_long_ago_is_not_remembered_for_ever(desk, swap):
     desk.change("T1", assignment=2)
     desk.begin()
 
-    assert not desk.transfers.has_recalled(swap[0].records[0])
-    assert desk.transfers.has_recalled(swap[1].records[0])
+    assert not desk.transfers.has_recalled(swap[0].record)
+    assert desk.transfers.has_recalled(swap[1].record)

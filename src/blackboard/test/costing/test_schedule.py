@@ -108,7 +108,7 @@ def test_what_is_not_under_way_yields_to_a_higher_priority():
 def test_an_insertion_knows_what_comes_before_it():
     schedule = listed(go("first", 6.0, 5))
 
-    best = schedule.route(HERE, at_work=True).best_insertion((go("second", 12.0, 1), 0))
+    best = schedule.route(HERE, at_work=True).best_insertion(go("second", 12.0, 1), 0)
 
     assert best.position == 1
     assert best.before.distance == pytest.approx(6.0)
@@ -120,7 +120,7 @@ def test_an_insertion_knows_what_comes_before_it():
 def test_a_task_on_the_path_adds_nothing_to_it():
     schedule = listed(go("far", 10.0))
 
-    best = schedule.route(HERE, at_work=False).best_insertion((go("on the way", 4.0), 0))
+    best = schedule.route(HERE, at_work=False).best_insertion(go("on the way", 4.0), 0)
 
     assert best.position == 0
     assert best.added_distance == pytest.approx(0.0)
@@ -172,7 +172,7 @@ def test_the_best_insertion_is_the_one_that_the_allocation_of_whole_fleets_finds
     instance = on_a_road([0.0], starts, ends, speed=[MEAN_SPEED_SHARE * ROBOT.max_speed])
     plan = (tuple(int(entry.task.id[1:]) for entry in schedule),)
 
-    best = schedule.route(HERE, at_work=False).best_insertion((tasks[-1], 0))
+    best = schedule.route(HERE, at_work=False).best_insertion(tasks[-1], 0)
 
     lists = []
     for index in range(len(tasks)):
@@ -213,7 +213,7 @@ def test_no_other_position_among_equals_lengthens_the_path_less(tasks, x):
     before = schedule.ahead(HERE)[-1].distance
     order = [entry.task for entry in schedule]
 
-    best = schedule.route(HERE, at_work=False).best_insertion((go("new", x, 5), 0))
+    best = schedule.route(HERE, at_work=False).best_insertion(go("new", x, 5), 0)
 
     added = []
     for index in range(len(order) + 1):
@@ -236,40 +236,30 @@ def taken(tasks):
 
 
 @pytest.mark.parametrize("model", ["energy", "makespan", "latency"])
-@given(tasks=TASKS, xs=st.lists(st.floats(-20.0, 20.0), min_size=1, max_size=3))
-def test_a_bundle_adds_what_the_schedule_takes_more_with_it_and_nowhere_less(model, tasks, xs):
+@given(tasks=TASKS, x=st.floats(-20.0, 20.0))
+def test_a_task_adds_what_the_schedule_takes_more_with_it_and_nowhere_less(model, tasks, x):
     order = [replace(task, priority=5) for task in tasks]
-    bundle = [Task(f"N{i}", TaskType.GAB, (Pose(x, 0.0), HERE), 5) for i, x in enumerate(xs)]
+    new = Task("N", TaskType.GAB, (Pose(x, 0.0), HERE), 5)
     schedule = Schedule(ROBOT, LENGTHS, model)
     schedule.restore(Entry(Order(task, "robot1")) for task in order)
 
-    best = schedule.route(HERE, at_work=False).best_insertion(*((each, 0) for each in bundle))
+    best = schedule.route(HERE, at_work=False).best_insertion(new, 0)
 
     before = taken(order)
-    there = taken(order[: best.position] + bundle + order[best.position :])
+    there = taken([*order[: best.position], new, *order[best.position :]])
     assert best.added_distance == pytest.approx(there[0] - before[0], abs=1e-6)
     assert best.added_energy == pytest.approx(there[1] - before[1], abs=1e-6)
     assert best.finish == pytest.approx(there[2], abs=1e-6)
     assert best.added_waiting == pytest.approx(there[3] - before[3], abs=1e-6)
     number = {"energy": 0, "makespan": 2, "latency": 3}[model]
-    others = [taken(order[:i] + bundle + order[i:])[number] for i in range(len(order) + 1)]
+    others = [taken([*order[:i], new, *order[i:]])[number] for i in range(len(order) + 1)]
     assert there[number] == pytest.approx(min(others), abs=1e-5)
-
-
-def test_a_bundle_keeps_its_order_and_counts_what_each_task_of_it_waits():
-    bundle = [(go("N1", 6.0), 0), (go("N2", 12.0), 0)]
-
-    best = listed().route(HERE, at_work=False).best_insertion(*bundle)
-
-    # 10 s until the first is done, 20 s until the second.
-    assert best.added_waiting == pytest.approx(30.0)
-    assert best.effort == PREDICTOR.effort(go("N", 12.0), 0, HERE)
 
 
 def test_of_equally_good_positions_a_task_takes_the_last():
     schedule = listed(go("first", 8.0))
 
-    best = schedule.route(HERE, at_work=False).best_insertion((go("same place", 8.0), 0))
+    best = schedule.route(HERE, at_work=False).best_insertion(go("same place", 8.0), 0)
 
     assert best.position == 1
 
@@ -280,7 +270,7 @@ def test_what_has_waited_long_is_not_passed_by_what_is_new():
         old = replace(go("old", 60.0), posted=1000.0 - waited)
         schedule.insert(Order(old, "robot1"), HERE, keep_first=False)
         new = replace(go("new", -12.0), posted=1000.0)
-        return schedule.route(HERE, at_work=False).best_insertion((new, 0)).position
+        return schedule.route(HERE, at_work=False).best_insertion(new, 0).position
 
     assert place_of_the_new(waited=0.0) == 0
     assert place_of_the_new(waited=600.0) == 1

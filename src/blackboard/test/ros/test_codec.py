@@ -36,7 +36,6 @@ BID = Bid(
     *("robot1", "T1", 300.0, 0.5, 13.0, "far", "T2", 20.0, 4.0),
     terms=TERMS,
     exclusion="payload",
-    size=3,
 )
 BODY = RobotCharacteristics(
     *(30.0, 20.0, 1.5, 0.02, 0.3, BatteryModel(10.0, 25.0, 20.0, 3600.0)),
@@ -64,7 +63,6 @@ FULL = {
     "BROADCAST": Broadcast(
         *(2, 3, ((TASK, 1), (TASK, 2)), "hive", 4, {"robot1": "", "robot2": "T7"}),
         basis=True,
-        sizes=(2, 1),
     ),
     "BID": BID,
     "BASIS": BASIS,

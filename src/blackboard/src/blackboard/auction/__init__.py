@@ -1,4 +1,4 @@
-"""Which robot gets which task: auctions, reallocation, splitting, and why it was decided so.
+"""Which robot gets which task: auctions, plans, splitting, and why it was decided so.
 
 What a bid is computed from belongs in `costing`; what is ordered from robots in `board`.
 """

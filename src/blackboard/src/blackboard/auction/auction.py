@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 
 from blackboard.costing.preemption import best_bid
 from blackboard.domain.bid import MAX_COST
-from blackboard.domain.record import TaskRecord
 from blackboard.domain.validation import flaw_of
 
 if TYPE_CHECKING:
@@ -26,9 +25,7 @@ if TYPE_CHECKING:
 
     from blackboard.costing.bid_basis import BidBasis, Bids
     from blackboard.domain.bid import Bid
-
-Bundle = tuple[TaskRecord, ...]
-"""Tasks offered as one: a single task, or several of one robot in the order of its schedule."""
+    from blackboard.domain.record import TaskRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +51,11 @@ class Auction:
 
     epoch: int  # of the blackboard that asks
     number: int  # of the auction within the epoch
-    reallocates: bool = False  # whether it offers tasks that robots already have
+    improves: bool = False  # whether it is about tasks that robots already have
     round: int = 0  # from 1 on; 0 before the first
     is_open: bool = False  # whether the round still waits for bids
-    # Everything offered in this round, by the id of the first task.
-    bundles: Mapping[str, Bundle] = field(default_factory=dict)
+    # Everything offered in this round, by the id of the task.
+    offered: Mapping[str, TaskRecord] = field(default_factory=dict)
     # Tasks that were offered in this round and cannot be won any more.
     withdrawn: frozenset[str] = frozenset()
     is_selective: bool = False  # whether some robots in service were not asked in this round
@@ -77,7 +74,7 @@ class Auction:
     bases: Mapping[str, BidBasis] = field(default_factory=dict)
 
     def next_round(
-        self, bundles: Iterable[Bundle], asked: frozenset[str], in_service: frozenset[str]
+        self, offers: Iterable[TaskRecord], asked: frozenset[str], in_service: frozenset[str]
     ) -> Auction:
         """Return the auction at the beginning of its next round.
 
@@ -85,8 +82,8 @@ class Auction:
         task is new; `missing` tells who has to bid. Bids of robots that are not `asked` are
         forgotten.
         """
-        offered = {bundle[0].task.id: bundle for bundle in bundles}
-        is_new = not offered.keys() <= self.bundles.keys()
+        offered = {record.task.id: record for record in offers}
+        is_new = not offered.keys() <= self.offered.keys()
         number = self.round + 1
         hold = frozenset() if is_new else asked - self.outdated
         bids = {robot: each for robot, each in self.bids.items() if robot in hold}
@@ -95,7 +92,7 @@ class Auction:
             self,
             round=number,
             is_open=True,
-            bundles=offered,
+            offered=offered,
             withdrawn=frozenset(),
             is_selective=asked != in_service,
             missing=missing,
@@ -146,19 +143,23 @@ class Auction:
         return replace(self, missing=missing, answered=answered, bids=valid), flaw
 
     def for_plan(
-        self, bundles: Iterable[Bundle], asked: frozenset[str], in_service: frozenset[str]
+        self, offers: Iterable[TaskRecord], asked: frozenset[str], in_service: frozenset[str]
     ) -> Auction:
         """Return the auction at the beginning of a round in which everybody tells their basis."""
-        begun = replace(self, bids={}, bundles={}).next_round(bundles, asked, in_service)
+        begun = replace(self, bids={}, offered={}).next_round(offers, asked, in_service)
         return replace(begun, is_for_plan=True, bases={}, all_asked_in=begun.round)
 
-    def hear_basis(self, answer: Bids) -> tuple[Auction, str]:
-        """Take in what a robot tells; see `hear`."""
+    def hear_basis(
+        self, answer: Bids, in_service: frozenset[str] | None = None
+    ) -> tuple[Auction, str]:
+        """Take in what a robot tells, or the bids of one that bids itself; see `hear`."""
         robot = answer.robot_id
+        if answer.basis is None:
+            return self.hear(answer, in_service)
         if refusal := self._why_unexpected(answer, {}, None):
             return self, refusal
-        bases = {**self.bases, robot: answer.basis} if answer.basis is not None else self.bases
         missing, answered = self.missing - {robot}, self.answered | {robot}
+        bases = {**self.bases, robot: answer.basis}
         return replace(self, missing=missing, answered=answered, bases=bases), ""
 
     def _why_unexpected(
@@ -181,14 +182,8 @@ class Auction:
         return ""
 
     def _flaw(self, bid: Bid) -> str:
-        bundle = self.bundles.get(bid.task_id)
-        if bundle is None:
+        if bid.task_id not in self.offered:
             return f"{bid.robot_id} bids on {bid.task_id[:64]!r}: not offered"
-        if bid.size != len(bundle):
-            return (
-                f"{bid.robot_id} bids on {bid.size} tasks from {bid.task_id} on; "
-                f"offered as one are {len(bundle)}"
-            )
         if not 0.0 <= bid.cost <= MAX_COST:
             return (
                 f"{bid.robot_id} bids {bid.cost:g} on {bid.task_id}; "
@@ -217,11 +212,11 @@ class Auction:
         """Ask a robot again in the next round; its bids in this one hold until then."""
         return replace(self, outdated=self.outdated | {robot_id})
 
-    def offers(self) -> list[tuple[Bundle, list[Bid]]]:
+    def offers(self) -> list[tuple[TaskRecord, list[Bid]]]:
         """Return what is still offered, with the bids on it."""
         return [
-            (bundle, self._on(task_id))
-            for task_id, bundle in self.bundles.items()
+            (record, self._on(task_id))
+            for task_id, record in self.offered.items()
             if task_id not in self.withdrawn
         ]
 
@@ -229,7 +224,7 @@ class Auction:
         """Decide by the bids so far."""
         best = {}
         impossible = []
-        for (record, *_), bids in self.offers():
+        for record, bids in self.offers():
             winner = best_bid(record, filter(attrgetter("is_able"), bids))
             if winner is None:
                 impossible.append((record.task.id, self._refusals(bids)))
@@ -246,7 +241,7 @@ class Auction:
     def _rank(self, bid: Bid) -> tuple[int, int, float]:
         """Return the order of awards: urgent tasks, then those few robots can do, then by cost."""
         able = sum(other.is_able for other in self._on(bid.task_id))
-        return -self.bundles[bid.task_id][0].task.priority, able, bid.cost
+        return -self.offered[bid.task_id].task.priority, able, bid.cost
 
     def _refusals(self, bids: Iterable[Bid]) -> str:
         given = {bid.robot_id: bid.reason for bid in bids}

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from blackboard.auction.candidate_selection import CandidateSelection
 from blackboard.auction.plan_maker import PlanMaker
-from blackboard.auction.reallocation import Reallocation
 from blackboard.auction.step import (
     AuctionState,
     AwardsCommitted,
@@ -44,7 +43,7 @@ if TYPE_CHECKING:
 
 
 class Auctioneer:
-    """Auctions what waits, and improves the allocation while nothing waits.
+    """Auctions or plans what waits, and improves plans while nothing waits.
 
     Args:
         recall: Asks a robot to hand a task back if it has not begun.
@@ -82,7 +81,6 @@ class Auctioneer:
             settings.bid_timeout,
             settings.order_timeout,
             CandidateSelection(settings.most_asked, settings.offers_each, settings.most_bids),
-            Reallocation(settings.improve_by, settings.improve_threshold),
             plans=settings.decision == "planned",
         )
         self._plan_maker: PlanMaker | None = None
@@ -116,6 +114,9 @@ class Auctioneer:
     def hear_bids(self, bids: Bids) -> None:
         """Take in a robot's bids, or work them out from what it says of itself."""
         flaw = ""
+        is_known = bids.robot_id in self._in_service()
+        if self._central is not None and is_known and self._central.has_found_bidder(bids):
+            self.handle(Signal.BIDDER_FOUND)
         if self._central is not None and self._state.expects(bids):
             auction = self._state.auction
             try:
@@ -155,8 +156,11 @@ class Auctioneer:
 
     def _do(self, effect: Effect) -> None:
         if isinstance(effect, Broadcast):
-            asks = effect if self._central is None else self._central.question(effect)
-            self._talker.publish(TASK_BROADCAST, asks, effect.asked)
+            calls = [effect]
+            if self._central is not None:
+                calls = self._central.questions(effect, self._in_service())
+            for call in calls:
+                self._talker.publish(TASK_BROADCAST, call, call.asked)
         elif isinstance(effect, CarryOut):
             committed = AwardsCommitted(effect.result.awards)
             self._carry_out(effect.result, lambda: self.handle(committed))

@@ -50,11 +50,6 @@ class CandidateSelection:
             return left
         return by_urgency[:most]
 
-    def max_bundles(self, robots: int) -> int:
-        """Return how many of a fleet's robots may offer a bundle at a time, at least 2."""
-        bidders = min(robots, 2 * self.max_asked)  # those asked, and those that offer
-        return max(2, min(self.max_asked, self.max_bids // max(1, bidders)))
-
     def asked(
         self,
         offers: Sequence[TaskRecord],

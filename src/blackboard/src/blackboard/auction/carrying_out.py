@@ -3,23 +3,32 @@
 
 A plan is some tenths of a second old when it is made. Tasks that have changed since are left out,
 and the next plan knows of it.
+
+A robot that bids itself is on no list of a plan. It gets the task on which its bid is lowest
+against what the plan has for it, one with each plan, because its other bids do not hold then.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from blackboard.auction.transfers import Move
-from blackboard.domain.bid import Bid
 from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from blackboard.auction.search.planned import Place, Planned
+    from blackboard.auction.transfers import Moves
+    from blackboard.domain.bid import Bid
     from blackboard.domain.record import TaskRecord
+
+    Bids = Mapping[str, Mapping[str, Bid]]
+
+_PAYS = 0.9
+"""A bid on a task that another robot has needs to be below this share of what it costs there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,29 +38,51 @@ class Steps:
     Attributes:
         awards: Of tasks that wait, in the order of the lists; a round awards the next of each.
         places: Where each of them goes in its robot's list; 1 is first.
+        bids: All bids on each of them, by its id.
         moves: Of tasks that another robot has.
         reorders: Tasks that stay with their robots at other places, each with its place.
     """
 
-    awards: tuple[Bid, ...]
-    places: Mapping[str, int]
-    moves: tuple[Move, ...]
-    reorders: tuple[tuple[TaskRecord, int], ...]
+    awards: tuple[Bid, ...] = ()
+    places: Mapping[str, int] = field(default_factory=dict)
+    bids: Mapping[str, tuple[Bid, ...]] = field(default_factory=dict)
+    moves: Moves = ()
+    reorders: tuple[tuple[TaskRecord, int], ...] = ()
 
 
 def steps_to(
-    planned: Planned, records: Mapping[str, TaskRecord], in_service: frozenset[str]
+    planned: Planned,
+    records: Mapping[str, TaskRecord],
+    in_service: frozenset[str],
+    others: Bids,
+    *,
+    keeps_lists: bool = False,
 ) -> Steps:
-    """Return what leads to a plan from the tasks as they are now."""
-    awards, moves, kept = [], [], defaultdict(list)
-    for place in planned.places:
-        if place.robot not in in_service or records.get(place.record.task.id) != place.record:
+    """Return what leads to a plan from the tasks as they are now.
+
+    `others` holds the bids of robots that bid themselves, by robot and task. If `keeps_lists`, the
+    plan is not worth its moves, and only these robots get tasks.
+    """
+    fresh = [
+        place
+        for place in planned.places
+        if place.robot in in_service and records.get(place.record.task.id) == place.record
+    ]
+    taken = _taken(fresh, others, in_service)
+    awards, moves, kept, bids = [], [], defaultdict(list), {}
+    for place in fresh:
+        task_id = place.record.task.id
+        taker = taken.get(task_id)
+        if keeps_lists and taker is None:
             continue
+        bids[task_id] = planned.bids.get(task_id, (place.bid,)) + tuple(
+            each[task_id] for _, each in sorted(others.items()) if task_id in each
+        )
+        goes_to, where = (taker, 0) if taker is not None else (place.bid, place.place)
         if place.record.state is TaskState.WAITING:
-            awards.append(_bid(place))
-        elif place.record.robot != place.robot or _is_put_behind(place):
-            bids = planned.bids.get(place.record.task.id, ())
-            moves.append(Move((place.record,), _bid(place), bids, place.place))
+            awards.append(goes_to)
+        elif place.record.robot != goes_to.robot_id or _is_put_behind(place):
+            moves.append(Move(place.record, goes_to, bids[task_id], where))
         else:
             kept[place.robot].append(place)
     reorders = [
@@ -60,17 +91,36 @@ def steps_to(
         if _is_reordered(places, planned.was.get(robot, ()))
         for place in places
     ]
-    places = {place.record.task.id: place.place for place in planned.places}
-    return Steps(tuple(awards), places, tuple(moves), tuple(reorders))
+    places = {
+        place.record.task.id: place.place
+        for place in planned.places
+        if place.record.task.id not in taken
+    }
+    return Steps(tuple(awards), places, bids, tuple(moves), tuple(reorders))
+
+
+def _taken(places: Iterable[Place], others: Bids, in_service: frozenset[str]) -> dict[str, Bid]:
+    """Return the bids of robots that bid themselves which are better than the plan, by task."""
+    taken: dict[str, Bid] = {}
+    for robot, bids in sorted(others.items()):
+        gains = {}
+        for place in places:
+            bid = bids.get(place.record.task.id)
+            if bid is None or not bid.is_able or place.record.task.id in taken:
+                continue
+            if robot in place.record.tried or place.record.state is TaskState.STARTED:
+                continue
+            waits = place.record.state is TaskState.WAITING
+            gains[place.record.task.id] = place.bid.cost * (1.0 if waits else _PAYS) - bid.cost
+        best = max(gains, key=lambda task_id: gains[task_id], default="")
+        if robot in in_service and best and gains[best] > 0.0:
+            taken[best] = bids[best]
+    return taken
 
 
 def _is_put_behind(place: Place) -> bool:
     """Return whether a robot that has just begun a task is to do others first."""
     return place.record.state is TaskState.STARTED and place.place > 1
-
-
-def _bid(place: Place) -> Bid:
-    return Bid(place.robot, place.record.task.id, 0.0, eta=place.eta)
 
 
 def _is_reordered(places: list[Place], was: tuple[str, ...]) -> bool:

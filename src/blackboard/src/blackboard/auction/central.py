@@ -39,10 +39,36 @@ class Central:
         self._get = get
         self._path_lengths_for = path_lengths_for
         self._now = now
+        self._bidders: frozenset[str] = frozenset()  # robots that bid themselves
 
-    def question(self, broadcast: Broadcast) -> Broadcast:
-        """Return what robots are asked instead of for bids; they need not see the tasks."""
-        return replace(broadcast, tasks=(), sizes=(), basis=True)
+    def questions(self, broadcast: Broadcast, in_service: frozenset[str]) -> list[Broadcast]:
+        """Return what robots are asked instead of for bids; they need not see the tasks.
+
+        Those that have been found to bid themselves are asked for bids.
+        """
+        self._bidders &= in_service
+        question = replace(broadcast, tasks=(), basis=True)
+        if not self._bidders:
+            return [question]
+        asked = broadcast.asked
+        named = dict.fromkeys(sorted(in_service), "") if asked is None else asked
+        bidders = {robot: given for robot, given in named.items() if robot in self._bidders}
+        others = {robot: given for robot, given in named.items() if robot not in self._bidders}
+        calls = replace(broadcast, asked=bidders), replace(question, asked=others)
+        return [call for call in calls if call.asked]
+
+    def has_found_bidder(self, answer: Bids) -> bool:
+        """Return whether an answer shows only now that its robot bids itself.
+
+        It was asked for the basis of its bids and has told none, or one with a cost model that is
+        not known here.
+        """
+        robot, basis = answer.robot_id, answer.basis
+        bids_itself = basis is None or basis.cost_model not in COST_MODELS
+        is_new = bids_itself and robot not in self._bidders
+        if is_new:
+            self._bidders |= {robot}
+        return is_new
 
     def bids(self, answer: Bids, broadcast: Broadcast) -> Bids:
         """Return the bids of a robot; those of a robot that bids itself stay as they are.

@@ -54,7 +54,7 @@ class PlanMaker:
     """Makes one plan at a time.
 
     Args:
-        measure: What plans minimize, a name of `MEASURES`.
+        measure: What plans minimize, a name of `MEASURE_NAMES`.
         searcher: Searches for them.
         made: Called with each plan.
         again: Called if tasks have come that belong to the burst that is planned.

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The one function by which the auctioneer moves on: from state, event and view of the hive.
 
-While something waits it holds auctions, one after the other; while nothing waits, it offers again
-what robots have not begun. Nothing here knows of time, messages or disks. `CarryOut` is always the
-last effect of a step, because the commit it asks for may bring the next event at once.
+While something waits it holds auctions, one after the other, or has plans made; a leader that
+plans also improves the lists while nothing waits. Nothing here knows of time, messages or disks.
+`CarryOut` is always the last effect of a step, because the commit it asks for may bring the next
+event at once.
 """
 
 from __future__ import annotations
@@ -21,11 +22,9 @@ from blackboard.domain.task import MAX_PRIORITY, TaskState, TaskType
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from blackboard.auction.auction import Bundle
     from blackboard.auction.candidate_selection import CandidateSelection
-    from blackboard.auction.reallocation import Reallocation
     from blackboard.auction.search.planned import Planned
-    from blackboard.auction.transfers import Move
+    from blackboard.auction.transfers import Moves
     from blackboard.costing.bid_basis import BidBasis, Bids
     from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotStatus
@@ -51,14 +50,14 @@ class AuctionState:
     bid_timeout: float  # longest time that a round stays open [s]
     transfer_timeout: float  # tasks that are not handed back within this time are auctioned [s]
     selection: CandidateSelection  # limits what one call for bids offers, and to whom
-    reallocation: Reallocation  # chooses what is offered while nothing waits
-    # Tasks that change hands because of that.
+    # Tasks that change hands because a plan is better so.
     transfers: Transfers = field(default_factory=Transfers)
     # The one under way; between its rounds, the awards of the last are being committed.
     auction: Auction | None = None
     auctions: int = 0
     # Whether several tasks are planned together rather than auctioned one after the other.
     plans: bool = False
+    quiet_plans: int = 0  # plans in a row that have gained nothing
     # Tasks that are auctioned all the same: a plan has found no robot for them.
     unplanned: frozenset[str] = frozenset()
     # Tasks that were given out alone a moment ago, and those that were when the plan was begun: a
@@ -94,6 +93,7 @@ class Signal(Enum):
     FLEET_CHANGED = auto()  # some robot may now take what nobody could
     ROUND_TIMEOUT = auto()  # the wait for bids is over
     TRANSFER_TIMEOUT = auto()  # the wait for tasks that are to be handed back is over
+    BIDDER_FOUND = auto()  # a robot bids itself that was not asked for bids
     STEPPED_DOWN = auto()  # this blackboard no longer leads
     PLAN_AGAIN = auto()  # tasks have come while a plan was made
     MOMENT_OVER = auto()  # what was given out alone belongs to no burst
@@ -143,11 +143,18 @@ class PlanMade:
 
 
 @dataclass(frozen=True, slots=True)
-class ReallocationDue:
-    """It is time to improve the allocation of the tasks that robots hold."""
+class ImprovementDue:
+    """It is time to plan again the tasks that robots hold."""
 
     held: tuple[TaskRecord, ...]
 
+
+PLANS = 2
+"""After so many plans that gain nothing, the next waits until something changes."""
+
+WORTH = 0.002
+"""A plan is followed if the measure falls by more than this share: what it changes is a small part
+of what all lists take."""
 
 MOMENT = 0.1
 """A task that comes within this time after another belongs to the same burst [s]."""
@@ -160,7 +167,7 @@ Event = (
     | ScheduleChanged
     | Withdrawn
     | PlanMade
-    | ReallocationDue
+    | ImprovementDue
 )
 
 
@@ -237,13 +244,13 @@ def step(state: AuctionState, event: Event, view: View) -> Step:
         after = _open(_unparked(replace(state, auction=auction)), view)
     elif isinstance(event, ScheduleChanged):
         auction = state.auction and state.auction.forget(event.robot_id)
-        after = replace(state, auction=auction, reallocation=state.reallocation.resume()), []
+        after = replace(state, auction=auction, quiet_plans=0), []
     elif isinstance(event, Withdrawn):
         after = _withdraw(state, event.task_ids), []
     elif isinstance(event, PlanMade):
         after = _follow_plan(state, event.planned, view)
     else:
-        after = _reallocate(state, event, view)
+        after = _improve(state, event, view)
     return after
 
 
@@ -258,6 +265,8 @@ def _follow(state: AuctionState, signal: Signal, view: View) -> Step:
         state = replace(state, transfers=state.transfers.give_up())
     elif signal is Signal.FLEET_CHANGED:
         state = replace(_unparked(state), is_stale=True)
+    elif signal is Signal.BIDDER_FOUND:
+        return _drop_and_open(_unparked(state), view)
     elif signal is Signal.PLAN_AGAIN and state.is_planning:
         return _next_round(state, (), view)
     elif signal is Signal.MOMENT_OVER:
@@ -267,20 +276,16 @@ def _follow(state: AuctionState, signal: Signal, view: View) -> Step:
 
 def _unparked(state: AuctionState) -> AuctionState:
     nothing: frozenset[str] = frozenset()
-    return replace(
-        state, parked=nothing, unplanned=nothing, reallocation=state.reallocation.resume()
-    )
+    return replace(state, parked=nothing, unplanned=nothing, quiet_plans=0)
 
 
 def _open(state: AuctionState, view: View) -> Step:
     """Ask for bids on everything that waits, unless an auction of that is under way."""
-    effects: list[Effect] = []
     auction = state.auction
-    if auction is not None and auction.reallocates and _waiting(state, view):
-        state = replace(state, auction=None, dropped=(auction.epoch, auction.number))
-        effects = [SetTimer(Signal.ROUND_TIMEOUT)]
-    if state.auction is not None:
-        return state, effects
+    if auction is not None and auction.improves and _waiting(state, view):
+        return _drop_and_open(state, view)
+    if auction is not None:
+        return state, []
     transfers, moves = state.transfers.ready(view.in_service, view.records.get)
     state = replace(state, is_stale=False, transfers=transfers)
     waiting = _waiting(state, view)
@@ -293,7 +298,17 @@ def _open(state: AuctionState, view: View) -> Step:
         state, more = _next_round(_begin(state, view), (), view)
     else:
         more = []
-    return state, effects + more
+    return state, more
+
+
+def _drop_and_open(state: AuctionState, view: View) -> Step:
+    """Drop the auction under way for one of everything that waits."""
+    auction = state.auction
+    if auction is None or not (auction.is_open or state.is_planning):
+        return _open(state, view)
+    state = replace(state, auction=None, dropped=(auction.epoch, auction.number))
+    state, effects = _open(state, view)
+    return state, [SetTimer(Signal.ROUND_TIMEOUT), *effects]
 
 
 def _waiting(state: AuctionState, view: View) -> list[TaskRecord]:
@@ -307,9 +322,9 @@ def _waiting(state: AuctionState, view: View) -> list[TaskRecord]:
     ]
 
 
-def _begin(state: AuctionState, view: View, *, reallocates: bool = False) -> AuctionState:
+def _begin(state: AuctionState, view: View, *, improves: bool = False) -> AuctionState:
     number = state.auctions + 1
-    auction = Auction(view.epoch, number, reallocates)
+    auction = Auction(view.epoch, number, improves)
     return replace(state, auctions=number, auction=auction, just_begun=frozenset())
 
 
@@ -326,16 +341,15 @@ def _next_round(state: AuctionState, awards: tuple[Bid, ...], view: View) -> Ste
         return _open(replace(state, auction=None), view)
     planned = _to_plan(state, waiting, view)
     if planned:
-        bundles = [(record,) for record in planned]
         state = replace(state, just_begun=state.just_begun | state.fresh)
-        return _ask(state, auction, bundles, robots, awards, view, for_plan=True)
+        return _ask(state, auction, planned, robots, awards, view, for_plan=True)
     waiting = _urgent(waiting, state.unplanned) or waiting
     hard = [record for record in waiting if record.task.id in state.hard]
     most = len(robots) if hard else min(len(robots), state.selection.max_asked)
-    offers = state.selection.offers(hard or waiting, most, auction.bundles)
+    offers = state.selection.offers(hard or waiting, most, auction.offered)
     asked = robots if hard else state.selection.asked(offers, robots, view.last)
     state = replace(state, hard=state.hard - {record.task.id for record in offers})
-    return _ask(state, auction, [(record,) for record in offers], asked, awards, view)
+    return _ask(state, auction, offers, asked, awards, view)
 
 
 def _to_plan(
@@ -371,7 +385,7 @@ def _urgent(waiting: Sequence[TaskRecord], unplanned: frozenset[str]) -> list[Ta
 def _ask(
     state: AuctionState,
     auction: Auction,
-    bundles: Sequence[Bundle],
+    offers: Sequence[TaskRecord],
     robots: frozenset[str],
     awards: tuple[Bid, ...],
     view: View,
@@ -379,7 +393,7 @@ def _ask(
     for_plan: bool = False,
 ) -> Step:
     begin = auction.for_plan if for_plan else auction.next_round
-    auction = begin(bundles, robots, view.in_service)
+    auction = begin(offers, robots, view.in_service)
     bidders, auction = auction.missing, auction.excuse(state.slow)
     state = replace(state, auction=auction)
     if not auction.missing:
@@ -388,15 +402,13 @@ def _ask(
     if awards or auction.is_selective or not auction.is_new:
         awarded = {bid.robot_id: bid.task_id for bid in awards}
         asked = {robot: awarded.get(robot, "") for robot in sorted(bidders)}
-    sizes = tuple(map(len, bundles))
     call = Broadcast(
         auction.epoch,
         auction.number,
-        tuple((record.task, record.step) for bundle in bundles for record in bundle),
+        tuple((record.task, record.step) for record in offers),
         view.hive,
         round=auction.round,
         asked=asked,
-        sizes=() if set(sizes) == {1} else sizes,
     )
     timer = SetTimer(Signal.ROUND_TIMEOUT, state.bid_timeout)
     return replace(state, call=call), [timer, call]
@@ -412,7 +424,7 @@ def _hear(state: AuctionState, event: BidsHeard, view: View) -> Step:
     if event.flaw:
         return state, [Refuse(event.flaw)]
     if state.auction.is_for_plan:
-        auction, refusal = state.auction.hear_basis(bids)
+        auction, refusal = state.auction.hear_basis(bids, view.in_service)
     else:
         auction, refusal = state.auction.hear(bids, view.in_service)
     state = replace(state, auction=auction)
@@ -434,10 +446,6 @@ def _close_round(state: AuctionState, view: View) -> Step:
         # While the robots answered, more has come: one plan for all is better.
         state, effects = _next_round(state, (), view)
         return state, [stop, *effects]
-    if auction.reallocates:
-        state, effects = _begin_transfers(state, auction, view)
-        state, more = _open(replace(state, auction=None), view)
-        return state, [stop, *effects, *more]
     result = auction.result()
     if auction.is_selective:
         # Robots that were not asked may be able to take it; they are asked next.
@@ -447,8 +455,8 @@ def _close_round(state: AuctionState, view: View) -> Step:
     for bid in result.awards:
         auction = auction.forget(bid.robot_id)
         transfers = transfers.without_taker(bid.robot_id)
-    reallocation = state.reallocation.resume() if result.awards else state.reallocation
-    state = replace(state, auction=auction, transfers=transfers, reallocation=reallocation)
+    quiet = 0 if result.awards else state.quiet_plans
+    state = replace(state, auction=auction, transfers=transfers, quiet_plans=quiet)
     state, effects = _settle(state, result)
     if state.plans and result.awards:
         state = replace(state, fresh=frozenset(bid.task_id for bid in result.awards))
@@ -465,53 +473,39 @@ def _settle(state: AuctionState, result: Result) -> Step:
     return state, [CarryOut(result)]
 
 
-def _reallocate(state: AuctionState, event: ReallocationDue, view: View) -> Step:
-    """Offer some tasks that have not begun again, while there is nothing else to do."""
-    if state.auction is not None or state.transfers.exchanges or _waiting(state, view):
+def _improve(state: AuctionState, event: ImprovementDue, view: View) -> Step:
+    """Ask for what a better plan is made of, unless the last ones have gained nothing."""
+    if not state.plans or state.auction is not None or state.transfers.moves:
         return state, []
-    robots = view.in_service
-    if state.plans:
-        return _improve_plan(state, event, view)
-    most = state.selection.max_bundles(len(robots))
-    reallocation, bundles = state.reallocation.next_step(event.held, robots, view.last, most)
-    state = replace(state, reallocation=reallocation)
-    if not bundles:
-        return state, []
-    state = _begin(state, view, reallocates=True)
-    assert state.auction is not None  # noqa: S101  (it has just begun)
-    offers = [record for bundle in bundles for record in bundle]
-    asked = state.selection.asked(offers, robots, view.last) | {each.robot for each in offers}
-    return _ask(state, state.auction, bundles, asked, (), view)
-
-
-def _improve_plan(state: AuctionState, event: ReallocationDue, view: View) -> Step:
-    """Ask for what a better plan is made of, unless the last ones have found none."""
     unbegun = [record for record in event.held if record.state is TaskState.ASSIGNED]
     may_gain = len(unbegun) > 1 or (unbegun and len(view.in_service) > 1)
-    if not may_gain or not state.reallocation.may_plan:
+    if not may_gain or state.quiet_plans >= PLANS or _waiting(state, view):
         return state, []
-    state = replace(
-        _begin(state, view, reallocates=True), reallocation=state.reallocation.planned()
-    )
+    state = _begin(state, view, improves=True)
+    state = replace(state, quiet_plans=state.quiet_plans + 1)
     assert state.auction is not None  # noqa: S101  (it has just begun)
-    bundles = [(record,) for record in unbegun]
-    return _ask(state, state.auction, bundles, view.in_service, (), view, for_plan=True)
+    return _ask(state, state.auction, unbegun, view.in_service, (), view, for_plan=True)
 
 
 def _make_plan(state: AuctionState, auction: Auction, view: View) -> Step:
     """Have a plan made of everything that waits or has not begun."""
     left_out = state.parked | state.transfers.task_ids | state.unplanned
+    bases = {robot: each for robot, each in auction.bases.items() if robot in view.in_service}
     records = tuple(
         record
         for record in view.records.values()
-        if (record.state in {TaskState.WAITING, TaskState.ASSIGNED} or _may_move(state, record))
-        and not record.parts
-        and record.task.id not in left_out
-        and (record.state is not TaskState.WAITING or record.task.priority < MAX_PRIORITY)
+        if _is_planned(state, record, bases) and record.task.id not in left_out
     )
-    bases = {robot: each for robot, each in auction.bases.items() if robot in view.in_service}
     number = (auction.epoch, auction.number, auction.round)
-    return state, [MakePlan(bases, records, auction.reallocates, number)]
+    return state, [MakePlan(bases, records, auction.improves, number)]
+
+
+def _is_planned(state: AuctionState, record: TaskRecord, bases: Mapping[str, BidBasis]) -> bool:
+    """Return whether a plan may say where a task goes; what others do is not known to it."""
+    if record.state is TaskState.WAITING:
+        return not record.parts and record.task.priority < MAX_PRIORITY
+    is_loose = record.state is TaskState.ASSIGNED or _may_move(state, record)
+    return is_loose and record.robot in bases
 
 
 def _may_move(state: AuctionState, record: TaskRecord) -> bool:
@@ -529,61 +523,34 @@ def _follow_plan(state: AuctionState, planned: Planned, view: View) -> Step:
     auction = state.auction
     if auction is None or not state.is_planning:
         return state, []
-    if auction.reallocates and not state.reallocation.is_worth(planned.gain):
+    is_kept = auction.improves and planned.gain <= WORTH
+    steps = steps_to(planned, view.records, view.in_service, auction.bids, keeps_lists=is_kept)
+    if is_kept and not steps.moves:
         return _open(replace(state, auction=None), view)
-    steps = steps_to(planned, view.records, view.in_service)
     left = {each.task.id for each in planned.left if each.state is TaskState.WAITING}
-    state = replace(
-        state,
-        unplanned=state.unplanned | left,
-        reallocation=state.reallocation.resume(),
-    )
+    state = replace(state, unplanned=state.unplanned | left, quiet_plans=0)
     effects: list[Effect] = [Reorder(*each) for each in steps.reorders]
+    number = (auction.epoch, auction.number, auction.round)
     if steps.moves:
-        decided_in = (auction.epoch, auction.number, auction.round)
-        transfers = state.transfers.begin([steps.moves], view.records.get, decided_in)
+        transfers = state.transfers.begin(steps.moves, view.records.get, number)
         state = replace(state, transfers=transfers)
         timer = SetTimer(Signal.TRANSFER_TIMEOUT, state.transfer_timeout)
-        effects += [timer, *map(Recall, transfers.records)]
-    if auction.reallocates:
+        effects += [timer, *(Recall(move.record) for move in steps.moves)]
+    if auction.improves:
         state, more = _open(replace(state, auction=None), view)
         return state, effects + more
-    result = Result(
-        steps.awards,
-        (),
-        planned.bids,
-        auction.missing,
-        (auction.epoch, auction.number, auction.round),
-        planned.reason,
-        steps.places,
-    )
+    missing, reason = auction.missing, planned.reason
+    result = Result(steps.awards, (), steps.bids, missing, number, reason, steps.places)
     return state, [*effects, CarryOut(result)]
 
 
-def _begin_transfers(state: AuctionState, auction: Auction, view: View) -> Step:
-    """Recall what changes hands, of those offers that are still as they were offered."""
-    unchanged = [
-        (bundle, bids)
-        for bundle, bids in auction.offers()
-        if all(view.records.get(record.task.id) == record for record in bundle)
-    ]
-    reallocation, exchanges = state.reallocation.decide(unchanged)
-    state = replace(state, reallocation=reallocation)
-    if not exchanges:
-        return state, []
-    decided_in = (auction.epoch, auction.number, auction.round)
-    transfers = state.transfers.begin(exchanges, view.records.get, decided_in)
-    timer = SetTimer(Signal.TRANSFER_TIMEOUT, state.transfer_timeout)
-    return replace(state, transfers=transfers), [timer, *map(Recall, transfers.records)]
-
-
-def _award_moves(state: AuctionState, moves: Sequence[Move], view: View) -> Step:
+def _award_moves(state: AuctionState, moves: Moves, view: View) -> Step:
     """Award what has been handed back to the robots that were to get it."""
     state = _begin(state, view)
-    awards = tuple(bid for move in moves for bid in move.awards)
-    bids = {record.task.id: move.bids for move in moves for record in move.records}
+    awards = tuple(move.taker for move in moves)
+    bids = {move.record.task.id: move.bids for move in moves}
     reason = "exchanged: " + ", ".join(map(str, moves))
-    places = {each.task.id: move.place for move in moves for each in move.records}
+    places = {move.record.task.id: move.place for move in moves}
     decided_in = state.transfers.decided_in
     result = Result(awards, (), bids, auction=decided_in, reason=reason, places=places)
     return _settle(state, result)

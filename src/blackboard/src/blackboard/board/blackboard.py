@@ -18,7 +18,7 @@ from blackboard.auction.auctioneer import Auctioneer
 from blackboard.auction.central import Central
 from blackboard.auction.splitting import unfinished_parts, with_wholes
 from blackboard.auction.step import (
-    ReallocationDue,
+    ImprovementDue,
     RobotImproved,
     ScheduleChanged,
     Signal,
@@ -129,7 +129,7 @@ class Blackboard:
         self._timers = [
             every(settings.reassign / _LOOKS_IN_TIME, self._look),
             every(settings.retry_period, self._retry),
-            every(settings.improve_period, self._reallocate),
+            every(settings.improve_period, self._improve),
         ]
         self._look()
         self._retry()
@@ -149,8 +149,8 @@ class Blackboard:
     def _retry(self) -> None:
         self._auctioneer.handle(Signal.FLEET_CHANGED)
 
-    def _reallocate(self) -> None:
-        self._auctioneer.handle(ReallocationDue(tuple(self._orders.held())))
+    def _improve(self) -> None:
+        self._auctioneer.handle(ImprovementDue(tuple(self._orders.held())))
 
     def _look(self) -> None:
         """Release the tasks of lost robots, and forget what ended long ago."""

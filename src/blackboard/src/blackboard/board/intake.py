@@ -51,8 +51,6 @@ def why_refused(topic: str, message: object) -> str:
 
 
 def _broadcast_flaw(broadcast: Broadcast) -> str:
-    if broadcast.sizes and (sum(broadcast.sizes) != len(broadcast.tasks) or 0 in broadcast.sizes):
-        return f"sizes {broadcast.sizes} do not add up to {len(broadcast.tasks)} tasks"
     if len(broadcast.tasks) > MAX_ITEMS:
         return f"Broadcast.tasks has {len(broadcast.tasks)} items; allowed: at most {MAX_ITEMS}"
     flaw = next(filter(None, (_task_flaw(*offer) for offer in broadcast.tasks)), "")

@@ -41,7 +41,7 @@ class Bids:
     robot_id: str
     epoch: int  # of the broadcast that is answered
     auction: int  # of the broadcast that is answered
-    bids: tuple[Bid, ...]  # one for each bundle
+    bids: tuple[Bid, ...]  # one for each task offered
     round: int = 1  # of the broadcast that is answered
     # What the blackboard is to compute the bids from; None if `bids` holds them.
     basis: BidBasis | None = None

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.costing.bid_basis import BidBasis, Bids
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from blackboard.domain.record import Broadcast
     from hive_common.pose import Pose
 
-    Bundle = tuple[tuple[Task, int], ...]
 
 CHARGE_TOLERANCE = 0.10
 """The share of its charge that a robot keeps (the report's 10 %)."""
@@ -65,31 +63,28 @@ class Bidder:
         kept = {first.task.id} if first is not None else set()
         route = self._schedule.route(here, at_work=at_work, without=offered - kept)
         bids = tuple(
-            self._refuse(bundle, refusal or "has begun it already", Exclusion.SERVICE)
-            if refusal or any(task.id in kept for task, _ in bundle)
-            else self._bid(bundle, here, route, at_work=at_work)
-            for bundle in broadcast.bundles
+            self._refuse(task, refusal or "has begun it already", Exclusion.SERVICE)
+            if refusal or task.id in kept
+            else self._bid(task, step, here, route, at_work=at_work)
+            for task, step in broadcast.tasks
         )
         return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids, broadcast.round)
 
     def bid(self, task: Task, step: int, here: Pose, *, at_work: bool) -> Bid:
         """Return the bid on a task, from a step on, at its best position in the schedule."""
         route = self._schedule.route(here, at_work=at_work)
-        return self._bid(((task, step),), here, route, at_work=at_work)
+        return self._bid(task, step, here, route, at_work=at_work)
 
-    def _refuse(self, bundle: Bundle, reason: str, exclusion: Exclusion) -> Bid:
-        task, _ = bundle[0]
-        bid = refused(self._robot_id, self._characteristics, task, reason, exclusion)
-        return replace(bid, size=len(bundle))
+    def _refuse(self, task: Task, reason: str, exclusion: Exclusion) -> Bid:
+        return refused(self._robot_id, self._characteristics, task, reason, exclusion)
 
-    def _bid(self, bundle: Bundle, here: Pose, route: Route, *, at_work: bool) -> Bid:
-        for task, _ in bundle:
-            if reason := self._characteristics.excludes(task):
-                return self._refuse(bundle, reason, exclusion_of(self._characteristics, task))
-        best = route.best_insertion(*bundle)
+    def _bid(self, task: Task, step: int, here: Pose, route: Route, *, at_work: bool) -> Bid:
+        if reason := self._characteristics.excludes(task):
+            return self._refuse(task, reason, exclusion_of(self._characteristics, task))
+        best = route.best_insertion(task, step)
         if not math.isfinite(best.before.distance + best.effort.distance):
             reason = no_path(self._characteristics, best.before.end)
-            return self._refuse(bundle, reason, Exclusion.WAY)
+            return self._refuse(task, reason, Exclusion.WAY)
         charge_left = self._battery.charge_left - self._battery.charge_for(best.before.energy)
         charge = self._battery.charge_for(best.effort.energy)
         reserve = self._reserve(best.effort.end)
@@ -99,7 +94,7 @@ class Bidder:
             reason = (
                 f"its charge would fall to {share:.0%}{drive}; it keeps {CHARGE_TOLERANCE:.0%}"
             )
-            return self._refuse(bundle, reason, Exclusion.CHARGE)
+            return self._refuse(task, reason, Exclusion.CHARGE)
         terms = CostTerms(
             energy_charge=charge,
             charge_left=charge_left,
@@ -113,9 +108,8 @@ class Bidder:
         cost = self._model.cost(terms)
         if cost >= MAX_COST:
             reason = f"its cost of {cost:.0f} is not below {MAX_COST:.0f}"
-            return self._refuse(bundle, reason, Exclusion.COST)
+            return self._refuse(task, reason, Exclusion.COST)
         under_way = self._schedule.first() if at_work else None
-        task, step = bundle[0]
         return Bid(
             self._robot_id,
             task.id,
@@ -126,7 +120,6 @@ class Bidder:
             interrupt_cost=self._interrupt_cost(task, step, here, under_way),
             most_payload=self._characteristics.most_payload(TaskType(task.type)),
             terms=terms,
-            size=len(bundle),
         )
 
     def _interrupt_cost(self, task: Task, step: int, here: Pose, under_way: Entry | None) -> float:

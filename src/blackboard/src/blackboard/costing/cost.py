@@ -81,17 +81,7 @@ COST_MODELS: Mapping[str, CostModel] = MappingProxyType(
 LATEST_COUNT = 12
 """Power of the times at which schedules end; a high one makes the latest outweigh all others."""
 
-MEASURES: Mapping[str, Callable[[CostTerms], float]] = MappingProxyType(
-    {
-        "way": lambda terms: terms.way,
-        "makespan": lambda terms: (terms.finish / 100.0) ** LATEST_COUNT,
-        "waiting": lambda terms: terms.waiting,
-    }
-)
-"""What a whole fleet may minimize by reallocation, by the names that parameter files use: how much
-of it one task adds to the schedule of a robot."""
-
 
 def measure_for(cost_model: str) -> str:
-    """Return the name in `MEASURES` of what a cost model minimizes, or comes closest to."""
+    """Return the name in `MEASURE_NAMES` of what a cost model minimizes, or comes closest to."""
     return {"energy": "way", "makespan": "makespan"}.get(cost_model, "waiting")

@@ -120,25 +120,21 @@ class Route:
             self._own.append(stop.job.effort_from(self.before[-1].end))
             self.before.append(self.before[-1].then(self._own[-1]))
 
-    def best_insertion(self, *bundle: tuple[Task, int]) -> Insertion:
-        """Find the best position for one more task, or for several that follow each other.
+    def best_insertion(self, task: Task, step: int) -> Insertion:
+        """Find the best position for one more task, from a step on.
 
-        They do not pass a higher priority. Of equally good positions they take the last, so that
-        they pass nothing that is on the schedule already. The tasks of a bundle have one priority;
-        each comes with its first step that is still to be done.
+        It does not pass a higher priority. Of equally good positions it takes the last, so that
+        it passes nothing that is on the schedule already.
         """
-        task, _ = bundle[0]
         ahead = sum(
             1
             for index, stop in enumerate(self._stops)
             if stop.priority > task.priority or (self._keep_first and index == 0)
         )
         equals = sum(1 for stop in self._stops[ahead:] if stop.priority == task.priority)
-        jobs = [
-            (Job(each, step, self._predictor), self._aging.weight(each)) for each, step in bundle
-        ]
+        job, weight = Job(task, step, self._predictor), self._aging.weight(task)
         positions = range(ahead, ahead + equals + 1)
-        insertions = [self._insertion(position, jobs) for position in positions]
+        insertions = [self._insertion(position, job, weight) for position in positions]
         best, least = insertions[0], math.inf
         for insertion in insertions:
             value = round(self._rule(insertion), _DIGITS)
@@ -146,14 +142,11 @@ class Route:
                 best, least = insertion, value
         return best
 
-    def _insertion(self, position: int, jobs: Sequence[tuple[Job, float]]) -> Insertion:
-        """Return what inserting some jobs takes, each with what a second of waiting counts."""
+    def _insertion(self, position: int, job: Job, weight: float) -> Insertion:
+        """Return what inserting a job takes; a second of waiting for it counts `weight`."""
         before = self.before[position]
-        own, waiting = before, 0.0
-        for job, weight in jobs:
-            effort = job.effort_from(own.end)
-            own = effort if own is before else own.then(effort)
-            waiting += weight * (before.duration + own.duration)
+        own = job.effort_from(before.end)
+        waiting = weight * (before.duration + own.duration)
         distance, energy, longer = own.distance, own.energy, own.duration
         if position < len(self._stops):
             earlier = self._own[position]

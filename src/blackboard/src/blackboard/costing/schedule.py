@@ -137,7 +137,7 @@ class Schedule:
             position = self._allowed(order, keep_first=keep_first)
         elif not loaded:
             route = self.route(here, at_work=keep_first)
-            position = route.best_insertion((order.task, step)).position
+            position = route.best_insertion(order.task, step).position
         self._entries.insert(position, Entry(order, step))
 
     def move(self, order: Order, *, keep_first: bool) -> None:

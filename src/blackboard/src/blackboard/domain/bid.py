@@ -64,8 +64,6 @@ class Bid:
     # What the cost was worked out from; None where the robot takes no part.
     terms: CostTerms | None = None
     exclusion: str = ""  # why the cost is `MAX_COST`, one of `Exclusion`
-    # How many tasks of the broadcast it is for, from this one on: those that are offered as one.
-    size: int = 1
 
     @property
     def is_able(self) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 from blackboard.domain.task import TRANSITIONS, TaskState, split_task
@@ -153,14 +152,6 @@ class Broadcast:
     # which has to be on its list when it bids; empty if there is none.
     asked: Mapping[str, str] | None = None
     basis: bool = False  # whether robots answer with the basis of their bids instead of bids
-    # Number of consecutive tasks in each bundle; if empty, each task is a bundle.
-    sizes: tuple[int, ...] = ()
-
-    @property
-    def bundles(self) -> list[tuple[tuple[Task, int], ...]]:
-        """The bundles of `tasks` that are offered."""
-        ends = [*accumulate(self.sizes or (1,) * len(self.tasks))]
-        return [self.tasks[start:end] for start, end in pairwise([0, *ends])]
 
     def asks(self, robot_id: str) -> bool:
         """Return whether a robot is asked."""

@@ -17,7 +17,8 @@ COST_MODEL_NAMES = ("report", "energy", "time", "makespan", "latency")
 """The cost models that fleet files may name; `costing.cost.COST_MODELS` holds them."""
 
 MEASURE_NAMES = ("way", "makespan", "waiting")
-"""What reallocation may make smaller; `costing.cost.MEASURES` computes them."""
+"""What plans may make smaller: the energy that all ways take, the time at which the last robot is
+done, or the time that tasks wait until they are done."""
 
 ON_ROBOT_LOST = ("reassign", "wait", "operator")
 """Who does the tasks of a lost robot: another robot, the same one, or a person decides."""
@@ -217,23 +218,16 @@ class BlackboardSettings(Settings):
     improve_period: float = setting(
         2.0,
         "s",
-        "Time between two reallocation steps, which offer tasks that have not started to other "
-        "robots",
-        "Steps pause when none has gained anything, until a list, a robot or a task changes.",
+        "With decision: planned, time after which tasks that have not started are planned again",
+        "After two plans that gain nothing it pauses until a list, a robot or a task changes.",
     )
     improve_by: str = setting(
         "waiting",
         "",
-        "What reallocation makes smaller",
+        "What plans make smaller",
         "waiting: the mean time until tasks are done. makespan: the time until all are done. "
         "way: what all robots drive. A fleet file sets it by its cost_model.",
         names=MEASURE_NAMES,
-    )
-    improve_threshold: float = setting(
-        0.05,
-        "",
-        "Reallocation moves tasks only for a gain above this share of what they take",
-        "From 1 on, no task moves.",
     )
     most_asked: int = setting(
         50,

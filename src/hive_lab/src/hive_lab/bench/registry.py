@@ -117,10 +117,6 @@ BENCHES: Mapping[str, Bench] = {
         "bytes and processor time [s] per task, with bids computed by robots or the blackboard",
         "live.decision",
     ),
-    "exchange": Bench(
-        "a fleet's cost after reallocation over that before, and reassigned tasks [1]",
-        "bench.exchange",
-    ),
     "faults": Bench(
         "simulated schedules of faults [1/s], and the properties they break; --schedules N",
         "bench.faults",

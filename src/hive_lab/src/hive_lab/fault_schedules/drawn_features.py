@@ -77,7 +77,6 @@ def _board(random: Random, board: BlackboardSettings) -> BlackboardSettings:
         most_hand_backs=random.choice([2, 5]),
         improve_period=random.choice([0.7, 2.0]),
         improve_by=random.choice(MEASURE_NAMES),
-        improve_threshold=random.choice([0.01, 0.05, 1.0]),
         most_asked=random.choice([1, 50]),
         offers_each=random.choice([1, 4]),
     )

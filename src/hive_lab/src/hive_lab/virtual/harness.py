@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blackboard.consensus.task_list import TaskList
-from blackboard.costing.bid_basis import Bids
+from blackboard.costing.bid_basis import BidBasis, Bids
 from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms
@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 
 SOON = 0.01  # more than any message takes [s]
 STEP = 10.0  # duration of every step [s]
+
+SLOW_ROBOT = replace(SMALL_ROBOT, max_speed=0.1)
+"""To it, ways on the floor of `BlackboardHarness` are worth a plan."""
 
 
 class _Harness:
@@ -106,6 +109,17 @@ class BlackboardHarness(_Harness):
         """Bid a cost for each task, in the last auction or another one."""
         self._answer(robot, costs, auction)
 
+    def tell(self, robot: str, pose: Pose, *tasks: str, auction: int | None = None) -> None:
+        """Tell what a robot's bids are made from: where it is, and the tasks on its list.
+
+        It is one of `SLOW_ROBOT`, and answers the last call or that of another auction.
+        """
+        asked = self.said(TASK_BROADCAST)[-1]
+        listed = tuple((task_id, 0) for task_id in tasks)
+        basis = BidBasis(SLOW_ROBOT, "latency", 120.0, pose, 0.8, tasks=listed)
+        number = auction or asked.auction
+        self.send(TASK_COST, Bids(robot, 1, number, (), asked.round, basis))
+
     def report(
         self,
         robot: str,
@@ -149,16 +163,9 @@ class BlackboardHarness(_Harness):
         """The task ids of the last broadcast."""
         return [task.id for task, _ in self.said(TASK_BROADCAST)[-1].tasks]
 
-    @property
-    def bundles(self) -> list[tuple[str, ...]]:
-        """The bundles of the last broadcast."""
-        asked: Broadcast = self.said(TASK_BROADCAST)[-1]
-        return [tuple(task.id for task, _ in bundle) for bundle in asked.bundles]
-
     def _answer(self, robot: str, costs: Mapping[str, float], auction: int | None = None) -> None:
         asked = self.said(TASK_BROADCAST)[-1]
         number = auction or asked.auction
-        sizes = {bundle[0][0].id: len(bundle) for bundle in asked.bundles}
         bids = tuple(
             Bid(
                 robot,
@@ -167,7 +174,6 @@ class BlackboardHarness(_Harness):
                 eta=10.0,
                 reason="cannot" if cost == MAX_COST else "",
                 terms=CostTerms(1.0, 1.0, 1, cost, 10.0, cost, cost),
-                size=sizes.get(name, 1),
             )
             for name, cost in costs.items()
         )

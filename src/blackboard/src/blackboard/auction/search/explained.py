@@ -14,85 +14,88 @@ from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from blackboard.auction.search.offers import Offers
     from blackboard.auction.search.searcher import Found
     from blackboard.auction.search.survey import Surveyed
 
 _LEAST_CHARGE = 1e-9  # cost models divide by what is left [Ah]
+_MOST = math.nextafter(MAX_COST, 0.0)
 
 
-def explained(surveyed: Surveyed, found: Found) -> Mapping[str, tuple[Bid, ...]]:
-    """Return a bid of each robot on each task that another robot gets, by the id of the task.
+class Explainer:
+    """Tells what each task costs each robot, for the places that a plan leaves them.
 
-    Costs are those of the robots' own cost models, for the places that the plan leaves them.
+    Costs are those of the robots' own cost models.
     """
-    batteries = [
-        Battery(basis.body.battery, basis.charge)
-        for basis in (surveyed.bases[name] for name in surveyed.robots)
-    ]
-    taker = {
-        task: name for name, row in zip(surveyed.robots, found.plan, strict=True) for task in row
-    }
-    bids = {}
-    for index, record in enumerate(surveyed.records):
-        if record.robot == taker.get(index, record.robot):
-            continue
-        told = [
-            _bid(surveyed, found.offers, index, column, batteries)
-            for column in range(found.offers.robot.shape[1])
-        ]
-        told += [
-            refused(name, basis.body, record.task, basis.refusal, Exclusion.SERVICE)
-            for name, basis in surveyed.left_out.items()
-        ]
-        bids[record.task.id] = tuple(sorted(told, key=lambda bid: bid.robot_id))
-    return bids
 
+    def __init__(self, surveyed: Surveyed, found: Found) -> None:
+        self._surveyed = surveyed
+        self._offers = found.offers
+        self._told = found.offers.robot.shape[1]  # so many robots are told for each task
+        bases = [surveyed.bases[name] for name in surveyed.robots]
+        self._bodies = [basis.body for basis in bases]
+        self._models = [COST_MODELS[basis.cost_model] for basis in bases]
+        self._batteries = [Battery(basis.body.battery, basis.charge) for basis in bases]
+        names = zip(surveyed.robots, found.plan, strict=True)
+        self._takers = {task: name for name, row in names for task in row}
 
-def _bid(
-    surveyed: Surveyed, offers: Offers, index: int, column: int, batteries: list[Battery]
-) -> Bid:
-    robot, place, before, after = (int(table[index, column]) for table in offers[:4])
-    if place < 0:
-        return _refusal(surveyed, index, robot)
-    values = (float(table[index, column]) for table in offers[4:])
-    eta, finish, waiting, drawn, draw, added_draw = values
-    lengths, nothing = surveyed.lengths[robot], surveyed.problem.nothing
-    start = before if before < nothing else before - 1
-    way = lengths[start, index] + surveyed.own_lengths[robot][index]
-    if after != nothing:
-        way += lengths[index, after] - lengths[start, after]
-    battery, ready = batteries[robot], surveyed.ready[robot]
-    left = battery.charge_left - battery.charge_for(ready.energy + drawn)
-    terms = CostTerms(
-        energy_charge=battery.charge_for(draw),
-        charge_left=max(left, _LEAST_CHARGE),
-        place=surveyed.fixed[robot] + place + 1,
-        way=float(way),
-        eta=eta,
-        finish=finish,
-        waiting=waiting,
-        added_charge=battery.charge_for(max(added_draw, 0.0)),
-    )
-    name = surveyed.robots[robot]
-    cost = COST_MODELS[surveyed.bases[name].cost_model].cost(terms)
-    task_id = surveyed.records[index].task.id
-    # A robot that takes the task by the plan has said nothing against it.
-    cost = min(cost, math.nextafter(MAX_COST, 0.0))
-    return Bid(name, task_id, cost, terms.energy_charge, eta, terms=terms)
+    def bids(self) -> Mapping[str, tuple[Bid, ...]]:
+        """Return a bid of each robot on each task that another robot gets, by its id."""
+        bids = {}
+        for index, record in enumerate(self._surveyed.records):
+            if record.robot == self._takers.get(index, record.robot):
+                continue
+            told = [self._bid(index, column) for column in range(self._told)]
+            told += [
+                refused(name, basis.body, record.task, basis.refusal, Exclusion.SERVICE)
+                for name, basis in self._surveyed.left_out.items()
+            ]
+            bids[record.task.id] = tuple(sorted(told, key=lambda bid: bid.robot_id))
+        return bids
 
+    def bid_of_taker(self, index: int) -> Bid:
+        """Return the bid of the robot that gets a task, at the place that it gets."""
+        return self._bid(index, 0)
 
-def _refusal(surveyed: Surveyed, index: int, robot: int) -> Bid:
-    """Return the bid of a robot on whose list a task cannot go."""
-    name, record = surveyed.robots[robot], surveyed.records[index]
-    body, tables = surveyed.bases[name].body, surveyed.problem
-    start = surveyed.lengths[robot][tables.nothing + robot, index]
-    if reason := body.excludes(record.task):
-        exclusion = exclusion_of(body, record.task)
-    elif not math.isfinite(start + surveyed.own_lengths[robot][index]):
-        reason, exclusion = no_path(body, surveyed.ready[robot].end), Exclusion.WAY
-    elif not tables.able[robot, index]:
-        reason, exclusion = "has tried it in vain", Exclusion.COST
-    else:
-        reason, exclusion = "has too little charge for it", Exclusion.CHARGE
-    return refused(name, body, record.task, reason, exclusion)
+    def _bid(self, index: int, column: int) -> Bid:
+        surveyed, offers = self._surveyed, self._offers
+        robot, place, before, after = (int(table[index, column]) for table in offers[:4])
+        if place < 0:
+            return self._refusal(index, robot)
+        values = (float(table[index, column]) for table in offers[4:])
+        eta, finish, waiting, drawn, draw, added_draw = values
+        lengths, nothing = surveyed.lengths[robot], surveyed.problem.nothing
+        start = before if before < nothing else before - 1
+        way = lengths[start, index] + surveyed.own_lengths[robot][index]
+        if after != nothing:
+            way += lengths[index, after] - lengths[start, after]
+        battery = self._batteries[robot]
+        left = battery.charge_left - battery.charge_for(surveyed.ready[robot].energy + drawn)
+        terms = CostTerms(
+            energy_charge=battery.charge_for(draw),
+            charge_left=max(left, _LEAST_CHARGE),
+            place=surveyed.fixed[robot] + place + 1,
+            way=float(way),
+            eta=eta,
+            finish=finish,
+            waiting=waiting,
+            added_charge=battery.charge_for(max(added_draw, 0.0)),
+        )
+        # What a plan gives to a robot is never too much for it, whatever its cost model says.
+        cost = min(self._models[robot].cost(terms), _MOST)
+        name, task_id = surveyed.robots[robot], surveyed.records[index].task.id
+        return Bid(name, task_id, cost, terms.energy_charge, eta, terms=terms)
+
+    def _refusal(self, index: int, robot: int) -> Bid:
+        """Return the bid of a robot on whose list a task cannot go."""
+        surveyed, body = self._surveyed, self._bodies[robot]
+        record, problem = surveyed.records[index], surveyed.problem
+        start = surveyed.lengths[robot][problem.nothing + robot, index]
+        if reason := body.excludes(record.task):
+            exclusion = exclusion_of(body, record.task)
+        elif not math.isfinite(start + surveyed.own_lengths[robot][index]):
+            reason, exclusion = no_path(body, surveyed.ready[robot].end), Exclusion.WAY
+        elif not problem.able[robot, index]:
+            reason, exclusion = "has tried it in vain", Exclusion.COST
+        else:
+            reason, exclusion = "has too little charge for it", Exclusion.CHARGE
+        return refused(surveyed.robots[robot], body, record.task, reason, exclusion)

@@ -55,7 +55,7 @@ class Offers(NamedTuple):
 def offers_for(problem: Problem, plan: Plan, measure: str) -> Offers:
     """Return what each task takes each robot; `measure` chooses the place.
 
-    `measure` is a name of `costing.cost.MEASURES`.
+    `measure` is a name of `domain.settings.MEASURE_NAMES`.
     """
     robots = [_List(problem, robot, row).offers(measure) for robot, row in enumerate(plan)]
     offers = Offers._make(np.stack(tables, axis=1) for tables in zip(*robots, strict=True))

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from blackboard.auction.search.explained import explained
+from blackboard.auction.search.explained import Explainer
 from blackboard.costing.cost import LATEST_COUNT
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _GAINS = {
     "makespan": "ends {:.0%} earlier",
     "way": "takes {:.0%} less energy",
 }
-"""What a plan gains, by the names of `costing.cost.MEASURES`."""
+"""What a plan gains, by the names of `domain.settings.MEASURE_NAMES`."""
 
 _NOTABLE = 0.995  # a smaller gain is not told
 
@@ -37,13 +37,13 @@ class Place:
         record: The task as it was when the plan was begun.
         robot: Who gets it.
         place: In the robot's list; 1 is first.
-        eta: Time from then on until it is done [s].
+        bid: What it costs the robot there.
     """
 
     record: TaskRecord
     robot: str
     place: int
-    eta: float
+    bid: Bid
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +78,12 @@ class Planned:
 
 def planned(surveyed: Surveyed, found: Found, measure: str) -> Planned:
     """Return the plan that a search has found; `measure` is the name of what it makes small."""
+    explainer = Explainer(surveyed, found)
+    costs = [explainer.bid_of_taker(task) for task in range(len(surveyed.records))]
     places = tuple(
-        Place(surveyed.records[task], surveyed.robots[robot], place, eta)
+        Place(surveyed.records[task], surveyed.robots[robot], place, costs[task])
         for robot, row in enumerate(found.plan)
-        for place, (task, eta) in enumerate(
-            zip(row, surveyed.problem.times(robot, row), strict=True),
-            start=surveyed.fixed[robot] + 1,
-        )
+        for place, task in enumerate(row, start=surveyed.fixed[robot] + 1)
     )
     listed = {place.record.task.id for place in places}
     left = tuple(record for record in surveyed.records if record.task.id not in listed)
@@ -92,7 +91,7 @@ def planned(surveyed: Surveyed, found: Found, measure: str) -> Planned:
         robot: tuple(surveyed.records[task].task.id for task in row)
         for robot, row in zip(surveyed.robots, surveyed.plan, strict=True)
     }
-    bids = explained(surveyed, found)
+    bids = explainer.bids()
     reason = _reason(len(places) - 1, found, measure)
     return Planned(places, left, found.before, found.after, was, bids, reason)
 

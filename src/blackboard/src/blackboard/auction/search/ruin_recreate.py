@@ -40,7 +40,7 @@ WAY, MAKESPAN, WAITING = 0, 1, 2
 OBJECTIVES: Mapping[str, int] = MappingProxyType(
     {"way": WAY, "makespan": MAKESPAN, "waiting": WAITING}
 )
-"""What to make small, by the names of `costing.cost.MEASURES`; what a way takes is energy."""
+"""What to make small, by `domain.settings.MEASURE_NAMES`; what a way takes is energy."""
 
 _POWER = LATEST_COUNT
 _SCALE = 100.0  # [s]

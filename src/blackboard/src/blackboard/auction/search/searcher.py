@@ -18,7 +18,7 @@ class Job(NamedTuple):
     Attributes:
         problem: The figures.
         plan: The lists as they are.
-        measure: What to make small, a name of `costing.cost.MEASURES`.
+        measure: What to make small, a name of `domain.settings.MEASURE_NAMES`.
         move: What it counts to give a listed task to another robot [s].
         seed: Of chance, 0..2^32 - 1.
         rounds: The number of rounds.

@@ -186,7 +186,6 @@ BROADCAST = Codec(
         write=lambda asked: (list(asked or ()), list((asked or {}).values())),
         read=lambda robots, given: dict(_zip(robots, given)) if robots else None,
     ),
-    *_tuples("sizes"),
 )
 
 TERMS = Codec(
@@ -206,7 +205,6 @@ BID = Codec(
         read=lambda cost, under_way: cost if under_way else MAX_COST,
     ),
     Row("interrupt_cost", write=lambda cost: cost, read=None),
-    Row("size", write=lambda size: size, read=lambda size: size or 1),
     Within("terms", TERMS, present="place"),
 )
 """One bid; the array around it knows whose it is and writes the epoch and the header."""
