@@ -123,7 +123,7 @@ class FleetContent:
 
     cost_model: Annotated[str, one_of(*COST_MODELS)] = "report"
     """How robots work out what a task costs them."""
-    decision: Annotated[str, one_of(*DECISIONS)] = "distributed"
+    decision: Annotated[str, one_of(*DECISIONS)] = "planned"
     """Robots bid (`distributed`), the leader bids for all (`centralized`), or it plans for all
     (`planned`)."""
     distance: Annotated[str, one_of(*DISTANCES)] = "path"
