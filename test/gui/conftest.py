@@ -30,12 +30,10 @@ from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
 from hive_common.resources import package_folder
+from hive_lab.runner.limits import PATIENCE
 
 HERE = Path(__file__).parent
 SCREEN = "1366x768x24"
-PATIENCE = 600.0
-"""Limit for what hangs [s]; no verdict depends on how long something takes."""
-
 BIDS_WITHIN = 60.0
 """Longest auction [s]: nobody who is slow on a busy machine is left out."""
 

@@ -8,6 +8,7 @@ from python_qt_binding.QtCore import QSettings
 
 from fleet_manager.client.comparison_files import PAGE, TABLE
 from fleet_manager.gui.benchmarks import Benchmarks
+from hive_lab.runner.limits import CASE
 
 FLEET = """\
 robots:
@@ -66,7 +67,7 @@ def short(tmp_path):
     return fill
 
 
-@pytest.mark.timeout(1800)
+@pytest.mark.timeout(CASE)
 def test_from_choosing_to_the_exported_page(person, opened, short, tmp_path):
     window = opened()
     short(window)

@@ -16,6 +16,7 @@ from blackboard.domain.task import TaskState
 from fleet_manager.desk.facts import HiveMessage
 from fleet_manager.gui import desk as desk_module
 from fleet_manager.gui.desk import BATCH, BUDGET, Desk
+from hive_lab.runner.limits import CASE
 from hive_lab.windows import bench
 
 SECONDS_PER_FACT = BUDGET / 50
@@ -66,7 +67,7 @@ def test_a_flood_of_messages_is_taken_in_a_little_at_every_turn_of_the_event_loo
     assert len(link.turns) >= FLOOD * SECONDS_PER_FACT / BUDGET / 2
 
 
-@pytest.mark.timeout(3600)  # every case is watched for some seconds
+@pytest.mark.timeout(CASE)  # every case is watched for some seconds
 def test_the_window_follows_a_large_hive_and_the_loss_of_it_and_its_stalls_are_measured(screen):  # noqa: ARG001
     figures = bench.run().figures
 

@@ -13,11 +13,12 @@ from python_qt_binding.QtCore import Qt
 
 from blackboard.domain.task import TaskType
 from fleet_manager.gui.task_details import TaskDetails
+from hive_lab.runner.limits import CASE
 
 pytestmark = [
     # rospy leaves sockets to be closed by the garbage collector.
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
-    pytest.mark.timeout(1800),  # the first test waits for the whole hive to come up
+    pytest.mark.timeout(CASE),  # the first test waits for the whole hive to come up
 ]
 
 HERE, FAR = ("4.5", "3"), ("14", "3")

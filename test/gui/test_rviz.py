@@ -14,11 +14,12 @@ import yaml
 
 from blackboard.domain.task import TaskType
 from hive_common.resources import package_folder
+from hive_lab.runner.limits import CASE
 
 # rospy leaves sockets to be closed by the garbage collector.
 pytestmark = [
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
-    pytest.mark.timeout(1800),  # the first test waits for the whole hive to come up
+    pytest.mark.timeout(CASE),  # the first test waits for the whole hive to come up
 ]
 
 CONFIG = package_folder("simenv") / "rviz" / "hive.rviz"

@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING
 import psutil
 import pytest
 
+from hive_lab.runner import limits
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -100,8 +102,8 @@ class RosTestItem(pytest.Item):
         tests = list(_xml(self.path).iter("test"))
         self.names = [test.get("test-name", "") for test in tests]
         """The test nodes, as the file calls them."""
-        self.time_limit = sum(float(test.get("time-limit", 60)) + START_AND_STOP for test in tests)
-        """How long rostest may take in all [s]; it starts the nodes anew for each test node."""
+        self.time_limit = limits.FILE + START_AND_STOP
+        """How long rostest may take in all [s]."""
         self.add_marker(pytest.mark.timeout(self.time_limit + TIME_TO_STOP + 15))
 
     def runtest(self) -> None:
@@ -173,6 +175,7 @@ def _environment(ros_home: Path) -> dict[str, str]:
         "ROS_TEST_RESULTS_DIR": str(ros_home / "results"),
         "ROS_PACKAGE_PATH": packages,  # where rostest finds the test nodes
         "ROS_IP": "127.0.0.1",
+        "HIVE_TIME_LIMIT": f"{limits.FILE:g}",  # of a test node
     }
 
 

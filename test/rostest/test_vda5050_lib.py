@@ -21,6 +21,7 @@ from blackboard.domain.task import StepKind, TaskStep
 from blackboard.robot.executor import CommandState
 from hive_common.map_file import load_map
 from hive_common.pose import Pose
+from hive_lab.runner.limits import PATIENCE
 from robot_description.models import load_model
 from robot_navigation.control.navigator import Navigator
 from robot_navigation.planning.ompl_planner import OmplPlanner
@@ -42,7 +43,6 @@ from vda5050.vehicle.channel import Channel
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = Path(__file__).parent / "vda5050_lib"
 INSTALLED = ROOT / ".hive" / "vda5050-lib" / "node_modules"
-PATIENCE = 300.0  # limit for what hangs [s, wall clock]
 FASTER = 10.0  # how much faster than the wall clock the robot drives
 
 pytestmark = [

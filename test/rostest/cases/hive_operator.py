@@ -2,13 +2,13 @@
 """An operator's program, as anybody could write it who knows the topics and messages only.
 
 What it hears, it keeps; what it waits for, it waits for with patience, because a machine may be
-busy. When that does not come, it says what it heard last.
+busy. When that does not come, it says what it heard last. It keeps its connections as our own
+programs do, because no case is about those that rospy loses.
 """
 
 import collections
 import contextlib
 import math
-import os
 import threading
 import time
 
@@ -28,10 +28,11 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Float64, Header, String, UInt32
 
+from hive_common.ros.links import mend_links
+from hive_lab.runner.limits import PATIENCE
+
 ROBOTS = ("robot1", "robot2", "robot3", "robot4")
 """The lab's fleet: two AGVs, then two mobile manipulators."""
-PATIENCE = float(os.environ.get("HIVE_PATIENCE", "600"))
-"""Limit for what hangs [s, wall clock]; no verdict depends on how long something takes."""
 REPEAT = 1.0
 """Time after which an unanswered task is posted again [s, wall clock]."""
 TERMINAL = (TaskState.DONE, TaskState.REJECTED, TaskState.CANCELLED, TaskState.FAILED)
@@ -88,6 +89,7 @@ class Operator:
         self._hear("/simenv/collisions", UInt32, lambda m: setattr(self, "collisions", m.data))
         for name in robots:
             self.watch(name)
+        mend_links()
 
     def watch(self, robot):
         """Track a robot's true places, and its battery, from now on."""

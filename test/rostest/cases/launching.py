@@ -10,7 +10,8 @@ import xmlrpc.client
 
 import psutil
 import rosgraph
-from hive_operator import PATIENCE
+
+from hive_lab.runner.limits import PATIENCE
 
 TIME_TO_STOP = 180.0
 """Limit for what hangs [s]. roslaunch gives each node 15 s after SIGINT and 2 s after SIGTERM, and

@@ -22,7 +22,8 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
-WAIT = 300.0  # limit for what hangs [s, wall clock]
+from hive_lab.runner.limits import PATIENCE
+
 FACTOR = 2  # how much faster simulated time passes, by the launch file
 SLOW = 0.2  # and where what a busy machine has not done in time would count
 
@@ -31,7 +32,7 @@ SLOW = 0.2  # and where what a busy machine has not done in time would count
 def node():
     rospy.init_node("localization_cases")
     while not rospy.get_rostime():
-        rospy.wait_for_message("/clock", Clock, timeout=WAIT)
+        rospy.wait_for_message("/clock", Clock, timeout=PATIENCE)
 
 
 def pose():
@@ -41,33 +42,33 @@ def pose():
     """
     poses, now = queue.Queue(), rospy.Time.now()
     subscriber = rospy.Subscriber("robot1/amcl_pose", PoseWithCovarianceStamped, poses.put)
-    rospy.wait_for_service("robot1/request_nomotion_update", WAIT)
+    rospy.wait_for_service("robot1/request_nomotion_update", PATIENCE)
     ask = rospy.ServiceProxy("robot1/request_nomotion_update", Empty)
     ask()
-    message = poses.get(timeout=WAIT)
+    message = poses.get(timeout=PATIENCE)
     while message.header.stamp < now:
         ask()
-        message = poses.get(timeout=WAIT)
+        message = poses.get(timeout=PATIENCE)
     subscriber.unregister()
     return message
 
 
 def far_from_the_truth(message):
-    truth = rospy.wait_for_message("robot1/ground_truth", Odometry, timeout=WAIT)
+    truth = rospy.wait_for_message("robot1/ground_truth", Odometry, timeout=PATIENCE)
     here, there = message.pose.pose.position, truth.pose.pose.position
     return math.hypot(here.x - there.x, here.y - there.y)
 
 
 def test_a_robot_drives_to_its_goal_with_amcl_and_knows_where_it_is():
     client = actionlib.SimpleActionClient("robot1/move_base", MoveBaseAction)
-    assert client.wait_for_server(rospy.Duration(int(FACTOR * WAIT)))
+    assert client.wait_for_server(rospy.Duration(int(FACTOR * PATIENCE)))
     goal = MoveBaseGoal()
     goal.target_pose.header.frame_id = "map"
     goal.target_pose.pose.position.x, goal.target_pose.pose.position.y = 5.4, 4.4
     goal.target_pose.pose.orientation.w = 1.0
     client.send_goal(goal)
 
-    assert client.wait_for_result(rospy.Duration(int(FACTOR * WAIT)))
+    assert client.wait_for_result(rospy.Duration(int(FACTOR * PATIENCE)))
     assert client.get_state() == GoalStatus.SUCCEEDED
     message = pose()
     assert message.header.frame_id == "map"
@@ -78,10 +79,10 @@ def test_a_robot_drives_to_its_goal_with_amcl_and_knows_where_it_is():
 def test_global_localization_spreads_the_particles_over_the_whole_map():
     clouds = queue.Queue()
     rospy.Subscriber("robot1/particlecloud", PoseArray, clouds.put)
-    rospy.wait_for_service("robot1/global_localization", WAIT)
+    rospy.wait_for_service("robot1/global_localization", PATIENCE)
     rospy.ServiceProxy("robot1/global_localization", Empty)()
 
-    spread, end = 0.0, time.monotonic() + WAIT
+    spread, end = 0.0, time.monotonic() + PATIENCE
     while spread < 5.0:
         assert time.monotonic() < end, f"particles over {spread:.1f} m only"
         pose()  # a cloud is published with each update, to whoever is connected by then
@@ -91,7 +92,7 @@ def test_global_localization_spreads_the_particles_over_the_whole_map():
 
 
 def test_an_initialpose_that_is_none_is_ignored_and_a_good_one_is_taken():
-    truth = rospy.wait_for_message("robot1/ground_truth", Odometry, timeout=WAIT)
+    truth = rospy.wait_for_message("robot1/ground_truth", Odometry, timeout=PATIENCE)
     publisher = rospy.Publisher("robot1/initialpose", PoseWithCovarianceStamped, queue_size=5)
     while not publisher.get_num_connections():
         rospy.sleep(0.05)
@@ -128,7 +129,7 @@ class StrictPlanner:
 
     def wait_for_map(self):
         """Wait until the robot is localized, and leave out what came before."""
-        end = time.monotonic() + WAIT
+        end = time.monotonic() + PATIENCE
         while not self._buffer.can_transform("map", self._base, rospy.Time(0)):
             assert time.monotonic() < end, f"{self._base} is not in the map"
             time.sleep(0.01)
@@ -139,7 +140,7 @@ class StrictPlanner:
     def watch(self, scans):
         """Look at a number of scans; those from before its first transform do not count."""
         while self.found + len(self.failed) < scans:
-            stamp = self._scans.get(timeout=WAIT).header.stamp
+            stamp = self._scans.get(timeout=PATIENCE).header.stamp
             if not self._comes(stamp):
                 continue
             try:

@@ -21,8 +21,8 @@ from hive_common.map_file import load_map
 from hive_common.pose import compose
 from hive_common.ros.conversions import map_from_msg, pose_from_msg, pose_from_transform
 from hive_lab.bench.mapping import compare
+from hive_lab.runner.limits import PATIENCE
 
-WAIT = 600.0  # limit for what hangs [s, wall clock]
 ROOM = str(Path(__file__).resolve().parents[1] / "worlds" / "room.yaml")
 
 
@@ -30,17 +30,17 @@ ROOM = str(Path(__file__).resolve().parents[1] / "worlds" / "room.yaml")
 def node():
     rospy.init_node("mapping_cases")
     while not rospy.get_rostime():
-        rospy.wait_for_message("/clock", Clock, timeout=WAIT)
+        rospy.wait_for_message("/clock", Clock, timeout=PATIENCE)
 
 
 @pytest.fixture(scope="module")
 def explored():
     """The map when the explorer says that it has seen everything."""
-    end = time.monotonic() + WAIT
-    while not rospy.wait_for_message("/robot1/explored", Bool, timeout=WAIT).data:
+    end = time.monotonic() + PATIENCE
+    while not rospy.wait_for_message("/robot1/explored", Bool, timeout=PATIENCE).data:
         assert time.monotonic() < end, "the room was not explored in time"
         time.sleep(0.2)  # it is latched, so it can be asked again and again
-    rospy.wait_for_service("/dynamic_map", WAIT)
+    rospy.wait_for_service("/dynamic_map", PATIENCE)
     return map_from_msg(rospy.ServiceProxy("/dynamic_map", GetMap)().map)
 
 
@@ -64,12 +64,17 @@ def lonely(characteristics, tmp_path_factory):
         )
     yield log
     mapper.terminate()
-    mapper.wait(WAIT)
+    mapper.wait(PATIENCE)
 
 
 def run(*words):
     return subprocess.run(
-        words, capture_output=True, text=True, timeout=WAIT, check=False, stdin=subprocess.DEVNULL
+        words,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+        stdin=subprocess.DEVNULL,
     )
 
 
@@ -83,14 +88,14 @@ def test_the_map_agrees_with_the_room(explored):
 
 @pytest.mark.usefixtures("explored")
 def test_whoever_comes_late_is_told_the_map_and_where_the_robot_is_on_it():
-    grid = rospy.wait_for_message("/map", OccupancyGrid, timeout=WAIT)
-    size = rospy.wait_for_message("/map_metadata", MapMetaData, timeout=WAIT)
+    grid = rospy.wait_for_message("/map", OccupancyGrid, timeout=PATIENCE)
+    size = rospy.wait_for_message("/map_metadata", MapMetaData, timeout=PATIENCE)
     frames = tf2_ros.Buffer()
     listener = tf2_ros.TransformListener(frames)
-    rospy.wait_for_message("/robot1/scan", rospy.AnyMsg, timeout=WAIT)
-    frame = frames.lookup_transform("map", "robot1/odom", rospy.Time(0), rospy.Duration(WAIT))
-    odometry = rospy.wait_for_message("/robot1/odom", Odometry, timeout=WAIT)
-    truth = rospy.wait_for_message("/robot1/ground_truth", Odometry, timeout=WAIT)
+    rospy.wait_for_message("/robot1/scan", rospy.AnyMsg, timeout=PATIENCE)
+    frame = frames.lookup_transform("map", "robot1/odom", rospy.Time(0), rospy.Duration(PATIENCE))
+    odometry = rospy.wait_for_message("/robot1/odom", Odometry, timeout=PATIENCE)
+    truth = rospy.wait_for_message("/robot1/ground_truth", Odometry, timeout=PATIENCE)
     listener.unregister()
     here = compose(pose_from_transform(frame.transform), pose_from_msg(odometry.pose.pose))
 
@@ -114,10 +119,10 @@ def test_a_map_that_is_saved_can_be_served(tmp_path):
         ]
     )
     try:
-        served = map_from_msg(rospy.wait_for_message("/served", OccupancyGrid, timeout=WAIT))
+        served = map_from_msg(rospy.wait_for_message("/served", OccupancyGrid, timeout=PATIENCE))
     finally:
         server.terminate()
-        server.wait(WAIT)
+        server.wait(PATIENCE)
 
     assert (served.cells == before.cells).all()
     assert served.origin == before.origin
@@ -153,7 +158,7 @@ def test_a_key_that_is_held_drives_the_robot(characteristics):
     os.close(terminal)
     speeds = []
     rospy.Subscriber("/robot2/cmd_vel", Twist, lambda command: speeds.append(command.linear.x))
-    end = time.monotonic() + WAIT
+    end = time.monotonic() + PATIENCE
     try:
         while max(speeds, default=0.0) == 0.0:
             assert time.monotonic() < end, "no command came"
@@ -162,14 +167,14 @@ def test_a_key_that_is_held_drives_the_robot(characteristics):
                 os.read(keyboard, 4096)
     finally:
         teleop.terminate()
-        teleop.wait(WAIT)
+        teleop.wait(PATIENCE)
         os.close(keyboard)
 
     assert max(speeds) == pytest.approx(0.5)
 
 
 def test_a_mapper_without_scans_and_odometry_says_so_in_a_line_each(lonely):
-    end = time.monotonic() + WAIT
+    end = time.monotonic() + PATIENCE
     while lonely.read_text().count("nothing on") < 2:
         assert time.monotonic() < end, lonely.read_text()
         time.sleep(0.2)  # a file tells nobody that it has grown

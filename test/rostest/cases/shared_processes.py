@@ -11,7 +11,9 @@ import rospy
 import tf2_ros
 import yaml
 from blackboard.msg import TaskMsg
-from hive_operator import PATIENCE, Operator, task
+from hive_operator import Operator, task
+
+from hive_lab.runner.limits import PATIENCE
 
 ROBOTS = ("robot1", "robot3")
 ALONE = yaml.safe_load(

@@ -25,7 +25,8 @@ from std_srvs.srv import Empty, SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-WAIT = 300.0  # limit for what hangs [s, wall clock]
+from hive_lab.runner.limits import PATIENCE
+
 COMMAND_WAIT = 60.0  # `command_wait` of the launch file [s, wall clock]
 STANDS = 1.0  # a clock that is silent for as long stands, or the machine does [s, wall clock]
 FAST, SLOW = 5.0, 0.2  # real-time factors: that of the launch file, and one to be in time
@@ -35,7 +36,7 @@ FAST, SLOW = 5.0, 0.2  # real-time factors: that of the launch file, and one to 
 def node():
     rospy.init_node("simulator_cases")
     while not rospy.get_rostime():
-        rospy.wait_for_message("/clock", Clock, timeout=WAIT)
+        rospy.wait_for_message("/clock", Clock, timeout=PATIENCE)
 
 
 class Topic:
@@ -45,7 +46,7 @@ class Topic:
         self._messages = queue.Queue()
         self._subscriber = rospy.Subscriber(name, kind, self._messages.put)
 
-    def until(self, good, patience=WAIT):
+    def until(self, good, patience=PATIENCE):
         """Return the first message that is `good`; fail after silence [s]."""
         while True:
             message = self._messages.get(timeout=patience)
@@ -54,23 +55,23 @@ class Topic:
 
     def last(self, message):
         """Return the last message, once it has been silent for a while; `message` came before."""
-        end = time.monotonic() + WAIT
+        end = time.monotonic() + PATIENCE
         with contextlib.suppress(queue.Empty):
             while time.monotonic() < end:
                 message = self._messages.get(timeout=STANDS)
-            pytest.fail(f"not silent within {WAIT:g} s")
+            pytest.fail(f"not silent within {PATIENCE:g} s")
         return message
 
 
 def spawn(name, model, x, y, yaw=0.0):
-    rospy.wait_for_service("simenv/spawn", WAIT)
+    rospy.wait_for_service("simenv/spawn", PATIENCE)
     return rospy.ServiceProxy("simenv/spawn", Spawn)(name, model, Pose2D(x, y, yaw))
 
 
 @pytest.fixture(scope="module")
 def robot1():
     """The robot of the launch file, which may still be on its way into the simulator."""
-    rospy.wait_for_message("robot1/odom", Odometry, timeout=WAIT)
+    rospy.wait_for_message("robot1/odom", Odometry, timeout=PATIENCE)
     return "robot1"
 
 
@@ -114,12 +115,12 @@ def fetch():
 
 def pick(arm, **fields):
     goal, ended = arm.order(**fields)
-    assert ended.wait(WAIT)
+    assert ended.wait(PATIENCE)
     return goal.get_goal_status(), goal.get_result()
 
 
 def test_odometry_starts_at_zero_in_the_robots_own_frames(robot1):
-    odometry = rospy.wait_for_message(f"{robot1}/odom", Odometry, timeout=WAIT)
+    odometry = rospy.wait_for_message(f"{robot1}/odom", Odometry, timeout=PATIENCE)
 
     assert (odometry.header.frame_id, odometry.child_frame_id) == (
         "robot1/odom",
@@ -130,7 +131,7 @@ def test_odometry_starts_at_zero_in_the_robots_own_frames(robot1):
 
 
 def test_a_scan_is_complete_and_in_the_lasers_frame(robot1):
-    scan = rospy.wait_for_message(f"{robot1}/scan", LaserScan, timeout=WAIT)
+    scan = rospy.wait_for_message(f"{robot1}/scan", LaserScan, timeout=PATIENCE)
 
     assert scan.header.frame_id == "robot1/laser"
     assert len(scan.ranges) == 720
@@ -180,7 +181,7 @@ def test_a_scan_comes_every_tenth_of_a_second(robot1):
 def test_no_stamp_is_ahead_of_the_clock(robot1):
     clock = Topic("/clock", Clock)
     for _ in range(5):
-        stamp = rospy.wait_for_message(f"{robot1}/odom", Odometry, timeout=WAIT).header.stamp
+        stamp = rospy.wait_for_message(f"{robot1}/odom", Odometry, timeout=PATIENCE).header.stamp
 
         assert clock.until(lambda message, stamp=stamp: message.clock >= stamp)
         assert stamp <= rospy.get_rostime()
@@ -218,7 +219,7 @@ def test_a_robot_drives_while_it_is_told_to_and_stops_by_itself(robot1):
 
 @pytest.mark.usefixtures("robot1")
 def test_a_collision_is_told_to_everyone():
-    before = rospy.wait_for_message("simenv/collisions", UInt32, timeout=WAIT).data
+    before = rospy.wait_for_message("simenv/collisions", UInt32, timeout=PATIENCE).data
     assert spawn("bumper", "youbot", 1.0, 7.0, math.pi).success
     commands = rospy.Publisher("bumper/cmd_vel", Twist, queue_size=1)
     truth = Topic("bumper/ground_truth", Odometry)
@@ -249,8 +250,8 @@ def test_an_action_that_is_asked_for_again_is_done_once(fetch):
     with slow_motion():
         first, ended = fetch.order(act=PickGoal.PICK, action_id="hive1/T5/1/1", **order)
         again, again_ended = fetch.order(act=PickGoal.PICK, action_id="hive1/T5/1/1", **order)
-        assert ended.wait(WAIT)
-    assert again_ended.wait(WAIT)
+        assert ended.wait(PATIENCE)
+    assert again_ended.wait(PATIENCE)
     put_down = [
         pick(fetch, act=PickGoal.PLACE, action_id="hive1/T5/1/3", **order) for _ in range(2)
     ]
@@ -279,7 +280,7 @@ def test_a_load_that_is_too_heavy_aborts_with_the_reason(fetch):
 def test_an_order_that_makes_no_sense_is_rejected(fetch, act, payload):
     goal, ended = fetch.order(act=act, task_id="T3", payload=payload)
 
-    assert ended.wait(WAIT)
+    assert ended.wait(PATIENCE)
     assert goal.get_goal_status() == GoalStatus.REJECTED
     assert goal.get_goal_status_text().startswith("robot3: ")
 
@@ -288,10 +289,10 @@ def test_a_cancelled_pick_is_preempted(fetch):
     begun = threading.Event()
     with slow_motion():
         goal, ended = fetch.order(lambda _: begun.set(), act=0, task_id="T4", payload=1.0)
-        heard = begun.wait(WAIT)
+        heard = begun.wait(PATIENCE)
         assert heard, (goal.get_comm_state(), goal.get_goal_status(), goal.get_goal_status_text())
         goal.cancel()
-        assert ended.wait(WAIT)
+        assert ended.wait(PATIENCE)
 
     assert goal.get_goal_status() == GoalStatus.PREEMPTED
 
@@ -322,7 +323,7 @@ def test_a_robot_can_be_removed_and_put_down_again():
     remove = rospy.ServiceProxy("simenv/remove", Remove)
     for _ in range(2):
         assert spawn("guest", "youbot", 14.0, 3.0).success
-        rospy.wait_for_message("guest/odom", Odometry, timeout=WAIT)
+        rospy.wait_for_message("guest/odom", Odometry, timeout=PATIENCE)
         assert remove("guest").success
 
     assert not remove("guest").success
@@ -330,8 +331,8 @@ def test_a_robot_can_be_removed_and_put_down_again():
 
 
 def test_the_map_is_there_for_latecomers_and_agrees_with_the_service():
-    grid = rospy.wait_for_message("map", OccupancyGrid, timeout=WAIT)
-    figures = rospy.wait_for_message("map_metadata", MapMetaData, timeout=WAIT)
+    grid = rospy.wait_for_message("map", OccupancyGrid, timeout=PATIENCE)
+    figures = rospy.wait_for_message("map_metadata", MapMetaData, timeout=PATIENCE)
     served = rospy.ServiceProxy("static_map", GetMap)().map
 
     assert grid.header.frame_id == "map"
@@ -363,13 +364,13 @@ def test_a_map_server_takes_a_file_as_argument_and_another_one_while_it_runs(tmp
     try:
         maps = Topic("hall", OccupancyGrid)
         first = maps.until(lambda _: True)
-        rospy.wait_for_service("change_hall", WAIT)
+        rospy.wait_for_service("change_hall", PATIENCE)
         change = rospy.ServiceProxy("change_hall", LoadMap)
         missing, changed = change("/nowhere/map.yaml"), change("lab")
         second = maps.until(lambda _: True)
     finally:
         server.terminate()
-        said = server.communicate(timeout=WAIT)[1]
+        said = server.communicate(timeout=PATIENCE)[1]
 
     assert list(first.data) == [100, 0]
     assert first.info.origin.position.x == 1.0
@@ -412,7 +413,7 @@ def test_a_node_that_cannot_start_says_why_in_one_line_and_fails(package, node, 
         ["rosrun", package, node, *arguments, f"__name:={name}"],
         capture_output=True,
         text=True,
-        timeout=WAIT,
+        timeout=PATIENCE,
         check=False,
     )
 
@@ -423,7 +424,7 @@ def test_a_node_that_cannot_start_says_why_in_one_line_and_fails(package, node, 
 
 def test_time_is_stopped_stepped_and_let_go_on():
     def call(name, kind, *values):
-        rospy.wait_for_service(f"simenv/{name}", WAIT)
+        rospy.wait_for_service(f"simenv/{name}", PATIENCE)
         return rospy.ServiceProxy(f"simenv/{name}", kind)(*values)
 
     assert not call("step", Trigger).success
@@ -435,7 +436,7 @@ def test_time_is_stopped_stepped_and_let_go_on():
 
 
 def test_reset_puts_a_robot_back(robot1):
-    rospy.wait_for_service("simenv/reset", WAIT)
+    rospy.wait_for_service("simenv/reset", PATIENCE)
     rospy.ServiceProxy("simenv/reset", Empty)()
 
     def is_back(odometry):
@@ -446,11 +447,11 @@ def test_reset_puts_a_robot_back(robot1):
 
 
 def test_the_bumper_says_that_nothing_is_touched(robot1):
-    assert rospy.wait_for_message(f"{robot1}/bumper", Bool, timeout=WAIT).data is False
+    assert rospy.wait_for_message(f"{robot1}/bumper", Bool, timeout=PATIENCE).data is False
 
 
 def test_the_world_is_shown_in_three_dimensions():
-    markers = rospy.wait_for_message("simenv/world_markers", MarkerArray, timeout=WAIT).markers
+    markers = rospy.wait_for_message("simenv/world_markers", MarkerArray, timeout=PATIENCE).markers
 
     solid = [marker for marker in markers if marker.type == Marker.TRIANGLE_LIST]
     assert len(solid) == 22

@@ -8,9 +8,11 @@ import time
 import pytest
 import rospy
 from blackboard.msg import TaskMsg, TaskState
-from hive_operator import PATIENCE, ROBOTS, Operator, slow_motion, task
+from hive_operator import ROBOTS, Operator, slow_motion, task
 from launching import kill, pid_of
 from robot_description.msg import Routes, Traffic, TrafficState
+
+from hive_lab.runner.limits import PATIENCE
 
 ZONE = "lower door"
 CORNERS = (9.6, 2.4, 10.4, 4.0)

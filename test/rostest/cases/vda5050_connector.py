@@ -9,6 +9,7 @@ import pytest
 import rospy
 from std_msgs.msg import Float64
 
+from hive_lab.runner.limits import PATIENCE
 from vda5050.mqtt.link import BrokerSettings, Link
 from vda5050.mqtt.local_broker import local_broker
 from vda5050.protocol.actions import ActionStatus, BlockingType, InstantActions
@@ -22,7 +23,6 @@ from vda5050.simulated.testing import action, node, order
 
 VERSION = Version.V2_1
 ADDRESS = Address.of(VERSION, "Acme", "robot1")
-PATIENCE = 300.0  # limit for what hangs [s, wall clock]
 
 
 class Master:

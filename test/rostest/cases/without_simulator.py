@@ -11,13 +11,12 @@ from nav_msgs.msg import Odometry
 
 from hive_common.pose import Pose, compose
 from hive_common.ros.conversions import pose_from_msg
+from hive_lab.runner.limits import PATIENCE
 
 START = Pose(2.6, 2.0, 0.0)
 GOALS = ((4.6, 2.6, 0.0), (4.6, 4.2, 1.57))
 DRIFT = 0.15
 """Largest error of the odometry after these few metres [m]."""
-WAIT = 300.0
-"""Limit for what hangs [s, wall clock]."""
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +36,8 @@ def business_of(node):
 def test_a_task_is_done_by_a_robot_that_no_simulator_knows(operator):
     operator.post(task("R1", TaskMsg.GAB, *GOALS))
     end = operator.follow("R1")
-    here = rospy.wait_for_message("/robot1/amcl_pose", PoseWithCovarianceStamped, timeout=WAIT)
-    odometry = rospy.wait_for_message("/robot1/odom", Odometry, timeout=WAIT)
+    here = rospy.wait_for_message("/robot1/amcl_pose", PoseWithCovarianceStamped, timeout=PATIENCE)
+    odometry = rospy.wait_for_message("/robot1/odom", Odometry, timeout=PATIENCE)
 
     assert (end.state, end.robot_id) == (TaskState.DONE, "robot1")
     assert apart(pose_from_msg(here.pose.pose), GOALS[-1]) < TOLERANCE + DRIFT

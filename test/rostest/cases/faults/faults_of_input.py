@@ -20,7 +20,8 @@ from held_clock import HeldHive
 from std_msgs.msg import String
 
 from hive_lab.live.fake_base import FakeBase
-from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
+from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.runner.limits import PATIENCE
 
 MESSAGES = 5000
 AT_ONCE = 250

@@ -18,7 +18,8 @@ from held_clock import HeldHive
 
 from hive_lab.live.fake_base import FakeBase
 from hive_lab.live.live_hive import ROBOTS
-from hive_lab.live.live_operator import PATIENCE, LiveOperator, make_task
+from hive_lab.live.live_operator import LiveOperator, make_task
+from hive_lab.runner.limits import PATIENCE
 
 NODES = Path(__file__).resolve().parents[2] / "nodes"
 

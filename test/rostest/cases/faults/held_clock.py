@@ -17,7 +17,7 @@ from pathlib import Path
 from blackboard.errors import LiveHiveError
 from hive_common.machine_clock import machine_time
 from hive_lab.live.live_hive import LiveHive
-from hive_lab.live.live_operator import PATIENCE
+from hive_lab.runner.limits import PATIENCE
 
 HELD_CLOCK = Path(__file__).resolve().parents[2] / "nodes" / "held_clock"
 LOOK_EVERY = 0.01

@@ -11,10 +11,11 @@ import subprocess
 
 import pytest
 import yaml
-from hive_operator import PATIENCE
 from interface_files import ROOT, message_definitions, package_of
 from interface_list import check
 from interface_nodes import MASTER, launched, md5sum_of
+
+from hive_lab.runner.limits import PATIENCE
 
 STRICT = ("amcl", "blackboard_node", "mapper", "move_base", "robot_node")
 """Executables that refuse a parameter that they do not know, and tell those that they do."""
@@ -26,6 +27,7 @@ LAUNCHED = (
     ("blackboard blackboard.launch", {"journal": "/j", "decision": "centralized"}),
     ("blackboard robot.launch", {"name": "robot9", "charge": "0.5", "stands_by": "false"}),
 )
+
 """Launch files with arguments that none of the systems has that are started."""
 
 

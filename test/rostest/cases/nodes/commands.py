@@ -15,9 +15,7 @@ from blackboard.domain.task import StepKind, TaskStep
 from blackboard.robot.executor import CommandState
 from blackboard.ros.commands import MoveBaseCommand
 from hive_common.pose import Pose
-
-PATIENCE = 300.0
-"""Limit for what hangs [s]."""
+from hive_lab.runner.limits import PATIENCE
 
 
 class Talker:

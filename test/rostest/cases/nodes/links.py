@@ -19,6 +19,7 @@ from std_msgs.msg import String
 
 from hive_common.ros import links as of_blackboard
 from hive_common.ros import links as of_robots
+from hive_lab.runner.limits import PATIENCE
 
 SPEAKER = """
 import rospy, std_msgs.msg
@@ -27,8 +28,6 @@ speaker = rospy.Publisher("{topic}", std_msgs.msg.String, latch=True, queue_size
 speaker.publish("here")
 rospy.spin()
 """
-PATIENCE = 300.0
-"""Limit for what hangs [s]."""
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import rospy
 from geometry_msgs.msg import Pose2D
 
 from blackboard.domain.task import TaskType
+from hive_lab.runner.limits import PATIENCE
 
 # Name and type of the fields that other people's programs use. Further fields may follow them.
 FIELDS = {
@@ -123,6 +124,6 @@ def test_a_task_arrives_over_a_topic_as_it_was_sent():
     publisher = rospy.Publisher("new_task", bb_msgs.TaskMsg, queue_size=1, latch=True)
     publisher.publish(sent)
 
-    received = rospy.wait_for_message("new_task", bb_msgs.TaskMsg, timeout=300)
+    received = rospy.wait_for_message("new_task", bb_msgs.TaskMsg, timeout=PATIENCE)
 
     assert received == sent

@@ -8,10 +8,9 @@ import time
 import pytest
 
 from hive_common.ros.sending import PromptConnection
+from hive_lab.runner.limits import PATIENCE
 
 MEGABYTE = bytes(1_000_000)
-PATIENCE = 300.0
-"""Limit for what hangs [s]."""
 
 
 class Transport:

@@ -12,9 +12,7 @@ from rospy.impl.tcpros_pubsub import TCPROSSub
 from std_msgs.msg import String, UInt32
 
 from blackboard.ros.rospy_patches.reading import Reader, SharedConnection
-
-PATIENCE = 300.0
-"""Limit for what hangs [s]."""
+from hive_lab.runner.limits import PATIENCE
 
 
 class Heard:

@@ -8,9 +8,9 @@ import pytest
 import rosgraph
 from launching import Launches
 
+from hive_lab.runner.limits import PATIENCE
+
 INTERRUPTED = Path(__file__).resolve().parents[2] / "nodes" / "interrupted_blackboard"
-PATIENCE = 300.0
-"""Limit for what hangs [s]."""
 
 
 @pytest.fixture

@@ -13,9 +13,11 @@ import pytest
 import rosbag
 import rospy
 from blackboard.msg import RobotStatus, TaskCost, TaskMsg, TaskState
-from hive_operator import HOME, PATIENCE, ROBOTS, STATES, Operator, apart, slow_motion, task
+from hive_operator import HOME, ROBOTS, STATES, Operator, apart, slow_motion, task
 from launching import Launches, is_heard, kill, wait_until_empty
 from simenv.srv import Remove
+
+from hive_lab.runner.limits import PATIENCE
 
 PORTER = Path(__file__).resolve().parents[2] / "models" / "porter.yaml"
 SECOND_FLEET = Path(__file__).resolve().parents[2] / "launch" / "second_fleet.launch"

@@ -20,6 +20,7 @@ from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
 from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
 from fleet_manager.errors import NoHiveError
 from fleet_manager.ros.hive_topics import QUEUE_SIZE, STATE, HiveTopics
+from hive_common.ros.reconnecting import keep_connected
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator, Sequence
@@ -46,6 +47,7 @@ def connect(record: Sequence[str] = ()) -> Iterator[RosClientLink]:
     demand_master()
     logging.disable(logging.WARNING)
     rospy.init_node("hive", anonymous=True, disable_signals=True, disable_rosout=True)
+    keep_connected()
     link = RosClientLink()
     link.record(record)
     try:

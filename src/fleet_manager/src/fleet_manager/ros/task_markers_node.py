@@ -20,6 +20,7 @@ from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.markers import MarkerBoard, Shape
 from fleet_manager.ros.hive_topics import HiveTopics
 from fleet_manager.ros.map_topics import MapTopics
+from hive_common.ros.links import mend_links
 
 if TYPE_CHECKING:
     from fleet_manager.desk.markers import Marker
@@ -114,6 +115,7 @@ def _message(marker: Marker, header: Header) -> MarkerMsg:
 def main() -> None:
     """Run until the node is shut down."""
     rospy.init_node("task_markers")
+    mend_links()
     node = TaskMarkers()
     node.start()
     while not rospy.is_shutdown():

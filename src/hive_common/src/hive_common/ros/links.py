@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Restores the connections that rospy loses while a whole system starts.
+"""Restores the connections that rospy never makes while a whole system starts.
 
 The master answers a node that subscribes with the list of publishers, and later sends it changes.
 rospy queues both and believes whichever it queued last. If the first publisher registers in
@@ -26,12 +26,18 @@ import rospy
 from rospy.impl.registration import Registration, get_topic_manager
 from rospy.impl.tcpros_base import init_tcpros_server
 
+from hive_common.ros.reconnecting import keep_connected
+
 PAUSES = (4.0, 4.0, 8.0, 16.0, 32.0)
 """Pauses before the checks after a node's start [s, wall clock]."""
 
 
 def mend_links() -> None:
-    """Accept many callers, and check for lost connections; call it after `rospy.init_node`."""
+    """Accept many callers, keep connections, and check for those that were never made.
+
+    Call it after `rospy.init_node`.
+    """
+    keep_connected()
     init_tcpros_server().tcp_ros_server.server_sock.listen(socket.SOMAXCONN)
     threading.Thread(target=_keep_checking, name="links", daemon=True).start()
 

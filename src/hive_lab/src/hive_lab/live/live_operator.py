@@ -20,11 +20,10 @@ from std_msgs.msg import Header, String
 from blackboard.errors import LiveHiveError
 from hive_common.machine_clock import machine_time
 from hive_common.ros.links import mend_links
+from hive_lab.runner.limits import PATIENCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
-
-PATIENCE = 300.0  # limit for what hangs; a busy machine may be slow [s, wall clock]
 
 ANSWERS = 13
 """Consecutive answers of each member, one to each heartbeat, until the hive counts as complete;

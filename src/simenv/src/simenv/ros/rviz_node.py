@@ -22,6 +22,7 @@ from nav_msgs.msg import MapMetaData
 from hive_common.errors import HiveError, MapError
 from hive_common.pose import Pose
 from hive_common.ros.params import number, text
+from hive_common.ros.reconnecting import keep_connected
 
 AROUND = (60, 140)
 """Width and height that menu, tools, status and docks take of the window [pixels]."""
@@ -30,6 +31,7 @@ AROUND = (60, 140)
 def main() -> int:
     """Fit the view, then become RViz; return an exit code if that is impossible."""
     rospy.init_node("rviz")
+    keep_connected()
     try:
         path = _write_config()
     except (HiveError, rospy.ROSInterruptException) as error:

@@ -4,7 +4,10 @@
 `handshake_apart`: rospy 1.15 accepts connections in one thread, which also reads who calls and
 why. A caller that freezes, or whose host vanishes, before its first words blocks that thread: a
 robot that had just come back stayed shut out for a minute, and its hive had no majority. Here each
-caller has a thread for its first words.
+caller has a thread for its first words. rospy calls twice where the master tells of a publisher
+twice in quick succession; it hangs up the first call and then makes the second. Whoever attended
+to them in the other order dropped the second, and that subscriber heard nothing any more. So a
+caller who has hung up is sent away.
 
 `read_together`: rospy 1.15 has a thread for each topic and each node heard on it. Every member
 listens to all others on eleven topics: ten robots had 120 threads each, and fifty on one machine
@@ -21,6 +24,7 @@ import contextlib
 import functools
 import resource
 import select
+import socket
 import threading
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +33,6 @@ from rospy.exceptions import TransportTerminated
 from rospy.impl.tcpros_base import TCPROSTransport, init_tcpros_server, recv_buff
 
 if TYPE_CHECKING:
-    import socket
     from collections.abc import Callable
 
     _Hear = Callable[[list[Any], Any], None]
@@ -39,14 +42,33 @@ def handshake_apart() -> None:
     """Give each caller a thread for its handshake; call it after `rospy.init_node`."""
     server = init_tcpros_server()
     server.start_server()
-    take = server.tcp_ros_server.inbound_handler
+    take, attend = server.tcp_ros_server.inbound_handler, server.topic_connection_handler
+    in_turn = threading.Lock()
+
+    def attend_in_turn(caller: socket.socket, address: tuple[str, int], header: Any) -> Any:  # noqa: ANN401  (rospy's)
+        with in_turn:
+            if not _has_hung_up(caller):
+                return attend(caller, address, header)
+        caller.close()
+        return None
 
     def take_apart(caller: socket.socket, address: tuple[str, int]) -> None:
         threading.Thread(
             target=take, args=(caller, address), name=f"handshake {address}", daemon=True
         ).start()
 
+    server.topic_connection_handler = attend_in_turn
     server.tcp_ros_server.inbound_handler = take_apart
+
+
+def _has_hung_up(caller: socket.socket) -> bool:
+    """Return whether the other end is closed; a subscriber says nothing after its first words."""
+    try:
+        return not caller.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
 
 
 def read_together() -> None:
