@@ -97,3 +97,13 @@ def test_who_calls_twice_is_heard_as_who_called_last(door):
     read_ros_handshake_header(first, io.BytesIO(), 4096)
     assert first.recv(1) == b""
     assert door.publisher.get_num_connections() == 1
+
+
+def test_who_says_nothing_more_is_not_waited_for():
+    class Silent(socket.socket):
+        def recv(self, *_):
+            pytest.fail("a socket with a timeout waits here")
+
+    near, far = socket.socketpair()
+    with far, Silent(fileno=near.detach()) as caller:
+        assert not reading._has_hung_up(caller)  # noqa: SLF001

@@ -63,11 +63,12 @@ def handshake_apart() -> None:
 
 def _has_hung_up(caller: socket.socket) -> bool:
     """Return whether the other end is closed; a subscriber says nothing after its first words."""
+    readable = select.poll()
     try:
-        return not caller.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
-    except BlockingIOError:
-        return False
-    except OSError:
+        readable.register(caller, select.POLLIN)
+        # A socket with a timeout waits for it in `recv`, whatever the flags, so it is asked first.
+        return bool(readable.poll(0)) and not caller.recv(1, socket.MSG_PEEK)
+    except (OSError, ValueError):
         return True
 
 
