@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blackboard.auction.search.survey import Situation, Surveyed, survey
+from blackboard.auction.search.survey import BATCH, Situation, Surveyed, survey
 from blackboard.costing.bid_basis import BidBasis
 from blackboard.costing.euclidean_lengths import EuclideanLengths
+from blackboard.domain.path_lengths import FieldJob, Wanted
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
@@ -71,3 +72,67 @@ def test_a_robot_with_little_charge_may_work_for_a_short_time_only():
 
     assert found.problem.most[1] < found.problem.most[0]
     assert np.isfinite(found.problem.most[1])
+
+
+class FarLengths(EuclideanLengths):
+    """Straight lines to places that somebody else has to look up first.
+
+    Attributes:
+        known: The ways that were looked up.
+        asked: How many ways were wanted, each time.
+    """
+
+    def __init__(self):
+        self.known, self.asked = [], []
+
+    def wanted(self, ways):
+        new = [list(way) for way in ways if list(way) not in self.known]
+        if not new:
+            return None
+        self.asked.append(len(new))
+        return Wanted(FieldJob(None, new), self.known.extend)
+
+
+def far(answers, bases, records, listed=()):
+    """Survey with path lengths that are looked up, or not; return them and what was found."""
+    lengths, found = FarLengths(), None
+    on_list = {record.task.id: record for record in listed}
+    situation = Situation(bases, records, on_list.get, lambda _radius: lengths, 0.0)
+    for piece in survey(situation):
+        if isinstance(piece, Wanted):
+            piece.keep(piece.job.goals if answers else [])
+        else:
+            found = piece
+    return lengths, found
+
+
+def go_there(number):
+    return TaskRecord(Task(f"T{number}", TaskType.GAB, (Pose(number, 1.0), Pose(number, 9.0))))
+
+
+@pytest.mark.parametrize("answers", [True, False])
+def test_whether_paths_were_looked_up_before_changes_no_problem(answers):
+    records = [go_there(number) for number in range(2 * BATCH + 1)]
+    bases = {"robot1": basis(), "robot2": basis(mass=60.0)}
+    lengths, found = far(answers, bases, records)
+    straight = Situation(bases, records, lambda _id: None, lambda _r: EuclideanLengths(), 0.0)
+    plain = next(piece for piece in survey(straight) if isinstance(piece, Surveyed))
+
+    asked = [BATCH, BATCH, 1]
+    assert lengths.asked == (asked if answers else np.repeat(asked, 2).tolist())
+    np.testing.assert_array_equal(found.problem.leg, plain.problem.leg)
+    np.testing.assert_array_equal(found.problem.own, plain.problem.own)
+
+
+def test_ways_of_tasks_that_robots_do_before_and_to_chargers_are_looked_up_first():
+    begun, charger = go_there(7), Pose(3.0, 3.0)
+    busy = replace(basis(), at_work=True, tasks=(("T7", 1), ("T1", 0)), chargers=(charger,))
+    out = replace(basis(), refusal="it charges", tasks=(("T8", 0),))
+    lengths, _ = far(True, {"a": busy, "b": out}, [go_there(1)], [begun, go_there(1), go_there(8)])
+
+    assert lengths.asked == [2, 1]
+    assert lengths.known == [
+        [Pose(7.0, 9.0)],
+        [charger],
+        [Pose(1.0, 1.0), Pose(1.0, 9.0)],
+    ]

@@ -9,9 +9,11 @@ import sys
 import numpy as np
 import pytest
 
+from blackboard.auction.search.fields import fields
 from blackboard.auction.search.problem import Problem
 from blackboard.auction.search.ruin_recreate import search
 from blackboard.auction.search.searcher import Job
+from blackboard.domain.path_lengths import FieldJob, Moves
 from blackboard.ros.search_process import SearchProcess
 
 
@@ -52,6 +54,17 @@ def job(seed=1, rounds=800):
     return Job(problem, ((), ()), "waiting", 5.0, seed, rounds, np.inf, np.inf)
 
 
+def road(nodes, factor=1.0):
+    """Return a job for the fields of both ends of a road, whose moves cost as much farther."""
+    ends = np.repeat(np.arange(nodes), 2)[1:-1]
+    starts = ends + np.where(np.arange(len(ends)) % 2, -1, 1)
+    first = np.searchsorted(ends, np.arange(nodes + 1))
+    lengths = np.full(len(ends), 0.5)
+    costs = lengths if factor == 1.0 else factor * lengths
+    moves = Moves(first.astype(np.int32), starts.astype(np.int32), costs, lengths)
+    return FieldJob(moves, [0, nodes - 1])
+
+
 @pytest.fixture
 def desk():
     return Desk()
@@ -74,6 +87,40 @@ def test_it_finds_what_a_search_in_this_process_finds(desk, searcher):
     assert [each.plan for each in results] == [search(job(1)).plan, search(job(2)).plan]
     assert results[0].plan == ((0, 2), (1, 3))
     assert results[0].offers.eta.tolist() == search(job(1)).offers.eta.tolist()
+
+
+@pytest.mark.parametrize("factor", [1.0, 3.0])
+def test_it_computes_fields_between_two_searches(desk, searcher, factor):
+    results = []
+    wanted = road(300_000, factor)
+    searcher.search(job(), results.append)
+    desk.take()
+    searcher.fields(wanted, results.append)
+    desk.take()
+    searcher.search(job(), results.append)
+    desk.take()
+
+    assert results[0].plan == results[2].plan == search(job()).plan
+    for (lengths, lost), (own, own_lost) in zip(results[1], fields(wanted), strict=True):
+        np.testing.assert_array_equal(lengths, own)
+        np.testing.assert_array_equal(lost, own_lost)
+    assert results[1][0][0][-1] == results[1][1][0][0] == 0.5 * 299_999
+    if factor > 1.0:
+        assert results[1][0][1][-1] == pytest.approx(2 * 0.5 * 299_999)
+
+
+def test_fields_whose_process_was_killed_do_not_come_and_the_next_ones_do(desk, searcher):
+    results = []
+    searcher.start()
+    searcher.fields(road(3_000_000), results.append)
+    searcher.process.kill()
+    searcher.process.wait()
+    desk.take()
+    searcher.fields(road(3), results.append)
+    desk.take()
+
+    assert results[0] is None
+    assert [lengths.tolist() for lengths, _ in results[1]] == [[0.0, 0.5, 1.0], [1.0, 0.5, 0.0]]
 
 
 def test_what_was_dropped_is_never_told(desk, searcher):

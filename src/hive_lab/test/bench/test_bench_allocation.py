@@ -4,10 +4,13 @@
 import numpy as np
 import pytest
 
+from blackboard.costing.grid_path_lengths import GridPathLengths
 from blackboard.domain.settings import DECISIONS, BlackboardSettings
+from hive_common.grid_map import GridMap
 from hive_common.pose import Pose
 from hive_lab.allocation.exact import optimum
 from hive_lab.allocation.testing import on_a_road
+from hive_lab.bench.allocation.first_plan import first_plan
 from hive_lab.bench.allocation.instances import KINDS, SIZES, Places
 from hive_lab.bench.allocation.measure import Ratios
 from hive_lab.bench.allocation.plans import figures, mean_and_worst, searched
@@ -135,3 +138,12 @@ def test_the_table_knows_the_best_of_every_instance():
     }
     assert set(best) == names
     assert all(set(found) == set(OBJECTIVES) for found in best.values())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_first_plan_is_measured_from_the_last_task_until_one_is_given_out(kind):
+    hall = GridMap.of_blocked(np.zeros((20, 200), dtype=bool), 0.05)
+    gathered, planned = first_plan(ROOM, kind, GridPathLengths(hall, 0.0))
+
+    assert gathered > 0.0
+    assert planned > 0.0

@@ -14,14 +14,16 @@ from blackboard.auction.search.planned import Planned, planned
 from blackboard.auction.search.searcher import Job
 from blackboard.auction.search.survey import Surveyed, survey
 from blackboard.auction.step import MOMENT
+from blackboard.domain.path_lengths import Wanted
 from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from blackboard.auction.central import Central
     from blackboard.auction.search.searcher import Found, Searcher
     from blackboard.auction.step import MakePlan
+    from blackboard.domain.path_lengths import Field
     from blackboard.domain.talker import Talker, Timer
 
 TICK = 0.0125
@@ -76,7 +78,8 @@ class PlanMaker:
         self._made = made
         self._again = again
         self._asked: MakePlan | None = None
-        self._work: Iterator[float | Surveyed] | None = None
+        self._work: Iterator[float | Wanted | Surveyed] | None = None
+        self._wanted: Wanted | None = None  # what the searcher computes now
         self._surveyed: Surveyed | None = None
         self._timer: Timer | None = None
         self._begun_at = 0.0
@@ -121,7 +124,7 @@ class PlanMaker:
             self._timer.cancel()
         if self._asked is not None:
             self._searcher.drop()
-        self._timer = self._asked = self._work = self._surveyed = None
+        self._timer = self._asked = self._work = self._wanted = self._surveyed = None
 
     def _tick(self) -> None:
         """Wait for the end of the burst, then work for a slice."""
@@ -140,7 +143,7 @@ class PlanMaker:
         if now - self._begun_at > LONGEST:
             self._searcher.stop()
             self._found(None)
-        elif self._surveyed is None:
+        elif self._surveyed is None and self._wanted is None:
             self._survey(asked)
 
     def _survey(self, asked: MakePlan) -> None:
@@ -152,10 +155,21 @@ class PlanMaker:
                 self._surveyed = piece
                 self._searcher.search(self._job(asked, piece), self._found)
                 return
+            if isinstance(piece, Wanted):
+                self._wanted = piece
+                self._searcher.fields(piece.job, self._go_on)
+                return
             spent += piece
             if spent >= SLICE:
                 return
         self._end(Planned(left=asked.records))
+
+    def _go_on(self, fields: Sequence[Field] | None) -> None:
+        """Go on with a survey, also without the fields, which it then makes itself."""
+        wanted, self._wanted = self._wanted, None
+        if wanted is not None and fields is not None:
+            wanted.keep(fields)
+        self._tick()
 
     def _job(self, asked: MakePlan, surveyed: Surveyed) -> Job:
         rounds = ROUNDS_BESIDE_WORK if asked.improves else ROUNDS

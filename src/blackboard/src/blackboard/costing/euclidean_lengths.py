@@ -40,6 +40,9 @@ class EuclideanLengths:
         for column in self.lengths(starts, goals).T:
             yield column, np.zeros_like(column), 0.0
 
+    def wanted(self, ways: Sequence[Sequence[Pose]]) -> None:
+        """Return None: nothing takes long."""
+
     def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
         """Return an empty text: without a map, a robot can stand anywhere."""
         return ""

@@ -15,6 +15,7 @@ from scipy.sparse import csgraph
 
 from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.costing.traffic_conditions import NO_TRAFFIC
+from blackboard.domain.path_lengths import FieldJob, Moves, Wanted
 from hive_common.distances import distances, strips
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from blackboard.costing.traffic_conditions import TrafficConditions
+    from blackboard.domain.path_lengths import Field
     from hive_common.grid_map import GridMap
     from hive_common.pose import Pose
 
@@ -38,6 +40,8 @@ _FIELD_TIME, _READ_TIME = 0.015, 0.0002
 _MAX_FIELDS = 200
 _FIELD_BYTES = 100_000_000
 """So many fields are kept at most, and in so much memory, which a large map needs for 30."""
+
+_MAX_WANTED = 25  # so many fields are wanted at once, 0.5 MB each for the warehouse
 
 _MAX_STANDS = 4000
 
@@ -84,6 +88,7 @@ class GridPathLengths:
     def _follow(self, traffic: TrafficConditions) -> None:
         self._traffic = traffic
         self._moves = cache(lambda: _moves_in_traffic(self._roads(), self._floor, traffic))
+        self._all_moves = cache(self._make_moves)
         self._fields: OrderedDict[int, _Field] = OrderedDict()
 
     def length(self, start: Pose, goal: Pose) -> float:
@@ -136,6 +141,32 @@ class GridPathLengths:
                     delays[reached] = field.delays[nodes[reached]]
             yield lengths, delays, taken
 
+    def wanted(self, ways: Sequence[Sequence[Pose]]) -> Wanted | None:
+        """Return the fields that are missing for the paths to some ways and along them.
+
+        Where paths are symmetric, the field of every second pose has them all.
+        """
+        each = 2 if self._traffic.change_nothing else 1
+        stands = [self._stand(pose) for way in ways for pose in way[::each]]
+        nodes = list(dict.fromkeys(stand.node for stand in stands if stand))
+        kept = self._fields  # another map or other traffic has fields of its own
+        missing = []
+        for node in nodes[: self._most_fields()]:
+            if node in kept:
+                kept.move_to_end(node)
+            else:
+                missing.append(node)
+        if not missing:
+            return None
+        missing = missing[:_MAX_WANTED]
+
+        def keep(fields: Sequence[Field]) -> None:
+            for node, (lengths, lost) in zip(missing, fields, strict=True):
+                delays = None if lost is None else lost / _DETOUR
+                self._keep(kept, node, _Field(lengths, delays))
+
+        return Wanted(FieldJob(self._all_moves(), missing), keep)
+
     def refusal(self, pose: Pose) -> str:
         """Say why no robot can stand at a pose; empty if one can."""
         floor = self._floor
@@ -159,10 +190,27 @@ class GridPathLengths:
                 field = _Field(csgraph.dijkstra(graph, directed=False, indices=node), None)
             else:
                 field = _field_in_traffic(self._roads(), self._moves(), node)
-        self._fields[node] = field
-        if len(self._fields) > max(1, min(_MAX_FIELDS, _FIELD_BYTES // field.lengths.nbytes)):
-            self._fields.popitem(last=False)
+        self._keep(self._fields, node, field)
         return field
+
+    def _keep(self, fields: OrderedDict[int, _Field], node: int, field: _Field) -> None:
+        fields[node] = field
+        if len(fields) > self._most_fields():
+            fields.popitem(last=False)
+
+    def _most_fields(self) -> int:
+        rows, columns = self._roads().shape
+        return max(1, min(_MAX_FIELDS, _FIELD_BYTES // (8 * rows * columns)))
+
+    def _make_moves(self) -> Moves:
+        roads = self._roads()
+        if self._traffic.change_nothing:
+            moves = roads.graph + roads.graph.T
+            return Moves(moves.indptr, moves.indices, moves.data, moves.data)
+        moves = self._moves()
+        ends = np.repeat(np.arange(moves.shape[0]), np.diff(moves.indptr))
+        lengths = _between(roads, ends, moves.indices)
+        return Moves(moves.indptr, moves.indices, moves.data, lengths)
 
     def _find_stand(self, pose: Pose) -> _Stand | None:
         """Return where on the free floor a pose is; None if it is not close to it."""
@@ -267,8 +315,7 @@ def _field_in_traffic(roads: _Roads, moves: sparse.csr_matrix, node: int) -> _Fi
     """Return the paths of least cost to a node, and what they consist of."""
     costs, following = csgraph.dijkstra(moves, indices=node, return_predecessors=True)
     ahead = np.where(following < 0, np.arange(len(following)), following)
-    rows, columns = np.divmod(np.arange(len(ahead)), roads.shape[1])
-    lengths = roads.side * np.hypot(rows[ahead] - rows, columns[ahead] - columns)
+    lengths = _between(roads, np.arange(len(ahead)), ahead)
     # Each round doubles how far ahead a node has added up the steps on its way.
     while (ahead != ahead[ahead]).any():
         lengths, ahead = lengths + lengths[ahead], ahead[ahead]
@@ -276,6 +323,17 @@ def _field_in_traffic(roads: _Roads, moves: sparse.csr_matrix, node: int) -> _Fi
     with np.errstate(invalid="ignore"):
         delays = np.maximum(0.0, np.nan_to_num(costs - lengths)) / _DETOUR
     return _Field(lengths, delays)
+
+
+def _between(
+    roads: _Roads, ends: NDArray[np.int64], starts: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Return the straight lines between nodes [m]."""
+    rows, columns = np.divmod(np.arange(roads.shape[0] * roads.shape[1]), roads.shape[1])
+    lengths: NDArray[np.float64] = roads.side * np.hypot(
+        rows[starts] - rows[ends], columns[starts] - columns[ends]
+    )
+    return lengths
 
 
 def _nearest(

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -14,6 +14,41 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
 
     Floats = NDArray[np.float64]
+    Field = tuple[Floats, Floats | None]
+
+
+class Moves(NamedTuple):
+    """Where robots can drive: moves between nodes, sorted by the node where they end.
+
+    Attributes:
+        first: (nodes + 1,) the number of the first move to each node.
+        starts: The node where each begins.
+        costs: The way that counts as much as each, time lost in traffic included [m].
+        lengths: [m]; the same array as `costs` where no traffic costs time.
+    """
+
+    first: NDArray[np.int32]
+    starts: NDArray[np.int32]
+    costs: Floats
+    lengths: Floats
+
+
+class FieldJob(NamedTuple):
+    """Distance fields that are wanted: the paths from every node to each of some `goals`.
+
+    The answer has for each goal (nodes,) lengths, infinite where there is no path, and how much
+    farther each counts, or None without traffic [m].
+    """
+
+    moves: Moves
+    goals: list[int]
+
+
+class Wanted(NamedTuple):
+    """Fields that another process may compute; `keep` takes in its answer."""
+
+    job: FieldJob
+    keep: Callable[[Sequence[Field]], None]
 
 
 class PathLengths(Protocol):
@@ -35,6 +70,13 @@ class PathLengths(Protocol):
 
         This is `length_and_delay` of many. The third is the processor time that the goal took [s],
         as it is counted and not measured: up to tens of milliseconds.
+        """
+
+    def wanted(self, ways: Sequence[Sequence[Pose]]) -> Wanted | None:
+        """Return what takes long to compute of the paths to some ways and along them.
+
+        It is None if that is nothing. Each way has the poses that a robot passes in this order.
+        What is asked for next should be about them, because only so much is kept.
         """
 
     def refusal(self, pose: Pose) -> str:

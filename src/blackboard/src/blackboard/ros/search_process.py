@@ -8,13 +8,19 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from blackboard.auction.search.searcher import Found, Job
+    from blackboard.domain.path_lengths import Field, FieldJob
     from blackboard.ros.talker import MemberTalker
+
+
+_PIPE = 2**20
+"""Size of the pipes [bytes]: fields are tens of megabytes, and for each time that a pipe is full
+the thread that reads it waits for the interpreter's lock."""
 
 
 class SearchProcess:
@@ -44,6 +50,7 @@ class SearchProcess:
                 [sys.executable, "-m", "blackboard.auction.search.worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
+                pipesize=_PIPE,
                 start_new_session=True,  # Ctrl-C is for the leader, which ends it
             )
         except OSError as error:
@@ -54,6 +61,15 @@ class SearchProcess:
 
     def search(self, job: Job, done: Callable[[Found | None], None]) -> None:
         """See `Searcher.search`."""
+        self._begin(job, 1, lambda found: done(found[0] if found else None))
+
+    def fields(self, job: FieldJob, done: Callable[[Sequence[Field] | None], None]) -> None:
+        """See `Searcher.fields`."""
+        self._begin(job, len(job.goals), done)
+
+    def _begin(
+        self, job: Job | FieldJob, answers: int, done: Callable[[list[Any] | None], None]
+    ) -> None:
         self.start()  # again, if it has ended
         self._number += 1
         number, process = self._number, self.process
@@ -61,7 +77,7 @@ class SearchProcess:
             return
 
         def work() -> None:
-            found = _ask(process, job) if number == self._number else None
+            found = _ask(process, job, answers) if number == self._number else None
             self._talker.call(lambda: done(found) if number == self._number else None)
 
         self._threads.submit(work)
@@ -97,14 +113,15 @@ def _close(process: subprocess.Popen[bytes]) -> None:
                 pipe.close()
 
 
-def _ask(process: subprocess.Popen[bytes] | None, job: Job) -> Found | None:
-    """Have a process do a job; return None if it has ended."""
+def _ask(
+    process: subprocess.Popen[bytes] | None, job: Job | FieldJob, answers: int
+) -> list[Any] | None:
+    """Have a process do a job; return its answers, None if it has ended."""
     if process is None or process.stdin is None or process.stdout is None:
         return None
     try:
-        pickle.dump(job, process.stdin)
+        pickle.dump(job, process.stdin, pickle.HIGHEST_PROTOCOL)
         process.stdin.flush()
-        found: Found = pickle.load(process.stdout)  # noqa: S301  (of our own process)
+        return [pickle.load(process.stdout) for _ in range(answers)]  # noqa: S301  (our process)
     except (OSError, ValueError, EOFError, pickle.UnpicklingError):
         return None
-    return found

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from blackboard.auction.decision import Decision
+    from blackboard.auction.search.searcher import Searcher
     from blackboard.consensus.hive_filter import HiveFilter
     from blackboard.consensus.journal import Journal
     from blackboard.domain.characteristics import RobotStatus
@@ -90,6 +91,7 @@ def start_blackboard(
     path_lengths: PathLengths | None = None,
     settings: BlackboardSettings | None = None,
     note: Callable[[Iterable[Decision]], None] = lambda _: None,
+    searcher: Searcher | None = None,
 ) -> None:
     """Start the blackboard of a hive that has no other member."""
     node = lone_node(talker)
@@ -100,7 +102,7 @@ def start_blackboard(
         lengths,
         settings or BlackboardSettings(),
         note=note,
-        searcher=InlineSearcher(talker),
+        searcher=searcher or InlineSearcher(talker),
     ).start()
     node.start()
 
@@ -228,6 +230,7 @@ class Hive:
         settings: BlackboardSettings | None = None,
         network: Network | None = None,
         path_lengths: PathLengths | None = None,
+        searcher: Searcher | None = None,
     ) -> None:
         self.network = network or Network()
         self.robots: dict[str, Robot] = {}
@@ -238,7 +241,7 @@ class Hive:
         self._list: TaskList | None = None
         self.decisions: list[Decision] = []
         talker = self._talker("blackboard")
-        start_blackboard(talker, path_lengths, settings, self.decisions.extend)
+        start_blackboard(talker, path_lengths, settings, self.decisions.extend, searcher)
 
     def add_robot(
         self,

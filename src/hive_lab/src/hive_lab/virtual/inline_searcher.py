@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from blackboard.auction.search.fields import fields, time_for
 from blackboard.auction.search.ruin_recreate import search
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from blackboard.auction.search.searcher import Found, Job
+    from blackboard.domain.path_lengths import Field, FieldJob
     from blackboard.domain.talker import Clock
 
 
@@ -26,9 +28,12 @@ class InlineSearcher:
 
     def search(self, job: Job, done: Callable[[Found | None], None]) -> None:
         """See `Searcher.search`."""
-        self._number += 1
-        number, found = self._number, search(job)
-        self._clock.after(found.spent, lambda: done(found) if number == self._number else None)
+        found = search(job)
+        self._tell(found.spent, done, found)
+
+    def fields(self, job: FieldJob, done: Callable[[Sequence[Field] | None], None]) -> None:
+        """See `Searcher.fields`."""
+        self._tell(time_for(job), done, list(fields(job)))
 
     def drop(self) -> None:
         """See `Searcher.drop`."""
@@ -37,3 +42,8 @@ class InlineSearcher:
     def stop(self) -> None:
         """See `Searcher.stop`."""
         self.drop()
+
+    def _tell(self, spent: float, done: Callable[[Any], None], found: object) -> None:
+        self._number += 1
+        number = self._number
+        self._clock.after(spent, lambda: done(found) if number == self._number else None)

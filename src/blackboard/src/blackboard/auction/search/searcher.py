@@ -6,10 +6,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from blackboard.auction.search.offers import Offers
     from blackboard.auction.search.problem import Plan, Problem
+    from blackboard.domain.path_lengths import Field, FieldJob
 
 
 class Job(NamedTuple):
@@ -57,7 +58,7 @@ class Found(NamedTuple):
 
 
 class Searcher(Protocol):
-    """Searches for one plan at a time."""
+    """Searches for one plan at a time, and computes the distance fields for it."""
 
     def start(self) -> None:
         """Get ready: this member leads now."""
@@ -67,6 +68,9 @@ class Searcher(Protocol):
 
         `done` is called later with what was found, or with None if the search failed.
         """
+
+    def fields(self, job: FieldJob, done: Callable[[Sequence[Field] | None], None]) -> None:
+        """Begin to compute distance fields, as `search` begins a search."""
 
     def drop(self) -> None:
         """Drop the search; its `done` is not called."""

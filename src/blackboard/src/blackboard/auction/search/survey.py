@@ -19,21 +19,25 @@ from blackboard.costing.effort import Effort, Job, Predictor, charge_to_reach
 from blackboard.costing.insertion import Aging
 from blackboard.costing.pace import Pace, turnings
 from blackboard.domain.battery import Battery
-from blackboard.domain.task import TaskState, step_to_go_on
+from blackboard.domain.task import StepKind, TaskState, split_task, step_to_go_on
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from blackboard.auction.search.problem import Floats, Plan
     from blackboard.costing.bid_basis import BidBasis
-    from blackboard.domain.path_lengths import PathLengths
+    from blackboard.domain.path_lengths import PathLengths, Wanted
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.task import Task
+    from hive_common.pose import Pose
 
 JOB_TIME = 1e-5
 """Processor time that the figures of one task for one kind of robots take [s]."""
+
+BATCH = 25
+"""Tasks that are surveyed at once: so many fields of path lengths are kept on any map."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,8 +109,10 @@ class _Robot:
         return self.basis.body, self.times
 
 
-def survey(situation: Situation) -> Iterator[float | Surveyed]:
+def survey(situation: Situation) -> Iterator[float | Wanted | Surveyed]:
     """Yield the processor time of each piece of work [s], and at last what was surveyed.
+
+    Path lengths that another process may compute are yielded before they are needed.
 
     Robots that tell that they take nothing are left out, and so are tasks of which nothing is left
     to be done.
@@ -114,6 +120,7 @@ def survey(situation: Situation) -> Iterator[float | Surveyed]:
     jobs = {record.task.id: record for record in situation.records if _begins(record)}
     records = list(jobs.values())
     number = {task_id: index for index, task_id in enumerate(jobs)}
+    yield from _wanted_for_lists(situation, number)
     robots = [
         _robot(name, basis, situation, number, records)
         for name, basis in sorted(situation.bases.items())
@@ -124,27 +131,62 @@ def survey(situation: Situation) -> Iterator[float | Surveyed]:
     if not robots or not records:
         return
     robots = _sharing(robots)
-    ends = [_job(record, robots[0].predictor).rest for record in records]
-    starts = [*(end.end for end in ends if end), *(robot.ready.end for robot in robots)]
-    goals = [split.begin for split in (_job(each, robots[0].predictor) for each in records)]
-    begins = [goal for goal in goals if goal is not None]
+    ways = [_way(record.task, step_to_go_on(record.task, record.step)) for record in records]
+    starts = [*(way[-1] for way in ways), *(robot.ready.end for robot in robots)]
     tables: dict[int, tuple[Floats, Floats]] = {}
-    for robot in robots:
-        if id(robot.lengths) not in tables:
-            columns = []
-            for *column, taken in robot.lengths.columns(starts, begins):
+    kinds = {robot.alike: robot for robot in robots}
+    split: dict[tuple[object, ...], list[Job]] = {alike: [] for alike in kinds}
+    for path_lengths in {id(robot.lengths): robot.lengths for robot in robots}.values():
+        columns = []
+        for first in range(0, len(records), BATCH):
+            batch = slice(first, first + BATCH)
+            yield from _wanted(path_lengths, ways[batch])
+            for *column, taken in path_lengths.columns(starts, [way[0] for way in ways[batch]]):
                 columns.append(column)
                 yield taken
-            lengths, delays = np.array(columns).transpose(1, 2, 0)
-            tables[id(robot.lengths)] = lengths, delays
-    turning = turnings(starts, begins)
-    kinds = {robot.alike: robot for robot in robots}
+            for alike, robot in kinds.items():
+                if robot.lengths is path_lengths:
+                    split[alike] += [_job(record, robot.predictor) for record in records[batch]]
+                    yield JOB_TIME * BATCH
+        lengths, delays = np.array(columns).transpose(1, 2, 0)
+        tables[id(path_lengths)] = lengths, delays
+    turning = turnings(starts, [way[0] for way in ways])
     made = []
-    for robot in kinds.values():
+    for alike, robot in kinds.items():
         lengths, delays = tables[id(robot.lengths)]
-        made.append(_figures(robot.predictor, records, lengths, delays, turning))
+        made.append(_figures(robot.predictor, split[alike], lengths, delays, turning))
         yield JOB_TIME * len(records)
     yield _surveyed(situation, robots, records, list(kinds), made, tables)
+
+
+def _wanted_for_lists(situation: Situation, planned: Collection[str]) -> Iterator[Wanted]:
+    """Yield what is to be computed for what robots do before anything that is planned.
+
+    These are the drives of other tasks on their lists, and to chargers after them.
+    """
+    bases = [basis for basis in situation.bases.values() if not basis.refusal]
+    for radius in sorted({basis.body.radius for basis in bases}):
+        ways: list[Sequence[Pose]] = []
+        for basis in bases:
+            if basis.body.radius == radius:
+                fixed = [listed for listed in basis.tasks if listed[0] not in planned]
+                records = [(situation.get(task_id), step) for task_id, step in fixed]
+                ways += [_way(record.task, step) for record, step in records if record]
+                ways += [(place,) for place in basis.chargers]
+        yield from _wanted(situation.path_lengths_for(radius), ways)
+
+
+def _wanted(path_lengths: PathLengths, ways: Sequence[Sequence[Pose]]) -> Iterator[Wanted]:
+    """Yield what is to be computed of paths, until all is there or nothing comes."""
+    last = None
+    while (wanted := path_lengths.wanted(ways)) is not None and wanted.job.goals != last:
+        last = wanted.job.goals
+        yield wanted
+
+
+def _way(task: Task, step: int) -> list[Pose]:
+    """Return where the drives of a task go from a step on."""
+    return [each.goal for each in split_task(task)[step:] if each.kind is StepKind.MOVE]
 
 
 def _begins(record: TaskRecord) -> bool:
@@ -212,12 +254,11 @@ class _Figures:
 
 def _figures(
     predictor: Predictor,
-    records: Sequence[TaskRecord],
+    jobs: Sequence[Job],
     lengths: Floats,
     delays: Floats,
     turning: Floats,
 ) -> _Figures:
-    jobs = [_job(record, predictor) for record in records]
     rests = [job.rest for job in jobs if job.rest is not None]
     forces = np.array([job.force for job in jobs])
     draws, times = predictor.legs(lengths, delays, turning, forces)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The process that searches for plans: pickled jobs come in on stdin, what is found goes out.
+"""The process that searches for plans and computes distance fields.
 
+Pickled jobs come in on stdin, what is found goes out.
 Run as `python -m blackboard.auction.search.worker`. It ends when its standard input does, so it
 never outlives the process that started it.
 """
@@ -11,7 +12,9 @@ import os
 import pickle
 import sys
 
+from blackboard.auction.search.fields import fields
 from blackboard.auction.search.ruin_recreate import search
+from blackboard.auction.search.searcher import Job
 
 _LESS_URGENT = 5  # than the leader itself, whose heartbeats must not wait
 
@@ -24,9 +27,9 @@ def main() -> None:
             job = pickle.load(sys.stdin.buffer)  # noqa: S301  (of the process that started this one)
         except EOFError:
             return
-        found = pickle.dumps(search(job))
         try:
-            os.write(sys.stdout.fileno(), found)
+            for found in [search(job)] if isinstance(job, Job) else fields(job):
+                os.write(sys.stdout.fileno(), pickle.dumps(found, pickle.HIGHEST_PROTOCOL))
         except BrokenPipeError:  # whoever asked was killed meanwhile
             return
 

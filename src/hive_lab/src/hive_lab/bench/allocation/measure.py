@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures what hives make of tasks: bursts and streams, each decision, simple rules beside them.
 
-Hives run on virtual time with the classes that run on robots; see `running`. Figures of bursts are
-ratios to the best known: the table's for the fixed instances, and for the instances that are drawn
-anew at each run what a long search finds.
+Hives run on virtual time with the classes that run on robots; see `running`. How long a first plan
+takes is measured on the wall; see `first_plan`. Figures of bursts are ratios to the best known:
+the table's for the fixed instances, and for those drawn anew at each run what a long search finds.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import click
 from blackboard.costing.cost import measure_for
 from blackboard.domain.settings import BlackboardSettings
 from hive_lab.allocation.rules import RULES
+from hive_lab.bench.allocation.first_plan import measure_first_plan
 from hive_lab.bench.allocation.instances import KINDS, SIZES, Floor, Places, places
 from hive_lab.bench.allocation.plans import figures, mean_and_worst
 from hive_lab.bench.allocation.reference import best_of, read_best
@@ -131,6 +132,10 @@ def run() -> BenchResult:
             _measure(ratios, size, drawn, kind, best)
         found |= ratios.figures()
         aims |= ratios.aims()
+    click.echo("measuring first plans", err=True)
+    figures_of_plans, aims_of_plans = measure_first_plan(floor)
+    found |= figures_of_plans
+    aims |= aims_of_plans
     assert largest is not None  # noqa: S101  (there are sizes)
     click.echo("measuring streams", err=True)
     figures_of_streams, aims_of_streams = measure_streams(largest)

@@ -89,6 +89,9 @@ class TabledLengths:
             column: Floats = self._lengths[nodes, self._number[goal.x, goal.y]] + left
             yield column, np.zeros_like(column), 0.0
 
+    def wanted(self, ways: Sequence[Sequence[Pose]]) -> None:
+        """Return None: all lengths are known."""
+
     def refusal(self, pose: Pose) -> str:  # noqa: ARG002  (the port's argument)
         """Return an empty text: every place is free."""
         return ""
@@ -146,7 +149,7 @@ def run_hive(
         _add_robot(hive, f"robot{number + 1}", pose, cost_model, table, drives)
     hive.network.run(1.0)
     began = hive.network.now
-    tasks = _tasks(places, kind)
+    tasks = tasks_of(places, kind)
     times = [0.0] * len(tasks) if posted is None else posted
     at = {task.id: began + when for task, when in zip(tasks, times, strict=True)}
     ended: dict[str, float] = {}
@@ -191,7 +194,8 @@ def moves_in(takers: Iterable[Sequence[str]]) -> tuple[int, int]:
     return sum(map(len, chains)), sum(len(chain) > len(set(chain)) for chain in chains)
 
 
-def _tasks(places: Places, kind: str) -> list[Task]:
+def tasks_of(places: Places, kind: str) -> list[Task]:
+    """Return the tasks of an instance."""
     if kind == "go":
         return [Task(f"T{n}", TaskType.GA, (start,)) for n, start in enumerate(places.starts)]
     pairs = zip(places.starts, places.ends, strict=True)
