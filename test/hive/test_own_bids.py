@@ -22,7 +22,12 @@ class OwnBids:
 
     def answer(self, broadcast, *where, **how):
         answer = self._answers.answer(replace(broadcast, basis=False), *where, **how)
-        bids = tuple(replace(bid, cost=bid.cost * self._factor, terms=None) for bid in answer.bids)
+        bids = tuple(
+            replace(bid, cost=min(bid.cost * self._factor, 999.0), terms=None)
+            if bid.is_able
+            else bid
+            for bid in answer.bids
+        )
         return replace(answer, bids=bids)
 
 
@@ -150,3 +155,73 @@ def test_a_task_on_a_list_goes_to_a_robot_that_bids_much_less_for_it():
 
     assert done_by[0] == "robot1"
     assert "robot2" in done_by
+
+
+def test_many_robots_that_bid_themselves_are_found_in_one_round(decision):
+    names = [f"robot{number}" for number in range(1, 9)]
+    hive = fleet(decision, *(10.0 * number for number in range(8)), own=names[2:])
+    hive.post(go(1, 1.0))
+
+    assert robots(hive, "T1") == ["robot1"]
+    calls = [call for topic, call in hive.network.heard if topic == TASK_BROADCAST]
+    assert len(calls) == 3
+    assert hive.talkers["blackboard"].warnings == []
+
+
+class Alternating:
+    """What answers for a robot that tells now a basis, now bids, whatever it is asked for."""
+
+    def __init__(self, robot):
+        self._answers = robot._respondent  # noqa: SLF001
+        self._turn = 0
+
+    def answer(self, broadcast, *where, **how):
+        self._turn += 1
+        return self._answers.answer(replace(broadcast, basis=self._turn % 2 == 0), *where, **how)
+
+
+def test_with_a_robot_that_answers_now_so_and_now_so_every_task_is_done_and_moves_end():
+    hive = fleet("planned", 0.0, 90.0)
+    give(hive.robots["robot2"], Alternating(hive.robots["robot2"]))
+    tasks = [f"T{number}" for number in range(8)]
+    hive.post(*(go(number, 11.0 * number) for number in range(8)))
+    robots(hive, *tasks)
+
+    assert max(hive.record(task_id).assignment for task_id in tasks) <= 3
+
+
+class Odd:
+    """What answers for a robot that tells what cannot be."""
+
+    def __init__(self, robot, **odd):
+        self._answers = robot._respondent  # noqa: SLF001
+        self._odd = odd
+
+    def answer(self, broadcast, *where, **how):
+        answer = self._answers.answer(broadcast, *where, **how)
+        return replace(answer, basis=answer.basis and replace(answer.basis, **self._odd))
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [{"charge": 5.0}, {"charge": -0.01}, {"pace": (1.0,)}, {"tasks": (("T1", 0),) * 9}],
+    ids=str,
+)
+def test_a_robot_that_tells_what_cannot_be_holds_up_nobody(decision, odd):
+    hive = fleet(decision, 0.0, 50.0)
+    give(hive.robots["robot2"], Odd(hive.robots["robot2"], **odd))
+    hive.post(go(1, 5.0), go(2, 45.0), go(3, 8.0))
+
+    robots(hive, "T1", "T2", "T3")
+
+
+def test_a_robot_out_of_service_that_bids_itself_holds_up_no_auction(decision):
+    hive = fleet(decision, 0.0, 5.0, own=["robot2"])
+    hive.set_state("robot2", "defect")
+    hive.network.run(1.0)
+    hive.post(go(1, 4.0))
+    hive.network.run(1.0)
+
+    calls = [call for topic, call in hive.network.heard if topic == TASK_BROADCAST]
+    assert len(calls) == 1
+    assert hive.record("T1").robot == "robot1"

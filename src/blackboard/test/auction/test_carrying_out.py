@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from blackboard.auction.carrying_out import steps_to
+from blackboard.auction.search.offers import MOST
 from blackboard.auction.search.planned import Place, Planned
 from blackboard.domain.bid import MAX_COST, Bid
 from blackboard.domain.record import TaskRecord
@@ -135,4 +136,58 @@ def test_two_robots_that_bid_themselves_do_not_get_one_task():
 
     found = steps(plan, FLEET | {"robot3"}, both)
 
-    assert len(found.awards) == 1
+    assert [bid.robot_id for bid in found.awards] == ["robot3"]
+
+
+def test_a_robot_that_is_better_for_two_tasks_leaves_one_to_the_next_best():
+    plan = planned((record("T1"), "robot1", 1), (record("T2"), "robot1", 2))
+    both = bids("robot2", T1=10.0, T2=20.0) | bids("robot3", T1=15.0)
+
+    found = steps(plan, FLEET | {"robot3"}, both)
+
+    assert {bid.task_id: bid.robot_id for bid in found.awards} == {"T1": "robot2", "T2": "robot1"}
+
+
+def test_places_close_up_where_a_task_that_waits_goes_to_a_robot_that_bids_itself():
+    plan = planned(
+        (record("N1"), "robot1", 1),
+        (record("K1", "robot1"), "robot1", 2),
+        (record("N2"), "robot1", 3),
+        (record("K2", "robot1"), "robot1", 4),
+        was={"robot1": ("K2", "K1")},
+    )
+
+    found = steps(plan, others=bids("robot2", N1=1.0))
+
+    assert {name: found.places[name] for name in ("K1", "N2", "K2")} == {"K1": 1, "N2": 2, "K2": 3}
+    assert [(each.task.id, place) for each, place in found.reorders] == [("K1", 1), ("K2", 3)]
+
+
+def test_places_stay_where_a_task_on_the_list_goes_to_a_robot_that_bids_itself():
+    plan = planned(
+        (record("K1", "robot1"), "robot1", 1),
+        (record("N1"), "robot1", 2),
+        was={"robot1": ("K1",)},
+    )
+
+    assert steps(plan, others=bids("robot2", K1=1.0)).places == {"N1": 2}
+
+
+def test_a_task_that_its_robot_does_not_list_yet_is_no_reason_to_order_its_list_anew():
+    plan = planned((record("T1", "robot1"), "robot1", 1), was={"robot1": ()})
+
+    assert steps(plan).reorders == ()
+
+
+def test_of_many_robots_that_bid_themselves_the_best_bids_are_noted_and_that_of_the_winner():
+    names = [f"robot{number}" for number in range(2, 3 + MOST)]
+    both = [record("T1"), record("T2")]
+    plan = planned(*((each, "robot1", place) for place, each in enumerate(both, start=1)))
+    others = {}
+    for number, name in enumerate(names):
+        others |= bids(name, T1=float(number), T2=0.5)
+
+    found = steps(plan, FLEET | set(names), others)
+
+    assert all(len(found.bids[name]) <= 1 + MOST // 2 + 1 for name in ("T1", "T2"))
+    assert all(bid in found.bids[bid.task_id] for bid in found.awards)

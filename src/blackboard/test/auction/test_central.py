@@ -33,6 +33,9 @@ BASIS = BidBasis(SMALL_ROBOT, "report", 120.0, Pose(0.0, 0.0), 1.0)
 OFFER = Broadcast(3, 7, ((Task("T1", TaskType.GA, (Pose(5.0, 0.0),)), 0),), round=2)
 
 
+ONE = frozenset({"robot1"})
+
+
 class Fleet:
     """A random robot with a schedule, and tasks that are offered to it."""
 
@@ -91,7 +94,7 @@ class Fleet:
 def central(*tasks):
     """Return the central office of a blackboard that knows some tasks."""
     records = {task.id: TaskRecord(task) for task in tasks}
-    return Central(records.get, lambda _radius: EuclideanLengths(), lambda: NOW)
+    return Central(records.get, lambda _radius: EuclideanLengths(), lambda: NOW, 2000)
 
 
 @pytest.mark.parametrize("seed", range(200))
@@ -99,7 +102,7 @@ def test_the_blackboard_works_out_exactly_the_bids_that_the_robot_would_make(see
     fleet = Fleet(seed)
     made = fleet.respondent.answer(fleet.broadcast, fleet.pose, at_work=fleet.at_work)
     office = central(*fleet.tasks, *fleet.listed)
-    (question,) = office.questions(fleet.broadcast, frozenset({"robot1"}))
+    (question,) = office.questions(fleet.broadcast, ONE, ONE)
     told = fleet.respondent.answer(question, fleet.pose, at_work=fleet.at_work)
 
     assert question.tasks == ()
@@ -130,6 +133,9 @@ def test_a_robot_that_bids_itself_may_take_part():
         ({"aging": 0.0}, "aging 0; allowed: above 0 s"),
         ({"charge": 1.5}, "charge is 1.5; allowed: from 0 to 1"),
         ({"pose": Pose(math.nan, 0.0)}, r"BidBasis.pose \(nan, 0, 0\) is not made of finite"),
+        ({"charge": -0.1}, "charge is -0.1; allowed: from 0 to 1"),
+        ({"pace": (1.0,)}, "pace"),
+        ({"tasks": (("T1", 0), ("T1", 0))}, "a task is on its list twice"),
         ({"tasks": (("T9", 0),)}, "has 'T9' on its list: not a task"),
         ({"tasks": (("T1", 2),)}, "is at step 2 of T1, which has fewer"),
     ],
@@ -137,5 +143,49 @@ def test_a_robot_that_bids_itself_may_take_part():
 def test_an_invalid_basis_is_refused(change, words):
     answer = Bids("robot1", 3, 7, (), 2, replace(BASIS, **change))
 
+    office = central(OFFER.tasks[0][0])
     with pytest.raises(BidRefusedError, match=words):
-        central(OFFER.tasks[0][0]).bids(answer, OFFER)
+        office.bids(answer, OFFER)
+    with pytest.raises(BidRefusedError, match=words):
+        office.check("robot1", answer.basis)  # for a plan
+
+
+def found_bidders(*names):
+    """Return a central office that has found robots to bid themselves."""
+    office = central()
+    for name in names:
+        assert office.has_found_bidder(Bids(name, 3, 7, (), 2))
+    return office
+
+
+def test_a_robot_is_found_to_bid_itself_once():
+    assert not found_bidders("robot1").has_found_bidder(Bids("robot1", 3, 7, (), 2))
+    assert not central().has_found_bidder(Bids("robot1", 3, 7, (), 2, BASIS))
+
+
+def test_robots_that_bid_themselves_are_sent_the_most_urgent_tasks_as_far_as_bids_are_asked_for():
+    tasks = tuple((Task(f"T{n}", TaskType.GA, (Pose(5.0, 0.0),), n % 2), 0) for n in range(3000))
+    fleet = frozenset({"robot1", "robot2", "robot3"})
+    office = found_bidders("robot2", "robot3")
+
+    offer, question = office.questions(replace(OFFER, tasks=tasks), fleet, fleet | {"defect"})
+
+    assert set(offer.asked) == {"robot2", "robot3"}
+    assert len(offer.tasks) == 1000
+    assert {task.priority for task, _ in offer.tasks} == {1}
+    assert set(question.asked) == {"robot1", "defect"}
+    assert question.tasks == ()
+
+
+def test_a_robot_that_was_out_of_service_is_asked_anew_what_its_bids_are_made_from():
+    office = found_bidders("robot1")
+    office.questions(OFFER, frozenset(), ONE)
+
+    (question,) = office.questions(OFFER, ONE, ONE)
+
+    assert question.basis
+
+
+def test_a_basis_is_refused_of_a_robot_that_was_asked_for_bids():
+    with pytest.raises(BidRefusedError, match="robot1 tells a basis of bids; it was asked for"):
+        found_bidders("robot1").check("robot1", BASIS)

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What planned tasks would cost each robot: the bids that the robots would make themselves."""
 
+import math
 import random
 from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
+from blackboard.auction.search.explained import Explainer
 from blackboard.auction.search.offers import MOST, offers_for
 from blackboard.auction.search.planned import planned
 from blackboard.auction.search.searcher import Found
@@ -27,7 +29,8 @@ NO_ARM = replace(SMALL_ROBOT, capabilities=frozenset({TaskType.GA, TaskType.GAB}
 class Hall:
     """Robots with lists, and one task that waits."""
 
-    def __init__(self, *bases, waiting=None, tried=()):
+    def __init__(self, *bases, waiting=None, tried=(), lengths=None):
+        self.lengths = lengths or EuclideanLengths()
         self.bases = {f"robot{number}": basis for number, basis in enumerate(bases, start=1)}
         task = waiting or Task("T", TaskType.GA, (Pose(10.0, 5.0),))
         self.waiting = TaskRecord(task, tried=tried)
@@ -47,7 +50,7 @@ class Hall:
         """Return the bids, by robot, if a plan puts the waiting task behind a robot's list."""
         records = [each for each in self.records.values() if each.state is not TaskState.STARTED]
         situation = Situation(
-            self.bases, records, self.records.get, lambda _radius: EuclideanLengths(), 0.0
+            self.bases, records, self.records.get, lambda _radius: self.lengths, 0.0
         )
         surveyed = next(piece for piece in survey(situation) if isinstance(piece, Surveyed))
         task = surveyed.records.index(self.waiting)
@@ -164,3 +167,50 @@ def test_of_a_large_fleet_the_robot_that_gets_a_task_and_the_best_others_are_tol
     assert offers.robot.shape == (60, MOST // 60)
     assert offers.robot[10, 0] == 49  # has it, though it is far away
     assert 10 in offers.robot[10, 1:]  # stands there
+
+
+def test_refusals_of_robots_that_take_nothing_are_told_as_far_as_there_is_room():
+    named = {f"robot{number:04d}": basis(refusal="it charges") for number in range(MOST)}
+    named["robot"] = basis()
+    tasks = [TaskRecord(Task(f"T{n}", TaskType.GA, (Pose(float(n), 0.0),))) for n in range(4)]
+    situation = Situation(named, tasks, lambda _: None, lambda _radius: EuclideanLengths(), 0.0)
+    surveyed = next(piece for piece in survey(situation) if isinstance(piece, Surveyed))
+    plan = ((0, 1, 2, 3),)
+    offers = offers_for(surveyed.problem, plan, "waiting")
+
+    bids = Explainer(surveyed, Found(plan, np.inf, 1.0, 1.0, 0.0, offers)).bids()
+
+    assert {len(each) for each in bids.values()} == {MOST // 4}
+    assert all(any(bid.is_able for bid in each) for each in bids.values())
+
+
+class Walled(EuclideanLengths):
+    """No robot comes across x = 20 m."""
+
+    def lengths(self, starts, goals):
+        across = np.array([[(a.x < 20.0) != (b.x < 20.0) for b in goals] for a in starts])
+        return np.where(across, np.inf, super().lengths(starts, goals))
+
+    def length_and_delay(self, start, goal):
+        return float(self.lengths([start], [goal])[0, 0]), 0.0
+
+
+def test_a_robot_with_no_path_to_what_it_has_says_so():
+    hall = Hall(basis(), basis(), lengths=Walled())
+    hall.listed("robot2", Task("L", TaskType.GA, (Pose(40.0, 0.0),)), at_work=True)
+
+    told = hall.bids("robot1")["robot2"]
+
+    assert (told.exclusion, told.reason) == (
+        Exclusion.WAY,
+        "finds no path to what is on its list",
+    )
+
+
+def test_the_way_of_a_task_before_one_that_cannot_be_reached_is_a_number():
+    hall = Hall(basis(), basis(), lengths=Walled())
+    hall.listed("robot2", Task("L", TaskType.GA, (Pose(40.0, 0.0),)))
+
+    bids = hall.bids("robot1")
+
+    assert all(math.isfinite(bid.terms.way) for bid in bids.values() if bid.terms)

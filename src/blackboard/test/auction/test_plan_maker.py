@@ -52,12 +52,12 @@ class Leader:
 
     def __init__(self):
         self.network = Network()
-        talker = NetworkTalker(self.network, "leader")
+        talker = self.talker = NetworkTalker(self.network, "leader")
         self.searcher = Searcher(talker)
         self.path_lengths = GridPathLengths(
             GridMap.of_blocked(np.zeros((80, 160), dtype=bool), 0.1), SMALL_ROBOT.radius
         )
-        central = Central(lambda _id: None, lambda _radius: self.path_lengths, talker.date)
+        central = Central(lambda _id: None, lambda _radius: self.path_lengths, talker.date, 2000)
         self.plans = []
         self.maker = PlanMaker(
             talker, central, "waiting", self.searcher, self.plans.append, lambda: None
@@ -128,4 +128,23 @@ def test_fields_that_never_come_end_the_plan_and_tasks_are_auctioned(leader):
     leader.network.run(LONGEST + 1.0)
 
     assert leader.plans[0].places == ()
+    assert len(leader.plans[0].left) == TASKS
+
+
+def test_a_survey_that_fails_leaves_tasks_to_auctions_and_the_log_says_why(leader):
+    leader.path_lengths = None
+    leader.plan()
+    leader.network.run(1.0)
+
+    assert len(leader.plans[0].left) == TASKS
+    (warning,) = leader.talker.warnings
+    assert warning.startswith("the search for a plan has failed; tasks are auctioned one by one")
+    assert "AttributeError" in warning
+
+
+def test_a_search_whose_answer_makes_no_sense_leaves_tasks_to_auctions(leader):
+    leader.searcher.search = lambda _job, done: done(())
+    leader.plan()
+    leader.network.run(3.0)
+
     assert len(leader.plans[0].left) == TASKS

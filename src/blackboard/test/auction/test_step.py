@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The auctioneer's steps: what each event leads to, without a network or a clock."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -298,6 +299,74 @@ def test_after_two_plans_without_gain_none_is_made_until_something_changes():
 
     assert made.count(MakePlan) == 2
     assert MakePlan in kinds(desk.tell("robot1", "robot2"))
+
+
+def test_a_plan_that_changes_nothing_counts_as_one_without_gain():
+    desk = planner()
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+    made = []
+    for _ in range(4):
+        desk.improve()
+        made += kinds(desk.tell("robot1", "robot2"))
+        desk.plan(before=math.inf, after=5.0)
+
+    assert made.count(MakePlan) == 2
+
+
+def test_a_plan_that_changes_something_is_followed_by_another():
+    desk = planner()
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+    for _ in range(2):
+        desk.improve()
+        desk.tell("robot1", "robot2")
+        desk.plan(T1="robot2")
+        desk.say(TRANSFERS)
+
+    desk.improve()
+    assert MakePlan in kinds(desk.tell("robot1", "robot2"))
+
+
+def test_what_an_auction_gives_out_is_planned_again_even_if_the_last_plans_gained_nothing():
+    desk = planner()
+    desk.put("T1", TaskState.ASSIGNED, "robot1")
+    for _ in range(2):
+        desk.improve()
+        desk.tell("robot1", "robot2")
+        desk.plan(before=10.0, after=10.0)
+    desk.put("T1", TaskState.DONE, "robot1")
+    desk.auction("T2")
+    desk.bid("robot1", T2=1.0)
+    effects = desk.bid("robot2", T2=2.0)
+    desk.put("T2", TaskState.ASSIGNED, "robot1")
+    desk.say(AwardsCommitted(result(effects).awards))
+    desk.improve()
+
+    assert MakePlan in kinds(desk.tell("robot1", "robot2"))
+
+
+def test_a_robot_that_is_found_to_bid_itself_is_asked_again_once_the_others_have_answered():
+    desk = Desk("robot1", "robot2")
+    desk.auction("T1")
+    first = desk.state.call.auction
+    found = desk.say(Signal.BIDDER_FOUND)
+    desk.bid("robot1")
+    effects = desk.bid("robot2", T1=1.0)
+
+    assert found == []
+    assert kinds(effects) == [SetTimer, SetTimer, Broadcast]
+    assert desk.state.call.auction > first
+    assert winners([*desk.bid("robot1", T1=0.5), *desk.bid("robot2", T1=1.0)]) == {"T1": "robot1"}
+
+
+def test_what_nobody_could_take_is_offered_to_a_robot_that_is_found_to_bid_itself():
+    desk = Desk("robot1", "robot2")
+    desk.auction("T1")
+    desk.bid("robot1", T1=MAX_COST)
+    desk.bid("robot2", T1=MAX_COST)
+    desk.say(AwardsCommitted(()))
+    desk.say(Signal.BIDDER_FOUND)
+
+    assert kinds(desk.say(Signal.TASK_CAME)) == [SetTimer, Broadcast]
 
 
 def test_a_robot_that_has_not_told_keeps_what_it_has():

@@ -11,7 +11,7 @@ from blackboard.costing.bid_basis import BidBasis
 from blackboard.costing.euclidean_lengths import EuclideanLengths
 from blackboard.domain.path_lengths import FieldJob, Wanted
 from blackboard.domain.record import TaskRecord
-from blackboard.domain.task import Task, TaskType
+from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.hive import SMALL_ROBOT
 
@@ -136,3 +136,26 @@ def test_ways_of_tasks_that_robots_do_before_and_to_chargers_are_looked_up_first
         [charger],
         [Pose(1.0, 1.0), Pose(1.0, 9.0)],
     ]
+
+
+def test_a_task_whose_load_is_to_be_put_down_next_is_in_no_plan():
+    task = Task("T1", TaskType.GPAB, (Pose(5.0, 0.0), Pose(9.0, 0.0)))
+    records = [TaskRecord(task, TaskState.ASSIGNED, "robot1", 3)]
+    situation = Situation(
+        {"robot1": basis()}, records, lambda _: None, lambda _radius: EuclideanLengths(), 0.0
+    )
+
+    assert not [piece for piece in survey(situation) if isinstance(piece, Surveyed)]
+
+
+def test_a_survey_without_a_map_is_done_in_slices_too():
+    tasks = [(float(n), 0.0) for n in range(100)]
+    records = [TaskRecord(Task(f"T{n}", TaskType.GA, (Pose(*at),))) for n, at in enumerate(tasks)]
+    named = {f"robot{n}": basis() for n in range(20)}
+    lengths = EuclideanLengths()
+    situation = Situation(named, records, lambda _: None, lambda _radius: lengths, 0.0)
+
+    pieces = [piece for piece in survey(situation) if isinstance(piece, float)]
+
+    assert sum(pieces) > 100 * 120 * 1e-7
+    assert max(pieces) < 0.01

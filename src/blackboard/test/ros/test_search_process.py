@@ -9,6 +9,7 @@ import sys
 import numpy as np
 import pytest
 
+from blackboard.auction.search import worker
 from blackboard.auction.search.fields import fields
 from blackboard.auction.search.problem import Problem
 from blackboard.auction.search.ruin_recreate import search
@@ -185,3 +186,32 @@ def test_a_process_whose_starter_was_killed_during_a_search_ends_without_a_word(
 
         assert worker.stderr.read() == b""
         assert worker.wait(timeout=60.0) == 0
+
+
+def test_an_answer_is_written_to_its_end_however_often_the_pipe_takes_a_part(monkeypatch):
+    written = []
+
+    def write(_, data):
+        written.append(bytes(data[:3]))
+        return len(written[-1])
+
+    monkeypatch.setattr(worker.os, "write", write)
+    worker._tell(b"an answer")  # noqa: SLF001
+
+    assert written == [b"an ", b"ans", b"wer"]
+
+
+def test_a_process_whose_answer_makes_no_sense_is_ended_and_replaced(desk, searcher):
+    confused = searcher.process = subprocess.Popen(
+        ["sh", "-c", "echo nonsense; exec cat > /dev/null"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    results = []
+    for _ in range(2):
+        searcher.search(job(), results.append)
+        desk.take()
+
+    assert results[0] is None
+    assert confused.returncode is not None
+    assert results[1].plan == search(job()).plan

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from blackboard.auction.candidate_selection import CandidateSelection
@@ -46,6 +47,9 @@ class Auctioneer:
     """Auctions or plans what waits, and improves plans while nothing waits.
 
     Args:
+        in_service: Gives the robots that take tasks.
+        known: Gives all robots.
+        last: Gives the last status of a robot; None if it was never heard.
         recall: Asks a robot to hand a task back if it has not begun.
         reorder: Tells a robot another place for a task on its list.
         carry_out: Called with the result of each round, and with what follows once it is
@@ -61,6 +65,7 @@ class Auctioneer:
         settings: BlackboardSettings,
         *,
         in_service: Callable[[], frozenset[str]],
+        known: Callable[[], frozenset[str]],
         last: Callable[[str], RobotStatus | None],
         recall: Callable[[TaskRecord], None],
         reorder: Callable[[TaskRecord, int], None],
@@ -71,6 +76,7 @@ class Auctioneer:
         self._talker = talker
         self._node = node
         self._in_service = in_service
+        self._known = known
         self._last = last
         self._recall = recall
         self._reorder = reorder
@@ -117,6 +123,7 @@ class Auctioneer:
         is_known = bids.robot_id in self._in_service()
         if self._central is not None and is_known and self._central.has_found_bidder(bids):
             self.handle(Signal.BIDDER_FOUND)
+            bids = replace(bids, bids=(), basis=None)  # it is asked for bids next
         if self._central is not None and self._state.expects(bids):
             auction = self._state.auction
             try:
@@ -158,7 +165,7 @@ class Auctioneer:
         if isinstance(effect, Broadcast):
             calls = [effect]
             if self._central is not None:
-                calls = self._central.questions(effect, self._in_service())
+                calls = self._central.questions(effect, self._in_service(), self._known())
             for call in calls:
                 self._talker.publish(TASK_BROADCAST, call, call.asked)
         elif isinstance(effect, CarryOut):

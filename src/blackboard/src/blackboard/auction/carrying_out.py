@@ -14,7 +14,9 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from blackboard.auction.search.offers import MOST
 from blackboard.auction.transfers import Move
+from blackboard.domain.bid import ranked
 from blackboard.domain.task import TaskState
 
 if TYPE_CHECKING:
@@ -69,53 +71,77 @@ def steps_to(
         if place.robot in in_service and records.get(place.record.task.id) == place.record
     ]
     taken = _taken(fresh, others, in_service)
+    where = _places(planned.places, taken)
     awards, moves, kept, bids = [], [], defaultdict(list), {}
     for place in fresh:
         task_id = place.record.task.id
-        taker = taken.get(task_id)
-        if keeps_lists and taker is None:
+        goes_to = taken.get(task_id, place.bid)
+        if keeps_lists and task_id not in taken:
             continue
-        bids[task_id] = planned.bids.get(task_id, (place.bid,)) + tuple(
-            each[task_id] for _, each in sorted(others.items()) if task_id in each
+        bids[task_id] = planned.bids.get(task_id, (place.bid,)) + _told(
+            task_id, others, goes_to, MOST // len(fresh)
         )
-        goes_to, where = (taker, 0) if taker is not None else (place.bid, place.place)
         if place.record.state is TaskState.WAITING:
             awards.append(goes_to)
         elif place.record.robot != goes_to.robot_id or _is_put_behind(place):
-            moves.append(Move(place.record, goes_to, bids[task_id], where))
+            moves.append(Move(place.record, goes_to, bids[task_id], where.get(task_id, 0)))
         else:
             kept[place.robot].append(place)
     reorders = [
-        (place.record, place.place)
+        (place.record, where[place.record.task.id])
         for robot, places in kept.items()
         if _is_reordered(places, planned.was.get(robot, ()))
         for place in places
     ]
-    places = {
-        place.record.task.id: place.place
-        for place in planned.places
-        if place.record.task.id not in taken
-    }
-    return Steps(tuple(awards), places, bids, tuple(moves), tuple(reorders))
+    return Steps(tuple(awards), where, bids, tuple(moves), tuple(reorders))
 
 
 def _taken(places: Iterable[Place], others: Bids, in_service: frozenset[str]) -> dict[str, Bid]:
-    """Return the bids of robots that bid themselves which are better than the plan, by task."""
+    """Return the bids of robots that bid themselves which are better than the plan, by task.
+
+    Those that are better by most come first; each robot gets one task.
+    """
+    better = []
+    for place in places:
+        record = place.record
+        pays = 1.0 if record.state is TaskState.WAITING else _PAYS
+        for robot in in_service & others.keys():
+            bid = others[robot].get(record.task.id)
+            if bid is None or not bid.is_able or robot in record.tried:
+                continue
+            if record.state is not TaskState.STARTED and pays * place.bid.cost > bid.cost:
+                better.append((bid.cost - pays * place.bid.cost, robot, bid))
     taken: dict[str, Bid] = {}
-    for robot, bids in sorted(others.items()):
-        gains = {}
-        for place in places:
-            bid = bids.get(place.record.task.id)
-            if bid is None or not bid.is_able or place.record.task.id in taken:
-                continue
-            if robot in place.record.tried or place.record.state is TaskState.STARTED:
-                continue
-            waits = place.record.state is TaskState.WAITING
-            gains[place.record.task.id] = place.bid.cost * (1.0 if waits else _PAYS) - bid.cost
-        best = max(gains, key=lambda task_id: gains[task_id], default="")
-        if robot in in_service and best and gains[best] > 0.0:
-            taken[best] = bids[best]
+    served = set()
+    for _, robot, bid in sorted(better, key=lambda each: each[:2]):
+        if robot not in served and bid.task_id not in taken:
+            served.add(robot)
+            taken[bid.task_id] = bid
     return taken
+
+
+def _places(places: Iterable[Place], taken: Mapping[str, Bid]) -> dict[str, int]:
+    """Return where tasks go in their lists, without those that others get.
+
+    A task that is on a list leaves it later, when its robot has handed it back.
+    """
+    where = {}
+    gone: dict[str, int] = defaultdict(int)  # by robot
+    for place in places:
+        task_id = place.record.task.id
+        if task_id not in taken:
+            where[task_id] = place.place - gone[place.robot]
+        elif place.record.state is TaskState.WAITING:
+            gone[place.robot] += 1
+    return where
+
+
+def _told(task_id: str, others: Bids, taker: Bid, most: int) -> tuple[Bid, ...]:
+    """Return the best bids of robots that bid themselves, and that of the robot that gets it."""
+    best = ranked(each[task_id] for each in others.values() if task_id in each)[: max(1, most)]
+    if taker.robot_id in others and taker not in best:
+        best.append(taker)
+    return tuple(best)
 
 
 def _is_put_behind(place: Place) -> bool:
@@ -125,5 +151,5 @@ def _is_put_behind(place: Place) -> bool:
 
 def _is_reordered(places: list[Place], was: tuple[str, ...]) -> bool:
     """Return whether tasks that stay with a robot are to follow each other differently."""
-    stay = [place.record.task.id for place in places]
+    stay = [each.record.task.id for each in places if each.record.task.id in set(was)]
     return stay != [task_id for task_id in was if task_id in set(stay)]

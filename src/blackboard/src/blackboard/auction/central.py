@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from blackboard.auction.search.survey import Situation
 from blackboard.costing.bidding import bids_from
 from blackboard.costing.cost import COST_MODELS
+from blackboard.costing.pace import Pace
+from blackboard.domain.battery import Battery
 from blackboard.domain.task import split_task
 from blackboard.domain.validation import flaw_of
 from blackboard.errors import BidRefusedError, CharacteristicsError
@@ -28,6 +30,7 @@ class Central:
     Args:
         path_lengths_for: Gives the path lengths for a robot of a radius [m].
         now: Gives the time on the clock of `Task.posted` [s].
+        most_bids: Number of bids that robots that bid themselves are asked for at once.
     """
 
     def __init__(
@@ -35,27 +38,34 @@ class Central:
         get: Callable[[str], TaskRecord | None],
         path_lengths_for: Callable[[float], PathLengths],
         now: Callable[[], float],
+        most_bids: int,
     ) -> None:
         self._get = get
         self._path_lengths_for = path_lengths_for
         self._now = now
+        self._most_bids = most_bids
         self._bidders: frozenset[str] = frozenset()  # robots that bid themselves
 
-    def questions(self, broadcast: Broadcast, in_service: frozenset[str]) -> list[Broadcast]:
+    def questions(
+        self, broadcast: Broadcast, in_service: frozenset[str], known: frozenset[str]
+    ) -> list[Broadcast]:
         """Return what robots are asked instead of for bids; they need not see the tasks.
 
-        Those that have been found to bid themselves are asked for bids.
+        Those that have been found to bid themselves are asked for bids, until they are out of
+        service. `known` are all robots.
         """
         self._bidders &= in_service
         question = replace(broadcast, tasks=(), basis=True)
         if not self._bidders:
             return [question]
         asked = broadcast.asked
-        named = dict.fromkeys(sorted(in_service), "") if asked is None else asked
+        named = dict.fromkeys(sorted(known), "") if asked is None else asked
         bidders = {robot: given for robot, given in named.items() if robot in self._bidders}
         others = {robot: given for robot, given in named.items() if robot not in self._bidders}
-        calls = replace(broadcast, asked=bidders), replace(question, asked=others)
-        return [call for call in calls if call.asked]
+        most = max(1, self._most_bids // max(1, len(bidders)))
+        by_urgency = sorted(broadcast.tasks, key=lambda offer: -offer[0].priority)
+        offer = replace(broadcast, tasks=tuple(by_urgency[:most]), asked=bidders)
+        return [call for call in (offer, replace(question, asked=others)) if call.asked]
 
     def has_found_bidder(self, answer: Bids) -> bool:
         """Return whether an answer shows only now that its robot bids itself.
@@ -80,11 +90,8 @@ class Central:
         if basis is None:
             return answer
         tasks = self.check(robot, basis)
-        try:
-            path_lengths = self._path_lengths_for(basis.body.radius)
-            found = bids_from(basis, robot, tasks, broadcast, path_lengths, self._now())
-        except CharacteristicsError as error:
-            raise BidRefusedError(f"{robot} cannot be bid for: {error}") from None
+        path_lengths = self._path_lengths_for(basis.body.radius)
+        found = bids_from(basis, robot, tasks, broadcast, path_lengths, self._now())
         return replace(found, epoch=answer.epoch, auction=answer.auction, round=answer.round)
 
     def check(self, robot: str, basis: BidBasis) -> list[Task]:
@@ -93,6 +100,8 @@ class Central:
         Raises:
             BidRefusedError: Nothing can be worked out from the basis.
         """
+        if robot in self._bidders:
+            raise BidRefusedError(f"{robot} tells a basis of bids; it was asked for bids")
         if flaw := _flaw(basis):
             raise BidRefusedError(f"{robot} cannot be bid for: {flaw}")
         return [self._listed(robot, task_id, step) for task_id, step in basis.tasks]
@@ -115,4 +124,14 @@ def _flaw(basis: BidBasis) -> str:
         return f"cost_model {basis.cost_model[:64]!r}; allowed: {', '.join(COST_MODELS)}"
     if not basis.aging > 0.0:
         return f"aging {basis.aging:g}; allowed: above 0 s"
-    return flaw_of(basis, "BidBasis")
+    listed = [task_id for task_id, _ in basis.tasks]
+    if len(set(listed)) < len(listed):
+        return "a task is on its list twice; allowed: once"
+    if flaw := flaw_of(basis, "BidBasis"):
+        return flaw
+    try:
+        Battery(basis.body.battery, basis.charge)
+        Pace(basis.body.max_speed, basis.pace)
+    except CharacteristicsError as error:
+        return str(error)
+    return ""

@@ -7,6 +7,7 @@ no other task has come for a moment and the plan is made. A plan that improves l
 
 from __future__ import annotations
 
+import traceback
 import zlib
 from typing import TYPE_CHECKING
 
@@ -147,22 +148,33 @@ class PlanMaker:
             self._survey(asked)
 
     def _survey(self, asked: MakePlan) -> None:
+        """Work for a slice, or ask for what another process is to do."""
+        try:
+            piece = self._slice(asked)
+        except Exception:  # noqa: BLE001  (whatever it is, what a robot tells must not end a leader)
+            self._fail(asked, traceback.format_exc())
+            return
+        if isinstance(piece, Surveyed):
+            self._surveyed = piece
+            self._searcher.search(self._job(asked, piece), self._found)
+        elif isinstance(piece, Wanted):
+            self._wanted = piece
+            self._searcher.fields(piece.job, self._go_on)
+        elif piece is None:
+            self._end(Planned(left=asked.records))
+
+    def _slice(self, asked: MakePlan) -> float | Wanted | Surveyed | None:
+        """Return what came last, or None if there is nothing to be planned."""
         if self._work is None:
             self._work = survey(self._central.situation(asked.bases, asked.records))
         spent = 0.0
         for piece in self._work:
-            if isinstance(piece, Surveyed):
-                self._surveyed = piece
-                self._searcher.search(self._job(asked, piece), self._found)
-                return
-            if isinstance(piece, Wanted):
-                self._wanted = piece
-                self._searcher.fields(piece.job, self._go_on)
-                return
+            if not isinstance(piece, float):
+                return piece
             spent += piece
             if spent >= SLICE:
-                return
-        self._end(Planned(left=asked.records))
+                return spent
+        return None
 
     def _go_on(self, fields: Sequence[Field] | None) -> None:
         """Go on with a survey, also without the fields, which it then makes itself."""
@@ -188,15 +200,24 @@ class PlanMaker:
         asked, surveyed = self._asked, self._surveyed
         if asked is None:
             return
-        if found is not None and surveyed is not None:
-            self._has_failed = False
-            self._end(planned(surveyed, found, self._measure))
+        if found is None or surveyed is None:
+            self._fail(asked)
             return
+        try:
+            plan = planned(surveyed, found, self._measure)
+        except Exception:  # noqa: BLE001  (as in `_survey`)
+            self._fail(asked, traceback.format_exc())
+            return
+        self._has_failed = False
+        self._end(plan)
+
+    def _fail(self, asked: MakePlan, why: str = "") -> None:
+        """Leave everything to auctions, and say so once."""
         if not self._has_failed:
             self._has_failed = True
             self._talker.warn(
                 "the search for a plan has failed; tasks are auctioned one by one, and the next "
-                "burst is planned again"
+                "burst is planned again" + f"\n{why}" * bool(why)
             )
         self._end(Planned(left=asked.records))
 

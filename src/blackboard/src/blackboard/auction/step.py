@@ -65,8 +65,7 @@ class AuctionState:
     fresh: frozenset[str] = frozenset()
     just_begun: frozenset[str] = frozenset()
     call: Broadcast = field(default_factory=lambda: Broadcast(0, 0, ()))  # the last call for bids
-    # Epoch and number of the auction that was dropped last; late bids on it are no error.
-    dropped: tuple[int, int] = (0, 0)
+    has_bidder: bool = False  # whether a robot is to be asked again, for bids this time
     # Robots that did not answer in time and have not answered since.
     slow: frozenset[str] = frozenset()
     # Tasks that nobody can take; they are offered again when something changes.
@@ -82,8 +81,11 @@ class AuctionState:
         return auction is not None and auction.is_for_plan and not auction.is_open
 
     def expects(self, bids: Bids) -> bool:
-        """Return whether an auction is under way and the bids do not answer a dropped one."""
-        return self.auction is not None and (bids.epoch, bids.auction) != self.dropped
+        """Return whether an auction is under way and the bids do not answer an earlier one."""
+        auction = self.auction
+        if auction is None:
+            return False
+        return bids.epoch != auction.epoch or bids.auction >= auction.number
 
 
 class Signal(Enum):
@@ -266,7 +268,7 @@ def _follow(state: AuctionState, signal: Signal, view: View) -> Step:
     elif signal is Signal.FLEET_CHANGED:
         state = replace(_unparked(state), is_stale=True)
     elif signal is Signal.BIDDER_FOUND:
-        return _drop_and_open(_unparked(state), view)
+        return replace(_unparked(state), has_bidder=True), []
     elif signal is Signal.PLAN_AGAIN and state.is_planning:
         return _next_round(state, (), view)
     elif signal is Signal.MOMENT_OVER:
@@ -281,11 +283,12 @@ def _unparked(state: AuctionState) -> AuctionState:
 
 def _open(state: AuctionState, view: View) -> Step:
     """Ask for bids on everything that waits, unless an auction of that is under way."""
+    effects: list[Effect] = []
     auction = state.auction
     if auction is not None and auction.improves and _waiting(state, view):
-        return _drop_and_open(state, view)
-    if auction is not None:
-        return state, []
+        state, effects = replace(state, auction=None), [SetTimer(Signal.ROUND_TIMEOUT)]
+    if state.auction is not None:
+        return state, effects
     transfers, moves = state.transfers.ready(view.in_service, view.records.get)
     state = replace(state, is_stale=False, transfers=transfers)
     waiting = _waiting(state, view)
@@ -298,17 +301,7 @@ def _open(state: AuctionState, view: View) -> Step:
         state, more = _next_round(_begin(state, view), (), view)
     else:
         more = []
-    return state, more
-
-
-def _drop_and_open(state: AuctionState, view: View) -> Step:
-    """Drop the auction under way for one of everything that waits."""
-    auction = state.auction
-    if auction is None or not (auction.is_open or state.is_planning):
-        return _open(state, view)
-    state = replace(state, auction=None, dropped=(auction.epoch, auction.number))
-    state, effects = _open(state, view)
-    return state, [SetTimer(Signal.ROUND_TIMEOUT), *effects]
+    return state, effects + more
 
 
 def _waiting(state: AuctionState, view: View) -> list[TaskRecord]:
@@ -439,6 +432,9 @@ def _close_round(state: AuctionState, view: View) -> Step:
     auction = state.auction.close(view.in_service)
     state = replace(state, auction=auction, slow=state.slow | auction.missing)
     stop = SetTimer(Signal.ROUND_TIMEOUT)
+    if state.has_bidder:
+        state, effects = _open(replace(state, auction=None, has_bidder=False), view)
+        return state, [stop, *effects]
     if auction.is_for_plan:
         state, effects = _make_plan(state, auction, view)
         return state, [stop, *effects]
@@ -528,7 +524,9 @@ def _follow_plan(state: AuctionState, planned: Planned, view: View) -> Step:
     if is_kept and not steps.moves:
         return _open(replace(state, auction=None), view)
     left = {each.task.id for each in planned.left if each.state is TaskState.WAITING}
-    state = replace(state, unplanned=state.unplanned | left, quiet_plans=0)
+    changes = bool(steps.awards or steps.moves or steps.reorders)
+    quiet = 0 if changes else state.quiet_plans
+    state = replace(state, unplanned=state.unplanned | left, quiet_plans=quiet)
     effects: list[Effect] = [Reorder(*each) for each in steps.reorders]
     number = (auction.epoch, auction.number, auction.round)
     if steps.moves:

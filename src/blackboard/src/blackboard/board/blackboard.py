@@ -91,13 +91,17 @@ class Blackboard:
         self._watch = Watch(talker, node, self._orders, self._presence, settings)
         self._note = note
         central = Central(
-            node.get, path_lengths_for or (lambda _radius: path_lengths), talker.date
+            node.get,
+            path_lengths_for or (lambda _radius: path_lengths),
+            talker.date,
+            settings.most_bids,
         )
         self._auctioneer = Auctioneer(
             talker,
             node,
             settings,
             in_service=self._presence.in_service,
+            known=self._presence.known,
             last=self._presence.last,
             recall=self._recall,
             reorder=self._orders.give,

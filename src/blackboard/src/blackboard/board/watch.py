@@ -79,6 +79,10 @@ class Presence:
         """Return whether a robot was ever heard."""
         return robot_id in self._seen
 
+    def known(self) -> frozenset[str]:
+        """Return the names of all robots that were heard and are not forgotten."""
+        return frozenset(self._seen)
+
     def in_service(self) -> frozenset[str]:
         """Return the names of the robots that take tasks."""
         return self._in_service

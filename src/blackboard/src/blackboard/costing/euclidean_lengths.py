@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
 
 
+_COLUMN_TIME, _LENGTH_TIME = 2e-5, 5e-7
+"""Processor time that the lengths to one goal take, and each of them [s]."""
+
+
 class EuclideanLengths:
     """Straight-line distances, as in the report; knows of no wall."""
 
@@ -36,9 +40,11 @@ class EuclideanLengths:
     def columns(
         self, starts: Sequence[Pose], goals: Sequence[Pose]
     ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], float]]:
-        """Yield the distances from all starts [m] for each goal, no delays, and no time."""
-        for column in self.lengths(starts, goals).T:
-            yield column, np.zeros_like(column), 0.0
+        """Yield the distances from all starts [m] for each goal, no delays, and the time [s]."""
+        taken = _COLUMN_TIME + _LENGTH_TIME * len(starts)
+        for goal in goals:
+            column = self.lengths(starts, [goal])[:, 0]
+            yield column, np.zeros_like(column), taken
 
     def wanted(self, ways: Sequence[Sequence[Pose]]) -> None:
         """Return None: nothing takes long."""

@@ -50,6 +50,7 @@ class RosPathLengths:
         self._grid: GridMap | None = None
         self._traffic = NO_TRAFFIC
         self._made: dict[float, GridPathLengths] = {}
+        self._straight = EuclideanLengths()
         if settings.distance == "euclidean":
             return
         # This loads scipy, 6 MB, which only members with a map need; and it does so now, because
@@ -68,7 +69,7 @@ class RosPathLengths:
     def of(self, radius: float) -> PathLengths:
         """Return the path lengths of a robot that keeps a radius [m] from what is blocked."""
         if self._grid is None:
-            return EuclideanLengths()
+            return self._straight
         if radius not in self._made:
             self._made[radius] = self._on_map(self._grid, radius, self._traffic)
         return self._made[radius]

@@ -116,12 +116,18 @@ def _close(process: subprocess.Popen[bytes]) -> None:
 def _ask(
     process: subprocess.Popen[bytes] | None, job: Job | FieldJob, answers: int
 ) -> list[Any] | None:
-    """Have a process do a job; return its answers, None if it has ended."""
+    """Have a process do a job; return its answers.
+
+    A process that does not give them is ended, for what it says next could not be told from them;
+    the answer is None then.
+    """
     if process is None or process.stdin is None or process.stdout is None:
         return None
     try:
         pickle.dump(job, process.stdin, pickle.HIGHEST_PROTOCOL)
         process.stdin.flush()
         return [pickle.load(process.stdout) for _ in range(answers)]  # noqa: S301  (our process)
-    except (OSError, ValueError, EOFError, pickle.UnpicklingError):
+    except Exception:  # noqa: BLE001  (odd bytes raise anything, an OSError or EOFError mostly)
+        process.kill()
+        process.wait()
         return None

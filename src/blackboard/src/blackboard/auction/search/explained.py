@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import math
+from itertools import islice
 from typing import TYPE_CHECKING
 
+from blackboard.auction.search.offers import MOST
 from blackboard.costing.bidding import exclusion_of, no_path, refused
 from blackboard.costing.cost import COST_MODELS
 from blackboard.domain.battery import Battery
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
     from blackboard.auction.search.searcher import Found
     from blackboard.auction.search.survey import Surveyed
+    from blackboard.costing.bid_basis import BidBasis
+    from blackboard.domain.task import Task
 
 _LEAST_CHARGE = 1e-9  # cost models divide by what is left [Ah]
 _MOST = math.nextafter(MAX_COST, 0.0)
@@ -30,7 +34,9 @@ class Explainer:
     def __init__(self, surveyed: Surveyed, found: Found) -> None:
         self._surveyed = surveyed
         self._offers = found.offers
-        self._told = found.offers.robot.shape[1]  # so many robots are told for each task
+        # So many robots that take tasks are told for each task, and so many in all.
+        self._told = found.offers.robot.shape[1]
+        self._most = MOST // max(1, len(surveyed.records))
         bases = [surveyed.bases[name] for name in surveyed.robots]
         self._bodies = [basis.body for basis in bases]
         self._models = [COST_MODELS[basis.cost_model] for basis in bases]
@@ -45,12 +51,19 @@ class Explainer:
             if record.robot == self._takers.get(index, record.robot):
                 continue
             told = [self._bid(index, column) for column in range(self._told)]
+            rest = max(0, self._most - len(told))
             told += [
-                refused(name, basis.body, record.task, basis.refusal, Exclusion.SERVICE)
-                for name, basis in self._surveyed.left_out.items()
+                self._refusal_of_left_out(name, basis, record.task)
+                for name, basis in islice(self._surveyed.left_out.items(), rest)
             ]
             bids[record.task.id] = tuple(sorted(told, key=lambda bid: bid.robot_id))
         return bids
+
+    def _refusal_of_left_out(self, name: str, basis: BidBasis, task: Task) -> Bid:
+        if basis.refusal:
+            return refused(name, basis.body, task, basis.refusal, Exclusion.SERVICE)
+        reason = "finds no path to what is on its list"
+        return refused(name, basis.body, task, reason, Exclusion.WAY)
 
     def bid_of_taker(self, index: int) -> Bid:
         """Return the bid of the robot that gets a task, at the place that it gets."""
@@ -65,16 +78,16 @@ class Explainer:
         eta, finish, waiting, drawn, draw, added_draw = values
         lengths, nothing = surveyed.lengths[robot], surveyed.problem.nothing
         start = before if before < nothing else before - 1
-        way = lengths[start, index] + surveyed.own_lengths[robot][index]
-        if after != nothing:
-            way += lengths[index, after] - lengths[start, after]
+        way = float(lengths[start, index] + surveyed.own_lengths[robot][index])
+        if after != nothing and math.isfinite(lengths[start, after]):
+            way += float(lengths[index, after] - lengths[start, after])
         battery = self._batteries[robot]
         left = battery.charge_left - battery.charge_for(surveyed.ready[robot].energy + drawn)
         terms = CostTerms(
             energy_charge=battery.charge_for(draw),
             charge_left=max(left, _LEAST_CHARGE),
             place=surveyed.fixed[robot] + place + 1,
-            way=float(way),
+            way=way,
             eta=eta,
             finish=finish,
             waiting=waiting,

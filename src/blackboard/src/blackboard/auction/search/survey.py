@@ -191,8 +191,8 @@ def _way(task: Task, step: int) -> list[Pose]:
 
 def _begins(record: TaskRecord) -> bool:
     """Return whether a task begins with a drive, so that any robot can begin it."""
-    step = step_to_go_on(record.task, record.step)
-    return step == 0 or step < record.steps
+    left = split_task(record.task)[step_to_go_on(record.task, record.step) :]
+    return bool(left) and left[0].kind is StepKind.MOVE
 
 
 def _job(record: TaskRecord, predictor: Predictor) -> Job:

@@ -29,9 +29,16 @@ def main() -> None:
             return
         try:
             for found in [search(job)] if isinstance(job, Job) else fields(job):
-                os.write(sys.stdout.fileno(), pickle.dumps(found, pickle.HIGHEST_PROTOCOL))
+                _tell(pickle.dumps(found, pickle.HIGHEST_PROTOCOL))
         except BrokenPipeError:  # whoever asked was killed meanwhile
             return
+
+
+def _tell(answer: bytes) -> None:
+    """Write all of an answer: a process that was stopped and goes on has written a part of it."""
+    rest = memoryview(answer)
+    while rest:
+        rest = rest[os.write(sys.stdout.fileno(), rest) :]
 
 
 if __name__ == "__main__":
