@@ -219,9 +219,10 @@ def test_a_robot_out_of_service_that_bids_itself_holds_up_no_auction(decision):
     hive = fleet(decision, 0.0, 5.0, own=["robot2"])
     hive.set_state("robot2", "defect")
     hive.network.run(1.0)
-    hive.post(go(1, 4.0))
-    hive.network.run(1.0)
+    for number in (1, 2):
+        hive.post(go(number, 4.0))
+        hive.network.run(30.0)
 
     calls = [call for topic, call in hive.network.heard if topic == TASK_BROADCAST]
-    assert len(calls) == 1
-    assert hive.record("T1").robot == "robot1"
+    assert len(calls) == 2
+    assert hive.record("T2").robot == "robot1"

@@ -151,14 +151,14 @@ CAUGHT_BY = {
     vote_at_once_after_a_restart: (2, RESTARTS),
     elect_with_half_of_the_members: (1, STORM),
     count_a_vote_however_late: "late vote",
-    obey_an_active_one_of_any_epoch: (77, LATE),
+    obey_an_active_one_of_any_epoch: (142, LATE),
     ignore_epochs: (131, LATE),
     count_when_an_answer_came: (22, LATE),
     go_on_without_a_majority: (0, STORM),
     change_members_without_waiting: (39, CHURN),
     keep_the_id_when_the_disk_is_lost: (114, DISKS),
     listen_to_every_hive: (1, ALONE),
-    join_without_handing_over: (72, DISKS),
+    join_without_handing_over: (10, DISKS),
 }
 """For each mutation the schedule that shows what it breaks: a name, or a seed and a scenario."""
 

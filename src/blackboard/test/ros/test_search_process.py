@@ -196,9 +196,9 @@ def test_an_answer_is_written_to_its_end_however_often_the_pipe_takes_a_part(mon
         return len(written[-1])
 
     monkeypatch.setattr(worker.os, "write", write)
-    worker._tell(b"an answer")  # noqa: SLF001
+    worker._tell(b"the answer")  # noqa: SLF001
 
-    assert written == [b"an ", b"ans", b"wer"]
+    assert written == [b"the", b" an", b"swe", b"r"]
 
 
 def test_a_process_whose_answer_makes_no_sense_is_ended_and_replaced(desk, searcher):
