@@ -15,7 +15,7 @@ from hive_lab.bench.allocation.instances import KINDS, SIZES, Places
 from hive_lab.bench.allocation.measure import Ratios
 from hive_lab.bench.allocation.plans import figures, mean_and_worst, searched
 from hive_lab.bench.allocation.reference import OBJECTIVES, best_of, read_best
-from hive_lab.bench.allocation.running import Run, moves_in, run_hive
+from hive_lab.bench.allocation.running import Run, TabledLengths, moves_in, run_hive
 
 
 def test_a_plan_is_told_by_its_way_its_end_and_its_times_to_done():
@@ -147,3 +147,13 @@ def test_a_first_plan_is_measured_from_the_last_task_until_one_is_given_out(kind
 
     assert gathered > 0.0
     assert planned > 0.0
+
+
+def test_a_robot_that_is_seen_exactly_at_a_place_is_there():
+    here, there = Pose(0.0, 0.0), Pose(4.0, 0.0)
+    lengths = TabledLengths([here, there], 2, np.array([[0.0, 4.0], [4.0, 0.0]]))
+    lengths.set_out(there, there, 0.0)
+    lengths.set_out(Pose(1.0, 0.0), there, 3.0)
+
+    assert lengths.length(there, here) == 4.0
+    assert lengths.length(Pose(1.0, 0.0), here) == 7.0

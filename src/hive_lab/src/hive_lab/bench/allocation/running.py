@@ -60,7 +60,8 @@ class TabledLengths:
 
     def set_out(self, here: Pose, goal: Pose, left: float) -> None:
         """Note that a pose is on the way to a goal that is a distance away [m]."""
-        self._ways[here.x, here.y] = goal, left
+        if (here.x, here.y) not in self._number:  # the lengths from places are known
+            self._ways[here.x, here.y] = goal, left
 
     def length(self, start: Pose, goal: Pose) -> float:
         """Return the length of the path [m]."""
