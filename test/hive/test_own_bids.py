@@ -212,12 +212,13 @@ def test_a_robot_that_tells_what_cannot_be_holds_up_nobody(decision, odd):
     give(hive.robots["robot2"], Odd(hive.robots["robot2"], **odd))
     hive.post(go(1, 5.0), go(2, 45.0), go(3, 8.0))
 
-    robots(hive, "T1", "T2", "T3")
+    assert robots(hive, "T1", "T2", "T3") == ["robot1"] * 3
+    assert any("robot2 cannot be bid for" in text for text in hive.talkers["blackboard"].warnings)
 
 
 def test_a_robot_out_of_service_that_bids_itself_holds_up_no_auction(decision):
-    hive = fleet(decision, 0.0, 5.0, own=["robot2"])
-    hive.set_state("robot2", "defect")
+    hive = fleet(decision, 0.0, 5.0, own=["robot1"])
+    hive.set_state("robot1", "defect")
     hive.network.run(1.0)
     for number in (1, 2):
         hive.post(go(number, 4.0))
@@ -225,4 +226,4 @@ def test_a_robot_out_of_service_that_bids_itself_holds_up_no_auction(decision):
 
     calls = [call for topic, call in hive.network.heard if topic == TASK_BROADCAST]
     assert len(calls) == 2
-    assert hive.record("T2").robot == "robot1"
+    assert hive.record("T2").robot == "robot2"

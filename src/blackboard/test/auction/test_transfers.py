@@ -23,7 +23,7 @@ class Desk:
 
     def begin(self, *moves):
         transfers = getattr(self, "transfers", Transfers())
-        self.transfers = transfers.begin(moves, self.list.get)
+        self.transfers = transfers.begin(moves, self.list.get, (1, 1, 1))
 
     def ready(self, in_service=ALL):
         self.transfers, moves = self.transfers.ready(in_service, self.list.get)

@@ -39,6 +39,7 @@ class Publisher:
     Attributes:
         topics: What it says that it publishes, with types.
         answers: What it says to who wants to connect, before it says where; in order.
+        is_confused: How often it fails when it is asked what it publishes.
         asked: The names of the calls.
         goes_on: Until it is set, nobody is told where to connect.
     """
@@ -47,6 +48,7 @@ class Publisher:
         self._acts = list(acts)
         self.topics = [[TOPIC, ACCEPTED["type"]]]
         self.answers = []
+        self.is_confused = 0
         self.asked = queue.Queue()
         self.goes_on = threading.Event()
         self.goes_on.set()
@@ -76,6 +78,9 @@ class Publisher:
 
     def _list(self, _caller):
         self.asked.put("getPublications")
+        if self.is_confused:
+            self.is_confused -= 1
+            raise RuntimeError("not now")
         return [1, "", self.topics]
 
     def _receive(self):
@@ -246,6 +251,14 @@ def test_a_publisher_whose_connection_took_too_long_is_heard(listener, publisher
 def test_a_publisher_that_does_not_say_at_once_where_it_is_is_heard(listener, publisher):
     speaker = publisher()
     speaker.answers = [[0, "not yet", []], [-1, "not yet", []]]
+    listener.told_of(speaker)
+
+    assert listener.heard.get(timeout=PATIENCE) == "here"
+
+
+def test_a_publisher_that_does_not_say_whether_it_is_one_is_asked_again(listener, publisher):
+    speaker = publisher(hang_up)
+    speaker.is_confused = 2
     listener.told_of(speaker)
 
     assert listener.heard.get(timeout=PATIENCE) == "here"

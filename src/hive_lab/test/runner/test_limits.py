@@ -12,43 +12,48 @@ from hive_lab.runner import limits
 pytest_plugins = ["pytester"]
 
 TESTS = Path(__file__).resolve().parents[4] / "test"
-HANGS = """
-import time
+CASES = """
 import pytest
 
-{hangs}
+@pytest.fixture
+def ready():
+    assert {is_ready}
 
-def test_one():
-    {one}
+def test_one(ready):
+    assert False
 
 def test_two():
     pass
 """
-CASES = {
-    "case": HANGS.format(hangs="", one="assert time.sleep(0.01)"),
-    "fixture": HANGS.format(
-        hangs="@pytest.fixture(autouse=True)\ndef hangs():\n    assert time.sleep(0.01)",
-        one="pass",
-    ),
-    "limit": HANGS.format(hangs="pytestmark = pytest.mark.timeout(0.1)", one="time.sleep(9)"),
-}
+
+
+class Clock:
+    """A plugin of pytest: every phase of a test has taken as long as it says [s]."""
+
+    def __init__(self, duration):
+        self._duration = duration
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_makereport(self):
+        outcome = yield
+        outcome.get_result().duration = self._duration
 
 
 @pytest.fixture
-def run(pytester, monkeypatch):
-    """Return a function that runs cases, with a patience [s], and returns the outcomes."""
+def run(pytester):
+    """Return a function that runs cases of which each phase takes as long [s]."""
 
-    def run_cases(text, patience):
-        monkeypatch.setattr(limits, "PATIENCE", patience)
+    def run_cases(text, duration):
         pytester.makepyfile(text)
-        return pytester.runpytest_inprocess("-p", "no:cacheprovider", plugins=[limits])
+        plugins = [limits, Clock(duration)]
+        return pytester.runpytest_inprocess("-p", "no:cacheprovider", plugins=plugins)
 
     return run_cases
 
 
-@pytest.mark.parametrize("text", CASES.values(), ids=CASES)
-def test_after_a_case_that_has_hung_no_other_of_its_file_runs(run, text):
-    done = run(text, patience=0.01)
+@pytest.mark.parametrize("is_ready", [True, False], ids=["in the case", "in its fixture"])
+def test_after_a_case_that_has_hung_no_other_of_its_file_runs(run, is_ready):
+    done = run(CASES.format(is_ready=is_ready), limits.PATIENCE)
 
     assert sum(done.parseoutcomes().get(word, 0) for word in ("failed", "errors")) == 1
     assert "passed" not in done.parseoutcomes()
@@ -56,7 +61,7 @@ def test_after_a_case_that_has_hung_no_other_of_its_file_runs(run, text):
 
 
 def test_after_a_case_that_fails_at_once_the_others_run(run):
-    done = run(HANGS.format(hangs="", one="assert False"), patience=60.0)
+    done = run(CASES.format(is_ready=True), limits.PATIENCE - 1.0)
 
     assert done.parseoutcomes() == {"failed": 1, "passed": 1}
 

@@ -120,11 +120,11 @@ class Auctioneer:
     def hear_bids(self, bids: Bids) -> None:
         """Take in a robot's bids, or work them out from what it says of itself."""
         flaw = ""
-        is_known = bids.robot_id in self._in_service()
-        if self._central is not None and is_known and self._central.has_found_bidder(bids):
-            self.handle(Signal.BIDDER_FOUND)
-            bids = replace(bids, bids=(), basis=None)  # it is asked for bids next
         if self._central is not None and self._state.expects(bids):
+            in_service = bids.robot_id in self._in_service()
+            if in_service and self._central.has_found_bidder(bids):
+                self.handle(Signal.BIDDER_FOUND)
+                bids = replace(bids, bids=(), basis=None)  # it is asked for bids next
             auction = self._state.auction
             try:
                 if auction is None or not auction.is_for_plan:

@@ -50,7 +50,7 @@ class Transfers:
         self,
         moves: Moves,
         get: Callable[[str], TaskRecord | None],
-        decided_in: tuple[int, int, int] = (0, 0, 0),
+        decided_in: tuple[int, int, int],
     ) -> Transfers:
         """Return transfers with new moves in place of the old; their tasks are to be recalled."""
         recalled = {

@@ -161,7 +161,7 @@ class BlackboardSettings(Settings):
         "distributed: every robot its own bids. centralized: robots report their status, and the "
         "leader works out the same bids for all of them. planned: the leader plans all tasks "
         "together, and improves the lists while that pays; one task alone, while no robot has "
-        "work, it auctions.",
+        "work, it auctions. Fleet files that do not say choose planned.",
         names=DECISIONS,
     )
     bid_timeout: float = setting(
