@@ -24,8 +24,8 @@ from python_qt_binding.QtWidgets import QApplication
 from std_msgs.msg import Float64
 
 from blackboard.consensus.messages import Heartbeat
+from fleet_manager.client.reports import HiveMessage
 from fleet_manager.demo.local_hive import local_hive
-from fleet_manager.desk.facts import HiveMessage
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.fleet_window import FleetWindow
 from fleet_manager.ros.desk_link import RosDeskLink
@@ -189,7 +189,7 @@ def window(person, link, tmp_path):
     window.show()
     # activateWindow returns None: it is asked for again until the screen has done it.
     person.wait_until(lambda: window.isActiveWindow() or window.activateWindow())
-    person.wait_until(lambda: "Blackboard: blackboard" in window.view.authority_label.text())
+    person.wait_until(lambda: "Leader: blackboard" in window.view.authority_label.text())
     yield window
     desk.stop()
     window.hide()

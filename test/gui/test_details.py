@@ -10,7 +10,7 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.domain.bid import Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.desk.facts import DecisionRead, ReadDecisions
+from fleet_manager.desk.facts import DecisionRead, ReadDecisions, TroublesRead
 from fleet_manager.gui.desk import Desk
 from fleet_manager.gui.task_details import TaskDetails
 from hive_common.pose import Pose
@@ -51,3 +51,13 @@ def test_the_details_show_bids_that_were_recorded_and_not_heard(person, link, de
     assert details.bid_table.item(0, 0).text() == "robot1 (has it)"
     assert not details.no_bids_label.isVisible()
     assert link.sent == [ReadDecisions("T1")] * 2
+
+
+def test_the_first_line_says_what_keeps_a_node_from_starting(person, link, window):
+    link.said.append(TroublesRead(("robot3/robot did not start: charge is 5; allowed: 0 to 1",)))
+    label = window.view.authority_label
+    person.wait_until(lambda: "robot3/robot did not start: charge is 5" in label.text())
+    assert "● Leader: blackboard" in label.text()
+
+    link.said.append(TroublesRead(()))
+    person.wait_until(lambda: "robot3" not in label.text())

@@ -13,7 +13,7 @@ import pytest
 
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
-from fleet_manager.desk.facts import HiveMessage
+from fleet_manager.client.reports import HiveMessage
 from fleet_manager.gui import desk as desk_module
 from fleet_manager.gui.desk import BATCH, BUDGET, Desk
 from hive_lab.runner.limits import CASE

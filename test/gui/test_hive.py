@@ -160,12 +160,12 @@ def test_the_sign_comes_and_goes_with_the_blackboards_and_a_kept_task_is_sent(
 ):
     members = ["/blackboard", *(f"/robot{number}/robot" for number in range(1, 5))]
     with frozen([hive.process_of(member) for member in members]):
-        person.wait_until(lambda: "No blackboard" in view.authority_label.text())
+        person.wait_until(lambda: "No leader" in view.authority_label.text())
         task = person.give_task(entry, TaskType.GA, HERE)
         # Heartbeats that came while this program was held up may be heard first.
         person.wait_until(lambda: "kept here" in answer(entry))
 
-    person.wait_until(lambda: "● Blackboard: " in view.authority_label.text())
+    person.wait_until(lambda: "● Leader: " in view.authority_label.text())
     person.wait_until(lambda: answer(entry) == f"✔ {task}: accepted")
 
 
@@ -173,7 +173,7 @@ def carrier(person, view):
     """Return who carries the blackboard, once a backup stands by."""
 
     def named():
-        return re.search(r"Blackboard: (\S+).*Backup: (?!none\b)", view.authority_label.text())
+        return re.search(r"Leader: (\S+).*Backup: (?!none\b)", view.authority_label.text())
 
     person.wait_until(named)
     return named()[1]
@@ -190,8 +190,8 @@ def test_the_view_goes_on_when_the_blackboard_is_killed_and_a_robot_takes_over(
     after = person.give_task(entry, TaskType.GA, HERE)
 
     person.wait_until(lambda: answer(entry) == f"✔ {after}: accepted")
-    person.wait_until(lambda: f"Blackboard: {name} " not in view.authority_label.text())
-    leads = "carries the blackboard, epoch"
+    person.wait_until(lambda: f"Leader: {name} " not in view.authority_label.text())
+    leads = "is the leader, epoch"
     person.wait_until(
         lambda: any(leads in line and f" {name} " not in line for line in log_of(view))
     )

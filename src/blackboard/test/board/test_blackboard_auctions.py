@@ -3,6 +3,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from blackboard.domain.bid import MAX_COST
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.talker import (
@@ -79,7 +81,9 @@ def test_an_assignment_is_told_with_robot_number_and_predicted_time():
     update, order = harness.said(TASK_STATE)[-1], harness.said(TASK_ASSIGN)[-1]
     assert (update.state, update.robot_id, update.assignment) == (ASSIGNED, "robot1", 1)
     assert update.eta == 10.0
-    assert (order.task, order.robot_id, order.assignment) == (GO, "robot1", 1)
+    assert harness.record(GO).predicted_at == pytest.approx(harness.talker.date(), abs=1.0)
+    assert (order.task.id, order.robot_id, order.assignment) == (GO.id, "robot1", 1)
+    assert order.task.asks_the_same_as(GO)
 
 
 def test_a_robot_that_was_too_slow_is_not_waited_for_again():

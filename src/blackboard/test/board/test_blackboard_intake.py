@@ -37,6 +37,23 @@ def test_a_valid_task_enters_the_list_and_waits():
     assert (update.step, update.steps, update.epoch) == (0, 1, 1)
 
 
+@pytest.mark.parametrize("posted", [0.0, 5_000.0])
+def test_a_task_without_a_stamp_or_with_one_ahead_is_stamped_by_the_blackboard(posted):
+    harness = BlackboardHarness()
+    harness.wait(30.0)
+    harness.post(replace(GO, posted=posted))
+
+    assert harness.record(GO).task.posted == pytest.approx(harness.talker.date(), abs=1.0)
+
+
+def test_a_task_keeps_the_stamp_of_who_posted_it():
+    harness = BlackboardHarness()
+    harness.wait(30.0)
+    harness.post(replace(GO, posted=harness.talker.date() - 20.0))
+
+    assert harness.record(GO).task.posted == pytest.approx(harness.talker.date() - 20.0, abs=1.0)
+
+
 def test_an_invalid_task_is_rejected_with_the_reason_and_never_enters_the_list():
     harness = BlackboardHarness()
     harness.post(replace(GO, goals=(Pose(2.05, 1.0),)))

@@ -85,22 +85,23 @@ def test_charging_counts_from_the_lowest_level():
     ]
 
 
-def test_a_robot_that_is_silent_for_too_long_is_marked_offline_once():
+def test_a_robot_that_is_silent_for_too_long_is_offline_until_it_is_heard():
     presence = Presence(TIMEOUT)
     presence.hear(IDLE, 0.0)
 
-    assert not presence.fall_silent(5.0)
-    assert presence.fall_silent(5.1) == (
-        replace(IDLE, state=RobotState.OFFLINE, reason="not heard of for 5 s"),
-    )
-    assert not presence.fall_silent(6.0)
+    assert not presence.silent(5.0)
+    offline = replace(IDLE, state=RobotState.OFFLINE)
+    assert presence.silent(5.1) == (replace(offline, reason="not heard for 5 s"),)
+    assert presence.silent(35.0) == (replace(offline, reason="not heard for 35 s"),)
     assert not presence.in_service()
+    presence.hear(IDLE, 36.0)
+    assert not presence.silent(37.0)
 
 
 def test_a_robot_that_is_heard_again_is_back_in_service():
     presence = Presence(TIMEOUT)
     presence.hear(IDLE, 0.0)
-    presence.fall_silent(6.0)
+    presence.silent(6.0)
 
     assert presence.hear(IDLE, 7.0)
     assert presence.in_service() == {"robot1"}

@@ -29,7 +29,7 @@ from hive_common.pose import Pose
 HERE, THERE = Pose(1.0, 2.0, 3.0), Pose(4.0, 5.0, 6.0)
 TASK = Task("T1", TaskType.GPAB, (HERE, THERE), 7, 2.5, "map", 12.25)
 RECORD = TaskRecord(
-    TASK, TaskState.STARTED, "robot1", 1, 8.0, "slow", "T0", 5, ("robot2",), 3.0, 2, 4
+    TASK, TaskState.STARTED, "robot1", 1, 8.0, "slow", "T0", 5, ("robot2",), 3.0, 2, 4, 9.5
 )
 TERMS = CostTerms(0.5, 7.0, 2, 11.0, 13.0, 17.0, 19.0, 0.25)
 BID = Bid(
@@ -75,7 +75,8 @@ FULL = {
     ),
     "CLAIM": Claim("robot1", "dock", 3.5, HERE, (("robot2", 1.5), ("robot3", 2.5))),
     "HEARTBEAT": Heartbeat(
-        *(2, "robot1", "robot2", ("robot1", "robot2"), 3, 4, 5.5, {"robot3": 6.5}, 7.5, "hive")
+        *(2, "robot1", "robot2", ("robot1", "robot2"), 3, 4, 5.5, {"robot3": 6.5}, 7.5, "hive"),
+        offline=("robot4",),
     ),
     "ENTRY": ENTRY,
     "ENTRIES": AppendEntries(

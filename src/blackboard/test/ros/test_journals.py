@@ -7,7 +7,10 @@ import pytest
 
 pytest.importorskip("rospy", reason="needs ROS")
 
-from blackboard.ros.journals import default_folder
+import rosgraph
+
+from blackboard.errors import SettingsError
+from blackboard.ros.journals import default_folder, named_folder
 
 
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1", socket.gethostname()])
@@ -23,3 +26,49 @@ def test_masters_on_other_machines_and_ports_have_their_own(monkeypatch, tmp_pat
     monkeypatch.setenv("ROS_MASTER_URI", "http://robot.invalid:11322")
 
     assert default_folder() == tmp_path / "robo-hive" / "robot.invalid-11322"
+
+
+@pytest.mark.parametrize(
+    ("known", "folder"),
+    [
+        ({"/journal": "/all"}, "/all"),
+        ({"/journal": "/all", "/hall/journal": "/hall"}, "/hall"),
+        ({"/hall/robot1/robot/journal": "/own", "/hall/journal": "/hall"}, "/own"),
+        ({"/other/journal": "/other"}, ""),
+    ],
+)
+def test_the_parameter_nearest_to_a_member_names_its_folder(monkeypatch, known, folder):
+    class Master:
+        def __init__(self, caller):
+            self._caller = caller
+
+        def searchParam(self, key):  # noqa: N802  (rosgraph's name)
+            spaces = self._caller.split("/")
+            for length in range(len(spaces), 0, -1):
+                if (name := "/".join([*spaces[:length], key])) in known:
+                    return name
+            raise rosgraph.MasterError("not set")
+
+        def getParam(self, key):  # noqa: N802  (rosgraph's name)
+            return known[key]
+
+    monkeypatch.setattr(rosgraph, "Master", Master)
+
+    assert named_folder("/hall/robot1/robot") == folder
+
+
+def test_a_folder_that_is_no_text_is_refused(monkeypatch):
+    class Master:
+        def __init__(self, _caller):
+            pass
+
+        def searchParam(self, _key):  # noqa: N802  (rosgraph's name)
+            return "/journal"
+
+        def getParam(self, _key):  # noqa: N802  (rosgraph's name)
+            return 7
+
+    monkeypatch.setattr(rosgraph, "Master", Master)
+
+    with pytest.raises(SettingsError, match="journal is 7"):
+        named_folder("/robot1")

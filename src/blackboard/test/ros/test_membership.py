@@ -17,7 +17,7 @@ FAR = TaskRecord(Task("T7", TaskType.GA, (Pose(1e308, 2.0),)))
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """The folder of journals, as the parameter `journal` names it."""
-    monkeypatch.setattr(membership.rospy, "get_param", lambda *_: str(tmp_path))
+    monkeypatch.setattr(membership, "named_folder", lambda _caller: str(tmp_path))
     return tmp_path
 
 

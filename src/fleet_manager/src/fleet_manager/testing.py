@@ -12,6 +12,7 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import TaskState
+from fleet_manager.client.reports import HiveMessage
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -32,6 +33,9 @@ class FakeLink:
         switched: Every command published on `zone_command`.
         on_switch: Called with each of them.
         robots: Those that are known to be there; None while nobody knows.
+        wrong: What members and nodes say is wrong.
+        clock_at: When the hive's time becomes known [s]; 0 before that.
+        epoch: The hive's time when this link was made [s].
     """
 
     def __init__(self) -> None:
@@ -42,6 +46,9 @@ class FakeLink:
         self.switched: list[ZoneCommand] = []
         self.on_switch: Callable[[ZoneCommand], None] = lambda _command: None
         self.robots: set[str] | None = None
+        self.wrong: tuple[str, ...] = ()
+        self.clock_at = 0.0
+        self.epoch = 100.0
         self._heard: set[str] = set()
         self._time = 0.0
         self._reports: deque[tuple[float, Report]] = deque()
@@ -58,6 +65,10 @@ class FakeLink:
         """Return whether every report of `robots` has been received."""
         return self.robots is not None and self.robots <= self._heard
 
+    def troubles(self) -> tuple[str, ...]:
+        """Return `wrong`."""
+        return self.wrong
+
     def reconnect(self) -> None:
         """Drop what has not been received, as a program does when it ends."""
         self._reports.clear()
@@ -66,9 +77,10 @@ class FakeLink:
         """Return the virtual time [s]."""
         return self._time
 
-    def hive_time(self) -> float:
-        """Return the same."""
-        return self._time
+    def hive_time(self, within: float = 0.0) -> float:
+        """Return the time since `clock_at`, which is waited for, as long as `within` [s]."""
+        self._time += min(max(self.clock_at - self._time, 0.0), within)
+        return self.epoch + self._time if self._time >= self.clock_at else 0.0
 
     def post(self, task: Task) -> None:
         """Record a task, and let the test's hive answer."""
@@ -85,7 +97,7 @@ class FakeLink:
         self.switched.append(command)
         self.on_switch(command)
 
-    def receive(self, timeout: float) -> Report | None:
+    def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report due within `timeout` [s]; time passes until then."""
         end = self._time + timeout
         if self._reports and self._reports[0][0] <= end:
@@ -93,7 +105,7 @@ class FakeLink:
             self._time = max(self._time, due)
             if isinstance(report, RobotStatus):
                 self._heard.add(report.robot_id)
-            return report
+            return HiveMessage(report, self.hive_time())
         self._time = end
         return None
 

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import contextlib
 import json
+from dataclasses import replace
 
 import pytest
 
+from blackboard.consensus.messages import Heartbeat
+from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import TaskUpdate
-from blackboard.domain.task import TaskState
+from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.cli.context import CliContext
 from fleet_manager.cli.main import run
 from fleet_manager.errors import NoHiveError
@@ -141,6 +144,7 @@ def test_tasks_shows_what_is_open_and_with_all_what_has_ended(terminal):
 
 
 def test_robots_are_sorted_by_name(terminal):
+    terminal.hive.start()
     for name in ("robot2", "robot1"):
         terminal.link.say(RobotStatus(name, RobotState.IDLE, Pose(1.0, 2.0), 1.0))
 
@@ -148,6 +152,72 @@ def test_robots_are_sorted_by_name(terminal):
 
     assert code == 0
     assert [line.split()[0] for line in out.splitlines()] == ["ROBOT", "robot1", "robot2"]
+
+
+def test_a_robot_that_the_leader_no_longer_hears_is_offline_with_what_it_was_last(terminal):
+    dead = RobotStatus(
+        "robot2", RobotState.OFFLINE, Pose(3.0, 4.0), 0.5, reason="not heard for 9 s"
+    )
+    beat = Heartbeat(1, "/blackboard", offline=("robot2",))
+    terminal.link.say(RobotStatus("robot1", RobotState.IDLE, Pose(1.0, 2.0), 1.0))
+    terminal.link.say(beat, after=0.1)
+    terminal.link.say(dead, after=0.6)
+
+    code, out, _ = terminal("robots")
+
+    assert code == 0
+    shown = "robot2 OFFLINE 50% 0 kg 3.0, 4.0 – 0 not heard for 9 s"
+    assert out.splitlines()[2].split() == shown.split()
+
+
+def test_robots_without_a_leader_are_shown_and_the_exit_code_says_it(terminal):
+    terminal.link.reconnect()
+    terminal.link.say(RobotStatus("robot1", RobotState.IDLE, Pose(1.0, 2.0), 1.0))
+
+    code, out, error = terminal("robots")
+
+    assert code == 3
+    assert "robot1" in out
+    assert error == "no leader is heard\n"
+
+
+def test_why_there_is_no_leader_is_said_where_members_know_it(terminal):
+    terminal.link.wrong = ("3 of 5 members have to run",)
+    terminal.link.say(RobotStatus("robot1", RobotState.IDLE, Pose(1.0, 2.0), 1.0))
+
+    _, _, error = terminal("robots")
+
+    assert error == "no leader is heard; 3 of 5 members have to run\n"
+
+
+def test_tasks_without_a_leader_are_shown_with_the_age_of_the_list(terminal):
+    terminal("add", "GA", "--goal", "1,2", "--id", "T1")
+    terminal.link.reconnect()
+    terminal.link.say(TaskList(1, 1, (TaskRecord(Task("T1", TaskType.GA, (Pose(1, 2),))),)))
+
+    code, out, error = terminal("tasks")
+
+    assert code == 3
+    assert out.splitlines()[1].split()[0] == "T1"
+    assert (
+        error
+        == "no leader is heard; tasks wait. The list is the last one that is known, 2 s old\n"
+    )
+
+
+def test_the_time_until_a_task_is_done_counts_from_its_prediction(terminal):
+    now = terminal.link.hive_time()
+    task = Task("T1", TaskType.GA, (Pose(1, 2),), posted=now - 60)
+    going = TaskRecord(task, TaskState.STARTED, "robot1", eta=56.0, predicted_at=now - 20)
+    late = replace(going, task=replace(task, id="T2"), predicted_at=now - 90)
+    queued = replace(late, task=replace(task, id="T3"), state=TaskState.ASSIGNED)
+    terminal.link.say(Heartbeat(1, "/blackboard"))
+    terminal.link.say(TaskList(1, 9, (going, late, queued)))
+
+    _, out, _ = terminal("tasks")
+
+    shown = [line.split("0/1")[1].strip() for line in out.splitlines()[1:]]
+    assert shown == ["36 s", "late by 34 s", "–"]
 
 
 def test_cancel_takes_a_task_off(terminal):

@@ -8,7 +8,14 @@ from blackboard.consensus.task_list import TaskList
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
-from fleet_manager.client.client import ANSWER_WITHIN, STATUS_PERIOD, Feeder, HiveClient
+from fleet_manager.client.client import (
+    ANSWER_WITHIN,
+    LISTED_WITHIN,
+    STATUS_PERIOD,
+    Feeder,
+    HiveClient,
+)
+from fleet_manager.client.leadership import SILENCE
 from fleet_manager.config.scenario import PlannedTask
 from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpError
 from fleet_manager.testing import FakeHive, FakeLink
@@ -28,7 +35,7 @@ def test_a_task_is_posted_once_where_the_blackboard_answers_at_once(link):
     answer = HiveClient(link).submit(TASK)
 
     assert answer.state is TaskState.WAITING
-    assert link.posted == [TASK]
+    assert [task.asks_the_same_as(TASK) for task in link.posted] == [True]
 
 
 def test_a_task_is_posted_again_unchanged_until_the_blackboard_answers(link):
@@ -37,7 +44,8 @@ def test_a_task_is_posted_again_unchanged_until_the_blackboard_answers(link):
     answer = HiveClient(link).submit(TASK)
 
     assert answer.state is TaskState.WAITING
-    assert link.posted == [TASK] * 4
+    assert len(link.posted) == 4
+    assert all(task.asks_the_same_as(TASK) for task in link.posted)
 
 
 def test_a_task_says_when_it_was_posted_however_often_it_is_repeated(link):
@@ -47,7 +55,16 @@ def test_a_task_says_when_it_was_posted_however_often_it_is_repeated(link):
 
     client.submit(TASK)
 
-    assert [task.posted for task in link.posted] == [7.0, 7.0, 7.0]
+    assert [task.posted for task in link.posted] == [link.epoch + 7.0] * 3
+
+
+def test_a_task_that_is_posted_before_the_clock_is_heard_says_no_time(link):
+    link.clock_at = 3.0
+    FakeHive(link)
+
+    HiveClient(link).submit(TASK)
+
+    assert [task.posted for task in link.posted] == [0.0]
 
 
 def test_it_is_said_when_no_blackboard_answers(link):
@@ -199,6 +216,55 @@ def test_a_feeder_posts_each_task_when_its_time_has_come(link):
     assert posted == [(0, "T0"), (10, "T1"), (20, "T2")]
 
 
+def test_a_scenario_begins_when_the_clock_is_heard(link):
+    link.clock_at = 2.0
+    FakeHive(link)
+    client = HiveClient(link)
+
+    feeder = Feeder(
+        client, [PlannedTask(replace(TASK, id=f"T{n}"), after=5.0 * n) for n in (0, 1)]
+    )
+
+    assert list(feeder.post_due()) == ["T0"]
+    assert feeder.next_in(most=9.0) == pytest.approx(5.0, abs=LISTED_WITHIN)
+
+
+def test_a_scenario_without_a_clock_says_what_to_do(link):
+    link.clock_at = 1e9
+
+    with pytest.raises(NoHiveError, match="/use_sim_time"):
+        Feeder(HiveClient(link), [])
+
+
+def test_what_falls_silent_is_told_though_no_report_comes(link):
+    told = []
+    client = HiveClient(link, lambda report, events: told.extend((report, e.text) for e in events))
+    link.say(RobotStatus("robot1", RobotState.IDLE, Pose(1.0, 2.0), 1.0))
+    link.say(Heartbeat(1, "/blackboard"))
+
+    client.pump(lambda: False, 10.0)
+
+    assert (None, "no leader: blackboard is silent") in told
+    assert [text for _, text in told if "robot1 is offline" in text] == [
+        "robot1 is offline: not heard here for 6 s"
+    ]
+
+
+def test_what_came_during_a_pause_is_read_before_anybody_counts_as_silent(link):
+    told = []
+    client = HiveClient(link, lambda _report, events: told.extend(e.text for e in events))
+    say_status(link, "robot1")
+    client.pump(lambda: False, 1.0)
+    say_status(link, "robot2", after=8.9)
+    say_status(link, "robot1", after=9.0)
+    link.receive(0.0)
+    link._time += 9.0  # noqa: SLF001  (the program does something else)
+
+    client.pump(lambda: False, 2.0)
+
+    assert not [text for text in told if "offline" in text]
+
+
 def say_status(link, robot, after=0.0):
     link.say(RobotStatus(robot, RobotState.IDLE, Pose(1.0, 2.0), 1.0), after)
 
@@ -206,6 +272,7 @@ def say_status(link, robot, after=0.0):
 def test_robots_are_known_as_soon_as_all_that_are_there_have_reported(link):
     link.robots = {"robot1", "robot2"}
     say_status(link, "robot1")
+    link.say(heartbeat_that_names("robot1", "robot2"))
     say_status(link, "robot2", after=0.2)
     client = HiveClient(link)
 
@@ -215,8 +282,33 @@ def test_robots_are_known_as_soon_as_all_that_are_there_have_reported(link):
     assert link.now() == pytest.approx(0.2)
 
 
-def heartbeat_that_names(*robots):
-    return Heartbeat(1, "/blackboard", "", ("/blackboard",), heard=dict.fromkeys(robots, 1.0))
+def heartbeat_that_names(*robots, offline=()):
+    heard = dict.fromkeys(robots, 1.0)
+    return Heartbeat(1, "/blackboard", "", ("/blackboard",), heard=heard, offline=offline)
+
+
+def test_a_robot_that_the_leader_no_longer_hears_is_waited_for_too(link):
+    link.robots = {"robot1"}
+    say_status(link, "robot1")
+    link.say(heartbeat_that_names("robot1", offline=("robot2",)), after=0.2)
+    link.say(RobotStatus("robot2", RobotState.OFFLINE, Pose(1.0, 2.0), 1.0), after=0.9)
+    client = HiveClient(link)
+
+    client.fetch_robots()
+
+    assert client.state.robots["robot2"].state is RobotState.OFFLINE
+    assert link.now() == pytest.approx(0.9)
+
+
+def test_without_a_leader_the_robots_are_those_that_report(link):
+    link.robots = {"robot1"}
+    say_status(link, "robot1")
+    client = HiveClient(link)
+
+    client.fetch_robots()
+
+    assert set(client.state.robots) == {"robot1"}
+    assert link.now() == pytest.approx(SILENCE)
 
 
 def test_a_robot_that_the_leader_hears_is_waited_for_however_slow_it_is(link):

@@ -209,8 +209,8 @@ def test_the_view_goes_on_through_a_takeover(desk):
 
     assert desk.state() is TaskState.ASSIGNED
     log = desk.log()
-    assert "nobody carries the blackboard: blackboard is silent" in log
-    assert "robot1 carries the blackboard, epoch 2" in log
+    assert "no leader: blackboard is silent" in log
+    assert "robot1 is the leader, epoch 2" in log
 
 
 def test_an_old_blackboard_that_wakes_up_is_not_listened_to(desk):
@@ -276,18 +276,58 @@ def test_a_heartbeat_without_progress_is_that_of_a_stuck_blackboard(desk):
         desk.wait(1.0)
 
     assert desk.hive.leadership.standing(desk.time) is Standing.STUCK
-    assert "the blackboard of blackboard is stuck" in desk.log()
+    assert "no leader: blackboard answers but does not work" in desk.log()
 
 
 def test_a_robot_that_stops_reporting_is_offline_until_it_reports_again(desk):
     desk.hear(ROBOT)
     desk.wait(ROBOT_SILENCE + 1)
     assert desk.hive.robots["robot1"].state is RobotState.OFFLINE
-    assert "robot1 has not been heard for 6 s" in desk.log()
+    assert "robot1 is offline: not heard here for 6 s" in desk.log()
 
     desk.hear(ROBOT)
     assert desk.hive.robots["robot1"].state is RobotState.IDLE
-    assert "robot1 is heard again" in desk.log()
+    assert "robot1 is heard again and is ready" in desk.log()
+
+
+def test_a_robot_that_dies_is_told_once_whoever_notices_first(desk):
+    desk.hear(ROBOT)
+    desk.log()
+    offline = replace(ROBOT, state=RobotState.OFFLINE, reason="not heard for 4 s")
+    beat = Heartbeat(1, "blackboard", "", ("blackboard",), offline=("robot1",), hive="hive1")
+
+    for second in range(12):
+        desk.hear(offline)
+        desk.hear(replace(beat, progress=second))
+        desk.wait(1.0)
+
+    assert [line for line in desk.log() if "robot1" in line] == [
+        "robot1 is offline: heard here, but not by the leader"
+    ]
+
+
+def test_a_robot_that_only_the_leader_does_not_hear_stays_offline_without_a_second_alarm(desk):
+    desk.hear(ROBOT)
+    desk.log()
+    beat = Heartbeat(1, "blackboard", "", ("blackboard",), offline=("robot1",), hive="hive1")
+
+    for second in range(9):
+        desk.hear(replace(beat, progress=second))
+        desk.hear(replace(ROBOT, state=RobotState.OFFLINE))
+        desk.hear(replace(ROBOT, sent=float(second)))
+
+    assert desk.hive.robots["robot1"].state is RobotState.OFFLINE
+    assert desk.hive.robots["robot1"].reason == "heard here, but not by the leader"
+    assert len([line for line in desk.log() if "robot1" in line]) == 1
+
+
+def test_a_silent_robot_shows_the_tasks_that_the_leader_says_it_has(desk):
+    desk.hear(replace(ROBOT, state=RobotState.BUSY, task_id="T1", tasks=("T1", "T2")))
+    desk.wait(ROBOT_SILENCE + 1)
+
+    desk.hear(replace(ROBOT, state=RobotState.OFFLINE, task_id="", tasks=()))
+
+    assert desk.hive.robots["robot1"].status.task_id == ""
 
 
 def test_a_robot_that_says_the_same_again_changes_nothing(desk):

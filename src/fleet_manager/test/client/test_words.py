@@ -5,6 +5,7 @@ from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.client.hive_state import HiveState
+from fleet_manager.client.rows import RobotRow, TaskRow
 from fleet_manager.client.tables import (
     fit,
     robot_data,
@@ -88,7 +89,7 @@ def test_a_heartbeat_of_an_older_epoch_does_not_count():
     state.take_in(Heartbeat(2, "/blackboard"))
 
     assert state.heartbeat.leader == "/robot1"
-    assert who_leads(state) == "robot1 carries the blackboard (epoch 3), nobody is its backup"
+    assert who_leads(state, 0.0, 0.0) == "robot1 is the leader (epoch 3), nobody its backup"
 
 
 def test_the_life_of_a_task_is_told_in_words_and_each_thing_once():
@@ -128,9 +129,9 @@ def test_robots_and_the_blackboard_are_told_when_they_change():
     assert said == [
         "robot1 is at work, battery 50%",
         "robot1 is out of service: set by an operator",
-        "blackboard carries the blackboard, epoch 1",
-        "robot2 carries the blackboard, epoch 2",
-        "robot1 is its backup",
+        "blackboard is the leader, epoch 1",
+        "robot2 is the leader, epoch 2",
+        "robot1 is the backup",
         "robot1 joined the hive",
         "robot2 joined the hive",
     ]
@@ -139,7 +140,9 @@ def test_robots_and_the_blackboard_are_told_when_they_change():
 def test_tables_have_aligned_columns_with_units():
     other = TaskRecord(Task("longer-id", TaskType.GA, (Pose(0, 0),)), TaskState.DONE, "robot1", 1)
 
-    lines = tasks_table([TaskRecord(TASK, TaskState.STARTED, "robot1", 1, 12.4), other])
+    going = TaskRecord(TASK, TaskState.STARTED, "robot1", 1, 12.4, predicted_at=100.0)
+
+    lines = tasks_table([TaskRow(going), TaskRow(other)], 100.0)
 
     assert lines[1].split() == [
         "T1", "GAB", "5", "20", "kg", "STARTED", "robot1", "1/2", "12", "s",
@@ -151,16 +154,20 @@ def test_tables_have_aligned_columns_with_units():
 
 
 def test_a_robots_queue_is_what_stands_behind_its_current_task():
-    assert robots_table([ROBOT])[1].split()[-1] == "1"
-    assert robot_data(ROBOT)["queued"] == 1
+    row = RobotRow(ROBOT, 0.0)
+
+    assert robots_table([row])[1].split()[-1] == "1"
+    assert robot_data(row)["queued"] == 1
 
 
 def test_an_empty_table_is_its_headings():
-    assert len(tasks_table([])) == 1
+    assert len(tasks_table([], 0.0)) == 1
 
 
 def test_task_data_is_plain_and_complete():
-    data = task_data(TaskRecord(TASK, TaskState.WAITING, reason="no robot is in service"))
+    record = TaskRecord(TASK, TaskState.WAITING, reason="no robot is in service")
+
+    data = task_data(TaskRow(record), 0.0)
 
     assert data["type"] == "GAB"
     assert data["goals"][1] == {"x": 3.0, "y": 4.0, "yaw": 0.0}

@@ -8,8 +8,9 @@ import pytest
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
+from fleet_manager.client.reports import HiveMessage
 from fleet_manager.client.traffic import TrafficState, ZoneCommand
-from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
+from fleet_manager.desk.facts import CancelTask, PostTask
 from fleet_manager.desk.requests import MAX_SHOWN, REPEAT, Answer, RequestQueue
 from hive_common.pose import Pose
 

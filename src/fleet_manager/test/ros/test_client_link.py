@@ -54,7 +54,7 @@ def test_robots_count_as_heard_once_all_reports_of_them_have_been_received(tell)
     say("robot2")
     assert not link.has_heard_robots()
 
-    received = {link.receive(0.0).robot_id, link.receive(0.0).robot_id}
+    received = {link.receive(0.0).report.robot_id for _ in range(2)}
 
     assert received == {"robot1", "robot2"}
     assert link.has_heard_robots()

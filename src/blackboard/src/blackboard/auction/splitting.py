@@ -108,8 +108,10 @@ def progress(whole: TaskRecord, parts: Sequence[TaskRecord]) -> TaskRecord:
     state = TaskState.DONE
     if done < len(parts):
         state = min(max(part.state for part in parts), TaskState.STARTED)
-        etas = [part.eta for part in parts if part.state is not TaskState.DONE]
-        changes["eta"] = max(etas) if all(etas) else 0.0
+        left = [part for part in parts if part.state is not TaskState.DONE]
+        if all(part.eta for part in left):
+            last = max(left, key=lambda part: part.predicted_at + part.eta)
+            changes |= {"eta": last.eta, "predicted_at": last.predicted_at}
     reason = f"{done} of {len(parts)} parts done"
     return replace(whole, state=state, reason=reason, **changes)  # type: ignore[arg-type]  # fields by name
 

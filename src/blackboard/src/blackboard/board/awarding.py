@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from blackboard.domain.record import TaskRecord
 
 
-def assigned(result: Result, node: RaftNode) -> Iterator[TaskRecord]:
-    """Return the records of the tasks that robots have won."""
+def assigned(result: Result, node: RaftNode, now: float) -> Iterator[TaskRecord]:
+    """Return the records of the tasks that robots have won.
+
+    `now` is the time on the clock of `Task.posted` [s].
+    """
     for bid in result.awards:
         record = node.get(bid.task_id)
         after = record and record.after(
@@ -29,6 +32,7 @@ def assigned(result: Result, node: RaftNode) -> Iterator[TaskRecord]:
             assignment=record.assignment + 1,
             eta=bid.eta,
             step_eta=0.0,
+            predicted_at=now,
             reason=unused_goals(record.task),
         )
         if after is not None:

@@ -168,7 +168,7 @@ class Blackboard:
 
     def _carry_out(self, result: Result, then: Callable[[], None]) -> None:
         """Assign tasks to their winners and split tasks that are too heavy, as one change."""
-        won = list(assigned(result, self._node))
+        won = list(assigned(result, self._node, self._talker.date()))
         others = unassigned(result, self._node, self._presence.in_service())
 
         def order() -> None:
@@ -217,6 +217,10 @@ class Blackboard:
         What cannot be carried out must not be replicated: each leader would fail at it in turn.
         """
         analyze_task(task, self._path_lengths)
+        now = self._talker.date()
+        # A stamp ahead is by another clock: the sender's is wrong, or was not known yet.
+        if not 0 < task.posted <= now:
+            task = replace(task, posted=now)
         record = TaskRecord.new(task, self._node.earlier, unused_goals(task))
         to_json(record)
         self._auctioneer.rehearse(record)
@@ -295,7 +299,7 @@ class Blackboard:
         elif holds and event is TaskEvent.RELEASE:
             self._release(record, update)
         elif holds and (event is not TaskEvent.START or record.gets_on(update)):
-            changed = record.reported(event, update)
+            changed = record.reported(event, update, self._talker.date())
             if changed is not None:
                 self._commit(changed, tell=False)
 
@@ -303,7 +307,7 @@ class Blackboard:
         """Accept that a robot has done a task it no longer holds, and count doubled work."""
         task_id = record.task.id
         begun = record.state in {TaskState.STARTED, TaskState.DONE}
-        changed = record.reported(TaskEvent.FINISH, update)
+        changed = record.reported(TaskEvent.FINISH, update, self._talker.date())
         if begun and record.robot != update.robot_id and task_id not in self._done_twice:
             self._done_twice.add(task_id)
             reason = (

@@ -17,6 +17,7 @@ from blackboard.consensus.lease import Leases
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import ROBOT_STATUS
+from blackboard.domain.task import TaskState
 from hive_common.last_heard import FORGOTTEN_AFTER
 
 if TYPE_CHECKING:
@@ -92,20 +93,20 @@ class Presence:
         seen = self._seen.get(robot_id)
         return None if seen is None else seen.status
 
-    def fall_silent(self, now: float) -> tuple[RobotStatus, ...]:
-        """Mark robots as offline that are silent for too long; return those just marked."""
-        fallen = tuple(
+    def silent(self, now: float) -> tuple[RobotStatus, ...]:
+        """Mark robots as offline that are silent for too long; return the last status of each."""
+        offline = tuple(
             replace(
                 seen.status,
                 state=RobotState.OFFLINE,
-                reason=f"not heard of for {now - seen.heard:.0f} s",
+                reason=f"not heard for {now - seen.heard:.0f} s",
             )
             for seen in self._seen.values()
-            if now - seen.heard > self._timeout and seen.status.state is not RobotState.OFFLINE
+            if now - seen.heard > self._timeout
         )
-        for status in fallen:
+        for status in offline:
             self._note(replace(self._seen[status.robot_id], status=status))
-        return fallen
+        return offline
 
     def forget(self, now: float, holders: Collection[str]) -> tuple[str, ...]:
         """Forget robots that have left and hold no task; return their names."""
@@ -168,18 +169,29 @@ class Watch:
     def look(self) -> list[TaskRecord]:
         """Return the records that change because a robot is lost or has come back.
 
-        Also tells everyone of robots that have fallen silent, and recalls overdue tasks.
+        Also speaks for robots that are silent, and recalls overdue tasks.
         """
         now = self._talker.now()
-        for status in self._presence.fall_silent(now):
-            self._talker.publish(ROBOT_STATUS, status, to=())
         held = self._orders.held()
+        self._tell_of_silent(held, now)
         for name in self._presence.forget(now, {record.robot for record in held}):
             self._leases.forget(name)
             self._orders.forget_robot(name)
         self._recall(held, self._talker.world.now())
         looked = ((record, self._after_look(record, now)) for record in held)
         return [after for record, after in looked if after != record]
+
+    def _tell_of_silent(self, held: list[TaskRecord], now: float) -> None:
+        """Tell everyone of robots that are silent; again at every look, for who comes later."""
+        silent = self._presence.silent(now)
+        for status in silent:
+            tasks = [record for record in held if record.robot == status.robot_id]
+            begun = (each.task.id for each in tasks if each.state is TaskState.STARTED)
+            told = replace(
+                status, task_id=next(begun, ""), tasks=tuple(each.task.id for each in tasks)
+            )
+            self._talker.publish(ROBOT_STATUS, told, to=())
+        self._node.tell_offline(tuple(status.robot_id for status in silent))
 
     def lateness(self, record: TaskRecord) -> str:
         """Say why a task was recalled; empty if it was not overdue."""

@@ -38,6 +38,7 @@ class Heartbeat:
     heard: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     robot_lease: float = 0.0  # how long a robot may work after that, by its own clock [s]
     hive: str = ""
+    offline: tuple[str, ...] = ()  # the robots that the leader has heard, and no longer hears
     to: tuple[str, ...] | None = field(default=None, compare=False)
 
 

@@ -58,15 +58,20 @@ class NoQuorum:
             self._talker.warn(self.text)
 
     def _describe(self, member: Member, silence: float) -> str:
-        begin = f"{name_of(member.id)} has heard no leader for {silence:.0f} s"
+        begin = f"{_short(member.id)} has heard no leader for {silence:.0f} s"
         if not member.members:
             return f"{begin}; start the hive's blackboard node, or check the network"
-        names = ", ".join(map(name_of, member.members))
+        names = ", ".join(map(_short, member.members))
         return (
             f"{begin}: the hive has {len(member.members)} members ({names}), and "
             f"{majority_of(member.members)} of them have to run before it decides anything. Start "
             "those that are missing. If they are gone for good, for example because another fleet "
-            "ran here before, give this fleet a new folder with the parameter journal, or move "
-            f"the old one away ({self._journal} and the files beside it); the tasks on that list "
-            "are then forgotten"
+            "ran here before, give this fleet a folder of its own (launch argument "
+            f"journal:=FOLDER, or parameter journal), or move {self._journal} and the files "
+            "beside it away; the tasks on that list are then forgotten"
         )
+
+
+def _short(member_id: str) -> str:
+    """Return a member's name without ROS's leading slash."""
+    return name_of(member_id).strip("/")

@@ -98,6 +98,7 @@ class RaftNode:
         self._to_everyone = Coalescer(talker, settings.sync_period, self._publish_list)
         self._to_robot: Coalescer | None = None
         self._granted: dict[str, float] = {}
+        self._offline: tuple[str, ...] = ()
         self._robot_lease = 0.0
         self._filter = MemberFilter(talker, member, settings.election, bootstraps=bootstrap)
         known = journal.load() or new_member(member, random)
@@ -243,6 +244,10 @@ class RaftNode:
         self._granted[robot_id] = sent
         self._robot_lease = robot_lease
 
+    def tell_offline(self, robots: tuple[str, ...]) -> None:
+        """Name the robots that are not heard with every heartbeat from now on."""
+        self._offline = robots
+
     def _hear(self, message: Message) -> None:
         if self._filter.accepts(message, self._member):
             self._step(message)
@@ -318,7 +323,8 @@ class RaftNode:
     def _send(self, message: Message) -> None:
         if isinstance(message, Heartbeat):
             granted = dict(self._granted)
-            message = replace(message, heard=granted, robot_lease=self._robot_lease)
+            lease, offline = self._robot_lease, self._offline
+            message = replace(message, heard=granted, robot_lease=lease, offline=offline)
         self._talker.publish(_TOPICS[type(message)], message, message.to)
 
     def _step_down(self) -> None:

@@ -44,6 +44,8 @@ class TaskRecord:
     # Assignments up to this number belong to tasks that the hive has forgotten. Reports on them do
     # not concern this task, even if it has the same id.
     earlier: int = 0
+    # When `eta` was predicted, on the clock of `Task.posted` [s]; 0 if unknown.
+    predicted_at: float = 0.0
 
     @classmethod
     def new(cls, task: Task, earlier: int, reason: str = "", parent: str = "") -> TaskRecord:
@@ -86,14 +88,18 @@ class TaskRecord:
         """Return whether a robot's report of a start is news, not late or a repetition."""
         return self.state is TaskState.ASSIGNED or update.step > self.step
 
-    def reported(self, event: TaskEvent, update: TaskUpdate) -> TaskRecord | None:
-        """Return the record after a robot's report, or None if nothing changes."""
+    def reported(self, event: TaskEvent, update: TaskUpdate, at: float) -> TaskRecord | None:
+        """Return the record after a robot's report, or None if nothing changes.
+
+        `at` is when the report came, on the clock of `Task.posted` [s].
+        """
         return self.after(
             event,
             robot=update.robot_id,
             step=min(update.step, self.steps),
             eta=update.eta,
             step_eta=update.step_eta,
+            predicted_at=at,
             reason=update.reason,
         )
 

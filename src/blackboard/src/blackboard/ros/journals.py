@@ -10,6 +10,29 @@ import rosgraph
 import rosgraph.network
 import rospkg
 
+from blackboard.errors import SettingsError
+
+
+def named_folder(caller: str) -> str:
+    """Return the folder that the parameter `journal` names for a caller; empty where none does.
+
+    As ROS does, it looks below the caller's name first, then in each namespace above it.
+
+    Args:
+        caller: The full name of a member or another node.
+
+    Raises:
+        SettingsError: The parameter is not a text.
+    """
+    master = rosgraph.Master(caller)
+    try:
+        folder = master.getParam(master.searchParam("journal"))
+    except (rosgraph.MasterException, OSError):
+        return ""
+    if not isinstance(folder, str):
+        raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
+    return folder
+
 
 def default_folder() -> Path:
     """Return the folder of the journals if no parameter names one; each ROS master has its own.

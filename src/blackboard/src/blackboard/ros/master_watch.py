@@ -53,7 +53,7 @@ class MasterWatch:
         self.address = rosgraph.get_master_uri()
         self._caller = caller
         self._pid: int | None = None
-        self._is_lost = False
+        self.is_lost = False  # whether it did not answer at the last look
 
     def is_up(self) -> bool:
         """Return whether the master answers."""
@@ -70,10 +70,10 @@ class MasterWatch:
         pid = self._ask()
         is_new = pid is not None and self._pid is not None and pid != self._pid
         if pid is None or (is_new and not self._register_again()):
-            was_lost, self._is_lost = self._is_lost, True
+            was_lost, self.is_lost = self.is_lost, True
             return None if was_lost else MasterState.LOST
         self._pid = pid
-        was_lost, self._is_lost = self._is_lost, False
+        was_lost, self.is_lost = self.is_lost, False
         return MasterState.BACK if was_lost else None
 
     def _ask(self) -> int | None:

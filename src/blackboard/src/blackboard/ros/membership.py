@@ -17,9 +17,8 @@ from blackboard.consensus.no_quorum import NoQuorum
 from blackboard.consensus.node import RaftNode
 from blackboard.domain import talker as topics
 from blackboard.domain.settings import BlackboardSettings, RaftSettings, TrafficSettings
-from blackboard.errors import SettingsError
 from blackboard.ros.diagnostics import Diagnostics
-from blackboard.ros.journals import default_folder
+from blackboard.ros.journals import default_folder, named_folder
 from blackboard.ros.no_clock import NoClock
 from blackboard.ros.planner_process import keep_planner
 from blackboard.ros.search_process import SearchProcess
@@ -91,12 +90,9 @@ def journal_folder(member: str = "") -> Path:
     Raises:
         SettingsError: The parameter is not a text.
 
-    ROS Parameters: `journal` of the member, else `/journal`. Default: `default_folder`.
+    ROS Parameters: `journal` of the member, or of a namespace above it. Default: `default_folder`.
     """
-    own = f"{member or rospy.get_name()}/journal"
-    folder = rospy.get_param(own, "") or rospy.get_param("/journal", "")
-    if not isinstance(folder, str):
-        raise SettingsError(f"journal is {folder!r}; allowed: the path of a folder")
+    folder = named_folder(member or rospy.get_name())
     return Path(folder) if folder else default_folder()
 
 

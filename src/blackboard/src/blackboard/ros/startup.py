@@ -12,6 +12,7 @@ import rospy
 from blackboard.ros.rospy_patches.reading import handshake_apart, read_together
 from hive_common.errors import HiveError
 from hive_common.ros.links import mend_links
+from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from hive_common.ros.sending import send_promptly
 from hive_common.ros.signals import end_on_signals
 
@@ -38,10 +39,11 @@ def run_node(name: str, run: Callable[[], None]) -> None:
     send_promptly()
     read_together()
     mend_links()
+    forget_refusal()
     try:
         run()
     except HiveError as error:
-        rospy.logfatal(str(error))
+        refuse_to_start(str(error))
         sys.exit(1)
     except rospy.ROSInterruptException:
         return

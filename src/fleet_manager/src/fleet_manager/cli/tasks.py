@@ -32,7 +32,7 @@ class TellAbout:
     def __init__(self) -> None:
         self.ids: set[str] = set()
 
-    def __call__(self, _report: Report, events: Sequence[Event]) -> None:
+    def __call__(self, _report: Report | None, events: Sequence[Event]) -> None:
         """Print those of some events that are about these tasks."""
         for event in events:
             if event.task_id in self.ids:

@@ -13,16 +13,19 @@ import click
 from fleet_manager.cli.context import pass_context
 from fleet_manager.client import tables
 from fleet_manager.client.client import HiveClient
+from fleet_manager.client.leadership import Standing
+from fleet_manager.errors import NoHiveError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from blackboard.domain.record import TaskRecord
     from fleet_manager.cli.context import CliContext
     from fleet_manager.client.hive_state import HiveState
     from fleet_manager.client.reports import Report
+    from fleet_manager.client.rows import TaskRow
     from fleet_manager.client.words import Event
 
+_CLOCK = 1.0  # [s] in which a simulated time is heard, unless nobody tells it
 _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 _OTHER_SCREEN, _FIRST_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
 
@@ -38,18 +41,23 @@ def tasks(context: CliContext, as_json: bool, everything: bool) -> None:
     Examples:
       hive tasks
       hive tasks --all --json | jq '.[] | select(.state == "FAILED")'
+
+    Where there is no leader, the first line on stderr says so, and the exit code is 3.
     """  # noqa: D301  (to click, \b means: keep the lines)
     with context.connect(()) as link:
         client = HiveClient(link)
         client.fetch_tasks()
-    records = _tasks(client.state, everything=everything)
+        now = link.hive_time(_CLOCK)
+        standing = _tell_leader(client)
+    rows = _tasks(client.state, everything=everything)
     if as_json:
-        click.echo(json.dumps([tables.task_data(record) for record in records], indent=2))
-    elif records:
-        click.echo("\n".join(tables.tasks_table(records)))
+        click.echo(json.dumps([tables.task_data(row, now) for row in rows], indent=2))
+    elif rows:
+        click.echo("\n".join(tables.tasks_table(rows, now)))
     else:
         ended = len(client.state.records)
         click.echo(f"no open tasks; {ended} have ended" if ended else "no tasks", err=True)
+    _demand_leader(standing)
 
 
 @click.command()
@@ -62,10 +70,14 @@ def robots(context: CliContext, as_json: bool) -> None:
     Examples:
       hive robots
       hive robots --json | jq '.[] | select(.charge < 0.2) | .name'
+
+    Robots that the hive no longer hears are OFFLINE. Where there is no leader, the first line on
+    stderr says so, and the exit code is 3.
     """  # noqa: D301  (to click, \b means: keep the lines)
     with context.connect(()) as link:
         client = HiveClient(link)
         client.fetch_robots()
+        standing = _tell_leader(client)
     known = tables.robots_of(client.state)
     if as_json:
         click.echo(json.dumps([tables.robot_data(robot) for robot in known], indent=2))
@@ -73,6 +85,7 @@ def robots(context: CliContext, as_json: bool) -> None:
         click.echo("\n".join(tables.robots_table(known)))
     else:
         click.echo("no robots; a blackboard is there", err=True)
+    _demand_leader(standing)
 
 
 @click.command()
@@ -98,7 +111,7 @@ def watch(context: CliContext, everything: bool, every: float) -> None:
                 click.echo(_OTHER_SCREEN, nl=False)
             while True:
                 client.pump(lambda: False, every)
-                lines = _screen(client.state, everything, in_place)
+                lines = _screen(client, everything, in_place)
                 click.echo(_HOME_AND_CLEAR if in_place else "", nl=False)
                 click.echo("\n".join(lines), nl=not in_place)
         finally:
@@ -114,7 +127,7 @@ def events(context: CliContext) -> None:
     The first lines say how things stand now.
     """
 
-    def tell(_report: Report, events: Sequence[Event]) -> None:
+    def tell(_report: Report | None, events: Sequence[Event]) -> None:
         for event in events:
             click.echo(f"{datetime.now().astimezone():%H:%M:%S}  {event.text}")
 
@@ -122,12 +135,32 @@ def events(context: CliContext) -> None:
         HiveClient(link, tell).pump(lambda: False, None)
 
 
-def _screen(state: HiveState, everything: bool, in_place: bool) -> list[str]:
+def _who_leads(client: HiveClient) -> str:
+    return tables.who_leads(client.state, client.link.now(), client.link.hive_time())
+
+
+def _tell_leader(client: HiveClient) -> Standing:
+    """Say that there is no leader, and why, where that is so; return whether there is one."""
+    standing = client.fetch_leader()
+    if standing is not Standing.LEADER:
+        why = next(iter(client.link.troubles()), "")
+        click.echo("; ".join(filter(None, [_who_leads(client), why])), err=True)
+    return standing
+
+
+def _demand_leader(standing: Standing) -> None:
+    """Exit as where nobody answers; the first line has said so."""
+    if standing is not Standing.LEADER:
+        raise click.exceptions.Exit(NoHiveError.exit_code)
+
+
+def _screen(client: HiveClient, everything: bool, in_place: bool) -> list[str]:
     """Return the lines of one update, cut to the terminal where it is redrawn in place."""
+    state, now = client.state, client.link.hive_time()
     total, still_open = len(state.records), len(_tasks(state, everything=False))
-    lines = [tables.who_leads(state), ""]
+    lines = [_who_leads(client), ""]
     lines += [*tables.robots_table(tables.robots_of(state)), ""]
-    lines += tables.tasks_table(_tasks(state, everything=everything))
+    lines += tables.tasks_table(_tasks(state, everything=everything), now)
     lines += ["", f"{still_open} tasks open, {total - still_open} ended"]
     if not in_place:
         return [*lines, ""]
@@ -135,6 +168,7 @@ def _screen(state: HiveState, everything: bool, in_place: bool) -> list[str]:
     return tables.fit(lines, size.columns)[: size.lines]
 
 
-def _tasks(state: HiveState, *, everything: bool) -> list[TaskRecord]:
+def _tasks(state: HiveState, *, everything: bool) -> list[TaskRow]:
     """Return the open tasks, or all of them, in the order they were posted."""
-    return [r for r in state.records.values() if everything or not r.state.is_terminal]
+    rows = (row for row in state.tasks.values() if not row.is_refused)
+    return [row for row in rows if everything or row.is_open]

@@ -16,6 +16,7 @@ from blackboard.domain import talker as topics
 from blackboard.domain.task import MAX_ID_LENGTH, TaskState, check_id
 from blackboard.errors import TaskRefusedError
 from fleet_manager.client.hive_state import HiveState
+from fleet_manager.client.leadership import SILENCE, Standing
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpError
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
     from blackboard.domain.record import TaskRecord, TaskUpdate
     from blackboard.domain.task import Task
-    from fleet_manager.client.reports import Report
+    from fleet_manager.client.reports import HiveMessage, Report
     from fleet_manager.client.traffic import TrafficState
     from fleet_manager.client.words import Event
     from fleet_manager.config.scenario import PlannedTask
@@ -47,6 +48,10 @@ the robot's own clock."""
 TRAFFIC_STATE = "traffic_state"
 """The topic on which the traffic planner tells who waits, once a second."""
 
+CLOCK_WITHIN = 6.0
+"""Time in which a simulator tells its time [s, wall], if there is one."""
+
+_PAUSE = 1.0  # time in which everything is read that has come meanwhile [s]
 _AT_ONCE = 1.0  # time in which what is latched arrives unless something is wrong [s]
 
 
@@ -56,14 +61,20 @@ class ClientLink(Protocol):
     def now(self) -> float:
         """Return a monotonic time [s]."""
 
-    def hive_time(self) -> float:
-        """Return the hive's time [s], which may be simulated."""
+    def hive_time(self, within: float = 0.0) -> float:
+        """Return the hive's time [s], which may be simulated; 0 while it is unknown.
+
+        It is waited for as long as `within` [s, wall].
+        """
 
     def listen(self, *names: str) -> None:
         """Follow some of the hive's topics from now on; all of its state if none is named."""
 
     def has_heard_robots(self) -> bool:
         """Return whether every robot that is there has told its status."""
+
+    def troubles(self) -> Sequence[str]:
+        """Return what members and nodes of the hive say is wrong, after listening for a while."""
 
     def post(self, task: Task) -> None:
         """Publish a task on `new_task`, once."""
@@ -74,24 +85,28 @@ class ClientLink(Protocol):
     def switch(self, command: ZoneCommand) -> None:
         """Publish a command on `zone_command`, once."""
 
-    def receive(self, timeout: float) -> Report | None:
+    def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report, or None after `timeout` [s]."""
 
 
 class HiveClient:
     """Posts and cancels tasks, and follows what becomes of them.
 
-    `on_report` is called with each report and the events that it tells.
+    `on_report` is called with each report and the events that it tells, and with None and the
+    events when something has fallen silent.
     """
 
     def __init__(
         self,
         link: ClientLink,
-        on_report: Callable[[Report, Sequence[Event]], None] = lambda _report, _events: None,
+        on_report: Callable[[Report | None, Sequence[Event]], None] = lambda _report, _events: (
+            None
+        ),
     ) -> None:
         self.state = HiveState()  # what the hive has said so far
         self.link = link
         self._on_report = on_report
+        self._looked = self._ticked = link.now()
 
     def pump(self, until: Callable[[], bool], timeout: float | None) -> bool:
         """Take in reports until a condition holds; return whether it held within `timeout` [s].
@@ -108,14 +123,27 @@ class HiveClient:
             left = REPEAT_EVERY if end is None else end - self.link.now()
             if left <= 0:
                 return False
-            report = self.link.receive(min(left, REPEAT_EVERY))
-            if report is not None:
-                self.state.take_in(report, self.link.now())
-                self._on_report(report, self.state.take_changes().events)
+            message = self.link.receive(min(left, REPEAT_EVERY))
+            now = self.link.now()
+            if message is not None:
+                self.state.take_in(message.report, now, message.stamp)
+            self._tick(now)
+            events = self.state.take_changes().events
+            if message is not None or events:
+                self._on_report(message.report if message else None, events)
         return True
 
+    def _tick(self, now: float) -> None:
+        """Notice who has fallen silent, unless the news of a pause may still be in the queue."""
+        if now - self._looked > _PAUSE:
+            self._ticked = now
+        self._looked = now
+        if now - self._ticked > _PAUSE:
+            self._ticked = now
+            self.state.tick(now)
+
     def submit(self, task: Task, *, is_unique: bool = False) -> TaskUpdate | TaskRecord:
-        """Post a task, with the present time; return the blackboard's first word, even REJECTED.
+        """Post a task; return the blackboard's first word, even REJECTED.
 
         Args:
             task: The task.
@@ -147,6 +175,7 @@ class HiveClient:
         return [self._answer_to(task) for task in tasks]
 
     def _post(self, task: Task) -> None:
+        # Without a clock the blackboard stamps it.
         task = replace(task, posted=self.link.hive_time())
         self._repeat(
             lambda: self.link.post(task), lambda: self.state.state_of(task.id) is not None
@@ -196,26 +225,33 @@ class HiveClient:
         if not self.pump(lambda: self.state.has_list, within - _AT_ONCE):
             raise self._no_answer("its list is unknown")
 
-    def fetch_robots(self) -> None:
-        """Wait until every robot has reported that the hive knows of.
+    def fetch_leader(self) -> Standing:
+        """Wait for the leader's heartbeat, for `SILENCE` at most; return whether there is one."""
+        self.link.listen(topics.BACKUP)
+        self._pump(lambda: self.state.heartbeat is not None, SILENCE)
+        return self.state.leadership.standing(self.link.now())
 
-        The leader names the robots that it hears, so none is left out because it is slow. Beside
-        these, each node that tells of robots is waited for, for `STATUS_PERIOD` at most: it
-        may have died, and the ROS master would not know.
+    def fetch_robots(self) -> None:
+        """Wait until every robot that the hive knows of has reported, or the leader for it.
+
+        The leader names the robots that it hears and those that it no longer hears, so none is
+        left out. Beside these, each node that tells of robots is waited for, for `STATUS_PERIOD`
+        at most: it may have died, and the ROS master would not know.
 
         Raises:
             NoHiveError: Neither a robot nor a blackboard was heard.
         """
         self.link.listen(topics.ROBOT_STATUS, topics.BACKUP)
-        if not self._pump(self.link.has_heard_robots, STATUS_PERIOD):
+        self._pump(self.link.has_heard_robots, STATUS_PERIOD)
+        if self.fetch_leader() is not Standing.NOBODY:
             self._pump(self._knows_the_hives_robots, ANSWER_WITHIN - STATUS_PERIOD)
         if not self.pump(lambda: bool(self.state.robots or self.state.heartbeat), ANSWER_WITHIN):
             raise self._no_answer("no robot was heard either")
 
     def _knows_the_hives_robots(self) -> bool:
-        """Return whether every robot that the leader hears has reported here too."""
+        """Return whether every robot that the leader knows of has been heard of here too."""
         beat = self.state.heartbeat
-        return beat is not None and beat.heard.keys() <= self.state.robots.keys()
+        return beat is not None and {*beat.heard, *beat.offline} <= self.state.robots.keys()
 
     def fetch_traffic(self) -> TrafficState:
         """Wait for the traffic planner's word, and return it.
@@ -284,20 +320,29 @@ class HiveClient:
     def _no_answer(self, what: str) -> NoHiveError:
         heard = self.state.heartbeat
         who = f"the last one heard was {heard.leader.strip('/')}" if heard else "none was heard"
+        why = next(iter(self.link.troubles()), "is the hive running?")
         return NoHiveError(
-            f"no blackboard answers within {ANSWER_WITHIN:g} s ({who}); {what}; "
-            "is the hive running?"
+            f"no blackboard answers within {ANSWER_WITHIN:g} s ({who}); {what}; {why}"
         )
 
 
 class Feeder:
-    """Posts planned tasks, given in order, by the hive's clock, which starts now."""
+    """Posts planned tasks, given in order, by the hive's clock; the first is due at 0 s from now.
+
+    Raises:
+        NoHiveError: The hive's clock is not heard.
+    """
 
     def __init__(self, client: HiveClient, tasks: Iterable[PlannedTask]) -> None:
         self.states: dict[str, TaskState] = {}  # the hive's first word on each posted task, by id
         self._client = client
         self._waiting = deque(tasks)
-        self._start = client.link.hive_time()
+        self._start = client.link.hive_time(CLOCK_WITHIN)
+        if self._start <= 0:
+            raise NoHiveError(
+                f"the hive's clock is not heard within {CLOCK_WITHIN:g} s; is its simulator "
+                "running? Without one, set /use_sim_time to false and start the nodes again"
+            )
 
     @property
     def done(self) -> bool:

@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING
 from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.task_list import TaskList
 from blackboard.costing.bid_basis import Bids
-from blackboard.domain.characteristics import RobotStatus
+from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState
 from fleet_manager.client import words
 from fleet_manager.client.bids import BidBook
+from fleet_manager.client.formats import duration
 from fleet_manager.client.leadership import Leadership, Standing
 from fleet_manager.client.rows import Changes, RobotRow, TaskRow
 from fleet_manager.client.traffic import TrafficState, traffic_change
@@ -55,6 +56,7 @@ class HiveState:
         self._answers: dict[str, TaskUpdate] = {}
         self._posted: dict[str, Task] = {}
         self._newest: TaskList | None = None
+        self.list_stamp = 0.0  # when the newest task list was written [s, hive's time]; 0: unknown
         self.traffic: TrafficState | None = None  # the planner's last word; None before the first
         self._traffic_heard = 0.0  # [s, wall]
         self._standing = Standing.NOBODY
@@ -150,12 +152,9 @@ class HiveState:
 
     def tick(self, now: float) -> None:
         """Notice who has gone silent; call it a few times a second."""
-        for name, row in self._robots.items():
-            silence = now - row.heard
-            if not row.is_silent and silence > ROBOT_SILENCE:
-                self._robots[name] = replace(row, is_silent=True)
-                self._changes.robots.add(name)
-                self.note(words.robot_silent(name, silence))
+        for name, row in list(self._robots.items()):
+            if not row.is_silent and now - row.heard > ROBOT_SILENCE:
+                self._put_robot(name, replace(row, is_silent=True), now)
         if self.traffic is not None and now - self._traffic_heard > PLANNER_SILENCE:
             self.traffic = None
             self._show_waits(TrafficState(0, 0.0))
@@ -168,6 +167,7 @@ class HiveState:
         if newest and task_list.is_before(newest):
             self._newest = newest
             return
+        self.list_stamp = stamp
         before, self._tasks = self._tasks, {}
         # The clock of another hive may have been set back, and it owes nothing to the old one.
         goes_on = newest is not None and newest.hive == task_list.hive
@@ -229,12 +229,14 @@ class HiveState:
             return
         before = row.record if row else TaskRecord(task)
         waits = update.state is TaskState.WAITING
+        told = (before.assignment, before.eta) == (update.assignment, update.eta)
         record = replace(
             before,
             state=update.state,
             robot="" if waits else update.robot_id or before.robot,
             step=update.step,
             eta=update.eta,
+            predicted_at=before.predicted_at if told else stamp,  # the blackboard repeats it
             reason=update.reason,
             assignment=update.assignment,
         )
@@ -274,13 +276,28 @@ class HiveState:
 
     def _take_status(self, status: RobotStatus, now: float) -> None:
         name, before = status.robot_id, self._robots.get(status.robot_id)
-        waits = self.traffic.words_of(name) if self.traffic else ""
-        self._robots[name] = RobotRow(status, now, waits=waits)
-        if before is None or before.is_silent or before.status != status:
+        beat = self.heartbeat
+        is_lost = beat is not None and name in beat.offline
+        if status.state is not RobotState.OFFLINE:
+            waits = self.traffic.words_of(name) if self.traffic else ""
+            self._put_robot(name, RobotRow(status, now, is_lost=is_lost, waits=waits), now)
+        elif before is None:
+            self._put_robot(name, RobotRow(status, now, is_silent=True, is_lost=is_lost), now)
+        elif before.is_silent:  # otherwise, what it says itself is newer
+            self._put_robot(name, replace(before, status=status), now)
+
+    def _put_robot(self, name: str, row: RobotRow, now: float) -> None:
+        """Replace the row of a robot, and tell what that changes."""
+        before = self._robots.get(name)
+        self._robots[name] = row
+        if before is None or replace(before, heard=row.heard) != row:
             self._changes.robots.add(name)
-        self.note(*words.robot_change(before.status if before else None, status))
-        if before and before.is_silent:
-            self.note(words.robot_back(name))
+        if before is None or before.state is not row.state:
+            reason = row.reason
+            if row.is_silent and row.status.state is not RobotState.OFFLINE:
+                reason = f"not heard here for {duration(now - row.heard)}"
+            was = before.state if before else None
+            self.note(words.robot_change(name, was, row.state, reason, row.status.charge))
 
     def _take_traffic(self, state: TrafficState, now: float) -> None:
         before = self.traffic
@@ -302,6 +319,9 @@ class HiveState:
         if self.leadership.hear(beat, now):
             self.note(*words.leader_change(before, beat))
             self._note_standing(now)
+            for name, row in list(self._robots.items()):
+                if row.is_lost is not (name in beat.offline):
+                    self._put_robot(name, replace(row, is_lost=name in beat.offline), now)
 
     def _note_standing(self, now: float) -> None:
         standing, beat = self.leadership.standing(now), self.leadership.heartbeat

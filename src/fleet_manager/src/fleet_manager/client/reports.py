@@ -43,3 +43,11 @@ class Collisions:
 
 
 Report = HiveReport | TruePlace | BatteryReading | Collisions
+
+
+@dataclass(frozen=True, slots=True)
+class HiveMessage:
+    """A report, with the time at which it was sent."""
+
+    report: Report
+    stamp: float  # [s, hive's time]; 0 where unknown

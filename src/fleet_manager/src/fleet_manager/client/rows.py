@@ -35,7 +35,9 @@ class TaskRow:
     @property
     def due(self) -> float | None:
         """When the task is predicted to be done [s, hive's time]; None where unknown."""
-        return self.stamp + self.record.eta if self.record.eta > 0 and self.is_open else None
+        record = self.record
+        is_known = record.eta > 0 and record.predicted_at > 0 and self.is_open
+        return record.predicted_at + record.eta if is_known else None
 
     @property
     def progress(self) -> float:
@@ -49,20 +51,24 @@ class TaskRow:
 class RobotRow:
     """A robot as an operator sees it."""
 
-    status: RobotStatus  # the robot's last report
-    heard: float  # when the report came [s, wall]
-    is_silent: bool = False  # whether the next report is overdue
+    status: RobotStatus  # the robot's last report, or what the leader says of a silent one
+    heard: float  # when the robot itself last reported [s, wall]
+    is_silent: bool = False  # whether its next report is overdue here
+    is_lost: bool = False  # whether the leader does not hear it
     waits: str = ""  # whom it waits for and where, in words; empty if it does not wait
 
     @property
     def reason(self) -> str:
         """Why it does not do what it might: by its report, else because it waits."""
+        if self.is_lost and self.status.state is not RobotState.OFFLINE:
+            return "heard here, but not by the leader"
         return self.status.reason or ("" if self.is_silent else self.waits)
 
     @property
     def state(self) -> RobotState:
-        """The reported state; OFFLINE while the robot is silent."""
-        return RobotState.OFFLINE if self.is_silent else self.status.state
+        """The reported state; OFFLINE while the robot is silent, here or to the leader."""
+        is_offline = self.is_silent or self.is_lost
+        return RobotState.OFFLINE if is_offline else self.status.state
 
 
 @dataclass(slots=True)

@@ -6,8 +6,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from blackboard.domain.bid import ranked
-from blackboard.domain.task import TaskType
-from fleet_manager.client.formats import member
+from blackboard.domain.task import TaskState, TaskType
+from fleet_manager.client.formats import UNKNOWN, duration, member, natural
+from fleet_manager.client.leadership import Standing
 from fleet_manager.client.traffic import place_rows, wait_rows
 
 if TYPE_CHECKING:
@@ -16,53 +17,77 @@ if TYPE_CHECKING:
     from blackboard.auction.decision import Decision
     from blackboard.domain.bid import Bid
     from blackboard.domain.characteristics import RobotStatus
-    from blackboard.domain.record import TaskRecord
     from fleet_manager.client.hive_state import HiveState
+    from fleet_manager.client.rows import RobotRow, TaskRow
     from fleet_manager.client.traffic import TrafficState
     from hive_common.pose import Pose
 
-_TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "ETA", "REASON")
+_TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "DONE IN", "REASON")
 _BID_HEAD = ("ROBOT", "COST", "WAY", "PLACE", "ENERGY", "LEFT", "DONE IN", "REASON")
 _WAIT_HEAD = ("ROBOT", "WAITS FOR", "PLACE", "FOR")
 _SLOW_HEAD = ("SLOW PLACE", "WHERE", "WAITED", "WAITS")
 _ROBOT_HEAD = ("ROBOT", "STATE", "BATTERY", "LOAD", "PLACE", "TASK", "QUEUE", "REASON")
 
 
-def tasks_table(records: Iterable[TaskRecord]) -> list[str]:
-    """Return a table of tasks with a line of headings."""
-    rows = [
-        (
-            record.task.id,
-            TaskType(record.task.type).name,
-            str(record.task.priority),
-            f"{record.task.payload:g} kg",
-            record.state.name,
-            record.robot or "-",
-            f"{record.step}/{record.steps}",
-            "-" if record.state.is_terminal or record.eta <= 0 else f"{record.eta:.0f} s",
-            record.reason,
-        )
-        for record in records
-    ]
-    return _table(_TASK_HEAD, rows)
+def tasks_table(rows: Iterable[TaskRow], now: float) -> list[str]:
+    """Return a table of tasks with a line of headings; `now` is the hive's time [s]."""
+    return _table(_TASK_HEAD, [_task_row(row, now) for row in rows])
 
 
-def robots_table(robots: Iterable[RobotStatus]) -> list[str]:
+def _task_row(row: TaskRow, now: float) -> tuple[str, ...]:
+    record = row.record
+    return (
+        record.task.id,
+        TaskType(record.task.type).name,
+        str(record.task.priority),
+        f"{record.task.payload:g} kg",
+        record.state.name,
+        record.robot or UNKNOWN,
+        f"{record.step}/{record.steps}",
+        done_in(row, now),
+        record.reason,
+    )
+
+
+def done_in(row: TaskRow, now: float) -> str:
+    """Return in how long a task is predicted to be done, or how late it is.
+
+    Args:
+        row: The task.
+        now: The hive's time [s]; 0 where unknown.
+    """
+    left = row.due - now if row.due is not None and now > 0 else None
+    if left is None or left >= -1:
+        return duration(left)
+    if row.record.state is TaskState.ASSIGNED:
+        return UNKNOWN  # more urgent tasks have come before it since the prediction
+    return f"late by {duration(-left)}"
+
+
+def age(row: TaskRow, now: float) -> str:
+    """Return how long ago a task was posted; `now` is the hive's time [s]."""
+    # A task can be from before the clock was set back, as it is when a simulation starts again.
+    posted = row.record.task.posted
+    return duration(now - posted if 0 < posted <= now + 1 else None)
+
+
+def robots_table(rows: Iterable[RobotRow]) -> list[str]:
     """Return a table of robots with a line of headings."""
-    rows = [
-        (
-            robot.robot_id,
-            robot.state.name,
-            f"{robot.charge:.0%}",
-            f"{robot.payload:g} kg",
-            f"{robot.pose.x:.1f}, {robot.pose.y:.1f}",
-            robot.task_id or "-",
-            str(queued(robot)),
-            robot.reason,
-        )
-        for robot in robots
-    ]
-    return _table(_ROBOT_HEAD, rows)
+    return _table(_ROBOT_HEAD, [_robot_row(row) for row in rows])
+
+
+def _robot_row(row: RobotRow) -> tuple[str, ...]:
+    robot = row.status
+    return (
+        robot.robot_id,
+        row.state.name,
+        f"{robot.charge:.0%}",
+        f"{robot.payload:g} kg",
+        f"{robot.pose.x:.1f}, {robot.pose.y:.1f}",
+        robot.task_id or UNKNOWN,
+        str(queued(robot)),
+        row.reason,
+    )
 
 
 def waits_table(state: TrafficState) -> list[str]:
@@ -83,8 +108,8 @@ def bids_table(bids: Iterable[Bid]) -> list[str]:
 def _bid_row(bid: Bid) -> tuple[str, ...]:
     terms = bid.terms
     if not bid.is_able or terms is None:
-        known = f"{bid.cost:.2f}" if bid.is_able else "-"
-        return (bid.robot_id, known, "-", "-", "-", "-", "-", bid.reason)
+        known = f"{bid.cost:.2f}" if bid.is_able else UNKNOWN
+        return (bid.robot_id, known, *[UNKNOWN] * 5, bid.reason)
     return (
         bid.robot_id,
         f"{bid.cost:.2f}",
@@ -106,19 +131,34 @@ def decided(decision: Decision) -> str:
     return f"{decision.task_id} at {decision.at:.1f} s, {number}: {what}{silent}"
 
 
-def who_leads(state: HiveState) -> str:
-    """Return in words who carries the blackboard."""
-    beat = state.heartbeat
-    if beat is None:
-        return "no blackboard is heard"
-    backup = member(beat.backup) or "nobody"
-    leads = f"{member(beat.leader)} carries the blackboard (epoch {beat.epoch})"
-    return f"{leads}, {backup} is its backup"
+def who_leads(state: HiveState, wall: float, now: float) -> str:
+    """Return in words who is the leader, and how old the task list is where nobody is.
+
+    Args:
+        state: What is known of the hive.
+        wall: The present time [s, wall].
+        now: The hive's time [s].
+    """
+    beat, standing = state.heartbeat, state.leadership.standing(wall)
+    if standing is Standing.LEADER and beat is not None:
+        backup = member(beat.backup) or "nobody"
+        return f"{member(beat.leader)} is the leader (epoch {beat.epoch}), {backup} its backup"
+    if standing is Standing.STUCK and beat is not None:
+        who = f"no leader: {member(beat.leader)} answers but does not work"
+    elif beat is not None:
+        silence = duration(state.leadership.silence(wall))
+        who = f"no leader: {member(beat.leader)} has been silent for {silence}"
+    else:
+        who = "no leader is heard"
+    if not state.has_list:
+        return who
+    old = f", {duration(now - state.list_stamp)} old" if 0 < state.list_stamp <= now else ""
+    return f"{who}; tasks wait. The list is the last one that is known{old}"
 
 
-def robots_of(state: HiveState) -> list[RobotStatus]:
+def robots_of(state: HiveState) -> list[RobotRow]:
     """Return the robots, sorted by name."""
-    return [state.robots[name].status for name in sorted(state.robots)]
+    return [state.robots[name] for name in sorted(state.robots, key=natural)]
 
 
 def queued(robot: RobotStatus) -> int:
@@ -126,8 +166,13 @@ def queued(robot: RobotStatus) -> int:
     return sum(task_id != robot.task_id for task_id in robot.tasks)
 
 
-def task_data(record: TaskRecord) -> dict[str, Any]:
-    """Return a task as plain data; lengths in m, angles in rad, loads in kg, times in s."""
+def task_data(row: TaskRow, now: float) -> dict[str, Any]:
+    """Return a task as plain data; lengths in m, angles in rad, loads in kg, times in s.
+
+    `now` is the hive's time [s], from which `eta` counts; it is negative where the task is late,
+    and 0 where unknown.
+    """
+    record = row.record
     return {
         "id": record.task.id,
         "type": TaskType(record.task.type).name,
@@ -138,24 +183,26 @@ def task_data(record: TaskRecord) -> dict[str, Any]:
         "robot": record.robot,
         "step": record.step,
         "steps": record.steps,
-        "eta": record.eta,
+        "posted": record.task.posted,
+        "eta": 0.0 if row.due is None else row.due - now,
         "reason": record.reason,
         "parent": record.parent,
     }
 
 
-def robot_data(robot: RobotStatus) -> dict[str, Any]:
+def robot_data(row: RobotRow) -> dict[str, Any]:
     """Return a robot as plain data; lengths in m, angles in rad, loads in kg, charge 0..1."""
+    robot = row.status
     return {
         "name": robot.robot_id,
-        "state": robot.state.name,
+        "state": row.state.name,
         "pose": _pose_data(robot.pose),
         "charge": robot.charge,
         "payload": robot.payload,
         "task": robot.task_id,
         "queued": queued(robot),
         "tasks": list(robot.tasks),
-        "reason": robot.reason,
+        "reason": row.reason,
     }
 
 

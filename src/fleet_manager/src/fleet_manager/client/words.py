@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
-from fleet_manager.client.formats import duration, member, type_name
+from fleet_manager.client.formats import member, type_name
 from fleet_manager.client.leadership import Standing
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from blackboard.consensus.messages import Heartbeat
     from blackboard.domain.bid import Bid
-    from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.record import TaskRecord
     from blackboard.domain.task import Task
 
@@ -27,7 +26,7 @@ _ROBOT_WORDS = {
     RobotState.BUSY: "is at work",
     RobotState.DEFECT: "is out of service",
     RobotState.CHARGING: "is charging",
-    RobotState.OFFLINE: "is not heard of any more",
+    RobotState.OFFLINE: "is offline",
 }
 
 
@@ -169,25 +168,24 @@ def _assigned(record: TaskRecord, bids: Sequence[Bid]) -> Event:
     return Event(text, task_id=record.task.id)
 
 
-def robot_change(before: RobotStatus | None, now: RobotStatus) -> Iterator[Event]:
-    """Tell a robot that is new or has changed its state."""
-    if before and before.state is now.state:
-        return
-    because = f": {now.reason}" if now.reason else ""
-    charge = "" if before else f", battery {now.charge:.0%}"
-    out = now.state in {RobotState.DEFECT, RobotState.OFFLINE}
+def robot_change(
+    name: str, before: RobotState | None, now: RobotState, reason: str, charge: float
+) -> Event:
+    """Tell that a robot has changed its state, or is new.
+
+    Args:
+        name: The robot.
+        before: Its state before; None if it is new.
+        now: Its state.
+        reason: Why it is so; may be empty.
+        charge: Of its battery, 0 to 1; told of a new robot.
+    """
+    because = f": {reason}" if reason else ""
+    battery = f", battery {charge:.0%}" if before is None else ""
+    out = now in {RobotState.DEFECT, RobotState.OFFLINE}
     severity = Severity.ALARM if out else Severity.NEWS
-    yield Event(f"{now.robot_id} {_ROBOT_WORDS[now.state]}{because}{charge}", severity)
-
-
-def robot_silent(robot: str, silence: float) -> Event:
-    """Tell that a robot has not reported for a time [s]."""
-    return Event(f"{robot} has not been heard for {duration(silence)}", Severity.ALARM)
-
-
-def robot_back(robot: str) -> Event:
-    """Tell that a silent robot reports again."""
-    return Event(f"{robot} is heard again")
+    back = "is heard again and " if before is RobotState.OFFLINE else ""
+    return Event(f"{name} {back}{_ROBOT_WORDS[now]}{because}{battery}", severity)
 
 
 def leader_change(before: Heartbeat | None, now: Heartbeat) -> Iterator[Event]:
@@ -195,9 +193,9 @@ def leader_change(before: Heartbeat | None, now: Heartbeat) -> Iterator[Event]:
     if before is None or (before.leader, before.epoch) != (now.leader, now.epoch):
         replaced = before is not None and before.leader != now.leader
         severity = Severity.WARNING if replaced else Severity.NEWS
-        yield Event(f"{member(now.leader)} carries the blackboard, epoch {now.epoch}", severity)
+        yield Event(f"{member(now.leader)} is the leader, epoch {now.epoch}", severity)
     if now.backup and (before is None or before.backup != now.backup):
-        yield Event(f"{member(now.backup)} is its backup")
+        yield Event(f"{member(now.backup)} is the backup")
     if before is not None:
         for name in sorted(set(now.members) - set(before.members)):
             yield Event(f"{member(name)} joined the hive")
@@ -209,8 +207,8 @@ def standing_change(before: Standing, now: Standing, beat: Heartbeat) -> Iterato
     """Tell that the blackboard fell silent, is stuck or is back."""
     leader = member(beat.leader)
     if now is Standing.SILENT:
-        yield Event(f"nobody carries the blackboard: {leader} is silent", Severity.ALARM)
+        yield Event(f"no leader: {leader} is silent", Severity.ALARM)
     elif now is Standing.STUCK:
-        yield Event(f"the blackboard of {leader} is stuck", Severity.ALARM)
+        yield Event(f"no leader: {leader} answers but does not work", Severity.ALARM)
     elif now is Standing.LEADER and before is not Standing.NOBODY:
-        yield Event(f"{leader} carries the blackboard again, epoch {beat.epoch}")
+        yield Event(f"{leader} is the leader again, epoch {beat.epoch}")

@@ -135,9 +135,9 @@ class DemoRun:
         report = make_report(scenario, self._plan.fleet, self.client.state, self._history, clocks)
         return DemoResult(report, self._history, remarks + _speed_remark(clocks))
 
-    def _hear(self, report: Report, events: Sequence[Event]) -> None:
+    def _hear(self, report: Report | None, events: Sequence[Event]) -> None:
         """Record and show one report."""
-        if self._history is not None:
+        if self._history is not None and report is not None:
             now = self._link.hive_time()
             self._history.add(now, report)
             if isinstance(report, TaskUpdate):

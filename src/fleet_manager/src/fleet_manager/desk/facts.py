@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
+from fleet_manager.client.reports import HiveMessage
 from fleet_manager.client.traffic import ZoneCommand
 
 if TYPE_CHECKING:
@@ -19,17 +20,8 @@ if TYPE_CHECKING:
     from blackboard.auction.decision import Decision
     from blackboard.domain.characteristics import RobotState
     from blackboard.domain.task import Task
-    from fleet_manager.client.reports import HiveReport
     from fleet_manager.desk.places import Place
     from hive_common.pose import Pose
-
-
-@dataclass(frozen=True, slots=True)
-class HiveMessage:
-    """A report from the hive's topics, with the time at which it was sent [s, hive's time]."""
-
-    report: HiveReport
-    stamp: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +92,16 @@ class DecisionRead:
     decision: Decision
 
 
+@dataclass(frozen=True, slots=True)
+class TroublesRead:
+    """What members and nodes of the hive say is wrong now, in sentences."""
+
+    texts: tuple[str, ...]
+
+
 Fact = (
     HiveMessage | Clicked | MapBounds | PlannedPath | RobotPose | PlacesKnown | LinkChange
-    | DecisionRead
+    | DecisionRead | TroublesRead
 )  # fmt: skip
 
 

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 from blackboard.consensus.task_list import TaskList
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState
+from fleet_manager.client.reports import HiveMessage
 from fleet_manager.client.traffic import TrafficState, ZoneCommand
-from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
+from fleet_manager.desk.facts import CancelTask, PostTask
 
 if TYPE_CHECKING:
     from collections.abc import Callable

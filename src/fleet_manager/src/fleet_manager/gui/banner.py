@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The line at the top of every window that says who carries the blackboard."""
+"""The line at the top of every window that says who is the leader, or why nobody is."""
 
 from __future__ import annotations
 
@@ -21,32 +21,38 @@ if TYPE_CHECKING:
 
 
 def banner_text(desk: Desk) -> str:
-    """Return who carries the blackboard, or that nobody does."""
+    """Return who is the leader; where nobody is, why; and which node did not start."""
+    line, trouble = _standing_text(desk), next(iter(desk.troubles), "")
+    return f"{line}   ⚠ {trouble}" if trouble else line
+
+
+def _standing_text(desk: Desk) -> str:
     link, beat, standing = desk.link_change, desk.hive.heartbeat, desk.standing
     if beat is None and link.state is not LinkState.UP:
         return f"⚠ No ROS master at {link.master}. Start the hive; this window connects."
     if beat is None:
-        return "⚠ No blackboard: nobody accepts or assigns tasks."
+        return "⚠ No leader: nobody accepts or assigns tasks."
     leader, backup = member(beat.leader), member(beat.backup)
     if standing is Standing.STUCK:
-        line = f"⚠ Blackboard stuck: {leader} answers but does not work."
+        line = f"⚠ No leader: {leader} answers but does not work."
     elif standing is Standing.SILENT:
         silence = duration(desk.hive.leadership.silence(time.monotonic()))
-        line = f"⚠ No blackboard: {leader} has been silent for {silence}. Tasks and robots wait."
+        line = f"⚠ No leader: {leader} has been silent for {silence}. Tasks and robots wait."
     else:
-        line = f"● Blackboard: {leader}   Backup: {backup or 'none'}   Epoch {beat.epoch}"
+        line = f"● Leader: {leader}   Backup: {backup or 'none'}   Epoch {beat.epoch}"
     if link.state is LinkState.LOST:
         line += f"   ⚠ The ROS master at {link.master} does not answer; running nodes go on."
     return line
 
 
 class Banner(QObject):
-    """Keeps a label up to date with who carries the blackboard."""
+    """Keeps a label up to date with who is the leader."""
 
     def __init__(self, label: QLabel, desk: Desk) -> None:
         super().__init__(label)
         self._label, self._desk = label, desk
         label.setAutoFillBackground(True)
+        label.setWordWrap(True)
         label.setMargin(label.fontMetrics().averageCharWidth())
         desk.standing_changed.connect(self.refresh)
         self.refresh()
@@ -56,7 +62,7 @@ class Banner(QObject):
         words = banner_text(self._desk)
         self._label.setText(words)
         palette = QPalette(self._label.parentWidget().palette())
-        if words.startswith("⚠"):
+        if "⚠" in words:
             palette.setColor(QPalette.Window, color(Tone.BAD, palette))
             palette.setColor(QPalette.WindowText, palette.color(QPalette.Base))
         self._label.setPalette(palette)

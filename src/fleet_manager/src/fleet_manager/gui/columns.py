@@ -11,14 +11,13 @@ from python_qt_binding.QtCore import QModelIndex, QSortFilterProxyModel
 from blackboard.domain.task import TaskState
 from fleet_manager.client.formats import (
     UNKNOWN,
-    duration,
     mass,
     natural,
     percent,
     position,
     type_name,
 )
-from fleet_manager.client.tables import queued
+from fleet_manager.client.tables import age, done_in, queued
 from fleet_manager.desk.places import place_of
 from fleet_manager.gui.look import ROBOT_SIGNS, TASK_SIGNS, Tone
 from fleet_manager.gui.rows_model import SORT_ROLE, Column, RowsModel
@@ -43,17 +42,8 @@ CHOICES: Mapping[frozenset[TaskState], str] = {
 def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
     """Return the columns of the task table; `now` returns the hive's time [s]."""
 
-    def eta(row: TaskRow) -> str:
-        left = None if row.due is None else row.due - now()
-        if left is None or left >= -1:
-            return duration(left)
-        if row.record.state is TaskState.ASSIGNED:
-            return UNKNOWN  # more urgent tasks have come before it since the prediction
-        return f"late by {duration(-left)}"
-
-    def age(row: TaskRow) -> str:
-        posted = row.record.task.posted
-        return duration(now() - posted if posted > 0 else None)
+    def due(row: TaskRow) -> float:
+        return math.inf if row.due is None else row.due
 
     return (
         _named("Task", lambda r: r.record.task.id, letters=7),
@@ -62,10 +52,10 @@ def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
         _named("Robot", lambda r: r.record.robot, letters=8),
         Column("Step", _step, lambda r: r.record.step, letters=5),
         Column("Progress", lambda r: percent(r.progress), _done, share=_done, letters=10),
-        Column("Done in", eta, lambda r: math.inf if r.due is None else r.due, letters=12),
+        Column("Done in", lambda r: done_in(r, now()), due, letters=12),
         Column("Priority", lambda r: str(_priority(r)), _priority, to_right=True, letters=7),
         Column("Payload", lambda r: mass(_payload(r)), _payload, to_right=True, letters=8),
-        Column("Age", age, lambda r: -r.record.task.posted, letters=10),
+        Column("Age", lambda r: age(r, now()), lambda r: -r.record.task.posted, letters=10),
         Column("Reason", lambda r: r.record.reason, lambda r: r.record.reason, letters=8),
     )
 

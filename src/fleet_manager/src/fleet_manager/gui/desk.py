@@ -14,20 +14,22 @@ from typing import TYPE_CHECKING
 from python_qt_binding.QtCore import QObject, QTimer, Signal
 
 from blackboard.consensus.messages import Heartbeat
+from blackboard.domain.characteristics import RobotState
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.leadership import Standing
+from fleet_manager.client.reports import HiveMessage
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.client.words import Event, Severity
 from fleet_manager.desk.facts import (
     Clicked,
     DecisionRead,
-    HiveMessage,
     LinkChange,
     LinkState,
     MapBounds,
     PlacesKnown,
     ReadDecisions,
     SetRobotState,
+    TroublesRead,
 )
 from fleet_manager.desk.form import next_task_id
 from fleet_manager.desk.requests import RequestQueue
@@ -35,7 +37,6 @@ from fleet_manager.desk.requests import RequestQueue
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from blackboard.domain.characteristics import RobotState
     from blackboard.domain.task import Task
     from fleet_manager.desk.facts import DeskLink, Fact
     from fleet_manager.desk.places import Place
@@ -73,6 +74,7 @@ class Desk(QObject):
         self.places: tuple[Place, ...] = ()  # the named places of the world
         self.bounds: MapBounds | None = None  # the edges of the map; None until a map is known
         self.link_change = LinkChange(LinkState.SEARCHING, "")  # the link to the ROS master
+        self.troubles: tuple[str, ...] = ()  # what members and nodes say is wrong
         self._link = link
         self._standing: tuple[object, ...] = ()
         self._drain_timer = QTimer(self, interval=DRAIN_PERIOD, timeout=self._drain)
@@ -145,7 +147,8 @@ class Desk(QObject):
         """Ask robots to go out of service or back into it."""
         for robot in robots:
             self._link.send(SetRobotState(robot, state))
-            self.hive.note(Event(f"asked {robot} to be {state.name.lower()}"))
+            where = "out of service" if state is RobotState.DEFECT else "back into service"
+            self.hive.note(Event(f"asked {robot} to go {where}"))
         self._tell_changes()
 
     def _drain(self) -> None:
@@ -177,6 +180,9 @@ class Desk(QObject):
             self.bounds = fact
         elif isinstance(fact, LinkChange):
             self._take_link_change(fact)
+        elif isinstance(fact, TroublesRead):
+            self.troubles = fact.texts
+            self._tell_standing()
         elif isinstance(fact, PlacesKnown):
             self.places = fact.places
             self.places_changed.emit()
@@ -206,7 +212,10 @@ class Desk(QObject):
         beat, standing = self.hive.heartbeat, self.standing
         silence = int(self.hive.leadership.silence(time.monotonic()))
         who = (beat.leader, beat.backup, beat.epoch) if beat else ()
-        shown = (standing, who, self.link_change, standing is Standing.SILENT and silence)
+        shown = (
+            *(standing, who, self.link_change, self.troubles),
+            standing is Standing.SILENT and silence,
+        )
         if shown != self._standing:
             self._standing = shown
             self.standing_changed.emit()

@@ -16,10 +16,11 @@ import rospy
 
 from blackboard.domain.talker import ROBOT_STATUS
 from fleet_manager.client.client import DEFAULT_URI
-from fleet_manager.client.reports import BatteryReading, Collisions, TruePlace
-from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
+from fleet_manager.client.reports import BatteryReading, Collisions, HiveMessage, TruePlace
+from fleet_manager.desk.facts import CancelTask, PostTask
 from fleet_manager.errors import NoHiveError
 from fleet_manager.ros.hive_topics import QUEUE_SIZE, STATE, HiveTopics
+from fleet_manager.ros.troubles import Troubles
 from hive_common.ros.reconnecting import keep_connected
 
 if TYPE_CHECKING:
@@ -30,10 +31,11 @@ if TYPE_CHECKING:
     from std_msgs.msg import UInt32
 
     from blackboard.domain.task import Task
-    from fleet_manager.client.reports import Report
     from fleet_manager.client.traffic import ZoneCommand
     from fleet_manager.desk.facts import Fact
 
+_LOOK = 0.02  # [s] between two looks
+_TOLD_WITHIN = 1.5  # [s] in which members tell on /diagnostics what is wrong
 _NO_ROBOT = "blackboard"  # the node that may tell other robots' status, and has none itself
 
 
@@ -85,7 +87,7 @@ class RosClientLink:
     """
 
     def __init__(self) -> None:
-        self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
+        self._reports: queue.SimpleQueue[HiveMessage] = queue.SimpleQueue()
         self._topics = HiveTopics(self._put)
         self._robots: set[str] | None = (
             None  # the nodes that speak for robots, once they are known
@@ -111,6 +113,14 @@ class RosClientLink:
         # What a callback has heard is in the queue before it counts as heard.
         return heard and self._reports.empty()
 
+    def troubles(self) -> Sequence[str]:
+        """Return what members and nodes of the hive say is wrong, after listening for a while."""
+        found = Troubles()
+        end = self.now() + _TOLD_WITHIN
+        while not found.read() and self.now() < end:
+            time.sleep(_LOOK)
+        return found.read()
+
     def record(self, robots: Sequence[str]) -> None:
         """Report, from now on, what the simulator and these robots tell a recorder."""
         if not robots:
@@ -132,9 +142,15 @@ class RosClientLink:
         """Return a monotonic time [s]."""
         return time.monotonic()
 
-    def hive_time(self) -> float:
-        """Return the hive's time [s]."""
-        return float(rospy.get_time())
+    def hive_time(self, within: float = 0.0) -> float:
+        """Return the hive's time [s]; 0 if it is not known after `within` [s, wall].
+
+        A simulated time is known once the first message of /clock has come.
+        """
+        end = self.now() + within
+        while not (time_known := float(rospy.get_time())) and self.now() < end:
+            time.sleep(_LOOK)
+        return time_known
 
     def post(self, task: Task) -> None:
         """Publish a task on `new_task`, once."""
@@ -148,7 +164,7 @@ class RosClientLink:
         """Publish a command on `zone_command`, once."""
         self._topics.speak(command)
 
-    def receive(self, timeout: float) -> Report | None:
+    def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report, or None after `timeout` [s]."""
         with contextlib.suppress(queue.Empty):
             return self._reports.get(timeout=max(timeout, 0.0))
@@ -156,14 +172,14 @@ class RosClientLink:
 
     def _put(self, fact: Fact, _supersedes: Hashable = None) -> None:
         if isinstance(fact, HiveMessage):
-            self._reports.put(fact.report)
+            self._reports.put(fact)
 
     def _hear_place(self, robot: str, msg: Odometry) -> None:
         position = msg.pose.pose.position
-        self._reports.put(TruePlace(robot, position.x, position.y))
+        self._reports.put(HiveMessage(TruePlace(robot, position.x, position.y), 0.0))
 
     def _hear_battery(self, robot: str, msg: BatteryState) -> None:
-        self._reports.put(BatteryReading(robot, msg.voltage, msg.charge))
+        self._reports.put(HiveMessage(BatteryReading(robot, msg.voltage, msg.charge), 0.0))
 
     def _hear_collisions(self, msg: UInt32) -> None:
-        self._reports.put(Collisions(msg.data))
+        self._reports.put(HiveMessage(Collisions(msg.data), 0.0))

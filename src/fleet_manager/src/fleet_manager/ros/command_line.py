@@ -8,6 +8,7 @@ import gc
 import os
 import signal
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fleet_manager.cli.context import CliContext
@@ -16,7 +17,6 @@ from fleet_manager.cli.main import hive, run
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractContextManager
-    from pathlib import Path
     from types import FrameType
 
     import click
@@ -54,11 +54,16 @@ def _import_genpy() -> None:
 
 
 def journals() -> Path:
-    """Return the default folder of the journals of the hive at ROS_MASTER_URI."""
-    # It knows of rosgraph and rospkg, and only commands that read journals need it.
-    from blackboard.ros.journals import default_folder  # noqa: PLC0415  (see above)
+    """Return the folder of the journals of the hive at ROS_MASTER_URI.
 
-    return default_folder()
+    It is that of the parameter `journal`, or the default where there is none.
+    """
+    # It knows of rosgraph and rospkg, and only commands that read journals need it.
+    from blackboard.ros.journals import default_folder, named_folder  # noqa: PLC0415  (see above)
+
+    space = os.environ.get("ROS_NAMESPACE", "").strip("/")
+    named = named_folder("/".join(["", *filter(None, [space, "hive"])]))
+    return Path(named) if named else default_folder()
 
 
 def faults() -> FaultLink:

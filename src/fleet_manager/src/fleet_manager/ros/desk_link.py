@@ -25,12 +25,14 @@ from fleet_manager.desk.facts import (
     LinkState,
     PlacesKnown,
     ReadDecisions,
+    TroublesRead,
 )
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.places import Place
 from fleet_manager.errors import InputError
 from fleet_manager.ros.hive_topics import HiveTopics
 from fleet_manager.ros.map_topics import MapTopics
+from fleet_manager.ros.troubles import Troubles
 from hive_common.errors import FileError
 from hive_common.ros.links import mend_links
 
@@ -113,10 +115,13 @@ class RosDeskLink:
         mend_links()
         self._report_master(LinkState.UP)
         self._inbox.put(PlacesKnown(_places(rospy.get_param("~world", ""))))
+        troubles = Troubles()
         while not self._stopped.is_set():
             change = self._watch.look()
             if change is not None:
                 self._report_master(_LINKS[change])
+            if not self._watch.is_lost:
+                self._inbox.put(TroublesRead(troubles.read()), TroublesRead)
             self._topics.read_list()
             self._work_until(time.monotonic() + _TURN)
 

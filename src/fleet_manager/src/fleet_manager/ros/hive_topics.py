@@ -18,8 +18,9 @@ from blackboard.domain import talker as topics
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.ros.codec.tables import WIRES
 from fleet_manager.client.client import TRAFFIC_STATE
+from fleet_manager.client.reports import HiveMessage
 from fleet_manager.client.traffic import ZoneCommand
-from fleet_manager.desk.facts import CancelTask, HiveMessage, PostTask
+from fleet_manager.desk.facts import CancelTask, PostTask
 from fleet_manager.ros.traffic_messages import TRAFFIC_WIRES
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from visualization_msgs.msg import Marker as MarkerMsg
 from visualization_msgs.msg import MarkerArray
 
 from fleet_manager.client.hive_state import HiveState
-from fleet_manager.desk.facts import HiveMessage, PlannedPath, RobotPose
+from fleet_manager.client.reports import HiveMessage
+from fleet_manager.desk.facts import PlannedPath, RobotPose
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.markers import MarkerBoard, Shape
 from fleet_manager.ros.hive_topics import HiveTopics

@@ -54,8 +54,9 @@ class _Recorder:
         self.history = History(link.hive_time())
         self._link = link
 
-    def __call__(self, report: Report, _events: Sequence[Event]) -> None:
-        self.history.add(self._link.hive_time(), report)
+    def __call__(self, report: Report | None, _events: Sequence[Event]) -> None:
+        if report is not None:
+            self.history.add(self._link.hive_time(), report)
 
     def distances(self) -> dict[str, float]:
         """Return the distance that each robot has driven [m]."""

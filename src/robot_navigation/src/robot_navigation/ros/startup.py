@@ -13,6 +13,7 @@ from rospy.numpy_msg import numpy_msg
 from hive_common.errors import HiveError, ParameterError
 from hive_common.ros.links import mend_links
 from hive_common.ros.params import below, structured
+from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from hive_common.ros.sending import send_promptly
 from robot_description.models import RobotModel
 
@@ -31,10 +32,11 @@ def run_node(name: str, run: Callable[[], None]) -> int:
     rospy.init_node(name)
     send_promptly()
     mend_links()
+    forget_refusal()
     try:
         run()
     except HiveError as error:
-        rospy.logfatal(str(error))
+        refuse_to_start(str(error))
         return 1
     except rospy.ROSInterruptException:
         pass

@@ -138,7 +138,7 @@ ORDER = Codec(
 RECORD = Codec(
     bb_msgs.TaskRecord,
     TaskRecord,
-    "robot step eta reason parent assignment step_eta parts earlier",
+    "robot step eta reason parent assignment step_eta parts earlier predicted_at",
     Row("task", write=TASK.encode, read=TASK.decode),
     _one_of("state", TaskState),
     *_tuples("tried"),
@@ -303,7 +303,7 @@ HEARTBEAT = Codec(
     Heartbeat,
     "epoch leader=active backup progress version sent robot_lease hive",
     _stamped(),
-    *_tuples("members"),
+    *_tuples("members offline"),
     _mapping("heard", "robots", "heard"),
 )
 

@@ -72,7 +72,7 @@ class Account:
         self._busy: set[str] = set()
         self._moved: dict[str, tuple[float, float, float]] = {}  # when, and to where
 
-    def __call__(self, report: Report, _events: Sequence[Event]) -> None:
+    def __call__(self, report: Report | None, _events: Sequence[Event]) -> None:
         """Take in a report."""
         if isinstance(report, TaskUpdate):
             self._count(report)
