@@ -304,3 +304,53 @@ def test_a_robot_that_has_left_is_not_conceded_to_any_more_but_one_at_a_charger_
 
     assert claims.say(HERE).conceded == (("there", 1.0), ("robot2", 3.0))
     assert claims.free(FORGOTTEN_AFTER + 1.0, SILENCE) == ()
+
+
+def test_an_operator_sends_a_robot_to_charge_that_needs_it_not():
+    hive = alone(0.7)
+    hive.robots["robot1"].set_state("charge")
+    hive.network.run(20.0)
+
+    assert goals(hive) == [EAST]
+    assert status(hive).state is RobotState.CHARGING
+
+    hive.network.run(HOUR)
+    assert status(hive).state is RobotState.IDLE
+    said = [m.charge for topic, m in hive.network.heard if topic == ROBOT_STATUS]
+    assert max(said) >= ChargingSettings().full
+
+
+def test_a_robot_that_is_sent_to_charge_hands_its_task_to_another():
+    hive = alone(0.7)
+    hive.post(GO)
+    hive.network.run(2.0)
+    hive.add_robot("robot2", Pose(0.0, 1.0))
+    hive.robots["robot1"].set_state("charge")
+    hive.network.run(30.0)
+
+    assert goals(hive)[-1] == EAST
+    assert goals(hive, "robot2") == [A]
+
+
+def test_a_robot_that_is_sent_to_charge_puts_down_its_load_first():
+    hive = alone(0.9)
+    hive.post(CARRY)
+    hive.network.run(25.0)
+    assert status(hive).payload > 0
+    hive.robots["robot1"].set_state("charge")
+    hive.network.run(60.0)
+
+    assert goals(hive) == [A, A, B, B, EAST]
+
+
+def test_a_robot_without_chargers_or_out_of_service_says_why_it_does_not_go_to_charge():
+    hive = alone(0.5, ChargingPlan())
+    hive.robots["robot1"].set_state("charge")
+    assert "the fleet has no chargers" in hive.robots["robot1"].charging.send()
+
+    hive = alone(0.5)
+    hive.robots["robot1"].set_state("defect")
+    hive.robots["robot1"].set_state("charge")
+    hive.network.run(20.0)
+    assert goals(hive) == []
+    assert status(hive).state is RobotState.DEFECT

@@ -27,7 +27,7 @@ from blackboard.ros.codec.tables import WIRES
 from hive_common.pose import Pose
 
 HERE, THERE = Pose(1.0, 2.0, 3.0), Pose(4.0, 5.0, 6.0)
-TASK = Task("T1", TaskType.GPAB, (HERE, THERE), 7, 2.5, "map", 12.25)
+TASK = Task("T1", TaskType.GPAB, (HERE, THERE), 7, 2.5, "map", 12.25, "desk 3")
 RECORD = TaskRecord(
     TASK, TaskState.STARTED, "robot1", 1, 8.0, "slow", "T0", 5, ("robot2",), 3.0, 2, 4, 9.5
 )

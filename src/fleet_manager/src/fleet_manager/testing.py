@@ -15,11 +15,12 @@ from blackboard.domain.task import TaskState
 from fleet_manager.client.reports import HiveMessage
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import Report
     from fleet_manager.client.traffic import ZoneCommand
+    from hive_common.pose import Pose
 
 
 class FakeLink:
@@ -33,6 +34,9 @@ class FakeLink:
         switched: Every command published on `zone_command`.
         on_switch: Called with each of them.
         robots: Those that are known to be there; None while nobody knows.
+        told: Every word to a robot, as (robot, word).
+        on_set_state: Called with each of them.
+        known_places: The named places of the building.
         wrong: What members and nodes say is wrong.
         clock_at: When the hive's time becomes known [s]; 0 before that.
         epoch: The hive's time when this link was made [s].
@@ -46,6 +50,9 @@ class FakeLink:
         self.switched: list[ZoneCommand] = []
         self.on_switch: Callable[[ZoneCommand], None] = lambda _command: None
         self.robots: set[str] | None = None
+        self.told: list[tuple[str, str]] = []
+        self.on_set_state: Callable[[str, str], None] = lambda _robot, _word: None
+        self.known_places: dict[str, Pose] = {}
         self.wrong: tuple[str, ...] = ()
         self.clock_at = 0.0
         self.epoch = 100.0
@@ -96,6 +103,15 @@ class FakeLink:
         """Record a command, and let the test's planner answer."""
         self.switched.append(command)
         self.on_switch(command)
+
+    def set_state(self, robot: str, word: str) -> None:
+        """Record a word, and let the test's robot obey."""
+        self.told.append((robot, word))
+        self.on_set_state(robot, word)
+
+    def places(self) -> Mapping[str, Pose]:
+        """Return `known_places`."""
+        return self.known_places
 
     def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report due within `timeout` [s]; time passes until then."""

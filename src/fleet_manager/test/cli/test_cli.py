@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 import contextlib
 import json
+import math
 from dataclasses import replace
 
 import pytest
@@ -23,6 +24,7 @@ class Terminal:
     def __init__(self, capsys):
         self.link = FakeLink()
         self.hive = FakeHive(self.link)
+        self.hive.start()
         self._capsys = capsys
 
     def __call__(self, *words):
@@ -39,20 +41,21 @@ def terminal(capsys):
 
 def test_add_prints_the_id_alone_so_that_a_script_can_use_it(terminal):
     code, out, _ = terminal(
-        "add", "gab", "--goal", "3,-4", "--goal", "-8,2,1.57", "--priority", "5", "--payload", "20"
+        "add", "gab", "--goal", "3,-4", "--goal", "-8,2,90", "--priority", "5", "--payload", "20"
     )
 
     task = terminal.link.posted[0]
     assert (code, out) == (0, f"{task.id}\n")
-    assert task.goals == (Pose(3.0, -4.0), Pose(-8.0, 2.0, 1.57))
+    assert task.goals == (Pose(3.0, -4.0), Pose(-8.0, 2.0, math.radians(90)))
     assert (task.priority, task.payload) == (5, 20.0)
 
 
 def test_two_tasks_without_ids_get_different_ones(terminal):
     terminal("add", "GA", "--goal", "1,2")
+    terminal.hive.start()
     terminal("add", "GA", "--goal", "1,2")
 
-    assert len(terminal.hive.records) == 2
+    assert list(terminal.hive.records) == ["T1", "T2"]
 
 
 def test_add_that_waits_ends_with_the_task(terminal):
@@ -90,8 +93,8 @@ def test_a_rejected_task_is_exit_1_with_its_reason(terminal):
     [
         (["add", "GAX", "--goal", "1,2"], "'GA', 'GAB', 'GPA', 'GPAB'"),
         (["add", "GAB", "--goal", "1,2"], "GAB needs --goal at least 2 times, not 1"),
-        (["add", "GA", "--goal", "1"], "allowed: x,y or x,y,yaw"),
-        (["add", "GA", "--goal", "1,nan"], "allowed: x,y or x,y,yaw"),
+        (["add", "GA", "--goal", "1"], "allowed: x,y or x,y,heading"),
+        (["add", "GA", "--goal", "1,nan"], "allowed: x,y or x,y,heading"),
         (["add", "GA", "--goal", "1,2", "--priority", "11"], "0<=x<=10"),
         (["add", "GA", "--goal", "1,2", "--payload", "-1"], "x>=0"),
         (["add", "GA", "--goal", "1,2", "--timeout", "3"], "--wait"),
@@ -182,6 +185,7 @@ def test_robots_without_a_leader_are_shown_and_the_exit_code_says_it(terminal):
 
 
 def test_why_there_is_no_leader_is_said_where_members_know_it(terminal):
+    terminal.link.reconnect()
     terminal.link.wrong = ("3 of 5 members have to run",)
     terminal.link.say(RobotStatus("robot1", RobotState.IDLE, Pose(1.0, 2.0), 1.0))
 
@@ -211,6 +215,7 @@ def test_the_time_until_a_task_is_done_counts_from_its_prediction(terminal):
     going = TaskRecord(task, TaskState.STARTED, "robot1", eta=56.0, predicted_at=now - 20)
     late = replace(going, task=replace(task, id="T2"), predicted_at=now - 90)
     queued = replace(late, task=replace(task, id="T3"), state=TaskState.ASSIGNED)
+    terminal.link.reconnect()
     terminal.link.say(Heartbeat(1, "/blackboard"))
     terminal.link.say(TaskList(1, 9, (going, late, queued)))
 
@@ -246,3 +251,91 @@ def test_help_shows_examples_and_exit_codes(terminal):
     assert code == 0
     assert "hive add GAB --goal 3,4 --goal 8,2 --priority 5 --payload 20" in out
     assert "no ROS master or no blackboard answers" in out
+
+
+def test_add_takes_places_of_the_hive_by_name_with_a_heading_of_their_own_or_another(terminal):
+    terminal.link.known_places = {"dock": Pose(1.0, 2.0, 0.5), "shelf-1": Pose(3.0, 4.0, 0.25)}
+
+    code, _, _ = terminal("add", "GAB", "--goal", "dock", "--goal", "shelf-1,180")
+
+    assert code == 0
+    assert terminal.link.posted[0].goals == (Pose(1.0, 2.0, 0.5), Pose(3.0, 4.0, math.pi))
+
+
+@pytest.mark.parametrize(
+    ("places", "known"),
+    [({"dock": Pose(1, 2), "bay": Pose(3, 4)}, "bay, dock"), ({}, "none; name goals by x,y")],
+)
+def test_a_place_that_is_not_there_is_named_with_those_that_are(terminal, places, known):
+    terminal.link.known_places = places
+
+    code, _, error = terminal("add", "GA", "--goal", "dok")
+
+    assert code == 2
+    assert error == f"hive: there is no place 'dok'; there are: {known}\n"
+    assert terminal.link.posted == []
+
+
+@pytest.mark.parametrize(
+    "goal", ["3", "3,4,5,6", "3,4,361", "3,x", "dock,1,2", "", "3,4,", "nan,1"]
+)
+def test_what_is_no_goal_is_refused_with_what_is_allowed(terminal, goal):
+    code, _, error = terminal("add", "GA", "--goal", goal)
+
+    assert code == 2
+    assert "x,y,heading [m,m,°]" in error or "there is no place" in error
+    assert terminal.link.posted == []
+
+
+LOADED = TaskRecord(
+    Task("T1", TaskType.GPAB, (Pose(1, 2), Pose(3, 4)), payload=2.0),
+    *(TaskState.STARTED, "robot3", 2),
+)
+
+
+def test_cancelling_a_task_whose_load_is_on_board_says_first_what_becomes_of_it(terminal):
+    terminal.hive.records["T1"] = LOADED
+    terminal.hive.start()
+
+    code, _, error = terminal("cancel", "T1")
+
+    assert code == 0
+    assert error.startswith("robot3 carries the load of T1 (2 kg): it stops where it is")
+    assert error.endswith("(hive robot robot3 in)\ntask T1 is cancelled\n")
+
+
+def test_taking_a_robot_out_says_first_what_becomes_of_its_tasks_and_its_load(terminal):
+    terminal.hive.records["T1"] = LOADED
+    waits = replace(LOADED, task=replace(LOADED.task, id="T2"), state=TaskState.ASSIGNED, step=0)
+    terminal.hive.records["T2"] = waits
+    terminal.hive.start()
+    robot = RobotStatus("robot3", RobotState.BUSY, Pose(1, 2), 1.0)
+    terminal.link.say(robot)
+    terminal.link.on_set_state = lambda _robot, _word: terminal.link.say(
+        replace(robot, state=RobotState.DEFECT, reason="defect, set by an operator")
+    )
+
+    code, _, error = terminal("robot", "robot3", "out")
+
+    assert code == 0
+    moved, load, done = error.splitlines()
+    assert moved == "robot3 hands back T2; other robots get what they can do"
+    assert load.startswith("robot3 carries the load of T1")
+    assert done == "robot3 is defect: defect, set by an operator"
+    assert terminal.link.told == [("robot3", "defect")]
+
+
+@pytest.mark.parametrize(("word", "told"), [("in", "idle"), ("charge", "charge")])
+def test_a_robot_is_put_back_in_service_or_sent_to_charge(terminal, word, told):
+    terminal.hive.start()
+    robot = RobotStatus("robot3", RobotState.DEFECT, Pose(1, 2), 0.4)
+    after = RobotState.IDLE if word == "in" else RobotState.CHARGING
+    terminal.link.say(robot)
+    terminal.link.on_set_state = lambda _robot, _word: terminal.link.say(
+        replace(robot, state=after)
+    )
+
+    code, _, error = terminal("robot", "robot3", word)
+
+    assert (code, error) == (0, f"robot3 is {after.name.lower()}\n")
+    assert terminal.link.told == [("robot3", told)]

@@ -20,6 +20,7 @@ class Hive:
             inject=lambda what: self.calls.append(what) or "done",
             drop_charge=lambda *words: self.calls.append(words) or "done",
             vanish=lambda robot, *, back: self.calls.append((robot, back)) or "done",
+            kill_leader=lambda: self.calls.append("leader") or "done",
         )
         self.context = CliContext(lambda _record: FakeLink(), faults=lambda: link)
 
@@ -37,6 +38,7 @@ def asked():
         ("slip robot1 0.3", Fault("slip", "robot1", 0.3)),
         ("blind robot1", Fault("blind", "robot1", 1.0)),
         ("pick robot3 2", Fault("pick", "robot3", 2.0)),
+        ("kill-leader", "leader"),
         ("block crate --area 1,2,3,4", Fault("block", "crate", 1.0, (1.0, 2.0, 3.0, 4.0))),
         ("block crate --off", Fault("block", "crate", 0.0)),
         ("battery robot1 0.1", ("robot1", 0.1)),

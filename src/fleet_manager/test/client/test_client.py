@@ -14,6 +14,7 @@ from fleet_manager.client.client import (
     STATUS_PERIOD,
     Feeder,
     HiveClient,
+    id_of,
 )
 from fleet_manager.client.leadership import SILENCE
 from fleet_manager.config.scenario import PlannedTask
@@ -120,12 +121,86 @@ def test_a_rejection_that_answers_another_program_s_task_is_no_answer(link):
     assert link.now() == pytest.approx(0.2)
 
 
-def test_an_answer_about_an_id_that_nobody_else_has_is_believed_at_once(link):
-    rejection = TaskUpdate("T1", TaskState.REJECTED, reason="goal A is inside a wall")
-    link.on_post = lambda _task: link.say(rejection)
+def test_a_task_without_an_id_gets_the_next_number(link):
+    hive = FakeHive(link)
+    hive.records["T8"] = TaskRecord(replace(TASK, id="T8"))
+    hive.start()
 
-    assert HiveClient(link).submit(TASK, is_unique=True).state is TaskState.REJECTED
-    assert link.now() == 0.0
+    answer = HiveClient(link).submit_numbered(replace(TASK, id=""))
+
+    assert id_of(answer) == "T9"
+
+
+def test_two_programs_that_choose_one_number_at_once_get_a_task_each(link):
+    hive = FakeHive(link)
+    hive.start()
+    others = replace(TASK, id="T1", poster="another program")
+    take_in = link.on_post
+
+    def overtaken(task):
+        hive.records.setdefault("T1", TaskRecord(others))
+        take_in(task)
+        link.say(TaskList(1, 9, (TaskRecord(others),)), after=0.1)
+
+    link.on_post = overtaken
+    answer = HiveClient(link).submit_numbered(replace(TASK, id=""))
+
+    assert id_of(answer) == "T2"
+    assert hive.records["T1"].task == others
+
+
+def test_a_robot_that_is_commanded_is_told_until_it_obeys(link):
+    client = commanded(link, [RobotState.IDLE, RobotState.IDLE, RobotState.DEFECT])
+
+    told = client.command("robot1", "defect")
+
+    assert told.state is RobotState.DEFECT
+    assert link.told == [("robot1", "defect")] * 3
+
+
+def test_a_robot_that_does_not_obey_is_said_with_its_reason(link):
+    client = commanded(link, [RobotState.DEFECT] * 30)
+
+    with pytest.raises(NotDoneError, match="robot1 is still defect: a load is on board"):
+        client.command("robot1", "idle")
+
+
+def test_a_robot_with_a_load_goes_to_charge_later_and_is_not_waited_for(link):
+    client = commanded(link, [RobotState.BUSY], payload=2.0)
+    begin = link.now()
+
+    assert client.command("robot1", "charge").state is RobotState.BUSY
+    assert link.now() == begin
+
+
+def commanded(link, states, payload=0.0):
+    """Return a client that knows robot1, which is in one state after the other when told."""
+    answers = iter(states)
+    status = RobotStatus("robot1", RobotState.BUSY, Pose(0, 0), 1.0, reason="a load is on board")
+
+    def answer(_robot, _word):
+        state = next(answers)
+        link.say(replace(status, state=state, payload=payload, sent=link.now()))
+
+    link.on_set_state = answer
+    link.say(status)
+    link.say(heartbeat_that_names("robot1"))
+    client = HiveClient(link)
+    client.fetch_robot("robot1")
+    return client
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("robot9", "no robot robot9; there are: robot1, robot2"), ("robot2", "robot2 is offline")],
+)
+def test_a_robot_that_is_not_there_or_not_heard_cannot_be_commanded(link, name, told):
+    say_status(link, "robot1")
+    link.say(RobotStatus("robot2", RobotState.OFFLINE, Pose(0, 0), 1.0))
+    link.say(heartbeat_that_names("robot1", offline=("robot2",)))
+
+    with pytest.raises(NotDoneError, match=told):
+        HiveClient(link).fetch_robot(name)
 
 
 def test_an_acceptance_that_answers_another_program_s_task_is_no_answer(link):

@@ -129,13 +129,16 @@ class Task:
     payload: float = 0.0  # what is to be carried [kg], at least 0
     frame: str = ""  # frame of the goals; empty means the map frame
     posted: float = 0.0  # when it was posted [s]; not part of the request
+    # Who posted it, where another may choose the same id at the same moment; else empty.
+    poster: str = ""
 
     def asks_the_same_as(self, other: Task) -> bool:
         """Return whether both request the same; `posted` does not matter."""
         return self._content() == other._content()
 
     def _content(self) -> tuple[object, ...]:
-        return (self.id, self.type, self.goals, self.priority, self.payload, self.frame or "map")
+        way = (self.type, self.goals, self.frame or "map")
+        return (self.id, self.poster, *way, self.priority, self.payload)
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,6 +236,10 @@ def analyze_task(task: Task, path_lengths: PathLengths | None = None) -> None:
         )
     if task.frame not in {"", "map"}:
         raise TaskRefusedError(f"frame {task.frame[:MAX_ID_LENGTH]!r} is unknown; allowed: map")
+    if len(task.poster) > MAX_ID_LENGTH:
+        raise TaskRefusedError(
+            f"poster has {len(task.poster)} characters; allowed: at most {MAX_ID_LENGTH}"
+        )
     if not 0 <= task.posted <= MAX_POSTED:
         raise TaskRefusedError(
             f"posted at {task.posted:.0f} s; allowed: 0 to {MAX_POSTED} s, where 0 says nothing"

@@ -81,6 +81,7 @@ class Charging:
         self._plan = plan = plan or ChargingPlan()
         self._claims = Claims(robot_id, plan.chargers, talker.now())
         self._phase = Phase.AWAY
+        self._is_sent = False
         self._avoided: dict[str, float] = {}
         self._pose: Pose | None = None
 
@@ -118,6 +119,8 @@ class Charging:
         """Why it takes no new task; empty if it does."""
         if self._service.reason:
             return self._service.reason
+        if self._is_sent:
+            return "an operator has sent it to charge"
         if self._plan.chargers and self._is_critical and self._phase is not Phase.THERE:
             return f"its battery is at {self._battery.level:.0%}: it charges next"
         return ""
@@ -139,9 +142,9 @@ class Charging:
         self._battery.update_level(self._body.idle_power * period)
         if self.is_charging:
             self._battery.charge(period)
-            enough = self._plan.settings.enough if self._phase is Phase.THERE else 1.0
-            if self._service.state is RobotState.CHARGING and self._battery.level >= enough:
+            if self._service.state is RobotState.CHARGING and self._battery.level >= self._enough:
                 self._service.be_charged()
+                self._is_sent = False
         if self._battery.level <= 0.0 and self._service.state is not RobotState.DEFECT:
             self.abandon()
             self._service.strand(f"stranded at {self._pose}: its battery is empty")
@@ -169,14 +172,40 @@ class Charging:
         elif self._phase is Phase.THERE and idle and self._is_full:
             self._make_room()
 
+    def send(self) -> str:
+        """Go to a charger once nothing is on board, and charge until full: an operator says so.
+
+        Returns:
+            Why it cannot; empty if it goes, or is there.
+        """
+        if not self._plan.chargers:
+            return "the fleet has no chargers; name them in its world or its fleet file"
+        if self._service.state is RobotState.DEFECT:
+            return f"it is out of service: {self._service.reason}"
+        if self._phase is Phase.LEAVING:
+            self._halt()
+        if self._phase is Phase.THERE:
+            self._leave_service(f"charges at {self._claims.charger}")
+        self._is_sent = True
+        return ""
+
     def abandon(self) -> None:
         """Stop on the way to or from a charger, because a person has decided otherwise."""
+        self._is_sent = False
         if self._phase in {Phase.GOING, Phase.LEAVING}:
             self._halt()
 
     @property
     def _is_critical(self) -> bool:
         return self._battery.level < self._plan.settings.critical
+
+    @property
+    def _enough(self) -> float:
+        """The level at which it takes tasks again."""
+        if self._phase is not Phase.THERE:
+            return 1.0
+        settings = self._plan.settings
+        return settings.full if self._is_sent else settings.enough
 
     @property
     def _is_full(self) -> bool:
@@ -187,13 +216,13 @@ class Charging:
             return True
         if self._service.state is not None:
             return False
-        if self._is_critical:
+        if self._is_critical or self._is_sent:
             return not loaded
         return idle and self._battery.level < self._plan.settings.low
 
     def _seek(self, *, idle: bool) -> None:
         """Claim the nearest free charger, and go once it is this robot's."""
-        if self._is_critical:
+        if self._is_critical or self._is_sent:
             self._leave_service("seeks a free charger")
         now, silence = self._talker.now(), self._lease.silence
         if not self._claims.charger:

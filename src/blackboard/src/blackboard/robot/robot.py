@@ -176,15 +176,25 @@ class Robot:
         self._battery.update_level(force * distance)
 
     def set_state(self, word: str) -> None:
-        """Obey an operator who says `idle`, `defect` or `charging`; see `Service.set`."""
+        """Obey an operator's word, one of `WORDS`; see `Service.set` and `Charging.send`."""
         if word not in WORDS:
             reason = f"{word[:40]!r} is unknown; allowed: {', '.join(WORDS)}"
             self._talker.refuse(SET_STATE, reason)
+            return
+        if word == "charge":
+            self._go_to_charge()
             return
         self.charging.abandon()
         if word == "idle" and self._service.left_on_board is not None:
             self._loads.empty()
         self._service.set(word)
+        self._go_on()
+        self._publish_status()
+
+    def _go_to_charge(self) -> None:
+        if refusal := self.charging.send():
+            self._talker.refuse(SET_STATE, f"{self._id} cannot go to charge: {refusal}")
+            return
         self._go_on()
         self._publish_status()
 

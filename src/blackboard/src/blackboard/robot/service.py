@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from blackboard.domain.characteristics import RobotState
 
-WORDS = ("idle", "defect", "charging")
-"""What an operator can set a robot to."""
+WORDS = ("idle", "defect", "charging", "charge")
+"""What an operator can tell a robot: to be in service, out of service, or charging where it
+stands, or to go to a charger."""
 
 
 class Service:
@@ -29,7 +30,7 @@ class Service:
         self._trouble = ""
 
     def set(self, word: str) -> None:
-        """Obey one of `WORDS`; `idle` also says that nothing is on board any more."""
+        """Be set `idle`, `defect` or `charging`; `idle` says too that nothing is on board."""
         self.is_on_its_own = False
         self._trouble = ""
         if word == "idle":

@@ -41,6 +41,9 @@ class FaultLink(Protocol):
     def vanish(self, robot: str, *, back: bool) -> str:
         """Stop all processes of a robot, or let them go on."""
 
+    def kill_leader(self) -> str:
+        """Kill the process of the leader."""
+
 
 def _no_faults() -> FaultLink:
     raise InputError("faults are injected on ROS; run `hive fault`")
@@ -71,6 +74,21 @@ journal_option = click.option(
     type=click.Path(exists=True, file_okay=False, path_type=Path),
     help="The folder of the journals, where the parameter journal names another.",
 )
+
+
+yes_option = click.option("--yes", is_flag=True, help="Do not ask, whatever it brings with it.")
+
+
+def ask_first(consequences: Sequence[str], *, yes: bool) -> None:
+    """Say what a request brings with it, and ask whether to go on where a person can answer.
+
+    Raises:
+        click.Abort: The answer is no.
+    """
+    for each in consequences:
+        click.echo(each, err=True)
+    if consequences and not yes and click.get_text_stream("stdin").isatty():
+        click.confirm("Go on?", abort=True, err=True)
 
 
 class FileName(click.ParamType):
@@ -155,4 +173,5 @@ def _zones(client: HiveClient) -> Iterable[str]:
 TASK_ID = _OfHive("text", _tasks)
 OPEN_TASK_ID = _OfHive("text", _open_tasks)
 ROBOT_NAME = _OfHive("text", _robots)
+PLACE_NAME = _OfHive("text", lambda client: client.link.places())
 ZONE_NAME = _OfHive("text", _zones)

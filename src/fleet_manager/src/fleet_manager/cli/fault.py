@@ -18,13 +18,14 @@ _OFF = click.option("--off", is_flag=True, help="End it.")
 
 @click.group()
 def fault() -> None:
-    """Inject faults into the simulator, to see how the hive copes.
+    """Inject faults, to see how the hive copes.
 
     \b
     Examples:
       hive fault freeze robot1
       hive fault freeze robot1 --off
       hive fault block box --area 9.5,2.6,10.5,3.8
+      hive fault kill-leader
     """  # noqa: D301  (to click, \b means: keep the lines)
 
 
@@ -95,6 +96,13 @@ def vanish(context: CliContext, robot: str, off: bool) -> None:
     To the others it looks like a lost network: nothing is closed, and nothing answers.
     """
     click.echo(context.faults().vanish(robot, back=off))
+
+
+@fault.command("kill-leader")
+@pass_context
+def kill_leader(context: CliContext) -> None:
+    """Kill the process of the leader on this machine; another member takes over."""
+    click.echo(context.faults().kill_leader())
 
 
 def _inject(context: CliContext, what: Fault) -> None:

@@ -38,6 +38,7 @@ _MODULES = MappingProxyType(
         "run": "scenarios",
         "tasks": "watch",
         "robots": "watch",
+        "robot": "robot",
         "watch": "watch",
         "events": "watch",
         "traffic": "traffic",
@@ -60,7 +61,8 @@ _CTRL_C = 130
 
 _HELP = f"""Give tasks to a hive of robots and follow them.
 
-Talks to the hive whose ROS master is at ROS_MASTER_URI. A yaw is in radians, counter-clockwise.
+Talks to the hive whose ROS master is at ROS_MASTER_URI. Headings are in degrees,
+counter-clockwise.
 
 \b
 Examples:

@@ -4,25 +4,37 @@
 from __future__ import annotations
 
 import math
-import secrets
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
 
+from blackboard.auction.splitting import unfinished_parts
 from blackboard.domain.task import MAX_PRIORITY, Task, TaskState, TaskType
-from fleet_manager.cli.context import OPEN_TASK_ID, pass_context
-from fleet_manager.client.client import HiveClient
-from fleet_manager.errors import NotDoneError
+from fleet_manager.cli.context import (
+    OPEN_TASK_ID,
+    PLACE_NAME,
+    ask_first,
+    pass_context,
+    yes_option,
+)
+from fleet_manager.client import consequences
+from fleet_manager.client.client import HiveClient, id_of
+from fleet_manager.client.formats import natural
+from fleet_manager.errors import InputError, NotDoneError
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from click.shell_completion import CompletionItem
 
     from fleet_manager.cli.context import CliContext
     from fleet_manager.client.reports import Report
     from fleet_manager.client.words import Event
 
 _TYPE_NAMES = [kind.name for kind in TaskType]
+_TURN = 360.0  # [°]
 SECONDS = click.FloatRange(min=0, min_open=True)
 
 
@@ -39,31 +51,77 @@ class TellAbout:
                 click.echo(event.text, err=True)
 
 
-class GoalParam(click.ParamType):
-    """A goal typed as `x,y` or `x,y,yaw` in m, m and rad."""
+@dataclass(frozen=True)
+class Goal:
+    """A goal as typed: coordinates, or a place that the hive knows, and perhaps a heading."""
 
-    name = "x,y[,yaw]"
+    name: str  # of the place; empty for coordinates
+    at: tuple[float, ...]  # x and y [m, map frame]; empty for a place
+    heading: float | None  # [rad]; None where none is typed
+
+    def pose(self, places: Mapping[str, Pose]) -> Pose:
+        """Return the pose in the map frame, with the places of the hive by name.
+
+        Raises:
+            InputError: There is no such place.
+        """
+        if not self.name:
+            x, y = self.at
+            return Pose(x, y, self.heading or 0.0)
+        if self.name not in places:
+            known = ", ".join(sorted(places, key=natural)) or "none; name goals by x,y"
+            raise InputError(f"there is no place '{self.name}'; there are: {known}")
+        place = places[self.name]
+        return place if self.heading is None else Pose(place.x, place.y, self.heading)
+
+
+class GoalParam(click.ParamType):
+    """A goal typed as `x,y` or the name of a place, with a heading in degrees behind it or not."""
+
+    name = "x,y[,heading]|place[,heading]"
 
     def convert(
         self,
         value: object,
         param: click.Parameter | None,
         ctx: click.Context | None,
-    ) -> Pose:
-        """Return the pose, or fail with what is allowed."""
-        if isinstance(value, Pose):
+    ) -> Goal:
+        """Return the goal, or fail with what is allowed."""
+        if isinstance(value, Goal):
             return value
-        try:
-            numbers = [float(part) for part in str(value).split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) not in {2, 3} or not all(map(math.isfinite, numbers)):
+        parts = [part.strip() for part in str(value).split(",")]
+        first = _number(parts[0])
+        name = "" if first is not None else parts[0]
+        numbers = [_number(part) for part in parts[bool(name) :]]
+        most = 1 if name else 3
+        heading = numbers[most - 1] if len(numbers) == most else None
+        is_heading = heading is None or abs(heading) <= _TURN
+        count = len(numbers) in ({0, 1} if name else {2, 3})
+        if not parts[0] or not count or None in numbers or not is_heading:
             self.fail(
-                f"{value!r} is not a goal; allowed: x,y or x,y,yaw [m,m,rad], as in 3,4,1.57",
+                f"{value!r} is not a goal; allowed: x,y or x,y,heading [m,m,°], as in 3,4,90, or "
+                "a place of the hive, as in 'test cell' or 'test cell,90'; a heading is from -360 "
+                "to 360",
                 param,
                 ctx,
             )
-        return Pose(*numbers)
+        at = () if name else tuple(each for each in numbers[:2] if each is not None)
+        return Goal(name, at, None if heading is None else math.radians(heading))
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Return the places that begin with the typed text."""
+        return PLACE_NAME.shell_complete(ctx, param, incomplete)
+
+
+def _number(text: str) -> float | None:
+    """Return a finite number; None for anything else."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) else None
 
 
 @click.command(no_args_is_help=True)
@@ -74,7 +132,8 @@ class GoalParam(click.ParamType):
     type=GoalParam(),
     multiple=True,
     required=True,
-    help="A goal in the map frame [m,m,rad]; repeat it for A, B, C ... in this order.",
+    help="A goal: x,y in the map frame [m] or a place by name, and if you like a heading behind "
+    "it [°]. Repeat it for A, B, C ... in this order.",
 )
 @click.option(
     "--priority",
@@ -90,14 +149,14 @@ class GoalParam(click.ParamType):
     show_default=True,
     help="Mass of the load [kg].",
 )
-@click.option("--id", "task_id", help="The id of the task; generated by default.")
+@click.option("--id", "task_id", help="The id of the task; the next of T1, T2, ... by default.")
 @click.option("--wait", is_flag=True, help="Follow the task until it has ended.")
 @click.option("--timeout", type=SECONDS, help="With --wait: give up after this many seconds.")
 @pass_context
 def add(
     context: CliContext,
     kind: str,
-    goals: tuple[Pose, ...],
+    goals: tuple[Goal, ...],
     priority: int,
     payload: float,
     task_id: str | None,
@@ -112,8 +171,8 @@ def add(
     \b
     Examples:
       hive add GA --goal 3,4
-      hive add GAB --goal 3,4 --goal 8,2,1.57 --priority 5 --payload 20
-      hive add GPAB --goal 3,4 --goal 8,2 --payload 0.4 --wait
+      hive add GAB --goal 3,4 --goal 8,2,90 --priority 5 --payload 20
+      hive add GPAB --goal 'test cell' --goal 8,2 --payload 0.4 --wait
 
     Exits with 0 when the task is on the list (with --wait: when it is DONE), with 1 when it was
     rejected, was cancelled or has failed.
@@ -124,29 +183,41 @@ def add(
         raise click.UsageError(f"{needs}, not {len(goals)}")
     if timeout is not None and not wait:
         raise click.UsageError("--timeout needs --wait")
-    task = Task(task_id or f"T-{secrets.token_hex(3)}", task_type, goals, priority, payload)
     tell = TellAbout()
     with context.connect(()) as link:
         client = HiveClient(link, tell)
-        answer = client.submit(task, is_unique=task_id is None)
+        places = link.places() if any(goal.name for goal in goals) else {}
+        poses = tuple(goal.pose(places) for goal in goals)
+        task = Task(task_id or "", task_type, poses, priority, payload)
+        answer = client.submit(task) if task_id else client.submit_numbered(task)
+        name = id_of(answer)
         if answer.state is TaskState.REJECTED:
-            raise NotDoneError(f"task {task.id} was rejected: {answer.reason}")
-        click.echo(task.id)
+            raise NotDoneError(f"task {name} was rejected: {answer.reason}")
+        click.echo(name)
         if wait:
-            tell.ids.add(task.id)
-            demand_done(client.follow([task.id], timeout), client)
+            tell.ids.add(name)
+            demand_done(client.follow([name], timeout), client)
 
 
 @click.command()
 @click.argument("task_id", metavar="ID", type=OPEN_TASK_ID)
+@yes_option
 @pass_context
-def cancel(context: CliContext, task_id: str) -> None:
+def cancel(context: CliContext, task_id: str, yes: bool) -> None:
     """Cancel the task ID.
+
+    Where a robot carries the load of the task, it says first what becomes of it.
 
     Exits with 0 when the task is cancelled, with 1 when there is no such task or it has ended.
     """
     with context.connect(()) as link:
-        HiveClient(link).cancel(task_id)
+        client = HiveClient(link)
+        client.fetch_tasks()
+        known = client.state.record(task_id)
+        if known is not None:
+            parts = unfinished_parts(known, client.state.records)
+            ask_first(consequences.of_cancelling([known, *parts]), yes=yes)
+        client.cancel(task_id)
     click.echo(f"task {task_id} is cancelled", err=True)
 
 

@@ -8,27 +8,35 @@ the same task twice is harmless.
 
 from __future__ import annotations
 
+import contextlib
+import secrets
 from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from blackboard.domain import talker as topics
+from blackboard.domain.characteristics import RobotState
+from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import MAX_ID_LENGTH, TaskState, check_id
 from blackboard.errors import TaskRefusedError
+from fleet_manager.client.formats import natural
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.leadership import SILENCE, Standing
+from fleet_manager.client.task_ids import next_task_id
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.errors import InputError, NoHiveError, NotDoneError, TimeUpError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from blackboard.domain.record import TaskRecord, TaskUpdate
+    from blackboard.domain.record import TaskRecord
     from blackboard.domain.task import Task
     from fleet_manager.client.reports import HiveMessage, Report
+    from fleet_manager.client.rows import RobotRow
     from fleet_manager.client.traffic import TrafficState
     from fleet_manager.client.words import Event
     from fleet_manager.config.scenario import PlannedTask
+    from hive_common.pose import Pose
 
 DEFAULT_URI = "http://localhost:11311"
 """Address of the ROS master that catkin's setup.bash sets; counts as not given by the user."""
@@ -51,8 +59,14 @@ TRAFFIC_STATE = "traffic_state"
 CLOCK_WITHIN = 6.0
 """Time in which a simulator tells its time [s, wall], if there is one."""
 
+_MOST_IDS = 20  # ids that are tried where others take them at the same moment
 _PAUSE = 1.0  # time in which everything is read that has come meanwhile [s]
 _AT_ONCE = 1.0  # time in which what is latched arrives unless something is wrong [s]
+
+
+def id_of(known: TaskUpdate | TaskRecord) -> str:
+    """Return the id of the task that an answer is about."""
+    return known.task_id if isinstance(known, TaskUpdate) else known.task.id
 
 
 class ClientLink(Protocol):
@@ -85,6 +99,12 @@ class ClientLink(Protocol):
     def switch(self, command: ZoneCommand) -> None:
         """Publish a command on `zone_command`, once."""
 
+    def set_state(self, robot: str, word: str) -> None:
+        """Publish a word on a robot's `set_state`, once."""
+
+    def places(self) -> Mapping[str, Pose]:
+        """Return the named places of the hive's building [map frame]."""
+
     def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report, or None after `timeout` [s]."""
 
@@ -106,6 +126,7 @@ class HiveClient:
         self.state = HiveState()  # what the hive has said so far
         self.link = link
         self._on_report = on_report
+        self._name = secrets.token_hex(8)  # as the poster of tasks
         self._looked = self._ticked = link.now()
 
     def pump(self, until: Callable[[], bool], timeout: float | None) -> bool:
@@ -142,23 +163,17 @@ class HiveClient:
             self._ticked = now
             self.state.tick(now)
 
-    def submit(self, task: Task, *, is_unique: bool = False) -> TaskUpdate | TaskRecord:
+    def submit(self, task: Task) -> TaskUpdate | TaskRecord:
         """Post a task; return the blackboard's first word, even REJECTED.
-
-        Args:
-            task: The task.
-            is_unique: Whether nobody else can have chosen its id, so that any answer is meant.
 
         Raises:
             InputError: The id is none.
             NoHiveError: No blackboard answered.
             NotDoneError: The id is on the task list already, for another task.
         """
-        return self.submit_all([task], are_unique=is_unique)[0]
+        return self.submit_all([task])[0]
 
-    def submit_all(
-        self, tasks: Sequence[Task], *, are_unique: bool = False
-    ) -> list[TaskUpdate | TaskRecord]:
+    def submit_all(self, tasks: Sequence[Task]) -> list[TaskUpdate | TaskRecord]:
         """Post several tasks in a row; return the answers in their order, as `submit` does."""
         for task in tasks:
             try:
@@ -170,9 +185,28 @@ class HiveClient:
             self._post(task)
         # An answer names the id only. It may be meant for a task that another program posts under
         # that id at the same moment; the list tells which of the two is on it.
-        ids = set() if are_unique else {task.id for task in tasks}
+        ids = {task.id for task in tasks}
         self._pump(lambda: ids <= self.state.listed.keys(), LISTED_WITHIN)
         return [self._answer_to(task) for task in tasks]
+
+    def submit_numbered(self, task: Task) -> TaskUpdate | TaskRecord:
+        """Post a task under the next free id of the series T1, T2, ...; return the answer.
+
+        Another program may choose the same id at the same moment, even for the same content. The
+        blackboard takes the one that it hears first; the other tries the next id.
+
+        Raises:
+            NoHiveError: No blackboard answered.
+            NotDoneError: Others have taken every id that was tried.
+        """
+        self.fetch_tasks()
+        tried: set[str] = set()
+        for _ in range(_MOST_IDS):
+            name = next_task_id({*self.state.tasks, *tried})
+            tried.add(name)
+            with contextlib.suppress(NotDoneError):
+                return self.submit(replace(task, id=name, poster=self._name))
+        raise NotDoneError(f"{_MOST_IDS} ids were taken by other programs; choose one with --id")
 
     def _post(self, task: Task) -> None:
         # Without a clock the blackboard stamps it.
@@ -252,6 +286,53 @@ class HiveClient:
         """Return whether every robot that the leader knows of has been heard of here too."""
         beat = self.state.heartbeat
         return beat is not None and {*beat.heard, *beat.offline} <= self.state.robots.keys()
+
+    def fetch_robot(self, name: str) -> RobotRow:
+        """Wait until the hive's robots are known, and return one of them.
+
+        Raises:
+            NoHiveError: Neither a robot nor a blackboard was heard.
+            NotDoneError: There is no such robot, or it is not heard.
+        """
+        self.fetch_robots()
+        row = self.state.robots.get(name)
+        if row is None:
+            known = ", ".join(sorted(self.state.robots, key=natural)) or "none"
+            raise NotDoneError(f"no robot {name}; there are: {known}")
+        if row.is_silent:
+            raise NotDoneError(f"{name} is offline: {row.reason or 'not heard'}")
+        return row
+
+    def command(self, robot: str, word: str) -> RobotRow:
+        """Give a robot that was fetched a word on `set_state`, until it obeys; return its row.
+
+        A robot that carries a load obeys `charge` once it has put it down; that is not waited for.
+
+        Raises:
+            NotDoneError: It has not obeyed.
+        """
+
+        def row() -> RobotRow:
+            return self.state.robots[robot]
+
+        told = row()
+
+        def obeyed() -> bool:
+            if row() is told:
+                return False
+            if word == "charge":
+                return row().state is RobotState.CHARGING or row().status.payload > 0
+            is_out = row().status.state in {RobotState.DEFECT, RobotState.CHARGING}
+            return is_out is (word == "defect")
+
+        self._repeat(lambda: self.link.set_state(robot, word), obeyed)
+        if not obeyed():
+            now = row()
+            because = f": {now.reason}" if now.reason else ""
+            raise NotDoneError(
+                f"{robot} is still {now.state.name.lower()}{because}; its log says why"
+            )
+        return row()
 
     def fetch_traffic(self) -> TrafficState:
         """Wait for the traffic planner's word, and return it.

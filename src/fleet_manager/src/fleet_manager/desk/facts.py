@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from blackboard.auction.decision import Decision
-    from blackboard.domain.characteristics import RobotState
     from blackboard.domain.task import Task
     from fleet_manager.desk.places import Place
     from hive_common.pose import Pose
@@ -121,10 +120,10 @@ class CancelTask:
 
 @dataclass(frozen=True, slots=True)
 class SetRobotState:
-    """Ask a robot to go out of service (DEFECT) or back into it (IDLE)."""
+    """Ask a robot to go out of service (`defect`), back into it (`idle`), or to `charge`."""
 
     robot: str
-    state: RobotState
+    word: str  # one of `blackboard.robot.service.WORDS`
 
 
 @dataclass(frozen=True, slots=True)

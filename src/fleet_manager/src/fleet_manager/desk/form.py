@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from blackboard.domain.task import MAX_ID_LENGTH, Task, TaskType
+from fleet_manager.client.task_ids import next_task_id
 from hive_common.pose import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping
+    from collections.abc import Collection, Mapping
 
     from fleet_manager.desk.facts import MapBounds
 
@@ -24,7 +25,6 @@ GOAL_NAMES = ("A", "B", "C")
 MAX_PAYLOAD = 10_000.0  # [kg], well above the heaviest load that an indoor AGV is built for
 MAX_COORDINATE = 10_000.0  # [m], where no map is known
 _ID = re.compile(r"[A-Za-z0-9_-]+", re.ASCII)
-_NUMBERED = re.compile(r"T(\d{1,9})")
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)", re.ASCII)
 _MAX_QUOTED = 24  # characters of a wrong entry that its message repeats
 
@@ -182,9 +182,3 @@ def parsed(typed: str) -> float | None:
 def shortened(typed: str) -> str:
     """Return an entry short enough for a message."""
     return typed if len(typed) <= _MAX_QUOTED else typed[: _MAX_QUOTED - 1] + "…"
-
-
-def next_task_id(taken: Iterable[str]) -> str:
-    """Return the next id of the series T1, T2, ... after all that are taken."""
-    numbers = [int(match[1]) for name in taken if (match := _NUMBERED.match(name))]
-    return f"T{max(numbers, default=0) + 1}"

@@ -7,6 +7,7 @@ flood of messages can stall the windows.
 
 from __future__ import annotations
 
+import secrets
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -14,10 +15,10 @@ from typing import TYPE_CHECKING
 from python_qt_binding.QtCore import QObject, QTimer, Signal
 
 from blackboard.consensus.messages import Heartbeat
-from blackboard.domain.characteristics import RobotState
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.leadership import Standing
 from fleet_manager.client.reports import HiveMessage
+from fleet_manager.client.task_ids import next_task_id
 from fleet_manager.client.traffic import ZoneCommand
 from fleet_manager.client.words import Event, Severity
 from fleet_manager.desk.facts import (
@@ -31,7 +32,6 @@ from fleet_manager.desk.facts import (
     SetRobotState,
     TroublesRead,
 )
-from fleet_manager.desk.form import next_task_id
 from fleet_manager.desk.requests import RequestQueue
 
 if TYPE_CHECKING:
@@ -76,6 +76,7 @@ class Desk(QObject):
         self.link_change = LinkChange(LinkState.SEARCHING, "")  # the link to the ROS master
         self.troubles: tuple[str, ...] = ()  # what members and nodes say is wrong
         self._link = link
+        self._name = secrets.token_hex(8)  # as the poster of tasks
         self._standing: tuple[object, ...] = ()
         self._drain_timer = QTimer(self, interval=DRAIN_PERIOD, timeout=self._drain)
         self._tick_timer = QTimer(self, interval=TICK_PERIOD, timeout=self._tick)
@@ -113,7 +114,7 @@ class Desk(QObject):
 
     def post(self, task: Task) -> None:
         """Send a task, repeatedly until the hive answers."""
-        task = replace(task, posted=self.now())
+        task = replace(task, posted=self.now(), poster=self._name)
         self.hive.take_in(task, time.monotonic(), task.posted)
         self.requests.post(task)
         self._tick()
@@ -143,11 +144,11 @@ class Desk(QObject):
         """Have the recorded bids on a task read, for those that were not heard on a topic."""
         self._link.send(ReadDecisions(task_id))
 
-    def set_robot_state(self, robots: Iterable[str], state: RobotState) -> None:
-        """Ask robots to go out of service or back into it."""
+    def put_in_service(self, robots: Iterable[str], *, into: bool) -> None:
+        """Ask robots to go back into service, or out of it."""
         for robot in robots:
-            self._link.send(SetRobotState(robot, state))
-            where = "out of service" if state is RobotState.DEFECT else "back into service"
+            self._link.send(SetRobotState(robot, "idle" if into else "defect"))
+            where = "back into service" if into else "out of service"
             self.hive.note(Event(f"asked {robot} to go {where}"))
         self._tell_changes()
 

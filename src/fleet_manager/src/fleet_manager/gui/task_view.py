@@ -9,7 +9,6 @@ from python_qt_binding.QtCore import QSortFilterProxyModel, Qt, QTimer
 from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import QAbstractItemView, QShortcut, QWidget
 
-from blackboard.domain.characteristics import RobotState
 from fleet_manager.gui.banner import Banner
 from fleet_manager.gui.columns import CHOICES, TaskFilter, robot_columns, task_columns
 from fleet_manager.gui.log_model import LogModel
@@ -97,8 +96,8 @@ class TaskView(QWidget):
         self.again_button.clicked.connect(self._send_again)
         self.details_button.clicked.connect(self._show_details)
         self.task_table.activated.connect(self._show_details)
-        self.defect_button.clicked.connect(lambda: self._set_robots(RobotState.DEFECT))
-        self.service_button.clicked.connect(lambda: self._set_robots(RobotState.IDLE))
+        self.defect_button.clicked.connect(lambda: self._set_robots(into=False))
+        self.service_button.clicked.connect(lambda: self._set_robots(into=True))
         self.task_table.selectionModel().selectionChanged.connect(self._show_buttons)
         self.robot_table.selectionModel().selectionChanged.connect(self._show_buttons)
         delete = QShortcut(QKeySequence(Qt.Key_Delete), self.task_table, activated=self._cancel)
@@ -154,8 +153,8 @@ class TaskView(QWidget):
         for name in self.chosen_tasks()[:1]:
             TaskDetails(self._desk, name, self).show()
 
-    def _set_robots(self, state: RobotState) -> None:
-        self._desk.set_robot_state(self.chosen_robots(), state)
+    def _set_robots(self, *, into: bool) -> None:
+        self._desk.put_in_service(self.chosen_robots(), into=into)
 
 
 def _sorted(rows: RowsModel) -> QAbstractItemModel:

@@ -17,14 +17,15 @@ import rospy
 from blackboard.domain.talker import ROBOT_STATUS
 from fleet_manager.client.client import DEFAULT_URI
 from fleet_manager.client.reports import BatteryReading, Collisions, HiveMessage, TruePlace
-from fleet_manager.desk.facts import CancelTask, PostTask
+from fleet_manager.desk.facts import CancelTask, PostTask, SetRobotState
 from fleet_manager.errors import NoHiveError
 from fleet_manager.ros.hive_topics import QUEUE_SIZE, STATE, HiveTopics
+from fleet_manager.ros.place_parameter import hive_places
 from fleet_manager.ros.troubles import Troubles
 from hive_common.ros.reconnecting import keep_connected
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator, Sequence
+    from collections.abc import Hashable, Iterator, Mapping, Sequence
 
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import BatteryState
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task
     from fleet_manager.client.traffic import ZoneCommand
     from fleet_manager.desk.facts import Fact
+    from hive_common.pose import Pose
 
 _LOOK = 0.02  # [s] between two looks
 _TOLD_WITHIN = 1.5  # [s] in which members tell on /diagnostics what is wrong
@@ -89,6 +91,7 @@ class RosClientLink:
     def __init__(self) -> None:
         self._reports: queue.SimpleQueue[HiveMessage] = queue.SimpleQueue()
         self._topics = HiveTopics(self._put)
+        self._commanded: set[str] = set()
         self._robots: set[str] | None = (
             None  # the nodes that speak for robots, once they are known
         )
@@ -163,6 +166,17 @@ class RosClientLink:
     def switch(self, command: ZoneCommand) -> None:
         """Publish a command on `zone_command`, once."""
         self._topics.speak(command)
+
+    def set_state(self, robot: str, word: str) -> None:
+        """Publish a word on a robot's `set_state`, once."""
+        if robot not in self._commanded:
+            self._commanded.add(robot)
+            self._topics.advertise_to(robot)
+        self._topics.speak(SetRobotState(robot, word))
+
+    def places(self) -> Mapping[str, Pose]:
+        """Return the named places of the hive's building [map frame]."""
+        return hive_places()
 
     def receive(self, timeout: float) -> HiveMessage | None:
         """Return the next report, or None after `timeout` [s]."""

@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING, Any
 import rosgraph
 import rosgraph.names
 import rospy
+from blackboard.msg import BbBackup
 from simenv.msg import Fault as FaultMsg
 from simenv.srv import InjectFault
 from std_msgs.msg import Float64
 
+from blackboard.domain.talker import BACKUP
+from fleet_manager.client.formats import member
 from fleet_manager.errors import InputError
 from fleet_manager.ros.client_link import demand_master
 
@@ -94,6 +97,28 @@ class RosFaultLink:
         else:
             master.setParam(note, pids)
         return f"{robot}'s {len(pids)} processes {'go on' if back else 'are stopped'}"
+
+    def kill_leader(self) -> str:
+        """Kill the process of the leader; return a report.
+
+        Raises:
+            InputError: There is no leader, or it runs on another machine.
+            NoHiveError: No ROS master answers.
+        """
+        master = _master()
+        rospy.init_node("hive_fault", anonymous=True, disable_signals=True, log_level=rospy.ERROR)
+        try:
+            beat = rospy.wait_for_message(BACKUP, BbBackup, timeout=_PATIENCE)
+        except rospy.ROSException:
+            raise InputError(
+                f"no leader is heard within {_PATIENCE:g} s; see `hive tasks` for the reason"
+            ) from None
+        node = str(beat._connection_header["callerid"])  # noqa: SLF001  (rospy has no other way)
+        pid = _pid(master, node)
+        os.kill(pid, signal.SIGKILL)
+        leader = member(beat.active)
+        hosted = "" if leader == member(node) else f", with every robot of {member(node)}"
+        return f"killed the leader {leader}, process {pid}{hosted}"
 
 
 def _pids(master: rosgraph.Master, robot: str) -> list[int]:

@@ -126,7 +126,7 @@ class HiveTopics:
             self._publish(_ZONE_COMMAND, _ZONE_COMMAND, request)
         else:
             name = f"{request.robot}/{topics.SET_STATE}"
-            self._publish(name, topics.SET_STATE, request.state.name.lower())
+            self._publish(name, topics.SET_STATE, request.word)
 
     def _advertise(self, name: str, topic: str) -> None:
         late = self._late[name] = LateSubscribers()

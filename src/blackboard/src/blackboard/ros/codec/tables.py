@@ -116,7 +116,7 @@ POSE = Codec(Pose2D, Pose, "x y yaw=theta")
 TASK = Codec(
     bb_msgs.TaskMsg,
     Task,
-    "id type priority payload",
+    "id type priority payload poster",
     _many(POSE, "goals"),
     Row(
         "posted frame",
