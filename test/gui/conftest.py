@@ -114,6 +114,7 @@ def hive_window(application, hive, tmp_path_factory):
         return window.view.robot_rows.rowCount() == 4
 
     person.wait_until(all_here)
+    window.view.show_box.setCurrentText("all tasks")
     _RUNNING.callback(window.deleteLater)
     _RUNNING.callback(desk.stop)
     return window
@@ -246,6 +247,20 @@ class Person:
     def press(self, key, widget=None):
         QTest.keyClick(widget or self._application.focusWidget(), key)
         self.look()
+
+    def answer(self, text):
+        """Press the button of the question that is asked, by a part of its text.
+
+        Returns:
+            What the question says the answer brings with it.
+        """
+        self.wait_until(self._application.activeModalWidget)
+        box = self._application.activeModalWidget()
+        (button,) = (each for each in box.buttons() if text in each.text())
+        told = box.informativeText()
+        self.click(button)
+        self.wait_until(lambda: not self._application.activeModalWidget())
+        return told
 
     def reach(self, widget):
         """Go to a field with the tab key alone."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import pytest
 from python_qt_binding.QtCore import QSettings, Qt
+from python_qt_binding.QtWidgets import QApplication
 
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState, TaskType
@@ -140,13 +141,39 @@ def test_clicks_on_the_map_fill_the_armed_goals_one_after_the_other(person, wind
 
 
 def test_every_field_and_button_is_reached_with_the_tab_key(person, window):
-    person.choose(window.entry.type_box, int(TaskType.GAB))
-    goal = window.entry.goal_editors["C"]
-    stops = [goal.x_edit, goal.pick_button, window.entry.send_button, window.entry.clear_button]
-    stops += [window.view.filter_edit, window.view.task_table, window.view.robot_table]
+    stops = [window.view.filter_edit, window.view.task_table, window.view.robot_table]
 
     for stop in stops:
         person.reach(stop)
+
+
+def test_the_tab_key_goes_through_the_form_from_the_top_to_the_bottom(person, window, link):
+    link.said.append(PlacesKnown((Place("dock", Pose(1.5, 2.5, 0.0)),)))
+    entry = window.entry
+    person.choose(entry.type_box, int(TaskType.GAB))
+    person.wait_until(lambda: entry.goal_editors["C"].place_box.count() == 2)
+    entry.payload_edit.setFocus()
+    expected = [each for editor in entry.goal_editors.values() for each in editor.tab_stops]
+    passed = []
+    for _ in range(len(expected) + 3):
+        person.press(Qt.Key_Tab)
+        passed.append(QApplication.focusWidget())
+
+    assert passed == [*expected, entry.send_button, entry.clear_button, entry.sent_list]
+
+
+@pytest.mark.parametrize("field", ["x_edit", "y_edit", "heading_edit"])
+def test_a_form_that_is_sent_from_any_field_is_empty_and_without_a_mistake(
+    person, window, link, field
+):
+    fill_in(person, window.entry)
+    person.reach(field_of(window.entry, field))
+    person.press(Qt.Key_Return)
+    person.wait_until(lambda: link.sent)
+
+    goal = window.entry.goal_editors["A"]
+    assert not goal.mistake_label.isVisible()
+    assert not any(edit.property("wrong") for edit in goal.edits.values())
 
 
 def test_layout_and_choices_are_kept_between_starts(person, window, link, tmp_path):

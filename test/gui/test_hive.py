@@ -114,6 +114,7 @@ def test_a_task_is_cancelled_with_the_delete_key(person, entry, view, slowly):
         started(person, view, task)
         person.select_row(view.task_table, task)
         person.press(Qt.Key_Delete, view.task_table)
+        person.answer(f"Cancel {task}")
 
         person.wait_until(lambda: person.state_of(view, task) == "cancelled")
 
@@ -125,6 +126,7 @@ def test_the_task_of_a_robot_that_is_set_defect_moves_on_to_another(person, entr
         robot = cell(view.task_table, task, 3)
         person.select_row(view.robot_table, robot)
         person.click(view.defect_button)
+        person.answer("out of service")
         person.wait_until(lambda: "defect" in cell(view.robot_table, robot, 1))
 
         person.wait_until(lambda: cell(view.task_table, task, 3) not in {robot, "–"})

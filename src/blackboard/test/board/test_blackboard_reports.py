@@ -200,3 +200,19 @@ def test_a_repeated_report_is_answered_with_the_list_again():
 
     assert len(harness.said(SYNC)) == before + 1
     assert harness.said(SYNC)[-1].version == harness.said(SYNC)[-2].version
+
+
+def test_a_task_says_when_it_was_first_begun_and_when_it_ended():
+    harness = BlackboardHarness()
+    harness.assign(GO)
+    harness.wait(5.0)
+    harness.report("robot1", GO, STARTED)
+    begun = harness.talker.date()
+    harness.wait(7.0)
+    harness.status("robot1", tasks=("T1",))
+    harness.report("robot1", GO, STARTED, step=1)
+    harness.report("robot1", GO, DONE, step=1)
+
+    record = harness.record(GO)
+    assert record.started == pytest.approx(begun, abs=0.5)
+    assert record.ended == pytest.approx(begun + 7.0, abs=0.5)

@@ -4,7 +4,7 @@
 import pytest
 
 from blackboard.auction.plan_maker import MOMENT
-from blackboard.domain.record import OrderKind
+from blackboard.domain.record import MOVES_ON, OrderKind
 from blackboard.domain.talker import TASK_BROADCAST
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
@@ -58,6 +58,7 @@ def test_tasks_that_change_hands_are_recalled(harness):
 def test_a_swap_is_awarded_without_an_auction_once_both_tasks_are_back(harness):
     harness.report("robot1", ONE, WAITING)
     one_half = given(harness)
+    assert harness.record(ONE).reason == f"robot1 has handed it back: {MOVES_ON}"
     asked = len(harness.said(TASK_BROADCAST))
     harness.report("robot2", TWO, WAITING)
 

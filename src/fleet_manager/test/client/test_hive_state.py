@@ -410,7 +410,7 @@ def test_the_first_list_is_one_line_in_the_log_and_not_one_for_each_task(desk):
     done = TaskRecord(replace(TASK, id="T2"), TaskState.DONE)
     desk.hear_list(WAITING, done)
 
-    assert desk.log() == ["2 tasks are on the list, 1 of them open"]
+    assert desk.log() == ["2 tasks on the list, 1 open"]
 
 
 def test_a_task_nobody_can_do_says_why_it_waits_once(desk):

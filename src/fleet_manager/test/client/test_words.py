@@ -1,19 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
+from dataclasses import replace
+
+import pytest
+
 from blackboard.consensus.messages import Heartbeat
 from blackboard.consensus.task_list import TaskList
+from blackboard.domain.bid import Bid
 from blackboard.domain.characteristics import RobotState, RobotStatus
-from blackboard.domain.record import TaskRecord, TaskUpdate
+from blackboard.domain.record import MOVES_ON, TaskRecord, TaskUpdate
 from blackboard.domain.task import Task, TaskState, TaskType
 from fleet_manager.client.hive_state import HiveState
 from fleet_manager.client.rows import RobotRow, TaskRow
 from fleet_manager.client.tables import (
+    age,
     fit,
+    reason,
     robot_data,
     robots_table,
     task_data,
     tasks_table,
     who_leads,
 )
+from fleet_manager.client.words import Severity, task_change
 from hive_common.pose import Pose
 
 TASK = Task("T1", TaskType.GAB, (Pose(1.0, 2.0), Pose(3.0, 4.0)), priority=5, payload=20.0)
@@ -142,7 +150,7 @@ def test_tables_have_aligned_columns_with_units():
 
     going = TaskRecord(TASK, TaskState.STARTED, "robot1", 1, 12.4, predicted_at=100.0)
 
-    lines = tasks_table([TaskRow(going), TaskRow(other)], 100.0)
+    lines = tasks_table([TaskRow(going), TaskRow(other)], 100.0, {})
 
     assert lines[1].split() == [
         "T1", "GAB", "5", "20", "kg", "STARTED", "robot1", "1/2", "12", "s",
@@ -161,7 +169,7 @@ def test_a_robots_queue_is_what_stands_behind_its_current_task():
 
 
 def test_an_empty_table_is_its_headings():
-    assert len(tasks_table([], 0.0)) == 1
+    assert len(tasks_table([], 0.0, {})) == 1
 
 
 def test_task_data_is_plain_and_complete():
@@ -212,3 +220,42 @@ def test_an_update_of_an_older_epoch_than_the_leaders_changes_nothing():
 
     assert told(state, TaskUpdate("T1", TaskState.FAILED, epoch=1)) == []
     assert state.state_of("T1") is TaskState.WAITING
+
+
+def test_a_task_that_a_plan_gives_to_another_robot_is_no_warning():
+    held = TaskRecord(TASK, TaskState.ASSIGNED, "robot1", assignment=1)
+    waits = replace(held, state=TaskState.WAITING, robot="")
+
+    (planned,) = task_change(held, replace(waits, reason=f"handed back: {MOVES_ON}"))
+    (lost,) = task_change(held, replace(waits, reason="robot1 is lost"))
+
+    assert (planned.severity, lost.severity) == (Severity.NEWS, Severity.WARNING)
+
+
+def test_a_task_that_did_not_go_to_the_cheapest_says_where_the_reason_is():
+    held = TaskRecord(TASK, TaskState.ASSIGNED, "robot1", assignment=1)
+    bids = (Bid("robot2", "T1", 134.5), Bid("robot1", "T1", 159.0))
+
+    (event,) = task_change(None, held, bids)
+
+    assert event.text == (
+        "task T1 is on the list of robot1 at cost 159.0 (robot2 134.5); "
+        "`hive why T1` says why not to the cheapest"
+    )
+
+
+def test_a_task_whose_robot_stands_still_shows_why():
+    row = TaskRow(TaskRecord(TASK, TaskState.STARTED, "robot1", reason="slow"))
+    stands = RobotRow(ROBOT, 0.0, waits="waits for robot2 at the door")
+
+    assert reason(row, {}) == "slow"
+    assert reason(row, {"robot1": stands}) == "slow; robot1: waits for robot2 at the door"
+    queued = TaskRow(TaskRecord(TASK, TaskState.ASSIGNED, "robot1"))
+    assert reason(queued, {"robot1": stands}) == ""
+
+
+@pytest.mark.parametrize(
+    ("posted", "words"), [(0.0, "–"), (40.0, "1 min 00 s"), (500.0, "–"), (100.5, "0 s")]
+)
+def test_the_age_of_a_task_from_before_the_clock_was_set_back_is_not_known(posted, words):
+    assert age(TaskRow(TaskRecord(replace(TASK, posted=posted))), 100.0) == words

@@ -30,7 +30,7 @@ from blackboard.board.recovery import put_back
 from blackboard.board.retention import Retention
 from blackboard.board.watch import Presence, Watch
 from blackboard.consensus.journal import to_json
-from blackboard.domain.record import OrderKind, TaskRecord, TaskUpdate
+from blackboard.domain.record import MOVES_ON, OrderKind, TaskRecord, TaskUpdate
 from blackboard.domain.talker import NEW_TASK, ROBOT_STATUS, TASK_CANCEL, TASK_COST, TASK_STATE
 from blackboard.domain.task import MAX_ID_LENGTH, TaskEvent, TaskState, analyze_task, unused_goals
 from blackboard.errors import JournalError, TaskRefusedError
@@ -326,6 +326,9 @@ class Blackboard:
         if late := self._watch.lateness(record):
             update = replace(update, reason=f"{update.reason} ({late})")
         tried = not self._auctioneer.has_recalled(record)
+        if not tried:
+            reason = f"{update.robot_id} has handed it back: {MOVES_ON}"
+            update = replace(update, reason=reason)
         released = put_back(record, update, self._settings.most_hand_backs, tried=tried)
         if released is not None:
             self._commit(released)
@@ -338,7 +341,9 @@ class Blackboard:
 
         What follows for the tasks that they are parts of belongs to the same change.
         """
-        changed = with_wholes(records, self._node.records)
+        now = self._talker.date()
+        records = tuple(each.dated(now) for each in records)
+        changed = tuple(each.dated(now) for each in with_wholes(records, self._node.records))
         if not changed:
             return
         self._auctioneer.handle(

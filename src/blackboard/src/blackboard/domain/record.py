@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from blackboard.domain.task import Task, TaskEvent
 
 
+MOVES_ON = "it goes to another robot"
+"""Ends the reason of a task that its robot has handed back because a plan gives it to another."""
+
 MAX_TEXT = 10_000
 """Characters of a reason, which may mention each of a hundred robots."""
 
@@ -46,6 +49,8 @@ class TaskRecord:
     earlier: int = 0
     # When `eta` was predicted, on the clock of `Task.posted` [s]; 0 if unknown.
     predicted_at: float = 0.0
+    started: float = 0.0  # when it was first begun, on that clock [s]; 0 if it was not
+    ended: float = 0.0  # when it ended, on that clock [s]; 0 if it has not
 
     @classmethod
     def new(cls, task: Task, earlier: int, reason: str = "", parent: str = "") -> TaskRecord:
@@ -87,6 +92,17 @@ class TaskRecord:
     def gets_on(self, update: TaskUpdate) -> bool:
         """Return whether a robot's report of a start is news, not late or a repetition."""
         return self.state is TaskState.ASSIGNED or update.step > self.step
+
+    def dated(self, now: float) -> TaskRecord:
+        """Return the record with the time of its start and end, where these are news.
+
+        `now` is the time on the clock of `Task.posted` [s].
+        """
+        if self.state is TaskState.STARTED and not self.started:
+            return replace(self, started=now)
+        if self.state.is_terminal and not self.ended:
+            return replace(self, ended=now)
+        return self
 
     def reported(self, event: TaskEvent, update: TaskUpdate, at: float) -> TaskRecord | None:
         """Return the record after a robot's report, or None if nothing changes.

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from blackboard.consensus.task_list import TaskList
 from fleet_manager.cli.context import pass_context
 from fleet_manager.client import tables
 from fleet_manager.client.client import HiveClient
+from fleet_manager.client.formats import counted
 from fleet_manager.client.leadership import Standing
 from fleet_manager.errors import NoHiveError
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from fleet_manager.client.words import Event
 
 _CLOCK = 1.0  # [s] in which a simulated time is heard, unless nobody tells it
+_EARLIER = "earlier "  # in the place of a time
 _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 _OTHER_SCREEN, _FIRST_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[?25h\x1b[?1049l"
 
@@ -53,7 +56,7 @@ def tasks(context: CliContext, as_json: bool, everything: bool) -> None:
     if as_json:
         click.echo(json.dumps([tables.task_data(row, now) for row in rows], indent=2))
     elif rows:
-        click.echo("\n".join(tables.tasks_table(rows, now)))
+        click.echo("\n".join(tables.tasks_table(rows, now, client.state.robots)))
     else:
         ended = len(client.state.records)
         click.echo(f"no open tasks; {ended} have ended" if ended else "no tasks", err=True)
@@ -124,12 +127,17 @@ def watch(context: CliContext, everything: bool, every: float) -> None:
 def events(context: CliContext) -> None:
     """Print every change of tasks, robots and blackboard in words, until Ctrl-C.
 
-    The first lines say how things stand now.
+    The first lines say how things stand now, and what the list tells of earlier.
     """
+    told_of_list = False
 
-    def tell(_report: Report | None, events: Sequence[Event]) -> None:
+    def tell(report: Report | None, events: Sequence[Event]) -> None:
+        nonlocal told_of_list
+        is_past = isinstance(report, TaskList) and not told_of_list
+        told_of_list |= is_past
+        when = _EARLIER if is_past else f"{datetime.now().astimezone():%H:%M:%S}"
         for event in events:
-            click.echo(f"{datetime.now().astimezone():%H:%M:%S}  {event.text}")
+            click.echo(f"{when}  {event.text}")
 
     with context.connect(()) as link:
         HiveClient(link, tell).pump(lambda: False, None)
@@ -160,8 +168,8 @@ def _screen(client: HiveClient, everything: bool, in_place: bool) -> list[str]:
     total, still_open = len(state.records), len(_tasks(state, everything=False))
     lines = [_who_leads(client), ""]
     lines += [*tables.robots_table(tables.robots_of(state)), ""]
-    lines += tables.tasks_table(_tasks(state, everything=everything), now)
-    lines += ["", f"{still_open} tasks open, {total - still_open} ended"]
+    lines += tables.tasks_table(_tasks(state, everything=everything), now, state.robots)
+    lines += ["", f"{counted(still_open, 'task')} open, {total - still_open} ended"]
     if not in_place:
         return [*lines, ""]
     size = shutil.get_terminal_size()

@@ -33,6 +33,16 @@ def duration(seconds: float | None) -> str:
     return f"{whole // _DAY} d {whole % _DAY // _HOUR:02d} h"
 
 
+def ago(moment: float, now: float) -> str:
+    """Return how long ago a moment was; both are times of the hive [s].
+
+    A moment may be ahead: from before the clock was set back, as a new simulation does.
+    """
+    return (
+        f"{duration(now - moment)} ago" if moment <= now + 1 else "before the clock was set back"
+    )
+
+
 def mass(kilograms: float) -> str:
     """Return a mass [kg] without meaningless zeros."""
     return f"{kilograms:.10g} kg" if math.isfinite(kilograms) else UNKNOWN
@@ -41,6 +51,11 @@ def mass(kilograms: float) -> str:
 def charge_used(ampere_hours: float) -> str:
     """Return an electric charge [Ah]."""
     return f"{ampere_hours:.3f} Ah" if math.isfinite(ampere_hours) else UNKNOWN
+
+
+def counted(number: int, what: str) -> str:
+    """Return a number with what is counted: `1 task`, `2 tasks`."""
+    return f"{number} {what}{'s' * (number != 1)}"
 
 
 def percent(share: float) -> str:

@@ -58,6 +58,7 @@ class HiveState:
         self._newest: TaskList | None = None
         self.list_stamp = 0.0  # when the newest task list was written [s, hive's time]; 0: unknown
         self.traffic: TrafficState | None = None  # the planner's last word; None before the first
+        self.planner_is_silent = False  # whether a traffic planner was heard and no longer is
         self._traffic_heard = 0.0  # [s, wall]
         self._standing = Standing.NOBODY
         self._changes = Changes()
@@ -156,7 +157,7 @@ class HiveState:
             if not row.is_silent and now - row.heard > ROBOT_SILENCE:
                 self._put_robot(name, replace(row, is_silent=True), now)
         if self.traffic is not None and now - self._traffic_heard > PLANNER_SILENCE:
-            self.traffic = None
+            self.traffic, self.planner_is_silent = None, True
             self._show_waits(TrafficState(0, 0.0))
             text = "the traffic planner is silent; robots drive by right of way"
             self.note(words.Event(text, words.Severity.WARNING))
@@ -303,7 +304,7 @@ class HiveState:
         before = self.traffic
         if before is not None and state.epoch < before.epoch:
             return
-        self.traffic, self._traffic_heard = state, now
+        self.traffic, self._traffic_heard, self.planner_is_silent = state, now, False
         self._show_waits(state)
         self.note(*traffic_change(before, state))
 

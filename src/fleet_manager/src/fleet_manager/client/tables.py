@@ -12,7 +12,7 @@ from fleet_manager.client.leadership import Standing
 from fleet_manager.client.traffic import place_rows, wait_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from blackboard.auction.decision import Decision
     from blackboard.domain.bid import Bid
@@ -29,12 +29,18 @@ _SLOW_HEAD = ("SLOW PLACE", "WHERE", "WAITED", "WAITS")
 _ROBOT_HEAD = ("ROBOT", "STATE", "BATTERY", "LOAD", "PLACE", "TASK", "QUEUE", "REASON")
 
 
-def tasks_table(rows: Iterable[TaskRow], now: float) -> list[str]:
-    """Return a table of tasks with a line of headings; `now` is the hive's time [s]."""
-    return _table(_TASK_HEAD, [_task_row(row, now) for row in rows])
+def tasks_table(rows: Iterable[TaskRow], now: float, robots: Mapping[str, RobotRow]) -> list[str]:
+    """Return a table of tasks with a line of headings.
+
+    Args:
+        rows: The tasks.
+        now: The hive's time [s].
+        robots: The robots that are known, by name.
+    """
+    return _table(_TASK_HEAD, [_task_row(row, now, reason(row, robots)) for row in rows])
 
 
-def _task_row(row: TaskRow, now: float) -> tuple[str, ...]:
+def _task_row(row: TaskRow, now: float, why: str) -> tuple[str, ...]:
     record = row.record
     return (
         record.task.id,
@@ -45,7 +51,7 @@ def _task_row(row: TaskRow, now: float) -> tuple[str, ...]:
         record.robot or UNKNOWN,
         f"{record.step}/{record.steps}",
         done_in(row, now),
-        record.reason,
+        why,
     )
 
 
@@ -62,6 +68,15 @@ def done_in(row: TaskRow, now: float) -> str:
     if row.record.state is TaskState.ASSIGNED:
         return UNKNOWN  # more urgent tasks have come before it since the prediction
     return f"late by {duration(-left)}"
+
+
+def reason(row: TaskRow, robots: Mapping[str, RobotRow]) -> str:
+    """Return why a task does not get on: its own reason, else that of the robot that does it."""
+    record = row.record
+    robot = robots.get(record.robot) if record.state is TaskState.STARTED else None
+    if robot is None or not robot.reason:
+        return record.reason
+    return "; ".join(filter(None, [record.reason, f"{record.robot}: {robot.reason}"]))
 
 
 def age(row: TaskRow, now: float) -> str:

@@ -8,9 +8,9 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from blackboard.domain.characteristics import RobotState
-from blackboard.domain.record import TaskUpdate
+from blackboard.domain.record import MOVES_ON, TaskUpdate
 from blackboard.domain.task import TaskState
-from fleet_manager.client.formats import member, type_name
+from fleet_manager.client.formats import counted, member, type_name
 from fleet_manager.client.leadership import Standing
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def task_removed(task_id: str) -> Event:
 
 def first_list(count: int, still_open: int) -> Event:
     """Tell in one line what the first task list holds."""
-    return Event(f"{count} tasks are on the list, {still_open} of them open")
+    return Event(f"{counted(count, 'task')} on the list, {still_open} open")
 
 
 def update_event(update: TaskUpdate) -> Event:
@@ -148,6 +148,8 @@ def _robot(known: TaskRecord | TaskUpdate) -> str:
 def _severity(before: TaskRecord | TaskUpdate | None, after: TaskRecord) -> Severity:
     if after.state is TaskState.FAILED:
         return Severity.ALARM
+    if after.reason.endswith(MOVES_ON):
+        return Severity.NEWS  # as planned
     was_held = before is not None and TaskState.WAITING < before.state < TaskState.DONE
     if after.state is TaskState.WAITING and (after.reason or was_held):
         return Severity.WARNING
@@ -165,6 +167,8 @@ def _assigned(record: TaskRecord, bids: Sequence[Bid]) -> Event:
     )
     if mine and others:
         text += f" at cost {mine.cost:.1f} ({others})"
+        if mine.cost > min(bid.cost for bid in bids):
+            text += f"; `hive why {record.task.id}` says why not to the cheapest"
     return Event(text, task_id=record.task.id)
 
 

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The line at the top of every window that says who is the leader, or why nobody is."""
+"""The lines at the top of the windows: who is the leader, and what needs a person."""
 
 from __future__ import annotations
 
 import time
 from typing import TYPE_CHECKING
 
-from python_qt_binding.QtCore import QObject
+from python_qt_binding.QtCore import QObject, Qt
 from python_qt_binding.QtGui import QPalette
 
+from fleet_manager.client.attention import needs
 from fleet_manager.client.formats import duration, member
 from fleet_manager.client.leadership import Standing
+from fleet_manager.client.words import Severity
 from fleet_manager.desk.facts import LinkState
-from fleet_manager.gui.look import Tone, color
+from fleet_manager.gui.look import SEVERITY_SIGNS, Tone, color
 
 if TYPE_CHECKING:
     from python_qt_binding.QtWidgets import QLabel
@@ -43,6 +45,44 @@ def _standing_text(desk: Desk) -> str:
     if link.state is LinkState.LOST:
         line += f"   ⚠ The ROS master at {link.master} does not answer; running nodes go on."
     return line
+
+
+def needs_text(desk: Desk) -> str:
+    """Return what needs a person, or that nothing does; empty while there is no leader."""
+    if desk.standing is not Standing.LEADER:
+        return ""
+    found = needs(desk.hive, desk.now())
+    signs = (f"{SEVERITY_SIGNS[severity][0]} {text}" for text, severity in found)
+    return "   ".join(signs) or "✔ Nothing needs you."
+
+
+class NeedsLine(QObject):
+    """Keeps a label up to date with what needs a person."""
+
+    def __init__(self, label: QLabel, desk: Desk) -> None:
+        super().__init__(label)
+        self._label, self._desk = label, desk
+        label.setMargin(label.fontMetrics().averageCharWidth())
+        label.setTextInteractionFlags(Qt.TextSelectableByMouse)
+        desk.changed.connect(self.refresh)
+        desk.standing_changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the present text, in the colour of the most urgent need."""
+        words = needs_text(self._desk)
+        if words == self._label.text():
+            return
+        tone = Tone.GOOD
+        for severity in (Severity.ALARM, Severity.WARNING):
+            if SEVERITY_SIGNS[severity][0] in words:
+                tone = SEVERITY_SIGNS[severity][1]
+                break
+        palette = QPalette(self._label.parentWidget().palette())
+        palette.setColor(QPalette.WindowText, color(tone, palette))
+        self._label.setPalette(palette)
+        self._label.setText(words)
+        self._label.setVisible(bool(words))
 
 
 class Banner(QObject):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from python_qt_binding.QtCore import QModelIndex, QSortFilterProxyModel
 
 from blackboard.domain.task import TaskState
+from fleet_manager.client import tables
 from fleet_manager.client.formats import (
     UNKNOWN,
     mass,
@@ -29,18 +30,29 @@ if TYPE_CHECKING:
     from fleet_manager.desk.places import Place
 
 LOW = 0.2  # state of charge that needs attention; robots keep 0.1 in reserve
+PRIORITY_COLUMN = 7  # of the task table
 OPEN = frozenset(state for state in TaskState if not state.is_terminal)
 CHOICES: Mapping[frozenset[TaskState], str] = {
-    frozenset(TaskState): "all tasks",
     OPEN: "open tasks",
+    frozenset(TaskState): "all tasks",
     frozenset(TaskState) - OPEN: "ended tasks",
     **{frozenset({state}): state.name.lower() for state in TaskState},
 }
 """The states that can be chosen to be shown, and their words."""
 
 
-def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
-    """Return the columns of the task table; `now` returns the hive's time [s]."""
+def task_columns(
+    now: Callable[[], float], robots: Callable[[], Mapping[str, RobotRow]]
+) -> tuple[Column, ...]:
+    """Return the columns of the task table.
+
+    Args:
+        now: Returns the hive's time [s].
+        robots: Returns the robots by name.
+    """
+
+    def reason(row: TaskRow) -> str:
+        return tables.reason(row, robots())
 
     def due(row: TaskRow) -> float:
         return math.inf if row.due is None else row.due
@@ -56,7 +68,7 @@ def task_columns(now: Callable[[], float]) -> tuple[Column, ...]:
         Column("Priority", lambda r: str(_priority(r)), _priority, to_right=True, letters=7),
         Column("Payload", lambda r: mass(_payload(r)), _payload, to_right=True, letters=8),
         Column("Age", lambda r: age(r, now()), lambda r: -r.record.task.posted, letters=10),
-        Column("Reason", lambda r: r.record.reason, lambda r: r.record.reason, letters=8),
+        Column("Reason", reason, reason, letters=8),
     )
 
 

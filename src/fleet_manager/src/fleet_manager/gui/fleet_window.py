@@ -18,6 +18,7 @@ from python_qt_binding.QtWidgets import (
     QMessageBox,
 )
 
+from fleet_manager.client.formats import counted
 from fleet_manager.gui.benchmarks import Benchmarks
 from fleet_manager.gui.look import Appearance, appear
 from fleet_manager.gui.task_entry import TaskEntry
@@ -110,7 +111,7 @@ class FleetWindow(QMainWindow):
 
     def _may_lose(self, count: int) -> bool:
         buttons = QMessageBox.Close | QMessageBox.Cancel
-        words = f"{count} tasks have not been accepted yet. They are lost when you close."
+        words = f"Not accepted yet: {counted(count, 'task')}. Closing the window loses them."
         answer = QMessageBox.question(self, "Not sent yet", words, buttons)
         return bool(answer == QMessageBox.Close)
 

@@ -15,7 +15,7 @@ from fleet_manager.gui.look import load_form, mark_field, show_mistake
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from python_qt_binding.QtWidgets import QLineEdit
+    from python_qt_binding.QtWidgets import QLineEdit, QWidget
 
     from fleet_manager.desk.picking import Filled
     from fleet_manager.desk.places import Place
@@ -57,6 +57,11 @@ class GoalEditor(QGroupBox):
         self.place_box.activated.connect(self._choose_place)
         self.pick_button.clicked.connect(lambda on: self.pick_asked.emit(name, on))
 
+    @property
+    def tab_stops(self) -> tuple[QWidget, ...]:
+        """The widgets that Tab goes through, in this order."""
+        return (self.place_box, *self.edits.values(), self.pick_button)
+
     def show_use(self, *, is_taken: bool, is_needed: bool) -> None:
         """Enable the goal only where the task's type takes it."""
         self.setEnabled(is_taken)
@@ -72,6 +77,7 @@ class GoalEditor(QGroupBox):
         self.place_box.setCurrentIndex(0)
         for edit in self.edits.values():
             edit.clear()
+            edit.setModified(False)  # nobody has been there since
 
     def fill(self, filled: Filled) -> None:
         """Put numbers into the fields [m, m, rad]; None leaves a field as it is."""

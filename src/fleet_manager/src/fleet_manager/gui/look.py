@@ -53,7 +53,7 @@ ROBOT_SIGNS: Mapping[RobotState, tuple[str, Tone]] = {
     RobotState.OFFLINE: ("?", Tone.BAD),
 }
 ANSWER_SIGNS: Mapping[Answer, tuple[str, Tone]] = {
-    Answer.KEPT: ("⏸", Tone.WARN),
+    Answer.KEPT: ("‖", Tone.WARN),
     Answer.WAITS: ("…", Tone.CALM),
     Answer.TAKEN: ("✔", Tone.GOOD),
     Answer.REFUSED: ("✖", Tone.BAD),

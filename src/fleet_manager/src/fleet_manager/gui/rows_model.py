@@ -174,6 +174,7 @@ class BarDelegate(QStyledItemDelegate):
             int(Qt.AlignVCenter | Qt.AlignLeft),
             words,
         )
+        painter.fillRect(bar, option.palette.color(QPalette.Base))
         painter.drawRect(bar)
         filled = QRectF(
             bar.left(), bar.top(), bar.width() * max(0.0, min(1.0, share)), bar.height()
@@ -183,7 +184,5 @@ class BarDelegate(QStyledItemDelegate):
 
 
 def _filling(option: QStyleOptionViewItem, index: QModelIndex) -> QBrush:
-    """Return the cell's own colour, or a calm one."""
-    if option.state & QStyle.State_Selected:
-        return QBrush(option.palette.color(QPalette.HighlightedText))
+    """Return the cell's own colour, or a calm one; also where the row is selected."""
     return QBrush(index.data(Qt.ForegroundRole) or color(Tone.CALM, option.palette))

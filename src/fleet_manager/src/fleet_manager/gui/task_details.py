@@ -50,7 +50,7 @@ class TaskDetails(QDialog):
             return
         self._ask_for_bids(record)
         self.asked_label.setText(asked(record))
-        self.stands_label.setText(stands(record))
+        self.stands_label.setText("\n".join([stands(record), times(record, self._desk.now())]))
         book = self._desk.hive.bid_book
         bids = book.bids(self._task_id)
         why = story(record, bids, book.auctions(self._task_id))
@@ -93,3 +93,14 @@ def stands(record: TaskRecord) -> str:
     if record.reason:
         lines.append(f"Reason: {record.reason}")
     return "\n".join(lines)
+
+
+def times(record: TaskRecord, now: float) -> str:
+    """Return when a task was posted, begun and ended; `now` is the hive's time [s]."""
+    moments = {
+        "Posted": record.task.posted,
+        "first begun": record.started,
+        "ended": record.ended,
+    }
+    told = [f"{what} {formats.ago(at, now)}" for what, at in moments.items() if at > 0]
+    return ", ".join(told) or "When it was posted is not known"

@@ -54,6 +54,7 @@ class TaskEntry(QWidget):
         line = self.sent_list.fontMetrics().lineSpacing()
         self.sent_list.setFixedHeight(SENT_LINES * line + 2 * self.sent_list.frameWidth() + line)
         self._connect()
+        self._order_tabs()
         self._offer_places()
         self.clear()
         self._show_sent()
@@ -92,7 +93,8 @@ class TaskEntry(QWidget):
         self.priority_edit.setText("0")
         self.payload_edit.setText("0")
         self.id_edit.setText(self._desk.proposed_id())
-        self.id_edit.setModified(False)
+        for field in _OWN_FIELDS:
+            self._field(field).setModified(False)
         self._show_use()
         self._show_mistakes({})
         self.id_edit.setFocus()
@@ -143,6 +145,17 @@ class TaskEntry(QWidget):
             editor.edited.connect(self._recheck)
             editor.left.connect(self._leave)
             editor.pick_asked.connect(self._ask_pick)
+
+    def _order_tabs(self) -> None:
+        """Let Tab go through the goals after the payload and before the buttons."""
+        before = self.payload_edit
+        for editor in self.goal_editors.values():
+            for after in editor.tab_stops:
+                QWidget.setTabOrder(before, after)
+                before = after
+        for after in (self.send_button, self.clear_button, self.sent_list):
+            QWidget.setTabOrder(before, after)
+            before = after
 
     def _correct(self, row: QModelIndex) -> None:
         """Put a task that was sent back into the form."""

@@ -9,8 +9,19 @@ from python_qt_binding.QtCore import QSortFilterProxyModel, Qt, QTimer
 from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import QAbstractItemView, QShortcut, QWidget
 
-from fleet_manager.gui.banner import Banner
-from fleet_manager.gui.columns import CHOICES, TaskFilter, robot_columns, task_columns
+from blackboard.auction.splitting import unfinished_parts
+from fleet_manager.client import consequences
+from fleet_manager.client.formats import counted
+from fleet_manager.gui.banner import Banner, NeedsLine
+from fleet_manager.gui.columns import (
+    CHOICES,
+    OPEN,
+    PRIORITY_COLUMN,
+    TaskFilter,
+    robot_columns,
+    task_columns,
+)
+from fleet_manager.gui.confirm import confirm
 from fleet_manager.gui.log_model import LogModel
 from fleet_manager.gui.look import load_form
 from fleet_manager.gui.rows_model import SORT_ROLE, BarDelegate, RowsModel
@@ -34,24 +45,31 @@ class TaskView(QWidget):
         load_form("task_view", self)
         self._desk = desk
         self._banner = Banner(self.authority_label, desk)
-        self.task_rows = RowsModel(task_columns(desk.now))
+        self._needs = NeedsLine(self.needs_label, desk)
+        self.task_rows = RowsModel(task_columns(desk.now, lambda: desk.hive.robots))
         self.shown_tasks = TaskFilter(self.task_rows)
         self.robot_rows = RowsModel(robot_columns(lambda: desk.places))
         self.shown_robots = _sorted(self.robot_rows)
         self.log = LogModel()
         for states, words in CHOICES.items():
             self.show_box.addItem(words, states)
+        self.shown_tasks.choose(OPEN)
         _set_up(self.task_table, self.shown_tasks, self.task_rows)
         _set_up(self.robot_table, self.shown_robots, self.robot_rows)
+        # The most urgent first, among equals the oldest.
+        self.task_table.sortByColumn(PRIORITY_COLUMN, Qt.DescendingOrder)
         self.log_list.setModel(self.log)
         self.log_list.setUniformItemSizes(True)
         self._share_space()
         self._connect()
         self._load_all()
-        self._clock = QTimer(
-            self, interval=CLOCK_PERIOD, timeout=self.task_table.viewport().update
-        )
+        self._clock = QTimer(self, interval=CLOCK_PERIOD, timeout=self._pass_time)
         self._clock.start()
+
+    def _pass_time(self) -> None:
+        """Show anew what depends on time alone."""
+        self.task_table.viewport().update()
+        self._needs.refresh()
 
     def chosen_tasks(self) -> list[str]:
         """Return the ids of the selected tasks."""
@@ -96,8 +114,8 @@ class TaskView(QWidget):
         self.again_button.clicked.connect(self._send_again)
         self.details_button.clicked.connect(self._show_details)
         self.task_table.activated.connect(self._show_details)
-        self.defect_button.clicked.connect(lambda: self._set_robots(into=False))
-        self.service_button.clicked.connect(lambda: self._set_robots(into=True))
+        self.defect_button.clicked.connect(self._take_out)
+        self.service_button.clicked.connect(self._put_back)
         self.task_table.selectionModel().selectionChanged.connect(self._show_buttons)
         self.robot_table.selectionModel().selectionChanged.connect(self._show_buttons)
         delete = QShortcut(QKeySequence(Qt.Key_Delete), self.task_table, activated=self._cancel)
@@ -130,7 +148,7 @@ class TaskView(QWidget):
 
     def _show_count(self) -> None:
         shown, total = self.shown_tasks.rowCount(), self.task_rows.rowCount()
-        self.count_label.setText(f"{shown} of {total} tasks")
+        self.count_label.setText(f"{shown} of {counted(total, 'task')}")
 
     def _show_buttons(self) -> None:
         """Enable only the buttons that would do something."""
@@ -143,8 +161,20 @@ class TaskView(QWidget):
         self.service_button.setEnabled(bool(robots))
 
     def _cancel(self) -> None:
-        rows = self._desk.hive.tasks
-        self._desk.cancel([name for name in self.chosen_tasks() if rows[name].is_open])
+        hive = self._desk.hive
+        names = [name for name in self.chosen_tasks() if hive.tasks[name].is_open]
+        if not names:
+            return
+        records = [hive.tasks[name].record for name in names]
+        parts = [part for each in records for part in unfinished_parts(each, hive.records)]
+        listed = ", ".join(names)
+        confirm(
+            self,
+            f"Cancel {listed}?",
+            consequences.of_cancelling([*records, *parts]),
+            f"&Cancel {listed}" if len(names) == 1 else f"&Cancel {counted(len(names), 'task')}",
+            lambda: self._desk.cancel(names),
+        )
 
     def _send_again(self) -> None:
         self._desk.send_again(self.chosen_tasks())
@@ -153,8 +183,20 @@ class TaskView(QWidget):
         for name in self.chosen_tasks()[:1]:
             TaskDetails(self._desk, name, self).show()
 
-    def _set_robots(self, *, into: bool) -> None:
-        self._desk.put_in_service(self.chosen_robots(), into=into)
+    def _take_out(self) -> None:
+        hive, names = self._desk.hive, self.chosen_robots()
+        records = list(hive.records.values())
+        told = [consequences.of_taking_out(hive.robots[name], records) for name in names]
+        confirm(
+            self,
+            f"Take {', '.join(names)} out of service?",
+            [line for lines in told for line in lines],
+            "&Take out of service",
+            lambda: self._desk.put_in_service(names, into=False),
+        )
+
+    def _put_back(self) -> None:
+        self._desk.put_in_service(self.chosen_robots(), into=True)
 
 
 def _sorted(rows: RowsModel) -> QAbstractItemModel:

@@ -138,7 +138,7 @@ ORDER = Codec(
 RECORD = Codec(
     bb_msgs.TaskRecord,
     TaskRecord,
-    "robot step eta reason parent assignment step_eta parts earlier predicted_at",
+    "robot step eta reason parent assignment step_eta parts earlier predicted_at started ended",
     Row("task", write=TASK.encode, read=TASK.decode),
     _one_of("state", TaskState),
     *_tuples("tried"),
