@@ -14,9 +14,10 @@ from hive_common.pose import Pose
 from hive_lab.bench.faults import simulate
 from hive_lab.fault_schedules.draw import draw
 from hive_lab.fault_schedules.faulty_network import Quality
-from hive_lab.fault_schedules.features.exercised import FEATURES
+from hive_lab.fault_schedules.features.exercised import FEATURES, UNDONE
 from hive_lab.fault_schedules.long_run import run_with_freezes, run_with_losses
 from hive_lab.fault_schedules.run import run
+from hive_lab.fault_schedules.scenarios import STRONG_ROBOT
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
     BadLinks,
@@ -100,6 +101,14 @@ def test_full_and_slow_disks_break_no_property():
     broken = [outcome for outcome in outcomes if outcome.violation]
 
     assert not broken, broken[0].in_full()
+
+
+def test_splits_that_are_undone_break_no_property():
+    outcomes = [run(draw(seed, STRONG_ROBOT)) for seed in range(24)]
+    broken = [outcome for outcome in outcomes if outcome.violation]
+
+    assert not broken, broken[0].in_full()
+    assert sum(bool(outcome.exercised[UNDONE]) for outcome in outcomes) > len(outcomes) / 3
 
 
 def test_machines_that_sleep_break_no_property():

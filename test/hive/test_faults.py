@@ -87,7 +87,7 @@ def test_a_robot_that_comes_back_into_service_takes_what_nobody_could():
     hive.set_state("robot1", "idle")
     hive.network.run(20.0)
 
-    assert waits == "no robot is in service"
+    assert waits == "no robot is in service; what would help: robot1 back in service"
     assert hive.states("T1")[-1] is DONE
 
 

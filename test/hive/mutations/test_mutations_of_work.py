@@ -34,10 +34,10 @@ def commit_by_count_what_an_earlier_epoch_left(patch):
 
 
 def announce_before_a_majority_holds_it(patch):
-    def hasty(self, records, then):
+    def hasty(self, records, then, forgotten=()):
         if self.may_act():
             if records:
-                self._step(Propose(records))
+                self._step(Propose(records, forgotten))
             then()
 
     patch.setattr(RaftNode, "commit", hasty)

@@ -235,6 +235,14 @@ def test_a_task_that_nobody_can_take_has_a_reason_for_every_robot():
     )
 
 
+def test_a_robot_out_of_service_that_says_nothing_of_a_task_is_not_among_the_reasons():
+    round_ = auction(record("T1"))
+    round_ = bid_in(round_, answer("robot1", T1=MAX_COST), answer("robot2"))
+    round_ = round_.close(frozenset({"robot1"}))
+
+    assert round_.result().impossible == (("T1", "nobody can take it now: robot1: too far"),)
+
+
 def test_a_robot_that_does_not_answer_again_is_named_once_among_the_reasons():
     tasks = [record("T1"), record("T2")]
     round_ = auction(*tasks, expected=["robot1"])

@@ -14,6 +14,7 @@ from blackboard.auction.decision import (
 )
 from blackboard.auction.decision_log import ENDING, SqliteBook, read_decisions
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
+from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.task import Task, TaskType
 from blackboard.errors import JournalError
 from hive_common.pose import Pose
@@ -105,16 +106,25 @@ def test_a_robot_that_cannot_take_a_task_cannot_by_any_cost_model():
     assert replayed(made, "time")[-1] == made.bids[1]
 
 
+def status(robot, state=RobotState.DEFECT, carries=(100.0, 100.0, 50.0, 50.0)):
+    """Return what a robot said last."""
+    return RobotStatus(robot, state, Pose(0.0, 0.0), charge=1.0, carries=carries)
+
+
 @pytest.mark.parametrize(
     ("exclusions", "words"),
     [
         (["payload", "payload"], "a robot that carries 40 kg with its arm"),
         (["payload", "type"], "a robot that carries 40 kg with its arm"),
         (["type"], "a robot that does GPAB"),
-        (["charge", "payload"], "to charge robot0, or a robot that carries 40 kg with its arm"),
-        (["service"], "to put robot0 back in service"),
-        (["way"], "to clear the way, or another goal"),
+        (["charge", "payload"], "more charge for robot0"),
+        (["charge", "service"], "more charge for robot0, or robot1 back in service"),
+        (["service", "service", "service"], "robot0, robot1 or robot2 back in service"),
+        (["service", "type"], "robot0 back in service"),
+        (["way", "type"], "a clear way for robot0, or another goal"),
         (["cost"], ""),
+        (["cost", "payload"], ""),
+        (["cost", "charge"], "more charge for robot1"),
         ([], ""),
     ],
 )
@@ -127,3 +137,42 @@ def test_what_would_help_follows_from_why_each_robot_is_excluded(exclusions, wor
 def test_an_unknown_exclusion_gives_no_advice():
     assert what_would_help(CARRY, [bid("robot1", MAX_COST, "whim")]) == ""
     assert Exclusion("") is Exclusion.NONE
+
+
+@pytest.mark.parametrize("exclusion", ["payload", "type", "whim", ""])
+def test_robots_out_of_service_that_could_do_it_are_named_and_no_ability_is(exclusion):
+    bids = [bid("robot1", MAX_COST, exclusion)]
+    away = [status("robot4", RobotState.CHARGING), status("robot3", RobotState.OFFLINE)]
+
+    assert what_would_help(CARRY, bids, away) == "robot3 or robot4 back in service"
+
+
+@pytest.mark.parametrize(
+    ("carries", "words"),
+    [
+        ((100.0, 100.0, -1.0, -1.0), "a robot that does GPAB"),
+        ((100.0, 100.0, 2.0, 2.0), "a robot that carries 40 kg with its arm"),
+        ((), ""),
+    ],
+    ids=["no arm", "too weak", "it does not say"],
+)
+@pytest.mark.parametrize("has_refused", [True, False])
+def test_a_robot_out_of_service_that_could_not_do_it_is_not_named(carries, words, has_refused):
+    away = [status("robot3", carries=carries)]
+    bids = [bid("robot3", MAX_COST, "service")] if has_refused and carries else []
+
+    assert what_would_help(CARRY, bids, away) == words
+
+
+def test_a_robot_that_could_do_it_and_has_not_answered_is_named():
+    silent = [status("robot2", RobotState.IDLE)]
+
+    assert what_would_help(CARRY, [], silent) == "an answer from robot2"
+
+
+def test_what_a_robot_has_bid_counts_more_than_its_status():
+    bids = [bid("robot2", MAX_COST, "charge")]
+
+    assert what_would_help(CARRY, bids, [status("robot2", RobotState.IDLE)]) == (
+        "more charge for robot2"
+    )

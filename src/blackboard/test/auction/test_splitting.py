@@ -8,7 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from blackboard.auction.splitting import progress, shares, split, unfinished_parts, with_wholes
+from blackboard.auction.splitting import (
+    progress,
+    shares,
+    split,
+    unfinished_parts,
+    unsplit,
+    with_wholes,
+)
 from blackboard.domain.bid import MAX_COST, Bid
 from blackboard.domain.record import TaskRecord
 from blackboard.domain.task import Task, TaskState, TaskType
@@ -107,6 +114,42 @@ def test_while_one_robot_does_not_say_what_it_carries_nothing_is_split():
 def test_while_one_robot_has_not_answered_nothing_is_split():
     with pytest.raises(SplitRefusedError, match="robot9 has not said what it can carry"):
         divide(robot1=20.0, missing=("robot9",))
+
+
+def test_a_task_that_is_not_to_be_split_is_not():
+    whole = replace(HEAVY, task=replace(HEAVY.task, no_split=True))
+
+    with pytest.raises(
+        SplitRefusedError, match=r"robot1 carries most: 20 kg\), and it is not to be"
+    ):
+        divide(whole, robot1=20.0, robot2=10.0)
+    assert divide(whole, robot1=50.0) == ()
+
+
+@pytest.mark.parametrize(
+    ("most", "words"),
+    [
+        ({"robot1": 20.0}, "3 parts of 16.67 kg, because robot1 carries most, 20 kg"),
+        ({"robot1": 30.0, "robot2": 25.0}, "2 parts of 27.27 kg and 22.73 kg, because robot1"),
+        (
+            {"a": 9.0, "b": 20.0, "c": 21.0, "d": 5.0},
+            "3 parts of 9 kg to 21 kg, because c carries",
+        ),
+        ({"b": 50.0 / 3, "a": 50.0 / 3, "c": 50.0 / 3}, "because a carries most, 16.6667 kg"),
+    ],
+)
+def test_the_whole_says_into_what_it_is_split_and_why(most, words):
+    whole, *_ = divide(**most)
+
+    assert whole.division.startswith("split into ")
+    assert words in whole.division
+    assert whole.reason == f"{whole.division}; 0 of {whole.parts} parts done"
+
+
+def test_a_task_whose_split_is_undone_is_as_if_it_had_never_been_split():
+    whole, *_ = divide(robot1=20.0)
+
+    assert unsplit(whole) == HEAVY
 
 
 def test_a_hundred_parts_are_the_most():

@@ -100,6 +100,28 @@ def test_a_journal_of_a_version_without_forgetting_is_read(path):
     assert latest.earlier == 0
 
 
+@pytest.mark.parametrize("no_split", [True, False])
+def test_whether_a_task_may_be_split_is_read_again(path, no_split):
+    record = replace(ONE, task=replace(ONE.task, no_split=no_split), division="split into ...")
+    journal = SqliteJournal(path)
+    journal.save(replace(EMPTY, log=EMPTY.log.append(Entry(3, 2, (record,)))))
+
+    assert again(journal, path).load().log.latest.records["T1"] == record
+
+
+def test_a_journal_of_a_version_that_always_split_is_read(path):
+    journal = SqliteJournal(path)
+    journal.save(replace(EMPTY, log=EMPTY.log.append(Entry(3, 2, (ONE,)))))
+    journal.close()
+    with closing(sqlite3.connect(path)) as database, database:
+        ((text,),) = database.execute("SELECT entry FROM entries").fetchall()
+        entry = json.loads(text)
+        del entry["records"][0]["division"], entry["records"][0]["task"]["no_split"]
+        database.execute("UPDATE entries SET entry = ?", (json.dumps(entry),))
+
+    assert dict(SqliteJournal(path).load().log.latest.records) == {"T1": ONE}
+
+
 def test_the_next_process_reads_unacknowledged_reports(path):
     journal = SqliteJournal(path)
     journal.save_reports([DONE])

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from blackboard.domain.characteristics import RobotState, characteristics_from
+from blackboard.domain.characteristics import RobotState, RobotStatus, characteristics_from
 from blackboard.domain.task import Task, TaskType
 from blackboard.errors import CharacteristicsError
 from hive_common.pose import Pose
@@ -121,3 +121,19 @@ def test_a_robot_is_in_service_when_it_is_idle_or_busy():
         RobotState.IDLE,
         RobotState.BUSY,
     }
+
+
+def test_what_a_robot_carries_is_told_for_each_type_of_task():
+    robot = characteristics_from(MODEL)
+
+    assert robot.carries == (100.0, -1.0, -1.0, 6.0)
+    assert characteristics_from(changed("arm")).carries == (100.0, -1.0, -1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("carries", "most"), [((100.0, -1.0, -1.0, 6.0), 6.0), ((), None), ((100.0,), None)]
+)
+def test_a_status_that_does_not_tell_what_a_robot_carries_is_unknown(carries, most):
+    status = RobotStatus("robot1", RobotState.IDLE, A, 1.0, carries=carries)
+
+    assert status.most_payload(TaskType.GPAB) == most

@@ -180,7 +180,14 @@ def test_when_a_task_was_posted_does_not_change_what_it_asks():
 
 @pytest.mark.parametrize(
     "change",
-    [{"type": TaskType.GAB}, {"goals": (B, A)}, {"priority": 6}, {"payload": 2.5}, {"id": "T2"}],
+    [
+        {"type": TaskType.GAB},
+        {"goals": (B, A)},
+        {"priority": 6},
+        {"payload": 2.5},
+        {"id": "T2"},
+        {"no_split": True},
+    ],
 )
 def test_anything_else_changes_what_a_task_asks(change):
     assert not GOOD.asks_the_same_as(replace(GOOD, **change))

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One robot that is told what to do by the test, in the blackboard's place."""
 
+from dataclasses import replace
+
 import pytest
 
-from blackboard.domain.bid import MAX_COST
+from blackboard.domain.bid import MAX_COST, Exclusion
 from blackboard.domain.characteristics import RobotState
 from blackboard.domain.record import OrderKind
 from blackboard.domain.talker import (
@@ -13,6 +15,7 @@ from blackboard.domain.talker import (
 from blackboard.domain.task import Task, TaskState, TaskType
 from hive_common.pose import Pose
 from hive_lab.virtual.harness import STEP, RobotHarness
+from hive_lab.virtual.hive import SMALL_ROBOT
 
 A, B = Pose(6.0, 0.0), Pose(12.0, 0.0)
 GO = Task("T1", TaskType.GA, (A,))
@@ -35,6 +38,7 @@ def test_a_robot_publishes_its_status_at_the_start_and_then_once_a_second():
     assert statuses[0].state is RobotState.IDLE
     assert statuses[0].pose == Pose(0.0, 0.0)
     assert statuses[0].charge == 1.0
+    assert statuses[0].carries == SMALL_ROBOT.carries
 
 
 def test_it_bids_on_everything_that_is_broadcast_in_one_answer():
@@ -55,6 +59,18 @@ def test_out_of_service_it_bids_max_cost_and_says_why(word):
     (bid,) = harness.bids(GO).bids
 
     assert (bid.cost, bid.reason) == (MAX_COST, f"{word}, set by an operator")
+    assert bid.exclusion == Exclusion.SERVICE
+
+
+@pytest.mark.parametrize("word", ["defect", "charging"])
+def test_out_of_service_it_says_of_what_it_can_never_do_that_it_never_can(word):
+    harness = RobotHarness(charge=0.5)
+    harness.set_state(word)
+
+    (bid,) = harness.bids(replace(CARRY, payload=99.0)).bids
+
+    assert bid.exclusion == Exclusion.PAYLOAD
+    assert bid.reason.startswith("carries at most ")
 
 
 def test_asked_for_a_task_that_has_not_begun_it_hands_it_back():

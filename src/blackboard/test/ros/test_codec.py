@@ -27,23 +27,10 @@ from blackboard.ros.codec.tables import WIRES
 from hive_common.pose import Pose
 
 HERE, THERE = Pose(1.0, 2.0, 3.0), Pose(4.0, 5.0, 6.0)
-TASK = Task("T1", TaskType.GPAB, (HERE, THERE), 7, 2.5, "map", 12.25, "desk 3")
+TASK = Task("T1", TaskType.GPAB, (HERE, THERE), 7, 2.5, "map", 12.25, "desk 3", no_split=True)
 RECORD = TaskRecord(
-    TASK,
-    TaskState.STARTED,
-    "robot1",
-    1,
-    8.0,
-    "slow",
-    "T0",
-    5,
-    ("robot2",),
-    3.0,
-    2,
-    4,
-    9.5,
-    1.5,
-    2.5,
+    *(TASK, TaskState.STARTED, "robot1", 1, 8.0, "slow", "T0", 5, ("robot2",), 3.0, 2, 4),
+    *(9.5, 1.5, 2.5, "split"),
 )
 TERMS = CostTerms(0.5, 7.0, 2, 11.0, 13.0, 17.0, 19.0, 0.25)
 BID = Bid(
@@ -86,6 +73,7 @@ FULL = {
         tasks=("T1", "T2", "T3"),
         sent=4.5,
         hive="hive",
+        carries=(20.0, 20.0, -1.0, 0.5),
     ),
     "CLAIM": Claim("robot1", "dock", 3.5, HERE, (("robot2", 1.5), ("robot3", 2.5))),
     "HEARTBEAT": Heartbeat(

@@ -50,6 +50,57 @@ def test_add_prints_the_id_alone_so_that_a_script_can_use_it(terminal):
     assert (task.priority, task.payload) == (5, 20.0)
 
 
+def test_add_can_ask_that_a_task_is_never_split(terminal):
+    terminal("add", "GA", "--goal", "1,2", "--no-split")
+    terminal("add", "GA", "--goal", "1,2")
+
+    assert [task.no_split for task in terminal.link.posted] == [True, False]
+
+
+def tell_of_robots(terminal, carries=100.0):
+    """Have one robot tell what it carries [kg]."""
+    terminal.link.robots = {"robot1"}
+    told = (carries, carries, -1.0, -1.0) if carries else ()
+    terminal.link.say(RobotStatus("robot1", RobotState.IDLE, Pose(1.0, 2.0), 1.0, carries=told))
+
+
+def test_add_says_before_it_posts_that_a_task_will_be_split(terminal, capsys):
+    tell_of_robots(terminal)
+    said = []
+    answer = terminal.link.on_post
+    terminal.link.on_post = lambda task: [said.append(capsys.readouterr().err), answer(task)]
+
+    code, out, _ = terminal("add", "GA", "--goal", "1,2", "--payload", "500", "--id", "T7")
+
+    assert (code, out) == (0, "T7\n")
+    assert said[0] == (
+        "no robot in service can carry 500 kg (robot1 carries most: 100 kg); "
+        "the hive will split T7 into 5 parts\n"
+    )
+
+
+@pytest.mark.parametrize("carries", [500.0, 0.0], ids=["one can", "it does not tell"])
+def test_add_says_nothing_of_what_is_not_split_or_not_certain(terminal, carries):
+    tell_of_robots(terminal, carries)
+
+    _, _, err = terminal("add", "GA", "--goal", "1,2", "--payload", "500")
+
+    assert err == ""
+
+
+def test_run_says_before_each_task_that_it_will_be_split(terminal, tmp_path):
+    scenario = tmp_path / "heavy.yaml"
+    task = "{id: T7, type: GA, goals: [[1, 2]], payload: 500}"
+    scenario.write_text(f"description: x\nworld: lab\nfleet: lab\ntasks: [{task}]\n")
+    terminal.hive.start()
+    tell_of_robots(terminal)
+
+    code, _, err = terminal("run", str(scenario))
+
+    assert code == 0
+    assert "the hive will split T7 into 5 parts" in err
+
+
 def test_two_tasks_without_ids_get_different_ones(terminal):
     terminal("add", "GA", "--goal", "1,2")
     terminal.hive.start()

@@ -3,6 +3,7 @@
 
 import contextlib
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -22,6 +23,9 @@ EMPTY = Bid("robot3", "T7", MAX_COST, reason="its charge would fall to 8%", excl
 
 EXCHANGED = "exchanged: T5 from robot1 to robot2, T9 from robot2 to robot1"
 
+SPLIT = "split into 3 parts of 100 kg, because robot1 carries most, 100 kg"
+WEAK = Bid("robot1", "T9", MAX_COST, reason="carries at most 100 kg, not 300 kg")
+
 
 @pytest.fixture
 def hive(tmp_path, capsys):
@@ -32,6 +36,12 @@ def hive(tmp_path, capsys):
         Decision("T7", 1, 4, 1, 10.0, "", reason, (EMPTY,)),
         Decision("T7", 1, 5, 2, 12.5, "robot1", "", (NEAR, SOON, EMPTY), ("robot4",)),
         Decision("T5", 1, 6, 1, 14.0, "robot2", EXCHANGED, (NEAR, SOON)),
+        Decision("T9.2", 1, 1, 1, 2.0, "robot3"),
+        Decision("T9", 1, 7, 1, 15.0, "", SPLIT, (WEAK,), parts=("T9.1", "T9.2", "T9.3")),
+        Decision("T9.1", 1, 7, 1, 15.0, "", f"a part of T9, which was {SPLIT}"),
+        Decision("T9.1", 1, 7, 2, 15.5, "robot1", "", (replace(NEAR, task_id="T9.1"),)),
+        Decision("T9.3", 1, 7, 1, 15.0, "", f"a part of T9, which was {SPLIT}"),
+        Decision("T9.3", 1, 8, 1, 16.0, "", SPLIT, parts=("T9.3.1", "T9.3.2")),
     ])  # fmt: skip
     book.close()
 
@@ -80,6 +90,29 @@ def test_why_prints_plain_data_for_programs(hive):
     first, second = json.loads(out)
     assert (first["winner"], second["winner"]) == ("", "robot1")
     assert second["bids"][0]["terms"]["way"] == 8.25
+
+
+def test_why_tells_of_a_split_task_why_it_was_split_and_which_robot_got_which_part(hive):
+    code, out, _ = hive("why", "T9")
+
+    lines = out.splitlines()
+    assert code == 0
+    assert lines[0] == f"T9 at 15.0 s, auction 1/7, round 1: {SPLIT}"
+    assert lines[2].startswith("robot1")
+    assert [line.split() for line in lines[3:5]] == [
+        ["PART", "ROBOT", "REASON"],
+        ["T9.1", "robot1"],
+    ]
+    assert lines[5].split()[:2] == ["T9.2", "-"]
+    assert lines[6].endswith(SPLIT)
+
+
+def test_why_tells_of_a_part_as_of_any_task(hive):
+    code, out, err = hive("why", "T9.1")
+
+    assert code == 0
+    assert out.startswith("T9.1 at 15.5 s, auction 1/7, round 2: was given to robot1\n")
+    assert err == "1 earlier: hive why T9.1 --all\n"
 
 
 def test_what_nobody_has_recorded_is_said_with_the_folder(hive, tmp_path):

@@ -11,7 +11,6 @@ from hive_common.pose import Pose
 RECORD = TaskRecord(Task("T1", TaskType.GPA, (Pose(0.0, 0.0),), payload=40.0))
 ABLE = Bid("robot1", "T1", 0.52, 0.02, 300.0, terms=CostTerms(0.02, 39.5, 2, 8.25, 300.0))
 EMPTY = Bid("robot2", "T1", MAX_COST, reason="too empty", exclusion=Exclusion.CHARGE)
-WEAK = Bid("robot3", "T1", MAX_COST, reason="too weak", exclusion=Exclusion.PAYLOAD)
 
 
 def test_a_bid_is_shown_with_its_terms():
@@ -30,17 +29,10 @@ def test_a_robot_that_cannot_is_shown_with_its_reason_and_no_terms():
     assert set(cells[2:-1]) == {"–"}
 
 
-def test_where_nobody_can_it_is_said_what_would_help():
-    assert story(RECORD, [EMPTY, WEAK], 0) == (
-        "What would help: to charge robot2, or a robot that carries 40 kg with its arm"
-    )
-    assert story(RECORD, [ABLE, EMPTY], 0) == ""
-
-
 def test_it_is_told_how_often_a_task_was_offered_assigned_and_tried():
     record = TaskRecord(RECORD.task, assignment=3, tried=("robot1", "robot2", "robot1"))
 
-    assert story(record, [ABLE], 4).splitlines() == [
+    assert story(record, 4).splitlines() == [
         "Auctions it was seen in: 4. Times assigned: 3.",
         "Tried without success by robot1 (2x), robot2.",
     ]

@@ -109,3 +109,14 @@ def test_ids_stay_where_they_are_free_and_get_one_ending_all_where_not(written):
     assert ids({"other"}) == ["soon", "late"]
     assert ids({"late"}) == ["soon-2", "late-2"]
     assert ids({"late", "soon-2"}) == ["soon-3", "late-3"]
+
+
+def test_a_task_may_say_that_it_is_not_to_be_split(written):
+    scenario = read_scenario(written(GOOD.replace("after: 5", "after: 5, split: false")))
+
+    assert [planned.task.no_split for planned in scenario.tasks] == [False, True]
+
+
+def test_whether_a_task_may_be_split_is_true_or_false(written):
+    with pytest.raises(FileError, match=r"tasks\[0\]\.split"):
+        read_scenario(written(GOOD.replace("after: 5", "after: 5, split: seldom")))

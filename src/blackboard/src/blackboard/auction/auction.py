@@ -122,7 +122,15 @@ class Auction:
             else {task: bid for task, bid in each.items() if not bid.is_able}
             for robot, each in self.bids.items()
         }
-        return replace(self, is_open=False, bids=bids, missing=self.missing & in_service)
+        # Of a robot out of service that says nothing of a task there is nothing to tell.
+        counted = in_service.union(robot for robot, each in bids.items() if each)
+        return replace(
+            self,
+            is_open=False,
+            bids=bids,
+            missing=self.missing & in_service,
+            answered=self.answered & counted,
+        )
 
     def hear(self, answer: Bids, in_service: frozenset[str] | None = None) -> tuple[Auction, str]:
         """Take in a robot's bids; repeating the same answer changes nothing.

@@ -50,6 +50,7 @@ class Auctioneer:
         in_service: Gives the robots that take tasks.
         known: Gives all robots.
         last: Gives the last status of a robot; None if it was never heard.
+        offered: Gives the task list as auctions are to see it.
         recall: Asks a robot to hand a task back if it has not begun.
         reorder: Tells a robot another place for a task on its list.
         carry_out: Called with the result of each round, and with what follows once it is
@@ -67,6 +68,7 @@ class Auctioneer:
         in_service: Callable[[], frozenset[str]],
         known: Callable[[], frozenset[str]],
         last: Callable[[str], RobotStatus | None],
+        offered: Callable[[Mapping[str, TaskRecord]], Mapping[str, TaskRecord]],
         recall: Callable[[TaskRecord], None],
         reorder: Callable[[TaskRecord, int], None],
         carry_out: Callable[[Result, Callable[[], None]], None],
@@ -78,6 +80,7 @@ class Auctioneer:
         self._in_service = in_service
         self._known = known
         self._last = last
+        self._offered = offered
         self._recall = recall
         self._reorder = reorder
         self._carry_out = carry_out
@@ -159,7 +162,8 @@ class Auctioneer:
 
     def _view(self, records: Mapping[str, TaskRecord]) -> View:
         node = self._node
-        return View(node.hive, node.epoch, records, self._in_service(), self._last)
+        seen = self._offered(records)
+        return View(node.hive, node.epoch, seen, self._in_service(), self._last)
 
     def _do(self, effect: Effect) -> None:
         if isinstance(effect, Broadcast):

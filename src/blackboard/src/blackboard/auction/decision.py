@@ -11,8 +11,9 @@ from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion, ranked
 from blackboard.domain.task import TaskType
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Container, Iterable, Sequence
 
+    from blackboard.domain.characteristics import RobotStatus
     from blackboard.domain.task import Task
 
 
@@ -29,6 +30,12 @@ class Decision:
     reason: str = ""  # in words, if no robot could take it or it did not go to the lowest bid
     bids: tuple[Bid, ...] = ()  # the robots' bids, in the order of their names
     silent: tuple[str, ...] = ()  # robots that did not answer in time
+    parts: tuple[str, ...] = ()  # ids of the parts into which it is split
+
+    @property
+    def number(self) -> tuple[int, int, int]:
+        """Epoch, auction and round, in which decisions follow each other."""
+        return self.epoch, self.auction, self.round
 
 
 def replayed(decision: Decision, model: str) -> list[Bid]:
@@ -44,13 +51,14 @@ def replayed(decision: Decision, model: str) -> list[Bid]:
 
 
 def from_plain(values: dict[str, Any]) -> Decision:
-    """Return the decision in plain data.
+    """Return the decision in plain data; that of an older program has no `parts`.
 
     Raises:
         KeyError, TypeError: There is none in it.
     """
     bids = tuple(Bid(**{**bid, "terms": _terms(bid["terms"])}) for bid in values["bids"])
-    return Decision(**{**values, "bids": bids, "silent": tuple(values["silent"])})
+    lists = {key: tuple(values.get(key, ())) for key in ("silent", "parts")}
+    return Decision(**{**values, "bids": bids, **lists})
 
 
 def _terms(values: dict[str, Any] | None) -> CostTerms | None:
@@ -58,28 +66,65 @@ def _terms(values: dict[str, Any] | None) -> CostTerms | None:
     return CostTerms(**{"added_charge": values["energy_charge"], **values}) if values else None
 
 
-def what_would_help(task: Task, bids: Iterable[Bid]) -> str:
-    """Return in words what would let some robot take a task; empty if the bids do not tell.
+def what_would_help(task: Task, bids: Iterable[Bid], fleet: Iterable[RobotStatus] = ()) -> str:
+    """Return in words what would let some robot take a task; empty if nothing is known.
 
-    Robots that only lack charge or are only out of service are named first: they are there.
+    Robots that are there and could do it are named. Only if there is none, the words say what a
+    robot needs to be able to do.
+
+    Args:
+        task: The task that no robot can take.
+        bids: The robots' bids on it.
+        fleet: The last statuses of all robots. Robots that have made no bid may be out of service.
     """
+    excluded = {bid.robot_id: bid.exclusion for bid in bids}
     robots: dict[str, list[str]] = {}
-    for bid in bids:
-        robots.setdefault(bid.exclusion, []).append(bid.robot_id)
-    kind = TaskType(task.type)
-    with_arm = " with its arm" if kind.picks else ""
+    for status in fleet:
+        name, bid = status.robot_id, excluded.get(status.robot_id)
+        if bid in {None, Exclusion.SERVICE}:
+            excluded[name] = _exclusion_of(status, task, was_silent=bid is None)
+    for name in sorted(excluded):
+        robots.setdefault(excluded[name], []).append(name)
     told = {
-        Exclusion.CHARGE: f"to charge {_listed(robots.get(Exclusion.CHARGE, ()))}",
-        Exclusion.SERVICE: f"to put {_listed(robots.get(Exclusion.SERVICE, ()))} back in service",
-        Exclusion.WAY: "to clear the way, or another goal",
-        Exclusion.PAYLOAD: f"a robot that carries {task.payload:g} kg{with_arm}",
-        Exclusion.TYPE: f"a robot that does {kind.name}",
+        Exclusion.CHARGE: "more charge for {}",
+        Exclusion.SERVICE: "{} back in service",
+        _SILENCE: "an answer from {}",
+        Exclusion.WAY: "a clear way for {}, or another goal",
     }
-    helps = [words for exclusion, words in told.items() if exclusion in robots]
-    if Exclusion.PAYLOAD in robots and Exclusion.TYPE in robots:
-        helps.remove(told[Exclusion.TYPE])
-    return ", or ".join(helps)
+    helps = [
+        words.format(_listed(robots[exclusion]))
+        for exclusion, words in told.items()
+        if exclusion in robots
+    ]
+    if Exclusion.COST in robots:  # a robot could do it, and nobody knows what makes it cheaper
+        return ", or ".join(helps)
+    return ", or ".join(helps) or _ability(task, robots)
 
 
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(sorted(names))
+_SILENCE = "silence"
+"""Why a robot in service has made no bid, beside the values of `Exclusion`."""
+
+
+def _exclusion_of(status: RobotStatus, task: Task, *, was_silent: bool) -> str:
+    """Return why a robot has not bid; `was_silent` if it has said nothing, not even a refusal."""
+    most = status.most_payload(TaskType(task.type))
+    if most is None:
+        return Exclusion.NONE if was_silent else Exclusion.SERVICE
+    if most < 0.0:
+        return Exclusion.TYPE
+    if most < task.payload:
+        return Exclusion.PAYLOAD
+    return _SILENCE if was_silent and status.state.in_service else Exclusion.SERVICE
+
+
+def _ability(task: Task, excluded: Container[str]) -> str:
+    kind = TaskType(task.type)
+    if Exclusion.PAYLOAD in excluded:
+        return f"a robot that carries {task.payload:g} kg" + " with its arm" * kind.picks
+    return f"a robot that does {kind.name}" if Exclusion.TYPE in excluded else ""
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return names in words: robot1, robot2 or robot3."""
+    *others, last = names
+    return f"{', '.join(others)} or {last}" if others else last

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from contextlib import closing, suppress
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from blackboard.auction.decision import from_plain
@@ -104,4 +105,4 @@ def read_decisions(folder: Path, task_id: str) -> list[Decision]:
             found += [from_plain(json.loads(text)) for (text,) in texts]
         except (sqlite3.Error, ValueError, KeyError, TypeError) as error:
             raise JournalError(f"{path} cannot be read: {error}") from None
-    return sorted(found, key=lambda each: (each.epoch, each.auction, each.round))
+    return sorted(found, key=attrgetter("number"))

@@ -8,7 +8,7 @@ payload. The whole is not auctioned any more; its record shows the progress of i
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from blackboard.domain.record import TaskRecord
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from blackboard.domain.bid import Bid
+    from blackboard.domain.task import Task
 
 MAX_PARTS = 100
 """More parts than this are almost certainly a typo in the payload."""
@@ -48,6 +49,57 @@ def shares(payload: float, capacities: Sequence[float]) -> tuple[float, ...]:
     return tuple(sorted((part * _GRAM for part in grams), reverse=True))
 
 
+@dataclass(frozen=True, slots=True)
+class Division:
+    """Into which shares a task is split, and why."""
+
+    shares: tuple[float, ...]  # of the payload [kg], the heaviest first
+    strongest: str  # the robot that carries most
+    most: float  # what that robot carries [kg]
+
+    def __str__(self) -> str:
+        weights = list(dict.fromkeys(f"{share:.4g} kg" for share in self.shares))
+        told = " and ".join(weights[:1] + weights[1:][-1:])
+        if len(weights) > 2:  # noqa: PLR2004  (more than the two that are told)
+            told = f"{weights[-1]} to {weights[0]}"
+        return (
+            f"{len(self.shares)} parts of {told}, because {self.strongest} carries most, "
+            f"{self.most:g} kg"
+        )
+
+
+def division(task: Task, most: Mapping[str, float | None]) -> Division | None:
+    """Return how a task is split among robots; None if it is not too heavy for all of them.
+
+    `most` is what each robot in service can carry of such a task [kg]: less than a gram where it
+    can carry nothing of it, None where it does not say.
+
+    Raises:
+        SplitRefusedError: It is too heavy and is not split; the text says why.
+    """
+    able = {robot: kg for robot, kg in most.items() if kg is not None and kg >= _GRAM}
+    strongest = min(able, key=lambda robot: (-able[robot], robot), default="")
+    if not able or task.payload <= able[strongest]:
+        return None
+    strength = able[strongest]
+    if task.no_split:
+        raise SplitRefusedError(
+            f"too heavy for any one robot ({strongest} carries most: {strength:g} kg), "
+            "and it is not to be split"
+        )
+    if unknown := sorted(robot for robot, kg in most.items() if kg is None):
+        raise SplitRefusedError(
+            f"too heavy for {strength:g} kg at most, but {', '.join(unknown)} "
+            "has not said what it can carry"
+        )
+    if task.payload > MAX_PARTS * strength:
+        raise SplitRefusedError(
+            f"{task.payload:g} kg would take more than {MAX_PARTS} parts of {strength:g} kg at "
+            "most"
+        )
+    return Division(shares(task.payload, list(able.values())), strongest, strength)
+
+
 def split(
     record: TaskRecord,
     bids: Iterable[Bid],
@@ -63,23 +115,12 @@ def split(
     Raises:
         SplitRefusedError: It is too heavy and cannot be split; the text says why.
     """
-    payload = record.task.payload
-    most = {bid.robot_id: bid.most_payload for bid in bids}
-    unknown = sorted(robot for robot in in_service if not most.get(robot))
-    able = [most[robot] for robot in in_service if most.get(robot, 0.0) >= _GRAM]
-    if payload <= max(able, default=math.inf):
+    told = {bid.robot_id: bid.most_payload or None for bid in bids}
+    how = division(record.task, {robot: told.get(robot) for robot in in_service})
+    if how is None:
         return ()
-    if unknown:
-        raise SplitRefusedError(
-            f"too heavy for {max(able):g} kg at most, but {', '.join(unknown)} "
-            "has not said what it can carry"
-        )
-    if payload > MAX_PARTS * max(able):
-        raise SplitRefusedError(
-            f"{payload:g} kg would take more than {MAX_PARTS} parts of {max(able):g} kg at most"
-        )
     parts = []
-    for number, share in enumerate(shares(payload, able), start=1):
+    for number, share in enumerate(how.shares, start=1):
         part_id = f"{record.task.id}.{number}"
         if is_taken(part_id) or len(part_id) > MAX_ID_LENGTH:
             raise SplitRefusedError(
@@ -88,8 +129,24 @@ def split(
             )
         task = replace(record.task, id=part_id, payload=round(share, 3))
         parts.append(TaskRecord.new(task, earlier, parent=record.task.id))
-    whole = replace(record, parts=len(parts), step=0, eta=0.0)
+    words = f"split into {how}"
+    whole = replace(record, parts=len(parts), step=0, eta=0.0, division=words)
     return progress(whole, parts), *parts
+
+
+def unsplit(whole: TaskRecord) -> TaskRecord:
+    """Return the record of a task whose split is undone, so that it waits as a whole."""
+    return replace(
+        whole,
+        state=TaskState.WAITING,
+        robot="",
+        parts=0,
+        division="",
+        step=0,
+        eta=0.0,
+        step_eta=0.0,
+        reason="",
+    )
 
 
 def progress(whole: TaskRecord, parts: Sequence[TaskRecord]) -> TaskRecord:
@@ -113,6 +170,8 @@ def progress(whole: TaskRecord, parts: Sequence[TaskRecord]) -> TaskRecord:
             last = max(left, key=lambda part: part.predicted_at + part.eta)
             changes |= {"eta": last.eta, "predicted_at": last.predicted_at}
     reason = f"{done} of {len(parts)} parts done"
+    if whole.division:
+        reason = f"{whole.division}; {reason}"
     return replace(whole, state=state, reason=reason, **changes)  # type: ignore[arg-type]  # fields by name
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from blackboard.auction.auctioneer import Auctioneer
 from blackboard.auction.central import Central
-from blackboard.auction.splitting import unfinished_parts, with_wholes
+from blackboard.auction.splitting import part_ids, unfinished_parts, with_wholes
 from blackboard.auction.step import (
     ImprovementDue,
     RobotImproved,
@@ -28,6 +28,7 @@ from blackboard.board.awarding import assigned, decisions, unassigned
 from blackboard.board.orders import Orders
 from blackboard.board.recovery import put_back
 from blackboard.board.retention import Retention
+from blackboard.board.unsplitting import Unsplitting
 from blackboard.board.watch import Presence, Watch
 from blackboard.consensus.journal import to_json
 from blackboard.domain.record import MOVES_ON, OrderKind, TaskRecord, TaskUpdate
@@ -89,6 +90,9 @@ class Blackboard:
         self._presence = Presence(settings.reassign)
         self._orders = Orders(talker, node, settings.order_timeout)
         self._watch = Watch(talker, node, self._orders, self._presence, settings)
+        self._unsplitting = Unsplitting(
+            talker, node, self._orders, self._presence, settings.reassign
+        )
         self._note = note
         central = Central(
             node.get,
@@ -103,6 +107,7 @@ class Blackboard:
             in_service=self._presence.in_service,
             known=self._presence.known,
             last=self._presence.last,
+            offered=self._unsplitting.offered,
             recall=self._recall,
             reorder=self._orders.give,
             carry_out=self._carry_out,
@@ -127,6 +132,7 @@ class Blackboard:
         """Begin to decide, with the task list that the hive has committed."""
         self._orders.resume(self._node.records.values())
         self._watch.begin()
+        self._unsplitting.begin()
         self._retention.begin()
         self._auctioneer.lead()
         every, settings = self._talker.every, self._settings
@@ -164,12 +170,25 @@ class Blackboard:
         if released:
             self._commit(*released)
             self._retry()
+        self._undo_splits()
         self._node.forget(self._retention.due(self._node.member.log, self._talker.now()))
+
+    def _undo_splits(self) -> None:
+        """Go on to undo splits of which no part has been begun."""
+        anew, more = self._unsplitting.look()
+        if anew:
+            self._auctioneer.handle(Withdrawn(anew))
+        if more:
+            self._auctioneer.handle(Signal.TASK_CAME)
 
     def _carry_out(self, result: Result, then: Callable[[], None]) -> None:
         """Assign tasks to their winners and split tasks that are too heavy, as one change."""
-        won = list(assigned(result, self._node, self._talker.date()))
-        others = unassigned(result, self._node, self._presence.in_service())
+        won = list(assigned(result, self._node, self._talker.date(), self._unsplitting.is_ready))
+        known = [self._node.get(record.task.id) for record in won]
+        joined = [part for whole in known if whole for part in part_ids(whole)]
+        others = unassigned(result, self._node, self._presence)
+        self._unsplitting.stop(task_id for task_id, _ in result.impossible)
+        self._unsplitting.stop(record.task.id for record in won)
 
         def order() -> None:
             for record in won:
@@ -177,12 +196,12 @@ class Blackboard:
             then()
 
         if won or others:
-            self._commit(*won, *others, then=order)
+            self._commit(*won, *others, then=order, joined=joined)
         else:
             then()
         # While the other members write the change to disk.
         try:
-            self._note(decisions(result, others, self._talker.date()))
+            self._note(decisions(result, won, others, self._talker.date()))
         except JournalError as error:
             self._talker.warn(f"the reasons for these assignments are lost: {error}")
 
@@ -273,6 +292,8 @@ class Blackboard:
             return
         can_bid_better = self._watch.hear(status)
         if can_bid_better and self._node.may_act():
+            # First, so that the robot begins no part of what it can carry as a whole.
+            self._undo_splits()
             self._auctioneer.handle(RobotImproved(status.robot_id))
 
     def _hear_update(self, update: TaskUpdate) -> None:
@@ -325,34 +346,42 @@ class Blackboard:
         """Offer a task that a robot handed back to the others, or give it up."""
         if late := self._watch.lateness(record):
             update = replace(update, reason=f"{update.reason} ({late})")
-        tried = not self._auctioneer.has_recalled(record)
-        if not tried:
+        self._unsplitting.note_release(record, update)
+        is_moved = self._auctioneer.has_recalled(record)
+        if is_moved:
             reason = f"{update.robot_id} has handed it back: {MOVES_ON}"
             update = replace(update, reason=reason)
-        released = put_back(record, update, self._settings.most_hand_backs, tried=tried)
+        recalled = is_moved or self._unsplitting.has_recalled(record)
+        released = put_back(record, update, self._settings.most_hand_backs, tried=not recalled)
         if released is not None:
             self._commit(released)
             self._auctioneer.handle(Signal.TASK_CAME)
 
     def _commit(
-        self, *records: TaskRecord, then: Callable[[], None] | None = None, tell: bool = True
+        self,
+        *records: TaskRecord,
+        then: Callable[[], None] | None = None,
+        tell: bool = True,
+        joined: Iterable[str] = (),
     ) -> None:
         """Have changes committed; then tell everyone, unless the robot has done so already.
 
-        What follows for the tasks that they are parts of belongs to the same change.
+        What follows for the tasks that they are parts of belongs to the same change. The parts
+        that are `joined` leave the list.
         """
-        now = self._talker.date()
+        now, forgotten = self._talker.date(), tuple(joined)
         records = tuple(each.dated(now) for each in records)
         changed = tuple(each.dated(now) for each in with_wholes(records, self._node.records))
         if not changed:
             return
+        gone = [record for record in map(self._node.get, forgotten) if record]
         self._auctioneer.handle(
             Withdrawn(
                 frozenset(
                     record.task.id
                     for record in changed
                     if record.state is not TaskState.WAITING or record.parts
-                )
+                ).union(forgotten)
             )
         )
         self._stop_resending(changed)
@@ -363,10 +392,13 @@ class Blackboard:
             for record in changed:
                 if tell or record not in records:
                     self._tell(record)
+            for part in gone:
+                reason = f"robots do {part.parent} as a whole again"
+                self._tell(replace(part, state=TaskState.CANCELLED, reason=reason))
             if then is not None:
                 then()
 
-        self._node.commit(changed, committed)
+        self._node.commit(changed, committed, forgotten)
 
     def _stop_resending(self, changed: Iterable[TaskRecord]) -> None:
         """Stop resending orders for tasks that no robot holds."""

@@ -85,11 +85,11 @@ def _records_flaw(records: Iterable[TaskRecord]) -> str:
 
 @lru_cache(maxsize=4096)  # A task list is told again and again, and hardly anything has changed.
 def record_flaw(record: TaskRecord) -> str:
-    """Return what is wrong with a record; its reason may be as long as the leader made it."""
+    """Return what is wrong with a record; its texts may be as long as the leader made them."""
     if record.step > record.parts > 0:
         return f"step {record.step} of {record.task.id} is beyond its {record.parts} parts"
     flaw = _task_flaw(record.task, 0 if record.parts else record.step)
-    return flaw or flaw_of(replace(record, reason=""), "TaskRecord")
+    return flaw or flaw_of(replace(record, reason="", division=""), "TaskRecord")
 
 
 def _update_flaw(update: TaskUpdate) -> str:

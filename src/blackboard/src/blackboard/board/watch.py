@@ -88,6 +88,10 @@ class Presence:
         """Return the names of the robots that take tasks."""
         return self._in_service
 
+    def fleet(self) -> tuple[RobotStatus, ...]:
+        """Return the last statuses of all robots that were heard and are not forgotten."""
+        return tuple(seen.status for seen in self._seen.values())
+
     def last(self, robot_id: str) -> RobotStatus | None:
         """Return the last status of a robot; None if it was never heard."""
         seen = self._seen.get(robot_id)

@@ -196,12 +196,18 @@ class RaftNode:
         self._with_held = {**self.records, record.task.id: record}
         self._held.append((record, then))
 
-    def commit(self, records: tuple[TaskRecord, ...], then: Callable[[], None]) -> None:
+    def commit(
+        self,
+        records: tuple[TaskRecord, ...],
+        then: Callable[[], None],
+        forgotten: tuple[str, ...] = (),
+    ) -> None:
         """Replicate new or changed records, and those that are held.
 
         Args:
             records: What to write; if empty, wait for what was written before.
             then: Called once a majority has it on disk; never if this member steps down before.
+            forgotten: Ids of parts that leave the list, because one of `records` is their whole.
         """
         if not self.may_act():
             return
@@ -209,7 +215,7 @@ class RaftNode:
         # A record that has changed while it was held is written once, in its place.
         changed = {each.task.id: each for each in (*(one for one, _ in held), *records)}
         if changed:
-            self._step(Propose(tuple(changed.values())))
+            self._step(Propose(tuple(changed.values()), forgotten))
         version = self._member.log.position.version
         for after in (*(after for _, after in held), then):
             if not self._serving:

@@ -62,25 +62,30 @@ class Bidder:
         first = self._schedule.first() if at_work else None
         kept = {first.task.id} if first is not None else set()
         route = self._schedule.route(here, at_work=at_work, without=offered - kept)
-        bids = tuple(
-            self._refuse(task, refusal or "has begun it already", Exclusion.SERVICE)
-            if refusal or task.id in kept
-            else self._bid(task, step, here, route, at_work=at_work)
-            for task, step in broadcast.tasks
+        bids = []
+        for task, step in broadcast.tasks:
+            if refusal:
+                bid = self._refuse(task, refusal, Exclusion.SERVICE)
+            elif task.id in kept:
+                bid = self._refuse(task, "has begun it already", Exclusion.COST)
+            else:
+                bid = self._bid(task, step, here, route, at_work=at_work)
+            bids.append(bid)
+        return Bids(
+            self._robot_id, broadcast.epoch, broadcast.auction, tuple(bids), broadcast.round
         )
-        return Bids(self._robot_id, broadcast.epoch, broadcast.auction, bids, broadcast.round)
 
     def bid(self, task: Task, step: int, here: Pose, *, at_work: bool) -> Bid:
         """Return the bid on a task, from a step on, at its best position in the schedule."""
         route = self._schedule.route(here, at_work=at_work)
         return self._bid(task, step, here, route, at_work=at_work)
 
-    def _refuse(self, task: Task, reason: str, exclusion: Exclusion) -> Bid:
+    def _refuse(self, task: Task, reason: str = "", exclusion: Exclusion = Exclusion.NONE) -> Bid:
         return refused(self._robot_id, self._characteristics, task, reason, exclusion)
 
     def _bid(self, task: Task, step: int, here: Pose, route: Route, *, at_work: bool) -> Bid:
-        if reason := self._characteristics.excludes(task):
-            return self._refuse(task, reason, exclusion_of(self._characteristics, task))
+        if self._characteristics.excludes(task):
+            return self._refuse(task)
         best = route.best_insertion(task, step)
         if not math.isfinite(best.before.distance + best.effort.distance):
             reason = no_path(self._characteristics, best.before.end)
@@ -132,10 +137,21 @@ class Bidder:
 
 
 def refused(
-    robot_id: str, body: RobotCharacteristics, task: Task, reason: str, exclusion: Exclusion
+    robot_id: str,
+    body: RobotCharacteristics,
+    task: Task,
+    reason: str = "",
+    exclusion: Exclusion = Exclusion.NONE,
 ) -> Bid:
-    """Return the bid of a robot that does not take a task."""
+    """Return the bid of a robot that does not take a task.
+
+    Whatever else keeps it from the task now, one that can never do it says so: to put it back in
+    service would not help.
+    """
     most = body.most_payload(TaskType(task.type))
+    if never := body.excludes(task):
+        can_do = TaskType(task.type) in body.capabilities
+        reason, exclusion = never, Exclusion.PAYLOAD if can_do else Exclusion.TYPE
     return Bid(
         robot_id,
         task.id,
@@ -144,11 +160,6 @@ def refused(
         most_payload=most,
         exclusion=exclusion.value,
     )
-
-
-def exclusion_of(body: RobotCharacteristics, task: Task) -> Exclusion:
-    """Return why a robot of this model never does such a task; see `excludes`."""
-    return Exclusion.PAYLOAD if TaskType(task.type) in body.capabilities else Exclusion.TYPE
 
 
 def no_path(body: RobotCharacteristics, start: Pose) -> str:

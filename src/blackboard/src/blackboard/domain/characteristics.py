@@ -77,8 +77,18 @@ class RobotCharacteristics:
 
     def most_payload(self, kind: TaskType) -> float:
         """Return the maximum payload for a type of task [kg]; -1 if it can carry nothing."""
-        most = min(self.payload, self.arm_payload) if kind.picks else self.payload
-        return most if kind in self.capabilities and most > 0 else -1.0
+        most = self.carries[kind]
+        return most if most > 0 else -1.0
+
+    @property
+    def carries(self) -> tuple[float, ...]:
+        """For each type of task, the maximum payload [kg]; -1 if it does no such task."""
+        return tuple(
+            (min(self.payload, self.arm_payload) if kind.picks else self.payload)
+            if kind in self.capabilities
+            else -1.0
+            for kind in TaskType
+        )
 
     def excludes(self, task: Task) -> str:
         """Return why the robot can never do a task; empty if it can."""
@@ -207,3 +217,13 @@ class RobotStatus:
     tasks: tuple[str, ...] = ()  # its schedule: all its tasks, in the order it will do them
     sent: float = 0.0  # when it was sent, by the robot's own clock [s]
     hive: str = ""  # id of its hive; empty before it belongs to one
+    # For each type of task, the most it can carry [kg]; -1 if it does no such task. Empty if it
+    # does not say.
+    carries: tuple[float, ...] = ()
+
+    def most_payload(self, kind: TaskType) -> float | None:
+        """Return the maximum payload for a type of task [kg]; None if it does not say.
+
+        -1 if it does no such task.
+        """
+        return self.carries[kind] if kind < len(self.carries) else None

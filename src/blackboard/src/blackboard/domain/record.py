@@ -51,6 +51,7 @@ class TaskRecord:
     predicted_at: float = 0.0
     started: float = 0.0  # when it was first begun, on that clock [s]; 0 if it was not
     ended: float = 0.0  # when it ended, on that clock [s]; 0 if it has not
+    division: str = ""  # into what it was split and why, in words; empty if it is whole
 
     @classmethod
     def new(cls, task: Task, earlier: int, reason: str = "", parent: str = "") -> TaskRecord:

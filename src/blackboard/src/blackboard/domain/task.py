@@ -131,6 +131,7 @@ class Task:
     posted: float = 0.0  # when it was posted [s]; not part of the request
     # Who posted it, where another may choose the same id at the same moment; else empty.
     poster: str = ""
+    no_split: bool = False  # whether it waits rather than being split into parts
 
     def asks_the_same_as(self, other: Task) -> bool:
         """Return whether both request the same; `posted` does not matter."""
@@ -138,7 +139,7 @@ class Task:
 
     def _content(self) -> tuple[object, ...]:
         way = (self.type, self.goals, self.frame or "map")
-        return (self.id, self.poster, *way, self.priority, self.payload)
+        return (self.id, self.poster, *way, self.priority, self.payload, self.no_split)
 
 
 @dataclass(frozen=True, slots=True)

@@ -155,6 +155,7 @@ class Robot:
             tasks=tuple(entry.task.id for entry in self._schedule),
             sent=self._talker.now(),
             hive=self._filter.hive,
+            carries=self._characteristics.carries,
         )
 
     @property

@@ -9,7 +9,7 @@ import click
 
 from blackboard.domain.task import TaskState
 from fleet_manager.cli.context import FileName, pass_context
-from fleet_manager.cli.tasks import SECONDS, TellAbout, demand_done
+from fleet_manager.cli.tasks import SECONDS, TellAbout, demand_done, tell_outlook
 from fleet_manager.client.client import Feeder, HiveClient
 from fleet_manager.config.scenario import read_scenario, with_free_ids
 from fleet_manager.errors import NotDoneError
@@ -17,6 +17,7 @@ from fleet_manager.errors import NotDoneError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from blackboard.domain.task import Task
     from fleet_manager.cli.context import CliContext
     from fleet_manager.config.scenario import Scenario
 
@@ -63,7 +64,14 @@ def post_scenario(
         client = HiveClient(link, tell)
         client.fetch_tasks()
         plan = with_free_ids(scenario, client.state.records)
-        feeder = Feeder(client, plan.tasks)
+        is_heavy = any(planned.task.payload for planned in plan.tasks)
+        knows_robots = is_heavy and client.hear_robots()
+
+        def before(task: Task) -> None:
+            if knows_robots:
+                tell_outlook(task, client)
+
+        feeder = Feeder(client, plan.tasks, before)
         while not feeder.done:
             for task_id, answer in feeder.post_due().items():
                 tell.ids.add(task_id)

@@ -21,6 +21,7 @@ from fleet_manager.cli.context import (
 from fleet_manager.client import consequences
 from fleet_manager.client.client import HiveClient, id_of
 from fleet_manager.client.formats import natural
+from fleet_manager.client.outlook import outlook
 from fleet_manager.errors import InputError, NotDoneError
 from hive_common.pose import Pose
 
@@ -149,6 +150,11 @@ def _number(text: str) -> float | None:
     show_default=True,
     help="Mass of the load [kg].",
 )
+@click.option(
+    "--no-split",
+    is_flag=True,
+    help="Never split the task: it waits until one robot can carry all of the load.",
+)
 @click.option("--id", "task_id", help="The id of the task; the next of T1, T2, ... by default.")
 @click.option("--wait", is_flag=True, help="Follow the task until it has ended.")
 @click.option("--timeout", type=SECONDS, help="With --wait: give up after this many seconds.")
@@ -159,6 +165,7 @@ def add(
     goals: tuple[Goal, ...],
     priority: int,
     payload: float,
+    no_split: bool,
     task_id: str | None,
     wait: bool,
     timeout: float | None,
@@ -174,6 +181,9 @@ def add(
       hive add GAB --goal 3,4 --goal 8,2,90 --priority 5 --payload 20
       hive add GPAB --goal 'test cell' --goal 8,2 --payload 0.4 --wait
 
+    A load that is too heavy for every robot in service is split into parts, unless --no-split is
+    given; a line on stderr says so beforehand.
+
     Exits with 0 when the task is on the list (with --wait: when it is DONE), with 1 when it was
     rejected, was cancelled or has failed.
     """  # noqa: D301  (to click, \b means: keep the lines)
@@ -188,7 +198,9 @@ def add(
         client = HiveClient(link, tell)
         places = link.places() if any(goal.name for goal in goals) else {}
         poses = tuple(goal.pose(places) for goal in goals)
-        task = Task(task_id or "", task_type, poses, priority, payload)
+        task = Task(task_id or "", task_type, poses, priority, payload, no_split=no_split)
+        if task.payload and client.hear_robots():
+            tell_outlook(task, client)
         answer = client.submit(task) if task_id else client.submit_numbered(task)
         name = id_of(answer)
         if answer.state is TaskState.REJECTED:
@@ -219,6 +231,13 @@ def cancel(context: CliContext, task_id: str, yes: bool) -> None:
             ask_first(consequences.of_cancelling([known, *parts]), yes=yes)
         client.cancel(task_id)
     click.echo(f"task {task_id} is cancelled", err=True)
+
+
+def tell_outlook(task: Task, client: HiveClient) -> None:
+    """Say before a task is posted that it will be split, or will wait, because it is too heavy."""
+    robots = (row.status for row in client.state.robots.values())
+    if words := outlook(task, robots):
+        click.echo(words, err=True)
 
 
 def demand_done(states: Mapping[str, TaskState], client: HiveClient) -> None:

@@ -39,6 +39,8 @@ def why(
 ) -> None:
     """Explain why TASK went to a robot, or why no robot can take it: all bids with their terms.
 
+    For a task that was split, it tells why, and which robot got which part.
+
     \b
     Examples:
       hive why T7
@@ -53,6 +55,10 @@ def why(
         click.echo(tables.decided(decision))
         if decision.bids:
             click.echo("\n".join(tables.bids_table(decision.bids)))
+        if decision.parts:
+            where = folder or context.journals()
+            last = {part: _last_since(decision, part, where) for part in decision.parts}
+            click.echo("\n".join(tables.parts_table(last)))
     if hidden := len(decisions) - len(shown):
         click.echo(f"{hidden} earlier: hive why {task} --all", err=True)
 
@@ -86,6 +92,15 @@ def replay(context: CliContext, task: str, model: str, folder: Path | None) -> N
     if decision.winner and decision.reason:
         click.echo(f"it did not go to the lowest bid: {decision.reason}")
     click.echo("\n".join(tables.bids_table(bids)))
+
+
+def _last_since(split: Decision, part: str, where: Path) -> Decision:
+    """Return the last decision on a part of a task since it was split; the split if there is none.
+
+    An earlier split of the task may have had a part of the same id.
+    """
+    later = [each for each in read_decisions(where, part) if each.number >= split.number]
+    return later[-1] if later else split
 
 
 def _decisions(journals: Callable[[], Path], task: str, folder: Path | None) -> list[Decision]:

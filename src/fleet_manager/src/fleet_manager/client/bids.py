@@ -7,13 +7,10 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from blackboard.auction.decision import what_would_help
 from blackboard.domain.bid import ranked
 from fleet_manager.client import formats
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from blackboard.auction.decision import Decision
     from blackboard.costing.bid_basis import Bids
     from blackboard.domain.bid import Bid
@@ -81,15 +78,13 @@ def bid_cells(bid: Bid, holder: str) -> tuple[str, ...]:
     )
 
 
-def story(record: TaskRecord, bids: Sequence[Bid], auctions: int) -> str:
-    """Return what would help a task that no robot can take, and how often it was offered.
+def story(record: TaskRecord, auctions: int) -> str:
+    """Return how often a task was offered and tried; `auctions` is how many of it were seen.
 
-    `bids` are those of its newest auction, `auctions` the number of its auctions that were seen.
+    What would help a task that no robot can take is in its reason: only the leader knows of robots
+    that have not bid.
     """
     lines = []
-    able = any(bid.is_able for bid in bids)
-    if bids and not able and (helps := what_would_help(record.task, bids)):
-        lines.append(f"What would help: {helps}")
     if auctions:
         times = record.times_assigned
         lines.append(f"Auctions it was seen in: {auctions}. Times assigned: {times}.")

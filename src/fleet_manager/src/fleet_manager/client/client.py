@@ -282,6 +282,14 @@ class HiveClient:
         if not self.pump(lambda: bool(self.state.robots or self.state.heartbeat), ANSWER_WITHIN):
             raise self._no_answer("no robot was heard either")
 
+    def hear_robots(self) -> bool:
+        """Wait for the statuses of the robots that are there, for `STATUS_PERIOD` at most.
+
+        Returns whether all of them have told theirs.
+        """
+        self.link.listen(topics.ROBOT_STATUS)
+        return self._pump(self.link.has_heard_robots, STATUS_PERIOD)
+
     def _knows_the_hives_robots(self) -> bool:
         """Return whether every robot that the leader knows of has been heard of here too."""
         beat = self.state.heartbeat
@@ -410,14 +418,22 @@ class HiveClient:
 class Feeder:
     """Posts planned tasks, given in order, by the hive's clock; the first is due at 0 s from now.
 
+    `before` is called with each task before it is posted.
+
     Raises:
         NoHiveError: The hive's clock is not heard.
     """
 
-    def __init__(self, client: HiveClient, tasks: Iterable[PlannedTask]) -> None:
+    def __init__(
+        self,
+        client: HiveClient,
+        tasks: Iterable[PlannedTask],
+        before: Callable[[Task], None] = lambda _task: None,
+    ) -> None:
         self.states: dict[str, TaskState] = {}  # the hive's first word on each posted task, by id
         self._client = client
         self._waiting = deque(tasks)
+        self._before = before
         self._start = client.link.hive_time(CLOCK_WITHIN)
         if self._start <= 0:
             raise NoHiveError(
@@ -444,6 +460,8 @@ class Feeder:
             NotDoneError: An id is on the task list already, for another task.
         """
         due = [planned.task for planned in self._waiting if planned.after <= self._elapsed()]
+        for task in due:
+            self._before(task)
         answers = {
             task.id: answer for task, answer in zip(due, self._client.submit_all(due), strict=True)
         }

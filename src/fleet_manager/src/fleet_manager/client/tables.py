@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _TASK_HEAD = ("TASK", "TYPE", "PRIO", "LOAD", "STATE", "ROBOT", "STEP", "DONE IN", "REASON")
 _BID_HEAD = ("ROBOT", "COST", "WAY", "PLACE", "ENERGY", "LEFT", "DONE IN", "REASON")
+_PART_HEAD = ("PART", "ROBOT", "REASON")
 _WAIT_HEAD = ("ROBOT", "WAITS FOR", "PLACE", "FOR")
 _SLOW_HEAD = ("SLOW PLACE", "WHERE", "WAITED", "WAITS")
 _ROBOT_HEAD = ("ROBOT", "STATE", "BATTERY", "LOAD", "PLACE", "TASK", "QUEUE", "REASON")
@@ -146,6 +147,14 @@ def decided(decision: Decision) -> str:
     return f"{decision.task_id} at {decision.at:.1f} s, {number}: {what}{silent}"
 
 
+def parts_table(decisions: Mapping[str, Decision]) -> list[str]:
+    """Return a table of the parts of a task, each with the last decision on it."""
+    rows = [
+        (part, decision.winner or UNKNOWN, decision.reason) for part, decision in decisions.items()
+    ]
+    return _table(_PART_HEAD, rows)
+
+
 def who_leads(state: HiveState, wall: float, now: float) -> str:
     """Return in words who is the leader, and how old the task list is where nobody is.
 
@@ -193,6 +202,7 @@ def task_data(row: TaskRow, now: float) -> dict[str, Any]:
         "type": TaskType(record.task.type).name,
         "priority": record.task.priority,
         "payload": record.task.payload,
+        "no_split": record.task.no_split,
         "goals": [_pose_data(goal) for goal in record.task.goals],
         "state": record.state.name,
         "robot": record.robot,
@@ -206,7 +216,10 @@ def task_data(row: TaskRow, now: float) -> dict[str, Any]:
 
 
 def robot_data(row: RobotRow) -> dict[str, Any]:
-    """Return a robot as plain data; lengths in m, angles in rad, loads in kg, charge 0..1."""
+    """Return a robot as plain data; lengths in m, angles in rad, loads in kg, charge 0..1.
+
+    `carries` has the maximum load for each type of task, -1 if the robot does no such task.
+    """
     robot = row.status
     return {
         "name": robot.robot_id,
@@ -217,6 +230,9 @@ def robot_data(row: RobotRow) -> dict[str, Any]:
         "task": robot.task_id,
         "queued": queued(robot),
         "tasks": list(robot.tasks),
+        "carries": {
+            kind.name: most for kind in TaskType if (most := robot.most_payload(kind)) is not None
+        },
         "reason": row.reason,
     }
 

@@ -56,6 +56,8 @@ class _TaskEntry:
     ]
     priority: Annotated[int, between(0, 10, "a whole number")] = 0
     payload: Annotated[float, between(0, MAX_PAYLOAD, "a number of kg")] = 0.0
+    split: bool = True
+    """Whether the hive may split it if it is too heavy for every robot."""
     after: Annotated[float, between(0, LATEST, "a number of seconds")] = 0.0
 
 
@@ -170,7 +172,12 @@ def _planned(path: Path, index: int, entry: _TaskEntry, places: Mapping[str, Pos
             raise error_at(path, ("tasks", index, "goals", number), problem)
         goals.append(places[goal] if isinstance(goal, str) else Pose(*map(float, goal)))
     task = Task(
-        id=entry.id, type=kind, goals=tuple(goals), priority=entry.priority, payload=entry.payload
+        id=entry.id,
+        type=kind,
+        goals=tuple(goals),
+        priority=entry.priority,
+        payload=entry.payload,
+        no_split=not entry.split,
     )
     return PlannedTask(task, entry.after)
 

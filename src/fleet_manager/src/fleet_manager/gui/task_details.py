@@ -53,7 +53,7 @@ class TaskDetails(QDialog):
         self.stands_label.setText("\n".join([stands(record), times(record, self._desk.now())]))
         book = self._desk.hive.bid_book
         bids = book.bids(self._task_id)
-        why = story(record, bids, book.auctions(self._task_id))
+        why = story(record, book.auctions(self._task_id))
         self.story_label.setText(why)
         self.story_label.setVisible(bool(why))
         self.no_bids_label.setVisible(not bids)

@@ -15,9 +15,9 @@ from attrs import evolve
 
 from blackboard.domain.task import Task, TaskType
 from hive_common.pose import Pose
-from hive_lab.fault_schedules.drawn_features import with_features
+from hive_lab.fault_schedules.drawn_features import with_features, with_strong_robot
 from hive_lab.fault_schedules.faulty_network import Quality
-from hive_lab.fault_schedules.scenarios import ASIDE, SCENARIOS, Setting
+from hive_lab.fault_schedules.scenarios import ASIDE, SCENARIOS, STRONG_ROBOT, Setting
 from hive_lab.fault_schedules.schedule import (
     FAULT_PERIOD,
     SETTLE,
@@ -49,7 +49,8 @@ def draw(seed: int, scenario: str = "") -> FaultSchedule:
     follows = scenario or random.random() < _WITH_SCENARIO
     schedule = _by_scenario(seed, random, scenario) if follows else _ordinary(seed, random)
     schedule = _forgetful(schedule) if random.random() < _FORGETFUL else schedule
-    return with_features(schedule)
+    schedule = with_features(schedule)
+    return with_strong_robot(schedule) if scenario == STRONG_ROBOT else schedule
 
 
 def _by_scenario(seed: int, random: Random, scenario: str) -> FaultSchedule:

@@ -38,6 +38,7 @@ _URGENT = 0.25  # share of the tasks that interrupt others
 _HEAVY = 0.2  # share of the tasks without a pick that no robot can carry alone
 _WITH_LEARNERS = 0.4  # share of the schedules with robots that have no vote
 _WITH_CHARGERS = 0.5
+_STRONG = 90.0  # what a strong robot carries [kg]
 _FEWEST_VOTING = 2  # robots; with the blackboard node they survive the loss of one
 
 _CHARGERS = {"dock1": Pose(-2.0, 0.0), "dock2": Pose(-2.0, 4.0), "dock3": Pose(-2.0, 8.0)}
@@ -63,6 +64,13 @@ def with_features(schedule: FaultSchedule) -> FaultSchedule:
             for each in schedule.happenings
         ),
     )
+
+
+def with_strong_robot(schedule: FaultSchedule) -> FaultSchedule:
+    """Return a schedule whose last robot carries what no other robot does."""
+    kits = list(schedule.kits or [RobotKit()] * schedule.robots)
+    kits[-1] = replace(kits[-1], characteristics=replace(SMALL_ROBOT, payload=_STRONG))
+    return replace(schedule, kits=tuple(kits))
 
 
 def _board(random: Random, board: BlackboardSettings) -> BlackboardSettings:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NoReturn
 
+from blackboard.domain.task import TaskState
+
 if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Callable, Iterator
@@ -27,7 +29,9 @@ class History:
 
     Attributes:
         truth: Every listed task as last committed.
-        forgotten: Every task that was removed from the list after its end.
+        forgotten: Every task that was removed from the list after its end, and every part of a
+            task whose split was undone.
+        joined: Those parts, as they left the list.
     """
 
     def __init__(self, broken: Callable[[str, str], NoReturn], told: Counter[str]) -> None:
@@ -35,6 +39,7 @@ class History:
         self._told = told
         self._told_before: dict[str, int] = {}
         self.forgotten: dict[str, TaskRecord] = {}
+        self.joined: list[TaskRecord] = []
         self._leader_of: dict[int, str] = {}
         self._committed: dict[int, Position] = {}
         self._written: dict[Position, Entry] = {}
@@ -80,8 +85,13 @@ class History:
     def _apply(
         self, member: Member, entry: Entry
     ) -> Iterator[tuple[TaskRecord | None, TaskRecord]]:
+        whole_again = {record.task.id for record in entry.records if not record.parts}
         for task_id in entry.forgotten:
-            self._forget(member, task_id)
+            known = self.truth.get(task_id)
+            if known is not None and known.parent in whole_again:
+                self._join(member, known)
+            else:
+                self._forget(member, task_id)
         for record in entry.records:
             known = self.truth.get(record.task.id)
             self.truth[record.task.id] = record
@@ -95,6 +105,15 @@ class History:
                     f"{member.id} turns {record.task.id} from {known.state.name} "
                     f"to {record.state.name}",
                 )
+
+    def _join(self, member: Member, part: TaskRecord) -> None:
+        """Check that no robot has a part that is removed because its task is whole again."""
+        name = part.task.id
+        if part.state is not TaskState.WAITING or part.step or part.parts:
+            what = f"{member.id} joins {name}, which is {part.state.name} at step {part.step}"
+            self._broken("nothing is lost", what)
+        self.forgotten[name] = self.truth.pop(name)
+        self.joined.append(part)
 
     def _forget(self, member: Member, task_id: str) -> None:
         """Check that a removed task has ended, and that this was published."""

@@ -127,6 +127,11 @@ class ProtocolChecker:
         workers.add(robot)
         if len(workers) > 1:
             self._broken("never two robots", f"{' and '.join(sorted(workers))} work on {task}")
+        for other in (name for name, robots in self._workers.items() if robots):
+            if other.startswith(f"{task}.") or task.startswith(f"{other}."):
+                at_both = ", ".join(sorted(self._workers[other] | workers))
+                what = f"{at_both} work on {task} and {other}, of which one is a part of the other"
+                self._broken("never two robots", what)
 
     def stopped(self, robot: str) -> None:
         """Record the end of a robot's process, which stops its wheels."""
@@ -191,6 +196,19 @@ class ProtocolChecker:
             if done and record.task.id not in self._finished:
                 what = f"{member.id} commits {record.task.id} as done, which nobody has finished"
                 self._broken("done once", what)
+
+        for part in hive.joined:
+            self._check_joined(part)
+        hive.joined.clear()
+
+    def _check_joined(self, part: TaskRecord) -> None:
+        """Check that a part which becomes part of a whole again was neither begun nor done."""
+        name = part.task.id
+        if name in self._finished:
+            self._broken("done once", f"{name} is done, and its whole is to be done again")
+        if robots := self._workers[name]:
+            what = f"{name} is joined while {', '.join(sorted(robots))} works on it"
+            self._broken("never two robots", what)
 
     def _note_told(self, message: object) -> None:
         """Record which tasks were published as ended."""

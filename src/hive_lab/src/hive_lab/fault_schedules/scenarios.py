@@ -12,6 +12,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from blackboard.domain.settings import RaftSettings
+from blackboard.domain.task import Task, TaskType
+from hive_common.pose import Pose
 from hive_lab.fault_schedules.faulty_network import Quality
 from hive_lab.fault_schedules.schedule import (
     BLACKBOARD,
@@ -25,6 +27,7 @@ from hive_lab.fault_schedules.schedule import (
     FaultSchedule,
     Freeze,
     FullDisk,
+    Post,
     SetState,
     SlowDisk,
     Strike,
@@ -38,6 +41,9 @@ if TYPE_CHECKING:
 
     from hive_lab.fault_schedules.schedule import Happening
 
+
+STRONG_ROBOT = "a strong robot comes and goes"
+"""The scenario in which the last robot carries several times as much as the others."""
 
 _LEADER_SLEEPS = 0.4  # share of the times at which the leader's machine alone is suspended
 
@@ -264,6 +270,37 @@ def _sleeping_machines(random: Random) -> Setting:
     return Setting(robots, faults, _close(random), far_clocks=random.choice([True, False]))
 
 
+def _strong_robot(random: Random) -> Setting:
+    """Set a strong robot defect and idle while tasks wait that it alone carries in one piece."""
+    robots = random.randint(2, 4)
+    members = _members(robots)
+    strong = members[-1]
+    faults: list[Happening] = [SetState(0.5, strong, "defect")]
+    for number, at in enumerate(sorted([*_times(random, 3), *_times(random, 3)])):
+        kind = random.choice([TaskType.GA, TaskType.GAB])
+        goals = tuple(Pose(9.0 * random.random(), 9.0 * random.random()) for _ in range(2))
+        task = Task(f"H{number + 1}", kind, goals, payload=random.uniform(25.0, 60.0))
+        faults.append(Post(at, task))
+    for at in _times(random, 3):
+        faults.append(SetState(at, strong, "idle"))
+        faults.append(SetState(at + random.uniform(2.0, 12.0), strong, "defect"))
+        kind_of_fault = random.choice(["links", "links", "cut", "unseat", "crash"])
+        when = at + random.uniform(0.0, 6.0)
+        if kind_of_fault == "links":
+            quality = Quality(random.choice([0.0, 0.2]), 0.5, random.choice([0.5, 2.0, 4.0]))
+            faults.append(BadLinks(at, random.uniform(4.0, 12.0), quality))
+        elif kind_of_fault == "cut":
+            lasts = random.uniform(1.0, 8.0)
+            one_way = random.choice([True, False])
+            robot = random.choice(members[1:])
+            faults.append(Cut(when, (robot,), lasts, one_way, holds=random.choice([True, False])))
+        elif kind_of_fault == "unseat":
+            faults.append(_unseat(random, when, members))
+        else:
+            faults.append(Crash(when, random.choice(members[1:]), _short(random)))
+    return Setting(robots, faults, _close(random))
+
+
 SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
     {
         "election storm": _storm,
@@ -278,6 +315,10 @@ SCENARIOS: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
 """The docstring of each says what it is for."""
 
 ASIDE: Mapping[str, Callable[[Random], Setting]] = MappingProxyType(
-    {"bad disks": _bad_disks, "sleeping machines": _sleeping_machines}
+    {
+        "bad disks": _bad_disks,
+        "sleeping machines": _sleeping_machines,
+        STRONG_ROBOT: _strong_robot,
+    }
 )
 """Scenarios that are drawn only by name, so that those above keep their seeds."""

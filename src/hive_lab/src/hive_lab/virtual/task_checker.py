@@ -13,7 +13,7 @@ from blackboard.domain.talker import SYNC, TASK_STATE
 from blackboard.domain.task import StepKind, TaskState
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Mapping
 
     from blackboard.consensus.task_list import TaskList
     from blackboard.domain.record import TaskRecord, TaskUpdate
@@ -26,11 +26,12 @@ _WITH_A_ROBOT = {TaskState.ASSIGNED, TaskState.STARTED}
 class TaskChecker:
     """Watches a hive and raises AssertionError as soon as a property breaks.
 
-    1. No two robots work on one task at the same time.
+    1. No two robots work on one task, or on a task and a part of it, at the same time.
     2. A task is done once: after a robot says DONE, nobody reports DONE for another run or begins
        a step of the task, unless that robot's process has ended since or the task had been taken
        from it because it was lost.
-    3. A task that was accepted stays on the task list until somebody says that it has ended.
+    3. A task that was accepted stays on the task list until somebody says that it has ended. A
+       part that nobody has may also leave it when its task is whole again.
     4. A terminal state never changes.
     5. An assigned or started task has a robot, unless it was split; a waiting task has none.
     6. Every assignment of a task has a new number.
@@ -77,6 +78,9 @@ class TaskChecker:
                 continue
             other = at_work.setdefault(step.task_id, name)
             _hold(other == name, f"{other} and {name} work on {step.task_id}")
+            both = [task for task in at_work if task.startswith(f"{step.task_id}.")]
+            both += [task for task in at_work if step.task_id.startswith(f"{task}.")]
+            _hold(not both, f"robots work on {step.task_id} and on {', '.join(both)}")
             _hold(
                 step.kind is StepKind.MOVE or self._hive.robots[name].status.pose == step.goal,
                 f"{name} does {step.kind.name} of {step.task_id} somewhere else",
@@ -107,7 +111,7 @@ class TaskChecker:
     def _check_list(self, known: TaskList) -> None:
         now = {record.task.id: record for record in known.records}
         gone = (self.accepted | self._records.keys()) - now.keys()
-        lost = sorted(gone - self._ended)
+        lost = sorted(name for name in gone - self._ended if not self._is_joined(name, now))
         _hold(not lost, f"{lost} were accepted and are missing from the task list")
         for name in gone:
             self._done_by.pop(name, None)
@@ -119,6 +123,14 @@ class TaskChecker:
                 _check_change(self._records[name], record)
                 self._check_holder(self._records[name], record)
         self._records = now
+
+    def _is_joined(self, name: str, now: Mapping[str, TaskRecord]) -> bool:
+        """Return whether a task is gone because that of which it was a part is whole again."""
+        record = self._records.get(name)
+        if record is None or not record.parent:
+            return False
+        whole = now.get(record.parent)
+        return self._is_joined(record.parent, now) if whole is None else not whole.parts
 
     def _check_holder(self, before: TaskRecord, after: TaskRecord) -> None:
         name = before.task.id

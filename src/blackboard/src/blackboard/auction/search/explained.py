@@ -8,7 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from blackboard.auction.search.offers import MOST
-from blackboard.costing.bidding import exclusion_of, no_path, refused
+from blackboard.costing.bidding import no_path, refused
 from blackboard.costing.cost import COST_MODELS
 from blackboard.domain.battery import Battery
 from blackboard.domain.bid import MAX_COST, Bid, CostTerms, Exclusion
@@ -103,9 +103,7 @@ class Explainer:
         surveyed, body = self._surveyed, self._bodies[robot]
         record, problem = surveyed.records[index], surveyed.problem
         start = surveyed.lengths[robot][problem.nothing + robot, index]
-        if reason := body.excludes(record.task):
-            exclusion = exclusion_of(body, record.task)
-        elif not math.isfinite(start + surveyed.own_lengths[robot][index]):
+        if not math.isfinite(start + surveyed.own_lengths[robot][index]):
             reason, exclusion = no_path(body, surveyed.ready[robot].end), Exclusion.WAY
         elif not problem.able[robot, index]:
             reason, exclusion = "has tried it in vain", Exclusion.COST

@@ -116,7 +116,7 @@ POSE = Codec(Pose2D, Pose, "x y yaw=theta")
 TASK = Codec(
     bb_msgs.TaskMsg,
     Task,
-    "id type priority payload poster",
+    "id type priority payload poster no_split",
     _many(POSE, "goals"),
     Row(
         "posted frame",
@@ -138,7 +138,8 @@ ORDER = Codec(
 RECORD = Codec(
     bb_msgs.TaskRecord,
     TaskRecord,
-    "robot step eta reason parent assignment step_eta parts earlier predicted_at started ended",
+    "robot step eta reason parent assignment step_eta parts earlier predicted_at started ended"
+    " division",
     Row("task", write=TASK.encode, read=TASK.decode),
     _one_of("state", TaskState),
     *_tuples("tried"),
@@ -283,7 +284,7 @@ STATUS = Codec(
     _stamped("map"),
     _one_of("state", RobotState),
     Row("pose", write=POSE.encode, read=POSE.decode),
-    *_tuples("tasks"),
+    *_tuples("tasks carries"),
     Row("tasks task_id", "queued", write=_queued, read=None),
 )
 

@@ -51,11 +51,18 @@ FEATURES = (
     _DROPPED,
     _QUIET,
 )
-"""Everything that is counted."""
+"""Everything that is counted in schedules of any scenario."""
+
+UNDONE = "split undone"
+"""Counted as well; it happens where a strong robot comes and goes, and hardly anywhere else."""
 
 
 class Exercised:
-    """Counts what one run does; `counts` has how often each of `FEATURES` happened."""
+    """Counts what one run does.
+
+    Attributes:
+        counts: How often each of `FEATURES` and `UNDONE` happened.
+    """
 
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()
@@ -84,6 +91,7 @@ class Exercised:
         if before is None:
             return
         self.counts["split"] += bool(after.parts and not before.parts)
+        self.counts[UNDONE] += bool(before.parts and not after.parts)
         if before.is_held:
             self._count_loss(after)
 
