@@ -52,6 +52,7 @@ def test_add_prints_the_id_alone_so_that_a_script_can_use_it(terminal):
 
 def test_add_can_ask_that_a_task_is_never_split(terminal):
     terminal("add", "GA", "--goal", "1,2", "--no-split")
+    terminal.hive.start()
     terminal("add", "GA", "--goal", "1,2")
 
     assert [task.no_split for task in terminal.link.posted] == [True, False]

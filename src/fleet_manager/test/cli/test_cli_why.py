@@ -103,7 +103,7 @@ def test_why_tells_of_a_split_task_why_it_was_split_and_which_robot_got_which_pa
         ["PART", "ROBOT", "REASON"],
         ["T9.1", "robot1"],
     ]
-    assert lines[5].split()[:2] == ["T9.2", "-"]
+    assert lines[5].split()[:2] == ["T9.2", "–"]
     assert lines[6].endswith(SPLIT)
 
 

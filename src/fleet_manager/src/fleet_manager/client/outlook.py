@@ -23,17 +23,17 @@ def outlook(task: Task, robots: Iterable[RobotStatus]) -> str:
     that nothing is certain. `robots` holds the last status of every robot; the hive decides by
     those that are in service when it auctions the task.
     """
-    kind = TaskType(task.type)
+    kind, name = TaskType(task.type), task.id or "the task"
     most = {each.robot_id: each.most_payload(kind) for each in robots if each.state.in_service}
     if None in most.values():
         return ""
     try:
         how = division(task, most)
     except SplitRefusedError as error:
-        return f"{task.id} will wait: {error}"
+        return f"{name} will wait: {error}"
     if how is None:
         return ""
     return (
         f"no robot in service can carry {task.payload:g} kg ({how.strongest} carries most: "
-        f"{how.most:g} kg); the hive will split {task.id} into {len(how.shares)} parts"
+        f"{how.most:g} kg); the hive will split {name} into {len(how.shares)} parts"
     )
