@@ -8,13 +8,16 @@ import pytest
 
 from blackboard.board.planner_keeper import (
     FIRST_PAUSE,
+    FRESH,
     LONGEST_PAUSE,
+    MOST_WORK,
     PERIOD,
     SILENT,
     STARTS,
     STAYS,
     TIME_TO_END,
     PlannerKeeper,
+    Progress,
 )
 from hive_common.errors import FileError
 
@@ -50,7 +53,11 @@ class Planner:
         self.epoch = epoch
         self.how = ""
         self.obeys = True
+        self.steps, self.doing, self.worked = 0, "", 0.0
         self.asked = self.killed = False
+
+    def progress(self):
+        return Progress(self.steps, self.doing, self.worked)
 
     def ended(self):
         return self.how
@@ -74,7 +81,15 @@ class Bench:
         self.started = []
         self.refuses = None
         self.is_mute = False
-        self.keeper = PlannerKeeper(self.clock, lambda: self.epoch, self.heard, self.launch)
+        self.spoken = {}
+        self.told = []
+        self.keeper = PlannerKeeper(
+            self.clock,
+            lambda: self.epoch,
+            self.heard,
+            self.launch,
+            lambda *words: self.told.append((self.clock.time, *words)),
+        )
         self.keeper.start()
 
     def launch(self, epoch):
@@ -84,7 +99,16 @@ class Bench:
         return self.started[-1]
 
     def heard(self, epoch):
-        return -math.inf if self.is_mute or epoch not in self.running() else self.clock.time
+        if not self.is_mute and epoch in self.running():
+            self.spoken[epoch] = self.clock.time
+        return self.spoken.get(epoch, -math.inf)
+
+    def load(self, seconds, per_second=0.0, steps=0):
+        """Let time pass while the newest planner takes processor time and does steps."""
+        for _ in range(round(seconds)):
+            self.started[-1].worked += per_second
+            self.started[-1].steps += steps
+            self.clock.pass_time(1.0)
 
     def running(self):
         return [planner.epoch for planner in self.started if not planner.how]
@@ -229,6 +253,105 @@ def test_a_planner_has_time_for_its_first_word(bench):
     bench.clock.pass_time(SILENT)
 
     assert bench.running() == [7 * STARTS + 1]
+
+
+def test_a_planner_that_is_loaded_on_a_busy_machine_is_left_alone_as_long_as_it_works(bench):
+    bench.epoch, bench.is_mute = 7, True
+    bench.clock.pass_time(PERIOD)
+    bench.load(10 * 60.0, per_second=0.01)
+
+    assert bench.running() == [7 * STARTS + 1]
+    assert bench.clock.warnings == []
+
+
+def test_a_planner_that_waits_while_it_is_loaded_is_left_alone_as_long_as_it_tells_so(bench):
+    bench.epoch, bench.is_mute = 7, True
+    bench.clock.pass_time(PERIOD)
+    bench.load(10 * 60.0, steps=1)
+
+    assert bench.running() == [7 * STARTS + 1]
+
+
+def test_a_planner_that_gets_stuck_while_it_is_loaded_is_started_again(bench):
+    bench.epoch, bench.is_mute = 7, True
+    bench.clock.pass_time(PERIOD)
+    bench.load(120.0, per_second=0.5, steps=1)
+    bench.started[0].doing = "makes the roadmap, step 3"
+    bench.clock.pass_time(SILENT + 2 * PERIOD)
+
+    assert bench.started[0].killed
+    assert "no progress for 30 s while it makes the roadmap, step 3" in bench.clock.warnings[0]
+
+
+def test_a_step_of_loading_that_computes_for_ever_is_ended(bench):
+    bench.epoch, bench.is_mute = 7, True
+    bench.clock.pass_time(PERIOD)
+    bench.load(MOST_WORK, per_second=1.0, steps=1)
+    bench.load(MOST_WORK, per_second=1.0)
+    assert not bench.started[0].killed
+    bench.load(2.0, per_second=1.0)
+
+    assert bench.started[0].killed
+    assert "worked for 300 s without a result" in bench.clock.warnings[0]
+
+
+def test_a_planner_that_dies_after_a_long_time_of_loading_is_started_ever_less_often(bench):
+    bench.epoch, bench.is_mute = 7, True
+    begun = []
+    for _ in range(6):
+        bench.clock.pass_time(PERIOD)
+        while not bench.running():
+            bench.clock.pass_time(PERIOD)
+        begun.append(bench.clock.time)
+        bench.load(2 * STAYS, per_second=0.5)
+        bench.started[-1].how = "signal 9"
+    pauses = [later - earlier - 2 * STAYS for earlier, later in itertools.pairwise(begun)]
+
+    assert pauses == pytest.approx([1.0, 2.0, 4.0, 8.0, 16.0], abs=3 * PERIOD)
+    assert len(bench.clock.warnings) == 1
+
+
+def test_while_a_planner_is_loaded_everybody_is_told_how_far_it_is(bench):
+    bench.epoch, bench.is_mute = 7, True
+    bench.clock.pass_time(PERIOD)
+    bench.started[0].doing = "waits for the map"
+    bench.load(10.0, per_second=0.5)
+
+    _, epochs, texts = zip(*bench.told, strict=True)
+    assert set(epochs) == {7 * STARTS + 1}
+    assert len(texts) == pytest.approx(10, abs=1)
+    assert texts[-1] == "it is being loaded, for 10 s so far, and waits for the map"
+
+
+def test_after_a_planner_has_died_everybody_is_told_how_and_when_it_is_started_again(bench):
+    bench.epoch = 7
+    bench.clock.pass_time(10.0)
+    bench.refuses = OSError("no more processes")
+    bench.started[0].how = "exit code 1"
+    bench.clock.pass_time(PERIOD)
+    first = bench.told[-1][2]
+    bench.clock.pass_time(LONGEST_PAUSE)
+
+    assert first == "it has ended (exit code 1), and is started again in 1 s"
+    assert "it has ended (no more processes), and is started again in" in bench.told[-1][2]
+
+
+def test_nobody_speaks_for_a_planner_that_plans(bench):
+    bench.epoch = 7
+    bench.clock.pass_time(2 * PERIOD)
+    before = len(bench.told)
+    bench.clock.pass_time(60.0)
+    assert len(bench.told) == before
+    bench.is_mute = True
+    bench.clock.pass_time(FRESH + 2 * PERIOD)
+
+    assert "silent for 3 s" in bench.told[-1][2]
+
+
+def test_a_member_that_does_not_lead_tells_nothing(bench):
+    bench.clock.pass_time(60.0)
+
+    assert bench.told == []
 
 
 @pytest.mark.parametrize("error", [OSError("no more processes"), FileError("no such node")])

@@ -7,7 +7,7 @@ import pytest
 
 from blackboard.domain.characteristics import RobotState, RobotStatus
 from fleet_manager.client.hive_state import PLANNER_SILENCE, HiveState
-from fleet_manager.client.traffic import LONG, Lock, RobotWait, TrafficState
+from fleet_manager.client.traffic import LONG, Lock, RobotWait, TrafficState, traffic_change
 from fleet_manager.client.words import Severity
 from hive_common.pose import Pose
 
@@ -137,3 +137,15 @@ def test_of_a_planner_that_is_silent_nothing_is_shown_any_more(hive):
     ]
     hive.take_in(replace(FLOWS, epoch=1001), now=90.0)
     assert hive.traffic is not None
+
+
+def test_it_is_told_once_that_no_traffic_is_planned_and_when_it_is_again():
+    good = TrafficState(1, 0.0)
+    bad = TrafficState(1, 1.0, status="it has ended (signal 9), and is started again in 1 s")
+
+    told = [event.text for event in traffic_change(good, bad)]
+    assert len(told) == 1
+    assert "no traffic is planned now" in told[0]
+    assert "signal 9" in told[0]
+    assert [*traffic_change(bad, bad)] == []
+    assert [event.text for event in traffic_change(bad, good)] == ["traffic is planned"]

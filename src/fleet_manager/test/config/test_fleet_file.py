@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 import pytest
 import yaml
 
-from fleet_manager.config.fleet_file import check_zones_on_map, read_fleet
+from fleet_manager.config.fleet_file import read_fleet, read_fleet_and_mistakes
 from fleet_manager.config.fleet_launch import launch_text
 from hive_common.errors import FileError
 from hive_common.landmark import Landmark
@@ -346,17 +346,6 @@ def test_real_robots_and_those_of_a_fleet_that_says_so_share_no_process(crowd, s
     assert len(root.findall("include")) == 13
 
 
-def test_a_zone_beside_the_map_is_refused_with_where_the_map_is(tmp_path):
-    path = tmp_path / "mine.yaml"
-    path.write_text(ZONES + GOOD, encoding="utf-8")
-    fleet = read_fleet(str(path))
-
-    check_zones_on_map(fleet, (0.0, 0.0, 20.0, 12.0))
-    check_zones_on_map(fleet, (4.5, 1.5, 20.0, 12.0))
-    with pytest.raises(FileError, match=r":5: zones\[1\].corners: x 4..5, .*allowed: x 0..3, "):
-        check_zones_on_map(fleet, (0.0, 0.0, 3.0, 12.0))
-
-
 def test_the_traffic_planner_is_told_the_landmarks(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(GOOD, encoding="utf-8")
@@ -426,3 +415,21 @@ def test_a_hosted_robot_without_our_navigation_has_no_parameters_of_move_base(tm
     assert told["cat/plan_topic"] == "move_base/GlobalPlanner/plan"
     assert "amy/plan_topic" not in told
     assert [robot["navigation"] for robot in yaml.safe_load(host.text)] == ["ours", "none", "none"]
+
+
+def test_all_mistakes_of_a_file_are_found(tmp_path):
+    path = tmp_path / "mine.yaml"
+    text = ZONES + GOOD.replace("mir100", "tractor").replace("bob", "blackboard")
+    path.write_text(text, encoding="utf-8")
+
+    fleet, mistakes = read_fleet_and_mistakes(str(path))
+
+    assert fleet is None
+    assert [str(each).split(": ")[1] for each in mistakes] == ["robots[1].name", "robots[0].model"]
+
+
+def test_bases_that_stand_side_by_side_do_not_overlap(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(GOOD.replace("ld60", "mir100").replace("[3.5, 2, 1.57]", "[1, 2.6, 0]"))
+
+    assert len(read_fleet(str(path)).robots) == 2

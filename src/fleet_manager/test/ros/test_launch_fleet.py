@@ -36,3 +36,35 @@ def test_zones_that_bind_nobody_are_told_with_the_remedy(check):
 )
 def test_nothing_is_said_where_zones_bind_or_there_are_none(check, lines, options):
     assert check(*lines, **options) == ""
+
+
+def test_a_good_fleet_is_said_to_be_good_in_one_line(capsys):
+    launch_fleet.main(["--check", "--world=lab", "--map=lab", "lab"], standalone_mode=False)
+
+    said = capsys.readouterr().out
+    assert said.startswith("lab: good. 4 robots, 4 chargers, 0 zones; decision planned")
+    assert said.count("\n") == 1
+
+
+def test_the_launch_file_is_printed_where_it_is_asked_for(capsys):
+    launch_fleet.main(["--print", "--world=lab", "--map=lab", "lab"], standalone_mode=False)
+
+    said = capsys.readouterr().out
+    assert said.startswith("<launch>")
+    assert said.endswith("</launch>\n")
+
+
+@pytest.mark.parametrize("option", ["--check", "--print"])
+def test_every_mistake_of_every_file_is_a_line_and_ends_it_with_2(tmp_path, capsys, option):
+    (tmp_path / "fleet.yaml").write_text(ROBOTS.replace("[5.0, 5.0, 0.0]", "[100, 100, 0]"))
+    words = [option, "--world=nowhere", "--map=lab", str(tmp_path / "fleet.yaml")]
+
+    with pytest.raises(SystemExit) as ended:
+        launch_fleet.main(words, standalone_mode=False)
+
+    assert ended.value.code == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    world, robot = said.err.splitlines()
+    assert world.startswith("launch_fleet: world 'nowhere': not known")
+    assert "fleet.yaml:1: robots[0].pose: robot1 cannot start at" in robot

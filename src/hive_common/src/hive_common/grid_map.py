@@ -90,6 +90,19 @@ class GridMap:
         rows, columns = self.cells.shape
         return (row, column) if 0 <= row < rows and 0 <= column < columns else None
 
+    def refusal(self, point: Pose | tuple[float, float]) -> str:
+        """Say why no robot can stand at a point [m], frame map; empty if one can."""
+        cell = self.cell(point)
+        if cell is None:
+            x_min, y_min, x_max, y_max = self.bounds
+            return (
+                f"is outside the map, which reaches from ({x_min:.2f}, {y_min:.2f}) to "
+                f"({x_max:.2f}, {y_max:.2f}) m"
+            )
+        if self.blocked[cell]:
+            return "is inside a wall or in unknown space; choose a free place of the map"
+        return ""
+
     def decided(self, free: int, occupied: int) -> GridMap:
         """Return the map with free, occupied and unknown cells only.
 

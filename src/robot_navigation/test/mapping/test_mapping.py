@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 import yaml
+from scipy import ndimage
 
 from hive_common.errors import ParameterError
 from hive_common.grid_map import FREE, OCCUPIED, UNKNOWN, GridMap
@@ -19,7 +20,7 @@ from hive_common.pose import Pose
 from hive_lab.bench.mapping import compare
 from robot_description.models import load_model
 from robot_description.scan import Scan
-from robot_navigation.mapping.explorer import Explorer
+from robot_navigation.mapping.explorer import MARGIN, SPEED, Explorer
 from robot_navigation.mapping.mapper import Mapper
 from robot_navigation.mapping.mapper_settings import MapperSettings
 from robot_navigation.mapping.occupancy import OccupancyGrid
@@ -230,6 +231,60 @@ def test_an_explorer_has_finished_when_nothing_is_unknown() -> None:
 
     assert explorer.finished
     assert explorer.steer(Pose(2.5, 2.5, 0.0)) == (0.0, 0.0)
+
+
+def frontier_ahead(free_from: float = 0.0) -> GridMap:
+    """A floor of 10 m x 4 m that is free from an x on to 6 m, and unknown behind that."""
+    cells = np.full((80, 200), UNKNOWN, dtype=np.int8)
+    cells[:, round(free_from / 0.05) : 120] = FREE
+    return GridMap(cells, 0.05, Pose(0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("age", [0.15, 0.4, 4.0])
+def test_an_explorer_drives_no_farther_than_its_margin_while_it_knows_nothing_new(
+    age: float,
+) -> None:
+    explorer = Explorer(0.3, 1.0)
+    here = Pose(2.0, 2.0, 0.0)
+    explorer.plan(frontier_ahead(), here)
+    fresh, _ = explorer.steer(here)
+    speed, _ = explorer.steer(here, age)
+
+    assert speed == pytest.approx(fresh * min(1.0, MARGIN / age / SPEED))
+    assert speed * age <= MARGIN
+
+
+def test_an_explorer_turns_but_does_not_drive_into_what_the_map_shows_ahead() -> None:
+    explorer = Explorer(0.3, 1.0)
+    free = frontier_ahead()
+    explorer.plan(free, Pose(2.0, 2.0, 0.0))
+    cells = free.cells.copy()
+    cells[:, 46:48] = OCCUPIED  # 0.3 m ahead
+    explorer._room = ndimage.distance_transform_edt(cells == FREE) * 0.05  # noqa: SLF001  (as after a plan)
+
+    assert explorer.steer(Pose(2.0, 2.0, 0.1))[0] == 0.0
+    assert explorer.steer(Pose(2.0, 2.0, 0.1))[1] != 0.0
+
+
+def backs_off_by(explorer: Explorer, start: Pose, seconds: float = 20.0) -> float:
+    """Let a stuck robot drive for a time in which no new plan is made; return how far it came."""
+    here = start
+    for _ in range(round(seconds / 0.1)):
+        speed, _ = explorer.steer(here, 0.1)
+        here = Pose(here.x + speed * 0.1, here.y, here.yaw)
+    return start.x - here.x
+
+
+@pytest.mark.parametrize(("free_from", "far"), [(0.0, 0.3), (1.55, 0.1), (1.7, 0.0)])
+def test_a_stuck_robot_backs_off_a_little_and_only_where_there_is_room(
+    free_from: float, far: float
+) -> None:
+    explorer = Explorer(0.3, 1.0)
+    here = Pose(2.0, 2.0, 0.0)
+    for _ in range(2):  # it has not moved between two plans
+        explorer.plan(frontier_ahead(free_from), here)
+
+    assert backs_off_by(explorer, here) == pytest.approx(far, abs=0.06)
 
 
 def test_a_map_is_saved_with_nothing_between_free_and_occupied() -> None:

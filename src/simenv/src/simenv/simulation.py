@@ -14,7 +14,6 @@ last bit.
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -141,7 +140,10 @@ class Simulation:
                 f"{name}: the name is taken; remove that robot or choose another name"
             )
         footprint = Footprint(model.base.footprint)
-        reason = self._why_not_there(footprint, pose)
+        reason = self.obstacles.refusal(footprint, pose)
+        if not reason:
+            other = self._robot_at(shapely.geometry.Polygon(footprint.at(pose)))
+            reason = f"{other} is there; choose a free place" if other else ""
         if reason:
             raise SpawnError(f"{name} cannot stand at {pose}: {reason}")
         self._contacts.add(name, footprint)
@@ -182,23 +184,6 @@ class Simulation:
         """Put an obstacle down, frame map [m]; raise ObstacleError if a robot stands there."""
         self._check_nobody(name, area)
         self.obstacles.put(name, area)
-
-    def _why_not_there(self, footprint: Footprint, pose: Pose) -> str:
-        """Return why a robot cannot stand at a pose, and what to do; empty if it can."""
-        if not all(map(math.isfinite, pose)):
-            return "x, y and yaw must be numbers"
-        area = shapely.geometry.Polygon(footprint.at(pose))
-        width, depth = self.world.size
-        if not area.within(shapely.geometry.box(0.0, 0.0, width, depth)):
-            return (
-                f"that is outside the world '{self.world.name}', which reaches from (0, 0) to "
-                f"({width:g}, {depth:g}) m; choose a free place"
-            )
-        solid = self.world.solid_at(area)
-        touched = [f"'{solid}'"] if solid is not None else []
-        touched += [f"'{o.name}'" for o in self.obstacles.now if footprint.touches(pose, o.edges)]
-        touched += filter(None, [self._robot_at(area)])
-        return f"{touched[0]} is there; choose a free place" if touched else ""
 
     def _robot_at(self, area: BaseGeometry) -> str | None:
         """Return a robot that an area overlaps, frame map, or None."""

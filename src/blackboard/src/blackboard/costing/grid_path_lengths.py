@@ -169,17 +169,7 @@ class GridPathLengths:
 
     def refusal(self, pose: Pose) -> str:
         """Say why no robot can stand at a pose; empty if one can."""
-        floor = self._floor
-        cell = floor.cell(pose)
-        if cell is None:
-            x_min, y_min, x_max, y_max = floor.bounds
-            return (
-                f"is outside the map, which reaches from ({x_min:.2f}, {y_min:.2f}) to "
-                f"({x_max:.2f}, {y_max:.2f}) m"
-            )
-        if floor.blocked[cell]:
-            return "is inside a wall or in unknown space; choose a free place of the map"
-        return ""
+        return self._floor.refusal(pose)
 
     def _field(self, node: int) -> _Field:
         """Return the paths from every node of the coarse grid to one node."""

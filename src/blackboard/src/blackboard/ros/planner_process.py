@@ -8,17 +8,21 @@ starts. So they stay closed when the planner's machine is lost.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import subprocess
 import sys
+import weakref
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import rospy
 from robot_description.msg import TrafficState
+from std_msgs.msg import Header
 
-from blackboard.board.planner_keeper import PlannerKeeper
+from blackboard.board.planner_keeper import PlannerKeeper, Progress
 from blackboard.ros.traffic_told import zones_of
 from hive_common.resources import node_file
 
@@ -30,6 +34,12 @@ if TYPE_CHECKING:
 
 _PROGRAM = ("robot_navigation", "traffic_planner")
 """The node that plans: its package and its type, as in a launch file."""
+
+_MOST_WORDS = 65536
+"""So many bytes of what a planner says of its progress are read at once."""
+
+_USER_TIME = 11
+"""Place of the user time among the words behind the name in /proc/*/stat; system time follows."""
 
 
 class PlannerProcess:
@@ -45,12 +55,36 @@ class PlannerProcess:
             OSError: The system allows no more processes.
             FileError: The planner is not installed.
         """
-        # This interpreter runs it, because rosrun takes half a second to look for it.
-        self._process = subprocess.Popen(  # noqa: S603  (our own program)
-            [sys.executable, node_file(*_PROGRAM), *parameters],
-            stdin=subprocess.PIPE,
-            env={**os.environ, "ROS_NAMESPACE": hive},
-        )
+        node = node_file(*_PROGRAM)
+        self._words, its_end = os.pipe()
+        os.set_blocking(self._words, False)
+        try:
+            # This interpreter runs it, because rosrun takes half a second to look for it.
+            self._process = subprocess.Popen(  # noqa: S603  (our own program)
+                [sys.executable, node, f"--progress={its_end}", *parameters],
+                stdin=subprocess.PIPE,
+                pass_fds=[its_end],
+                env={**os.environ, "ROS_NAMESPACE": hive},
+            )
+        except OSError:
+            os.close(self._words)
+            raise
+        finally:
+            os.close(its_end)
+        weakref.finalize(self, os.close, self._words)
+        self._said = b""
+        self._progress = Progress()
+
+    def progress(self) -> Progress:
+        """Return how far it is with being loaded."""
+        with contextlib.suppress(BlockingIOError):  # it has said nothing new
+            self._said += os.read(self._words, _MOST_WORDS)
+        *lines, self._said = self._said.split(b"\n")
+        steps, doing, _ = self._progress
+        if lines:
+            steps, doing = steps + len(lines), lines[-1].decode(errors="replace")
+        self._progress = Progress(steps, doing, _worked(self._process.pid))
+        return self._progress
 
     def ended(self) -> str:
         """Return how it has ended; empty while it runs."""
@@ -70,6 +104,16 @@ class PlannerProcess:
         self._process.kill()
 
 
+def _worked(process: int) -> float:
+    """Return the processor time of a process's main thread [s]; 0 where it cannot be read."""
+    try:
+        stat = Path(f"/proc/{process}/task/{process}/stat").read_text(encoding="utf-8")
+    except OSError:
+        return 0.0
+    user, system = stat.rpartition(")")[2].split()[_USER_TIME : _USER_TIME + 2]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
 class _LastWord:
     """What the planner of the highest epoch has told last: the zones that are closed."""
 
@@ -79,6 +123,8 @@ class _LastWord:
         rospy.Subscriber(f"{hive}traffic_state", TrafficState, self._hear, queue_size=1)
 
     def _hear(self, msg: TrafficState) -> None:
+        if msg._connection_header["callerid"] == rospy.get_name():  # noqa: SLF001  (rospy has no other way)
+            return  # that was this member, for its planner
         if msg.epoch >= self._epoch:
             self._epoch, self._at, self.closed = msg.epoch, self._now(), tuple(msg.closed)
 
@@ -91,6 +137,7 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
     """Have the traffic planner run while a member leads; `hive` ends in a slash.
 
     ROS Subscribers: `traffic_state` (robot_description/TrafficState).
+    ROS Publishers: `traffic_state`, once a second while this member leads and no planner plans.
     ROS Parameters: `traffic_planner/zones` and `traffic_planner/places` of the hive, read once: a
         new master knows none.
     """
@@ -106,6 +153,17 @@ def keep_planner(talker: MemberTalker, node: RaftNode, hive: str) -> None:
         known = {"epoch": epoch, "zones": zones, "closed": last.closed, "places": places}
         return PlannerProcess(hive, [f"_{k}:={json.dumps(v)}" for k, v in known.items()])
 
-    keeper = PlannerKeeper(talker, leads, last.at, launch)
+    names = [zone.name for zone in zones_of(hive)]
+    publisher = rospy.Publisher(f"{hive}traffic_state", TrafficState, queue_size=1)
+
+    def tell(epoch: int, why: str) -> None:
+        header = Header(stamp=rospy.Time.now(), frame_id="map")
+        publisher.publish(
+            TrafficState(
+                header=header, epoch=epoch, zones=names, closed=list(last.closed), status=why
+            )
+        )
+
+    keeper = PlannerKeeper(talker, leads, last.at, launch, tell)
     keeper.start()
     rospy.on_shutdown(keeper.stop)

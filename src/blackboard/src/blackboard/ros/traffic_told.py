@@ -55,7 +55,9 @@ class TrafficTold:
         self._epoch = msg.epoch
         zones = tuple(attrs.evolve(each, closed=each.name in msg.closed) for each in self._zones)
         slow = self.conditions.slow
-        if zones != self.conditions.zones or self._now() - self._delays_at >= DELAYS_PERIOD:
+        is_due = self._now() - self._delays_at >= DELAYS_PERIOD
+        # Where no traffic planner plans, nobody measures delays, and the last ones stay.
+        if not msg.status and (is_due or zones != self.conditions.zones):
             self._delays_at = self._now()
             slow = _slow_places(msg)
         told = TrafficConditions(zones, slow)

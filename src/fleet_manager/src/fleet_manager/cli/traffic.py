@@ -34,7 +34,8 @@ def traffic(context: CliContext, as_json: bool) -> None:
       hive traffic
       hive traffic --json | jq '.waits[] | select(.for > 30)'
 
-    Exits with 3 where no traffic planner is heard.
+    While the traffic planner is being loaded or started again, it says how far that is. Exits
+    with 3 where nothing is heard of one: the fleet has none, or no member leads.
     """  # noqa: D301  (to click, \b means: keep the lines)
     with context.connect(()) as link:
         state = HiveClient(link).fetch_traffic()
@@ -81,7 +82,13 @@ def _switch(context: CliContext, name: str, *, closed: bool) -> None:
 
 def _tables(state: TrafficState) -> list[str]:
     """Return what a person reads; what there is none of is said in a line."""
-    lines = tables.waits_table(state) if state.waits else ["no robot waits for another one"]
+    if state.status:
+        lines = [
+            "the fleet's traffic is planned, but not now; robots drive by right of way",
+            f"the traffic planner: {state.status}",
+        ]
+    else:
+        lines = tables.waits_table(state) if state.waits else ["no robot waits for another one"]
     if state.zones:
         lines += ["", f"closed zones: {', '.join(state.closed) or 'none'}"]
     if state.slowest:

@@ -352,8 +352,9 @@ class HiveClient:
         self._pump(lambda: self.state.traffic is not None, ANSWER_WITHIN)
         if self.state.traffic is None:
             raise NoHiveError(
-                f"no traffic planner is heard within {ANSWER_WITHIN:g} s; does the fleet file say "
-                "`traffic: planned`, and is the hive running?"
+                f"nothing is heard of a traffic planner within {ANSWER_WITHIN:g} s: the hive was "
+                "started with traffic: local, or no member leads; `traffic: planned` in the fleet "
+                "file starts one"
             )
         return self.state.traffic
 

@@ -75,6 +75,7 @@ class TrafficState:
     locks: tuple[Lock, ...] = ()  # robots that cannot go on now
     counts: Mapping[str, int] = field(default_factory=dict)  # of locks so far, by kind
     unreached: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # places, by robot
+    status: str = ""  # why no traffic planner plans now; empty when one does
 
     def words_of(self, robot: str) -> str:
         """Return whom a robot waits for, or why it stands, and where; empty if it goes on."""
@@ -93,6 +94,11 @@ class ZoneCommand:
 
 def traffic_change(before: TrafficState | None, now: TrafficState) -> Iterator[Event]:
     """Tell zones that were closed or opened, long waits, locks, and places out of reach."""
+    if now.status and not (before and before.status):
+        text = f"no traffic is planned now, robots drive by right of way: {now.status}"
+        yield Event(text, Severity.WARNING)
+    elif before and before.status and not now.status:
+        yield Event("traffic is planned")
     closed = set() if before is None else {*before.closed}
     for zone in sorted({*now.closed} - closed):
         yield Event(f"zone {zone} {'is' if before is None else 'was'} closed")
@@ -127,6 +133,7 @@ def _long_waits(before: TrafficState, now: TrafficState) -> Iterator[Event]:
 def traffic_data(state: TrafficState) -> dict[str, Any]:
     """Return traffic as plain data; places in m, times in s."""
     return {
+        "status": state.status,
         "robots": list(state.robots),
         "waits": [
             {

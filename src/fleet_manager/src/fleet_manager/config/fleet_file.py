@@ -6,6 +6,7 @@ costs an operator time, so everything that can be known beforehand is checked he
 """
 
 import re
+from collections.abc import Iterator
 from math import dist
 from pathlib import Path
 from typing import Annotated
@@ -21,12 +22,14 @@ from blackboard.domain.settings import (
     TRAFFIC,
     ChargingSettings,
 )
-from hive_common.checked_yaml import error_at, named_at, read_checked
+from hive_common.checked_yaml import error_at, named_at, read_all_mistakes
+from hive_common.errors import FileError
+from hive_common.geometry import Footprint, outline
 from hive_common.pose import Pose
 from hive_common.resources import beside, find_file
 from hive_common.structuring import Allowed, between, listed, one_of
 from hive_common.zone import Zone
-from robot_description.models import RobotModel, load_model
+from robot_description.models import load_model
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.protocol.topics import TopicPart
 from vda5050.protocol.versions import Version
@@ -58,6 +61,12 @@ _PLAN_TOPIC = Allowed(
 
 DRIVERS = ("move_base", "vda5050")
 """What robots are driven by: the actions of ROS, or messages of VDA 5050."""
+
+_UNKNOWN_BASE = ((-0.01, -0.01), (0.01, -0.01), (0.01, 0.01), (-0.01, 0.01))
+"""In place of the base of an AGV that tells of it itself [m]."""
+
+_TOUCH = 1e-6
+"""Bases that are nearer to each other touch [m]."""
 
 _MapPose = Annotated[Pose, Allowed("[x, y, yaw] in the map frame [m, m, rad]")]
 
@@ -168,8 +177,22 @@ def read_fleet(name: str) -> Fleet:
     Raises:
         hive_common.errors.FileError: There is no such fleet, or its file has a mistake.
     """
+    fleet, mistakes = read_fleet_and_mistakes(name)
+    if fleet is None or mistakes:
+        raise mistakes[0]
+    return fleet
+
+
+def read_fleet_and_mistakes(name: str) -> tuple[Fleet | None, list[FileError]]:
+    """Return a fleet, and every mistake in its file; None where it cannot be used for anything.
+
+    Raises:
+        hive_common.errors.FileError: There is no such fleet, or its file cannot be read at all.
+    """
     path = find_file("fleet_manager", "fleets", name)
-    content = read_checked(path, FleetContent)
+    content, mistakes = read_all_mistakes(path, FleetContent)
+    if content is None:
+        return None, mistakes
     robots = tuple(
         attrs.evolve(
             robot,
@@ -180,33 +203,33 @@ def read_fleet(name: str) -> Fleet:
         )
         for robot in content.robots
     )
-    _check_names(path, robots)
-    _check_zones(path, content.zones)
-    _check_starts(path, robots, _models(path, robots))
     given = attrs.asdict(content, recurse=False) | {"robots": robots}
-    return Fleet(path=path, **given)
+    fleet = Fleet(path=path, **given)
+    mistakes = [*_names(fleet), *_zones(fleet)]
+    bases, bad_models = _bases(fleet)
+    return None if bad_models else fleet, [*mistakes, *bad_models, *_overlaps(fleet, bases)]
 
 
-def _check_names(path: Path, robots: tuple[FleetRobot, ...]) -> None:
-    """Refuse a name that another robot or another part of the hive has."""
+def _names(fleet: Fleet) -> Iterator[FileError]:
+    """Yield the names that another robot or another part of the hive has."""
     seen: dict[str, int] = {}
-    for index, robot in enumerate(robots):
+    for index, robot in enumerate(fleet.robots):
         keys = ("robots", index, "name")
         if robot.name in TAKEN_NAMES:
             problem = f"'{robot.name}' is the name of another part of the hive; choose another"
-            raise error_at(path, keys, problem)
+            yield error_at(fleet.path, keys, problem)
         if robot.name in seen:
             problem = (
                 f"'{robot.name}' is already the name of robots[{seen[robot.name]}]; "
                 "every robot needs a name of its own"
             )
-            raise error_at(path, keys, problem)
+            yield error_at(fleet.path, keys, problem)
         seen[robot.name] = index
 
 
-def _check_zones(path: Path, zones: tuple[Zone, ...]) -> None:
-    """Refuse a name that two zones have."""
-    names = [zone.name for zone in zones]
+def _zones(fleet: Fleet) -> Iterator[FileError]:
+    """Yield the names that two zones have."""
+    names = [zone.name for zone in fleet.zones]
     for index, name in enumerate(names):
         first = names.index(name)
         if first != index:
@@ -214,60 +237,49 @@ def _check_zones(path: Path, zones: tuple[Zone, ...]) -> None:
                 f"'{name}' is already the name of zones[{first}]; "
                 "every zone needs a name of its own"
             )
-            raise error_at(path, ("zones", index, "name"), problem)
+            yield error_at(fleet.path, ("zones", index, "name"), problem)
 
 
-def _models(path: Path, robots: tuple[FleetRobot, ...]) -> list[RobotModel | None]:
-    """Return the model of each robot; refuse one that is missing or has a mistake."""
-    models: list[RobotModel | None] = []
-    for index, robot in enumerate(robots):
-        if not robot.model and robot.is_agv and not robot.simulated:
-            models.append(None)
-            continue
-        if not robot.model:
-            problem = (
-                "model is missing; allowed: the name of a robot model, or the path of its file. "
-                "Only an AGV with driver: vda5050 that is not simulated needs none"
-            )
-            raise error_at(path, ("robots", index), problem)
-        with named_at(path, "robots", index, "model"):
-            models.append(load_model(robot.model))
-    return models
-
-
-def _check_starts(
-    path: Path, robots: tuple[FleetRobot, ...], models: list[RobotModel | None]
-) -> None:
-    """Refuse robots that overlap at the start."""
-    radii = [0.0 if model is None else model.base.inscribed_radius for model in models]
-    for index, robot in enumerate(robots):
-        for other_index, other in enumerate(robots[:index]):
-            gap = dist(robot.pose[:2], other.pose[:2])
-            needed = radii[index] + radii[other_index]
-            if gap < needed:
-                problem = (
-                    f"{robot.name} starts {gap:.2f} m from {other.name}; "
-                    f"their bases need at least {needed:.2f} m"
-                )
-                raise error_at(path, ("robots", index, "pose"), problem)
-
-
-def check_zones_on_map(fleet: Fleet, bounds: tuple[float, float, float, float]) -> None:
-    """Refuse a zone that lies beside the map: most often its corners are in other units.
-
-    Args:
-        fleet: A fleet file.
-        bounds: x_min, y_min, x_max, y_max of the map, frame map [m].
+def base_of(robot: FleetRobot) -> Footprint:
+    """Return the base of a robot; a small one for an AGV whose factsheet tells of it later.
 
     Raises:
-        hive_common.errors.FileError: A zone has no part on the map.
+        hive_common.errors.FileError: There is no such model, or its file has a mistake.
     """
-    x_min, y_min, x_max, y_max = bounds
-    for index, zone in enumerate(fleet.zones):
-        xs, ys = zip(*zone.corners, strict=True)
-        if max(xs) <= x_min or min(xs) >= x_max or max(ys) <= y_min or min(ys) >= y_max:
-            problem = (
-                f"x {min(xs):g}..{max(xs):g}, y {min(ys):g}..{max(ys):g} [m] is beside the map; "
-                f"allowed: x {x_min:g}..{x_max:g}, y {y_min:g}..{y_max:g}"
-            )
-            raise error_at(fleet.path, ("zones", index, "corners"), problem)
+    return Footprint(load_model(robot.model).base.footprint if robot.model else _UNKNOWN_BASE)
+
+
+def _bases(fleet: Fleet) -> tuple[list[Footprint], list[FileError]]:
+    """Return the base of each robot, and the models that are missing or have a mistake."""
+    bases, mistakes = [], []
+    for index, robot in enumerate(fleet.robots):
+        try:
+            if not robot.model and not (robot.is_agv and not robot.simulated):
+                problem = (
+                    "model is missing; allowed: the name of a robot model, or the path of its "
+                    "file. Only an AGV with driver: vda5050 that is not simulated needs none"
+                )
+                raise error_at(fleet.path, ("robots", index), problem)
+            with named_at(fleet.path, "robots", index, "model"):
+                bases.append(base_of(robot))
+        except FileError as error:
+            mistakes.append(error)
+            bases.append(Footprint(_UNKNOWN_BASE))
+    return bases, mistakes
+
+
+def _overlaps(fleet: Fleet, bases: list[Footprint]) -> Iterator[FileError]:
+    """Yield the robots that stand in another one at the start."""
+    for index, robot in enumerate(fleet.robots):
+        for before, other in enumerate(fleet.robots[:index]):
+            base, others = bases[index], bases[before]
+            gap = dist(robot.pose[:2], other.pose[:2])
+            if gap < base.radius + others.radius and (
+                base.touches(robot.pose, outline(others.at(other.pose)), _TOUCH)
+                or others.touches(other.pose, outline(base.at(robot.pose)), _TOUCH)
+            ):
+                problem = (
+                    f"{robot.name} starts at {robot.pose}, {gap:.2f} m from {other.name}: their "
+                    "bases overlap; move one of them"
+                )
+                yield error_at(fleet.path, ("robots", index, "pose"), problem)

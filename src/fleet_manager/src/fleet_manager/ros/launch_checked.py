@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Starts a fleet whose file was checked, from the launch text that the check has printed.
 
-`fleet_manager.launch` has the fleet file checked by `launch_fleet --check` before anything starts,
+`fleet_manager.launch` has the fleet file checked by `launch_fleet --print` before anything starts,
 and keeps what the check prints in a parameter. Starting from it takes a tenth of the imports that
 a second check would.
 """

@@ -4,23 +4,29 @@
 from __future__ import annotations
 
 import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import click
 from attrs import evolve
 
 from blackboard.domain.charger import Charger
 from blackboard.domain.settings import TRAFFIC
-from fleet_manager.config.fleet_file import (
-    PROCESSES,
-    check_zones_on_map,
-    read_fleet,
-)
+from fleet_manager.config.fleet_check import building_mistakes
+from fleet_manager.config.fleet_file import PROCESSES, read_fleet_and_mistakes
 from fleet_manager.config.fleet_launch import launch_text
 from fleet_manager.config.places import landmarks_of
 from fleet_manager.ros.launch_checked import become_roslaunch
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
-from simenv.world.world_file import load_world
+from simenv.world.world_file import load_world, world_mistakes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from fleet_manager.config.fleet_file import Fleet
+    from hive_common.grid_map import GridMap
+    from simenv.world.world import World
 
 _BAD_INPUT = 2
 
@@ -28,8 +34,9 @@ _BAD_INPUT = 2
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("fleet")
 @click.option("--sim", type=bool, default=True, show_default=True, help="Robots are simulated.")
-@click.option("--check", is_flag=True, help="Only check the files and print the launch file.")
-@click.option("--world", help="Where chargers and stations are: name in worlds/ or a path.")
+@click.option("--check", is_flag=True, help="Only check the files; name every mistake.")
+@click.option("--print", "shown", is_flag=True, help="Check the files, print the launch file.")
+@click.option("--world", help="The building that is simulated: name in worlds/ or a path.")
 @click.option(
     "--processes",
     type=click.Choice(["", *PROCESSES]),
@@ -42,11 +49,12 @@ _BAD_INPUT = 2
     default="",
     help="In place of the fleet's: robots give way to each other, or a traffic planner plans.",
 )
-@click.option("--map", "chart", help="A map to check as well: name in maps/ or a path.")
+@click.option("--map", "chart", help="The map that robots have: name in maps/ or a path.")
 def launch_fleet(
     fleet: str,
     sim: bool,
     check: bool,
+    shown: bool,
     world: str | None,
     processes: str,
     traffic: str,
@@ -54,33 +62,75 @@ def launch_fleet(
 ) -> None:
     """Start the blackboard and every robot of FLEET, a name in fleets/ or a path.
 
-    A mistake in a file is printed in one line, and the exit code is 2, before anything starts.
+    Every mistake in the files is printed in a line of its own, and the exit code is 2, before
+    anything starts.
     """
-    try:
-        wanted = read_fleet(fleet)
-        wanted = evolve(
-            wanted,
-            processes=processes or wanted.processes,
-            traffic=traffic or wanted.traffic,
-        )
-        building = load_world(world) if world is not None and sim else None
-        if building is not None:
-            there = tuple(Charger(name=p.name, pose=p.pose) for p in building.chargers)
-            wanted = evolve(wanted, chargers=wanted.chargers or there)
-        landmarks = landmarks_of(building, wanted.chargers or ())
-        text = launch_text(wanted, sim=sim, landmarks=landmarks)
-        if chart is not None:
-            check_zones_on_map(wanted, load_map(chart).bounds)
-    except HiveError as error:
-        click.echo(f"launch_fleet: {error}", err=True)
+    wanted, building, mistakes = _read(fleet, world if sim else None, chart)
+    if wanted is None or mistakes:
+        for mistake in mistakes:
+            click.echo(f"launch_fleet: {mistake}", err=True)
         sys.exit(_BAD_INPUT)
+    wanted = evolve(
+        wanted, processes=processes or wanted.processes, traffic=traffic or wanted.traffic
+    )
+    if building is not None:
+        there = tuple(Charger(name=p.name, pose=p.pose) for p in building.chargers)
+        wanted = evolve(wanted, chargers=wanted.chargers or there)
     if wanted.zones and wanted.traffic == "local":
         remedy = "start with traffic:=planned, or write `traffic: planned` in the fleet file"
         click.echo(f"launch_fleet: the fleet's zones bind nobody: {remedy}", err=True)
     if check:
+        click.echo(f"{fleet}: good. {_summary(wanted)}")
+        return
+    landmarks = landmarks_of(building, wanted.chargers or ())
+    text = launch_text(wanted, sim=sim, landmarks=landmarks)
+    if shown:
         click.echo(text, nl=False)
     else:
         become_roslaunch(text)
+
+
+def _read(
+    fleet: str, world: str | None, chart: str | None
+) -> tuple[Fleet | None, World | None, Sequence[HiveError]]:
+    """Return the fleet and the world, and all mistakes in the files and of one against another."""
+    mistakes: list[HiveError] = []
+    wanted: Fleet | None = None
+    building: World | None = None
+    ground: GridMap | None = None
+    with _noted(mistakes):
+        wanted, found = read_fleet_and_mistakes(fleet)
+        mistakes += found
+    with _noted(mistakes):
+        if world is not None:
+            wrong = world_mistakes(world)
+            mistakes += wrong
+            building = None if wrong else load_world(world)
+    with _noted(mistakes):
+        ground = load_map(chart) if chart is not None else None
+    if wanted is not None:
+        mistakes += building_mistakes(wanted, building, ground)
+    return wanted, building, mistakes
+
+
+@contextmanager
+def _noted(mistakes: list[HiveError]) -> Iterator[None]:
+    """Put an error on the list and go on."""
+    try:
+        yield
+    except HiveError as error:
+        mistakes.append(error)
+
+
+def _summary(fleet: Fleet) -> str:
+    """Return what a good fleet has, in a few words."""
+    counts = {
+        "robot": len(fleet.robots),
+        "charger": len(fleet.chargers or ()),
+        "zone": len(fleet.zones),
+    }
+    told = [f"{count} {what}{'s' * (count != 1)}" for what, count in counts.items()]
+    return f"{', '.join(told)}; decision {fleet.decision}, traffic {fleet.traffic}"
 
 
 def main() -> None:

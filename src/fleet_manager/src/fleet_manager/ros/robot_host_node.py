@@ -16,8 +16,6 @@ from typing import TYPE_CHECKING, Annotated
 import attrs
 import rospy
 import tf2_ros
-from geometry_msgs.msg import Pose2D
-from simenv.srv import Spawn
 
 from blackboard.ros.path_lengths import RosPathLengths
 from blackboard.ros.robot_node import read_stands_by, start_robot, topics_of
@@ -36,6 +34,7 @@ from robot_navigation.ros.fixed_links import links_of
 from robot_navigation.ros.move_base_node import MoveBase
 from robot_navigation.ros.position_announcer import PositionAnnouncer
 from robot_navigation.ros.surroundings import Surroundings
+from simenv.ros.spawning import spawn_each
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -75,9 +74,9 @@ def _run() -> None:
     sys.setswitchinterval(_SWITCH)
     hear_own_topics()
     hive = rospy.get_namespace()
-    robots = structured("~robots", tuple[HostedRobot, ...], [])
+    wanted = structured("~robots", tuple[HostedRobot, ...], [])
+    robots = spawn_each(wanted, lambda each: (each.name, each.model, each.pose), _SPAWN_WITHIN)
     names = {robot.name: RobotNames(hive, robot.name) for robot in robots}
-    _in_thread(lambda: _spawn(hive, robots))
     broadcaster = tf2_ros.StaticTransformBroadcaster()
     broadcaster.sendTransform([link for each in names.values() for link in links_of(each)])
     surroundings = Surroundings(hive)
@@ -112,17 +111,6 @@ def _join_hive(hive: str, robots: Sequence[RobotNames]) -> None:
     for robot in robots:
         start_robot(talker, robot, lengths)
     talker.spin()
-
-
-def _spawn(hive: str, robots: Sequence[HostedRobot]) -> None:
-    """Put robots into the simulator, and end the process if it refuses one."""
-    service = f"{hive}simenv/spawn"
-    rospy.wait_for_service(service, _SPAWN_WITHIN)
-    for robot in robots:
-        answer = rospy.ServiceProxy(service, Spawn)(robot.name, robot.model, Pose2D(*robot.pose))
-        if not answer.success:
-            raise HiveError(answer.message)
-        rospy.loginfo(answer.message)
 
 
 def _in_thread(run: Callable[[], None]) -> None:

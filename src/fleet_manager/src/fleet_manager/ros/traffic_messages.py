@@ -46,6 +46,7 @@ def state_from_msg(msg: messages.TrafficState) -> TrafficState:
             messages.TrafficLock.HELD: msg.held,
         },
         unreached={each.robot: tuple(each.places) for each in msg.unreached},
+        status=msg.status,
     )
 
 

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from fleet_manager.config.fleet_file import check_zones_on_map, read_fleet
+from fleet_manager.config.fleet_check import building_mistakes
+from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.fleet_launch import launch_text
 from fleet_manager.config.scenario import read_scenario
 from hive_common.errors import HiveError
@@ -83,7 +84,7 @@ def _use_fleet(path: Path) -> None:
     fleet = read_fleet(str(path))
     launch_text(fleet, sim=True, port=lambda: 1)
     launch_text(fleet, sim=False, port=lambda: 1)
-    check_zones_on_map(fleet, (0.0, 0.0, 20.0, 12.0))
+    list(building_mistakes(fleet, load_world("lab"), load_map("lab")))
 
 
 def _use_world(path: Path) -> None:

@@ -32,8 +32,10 @@ AHEAD = 0.35  # the robot steers for the point of its path this far ahead [m]
 SHARP = 0.6  # with a larger heading error the robot turns on the spot first [rad]
 TURN = 1.5  # yaw rate per heading error [rad/s per rad]
 ARRIVED = 0.25  # distance from the end of the path that counts as arrived [m]
+TINY = 1e-3  # the least age that counts [s]
 STUCK = 0.03  # a robot that moves and turns less than this between two plans is stuck [m], [rad]
-BACK = -0.15  # speed of a stuck robot until the next plan [m/s]: it backs off
+BACK = -0.15  # speed of a stuck robot until the next plan [m/s]: it backs off ...
+BACK_FAR = 0.3  # ... this far at most [m]; on a busy machine the next plan may take long
 
 
 class Explorer:
@@ -47,6 +49,8 @@ class Explorer:
         self._given_up: list[tuple[float, float]] = []
         self._last: Pose | None = None
         self._stuck = False
+        self._chart: GridMap | None = None
+        self._room: Array = np.zeros((0, 0))  # of every cell of it, to what is not free [m]
         self.finished = False  # whether the map shows everything that the robot can reach
 
     def plan(self, chart: GridMap, here: Pose) -> None:
@@ -58,6 +62,7 @@ class Explorer:
             self._given_up.append((here.x, here.y))
         goals = self._frontiers(chart)
         room = ndimage.distance_transform_edt(chart.cells == FREE) * chart.resolution
+        self._chart, self._room = chart, room
         start = _cell(chart, here[:2])
         open_to = room >= self._radius + MARGIN
         # A robot that stands too close to an obstacle must get away nevertheless.
@@ -70,12 +75,16 @@ class Explorer:
         self.finished = not np.isfinite(length).any() if goals.any() else True
         self._path = np.zeros((0, 2)) if self.finished else _shortest(chart, length, before)
 
-    def steer(self, here: Pose) -> tuple[float, float]:
-        """Return the speed [m/s] and the yaw rate [rad/s] for a robot at a pose, frame map."""
+    def steer(self, here: Pose, age: float = 0.0) -> tuple[float, float]:
+        """Return the speed [m/s] and the yaw rate [rad/s] for a robot at a pose, frame map.
+
+        `age` is how old the pose is when the next command comes [s]: meanwhile the robot drives no
+        farther than its margin.
+        """
         if not len(self._path):
             return 0.0, 0.0
         if self._stuck:
-            return BACK, 0.0
+            return (BACK if self._may_back_off(here) else 0.0), 0.0
         away = np.hypot(*(self._path - here[:2]).T)
         nearest = int(np.argmin(away))
         ahead = nearest + int(np.argmax(away[nearest:] >= AHEAD))
@@ -87,7 +96,28 @@ class Explorer:
         if abs(turned) > SHARP:
             return 0.0, math.copysign(1.0, turned)
         # Slower in bends and near the end, where there may be little room to stop.
-        return min(self._speed, left) * (1.0 - abs(turned) / SHARP), TURN * turned
+        if not self._has_room(here, MARGIN):
+            return 0.0, TURN * turned  # it would cut a corner
+        speed = min(self._speed, left, MARGIN / max(age, TINY))
+        return speed * (1.0 - abs(turned) / SHARP), TURN * turned
+
+    def _may_back_off(self, here: Pose) -> bool:
+        """Return whether a stuck robot has not backed off far yet, and the map has room behind."""
+        last = self._last
+        is_near = last is not None and math.dist(here[:2], last[:2]) < BACK_FAR
+        return is_near and self._has_room(here, -MARGIN)
+
+    def _has_room(self, here: Pose, ahead: float) -> bool:
+        """Return whether the robot fits a way ahead of a pose [m], or fits better than there."""
+        x = here.x + ahead * math.cos(here.yaw)
+        y = here.y + ahead * math.sin(here.yaw)
+        there = self._room_at(x, y)
+        return there >= self._radius or there > self._room_at(here.x, here.y)
+
+    def _room_at(self, x: float, y: float) -> float:
+        """Return how far a point, frame map, is from what is not free on the map [m]."""
+        cell = self._chart.cell((x, y)) if self._chart is not None else None
+        return float(self._room[cell]) if cell is not None else 0.0
 
     def _is_stuck(self, here: Pose) -> bool:
         """Return whether the robot had a path since the last plan but did not move."""

@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
     from nav_msgs.msg import OccupancyGrid
 
+    from hive_common.geometry import Array
+    from hive_common.pose import Pose
     from robot_description.scan import Scan
 
 MAP_FRAME = "map"
@@ -79,7 +81,8 @@ class Amcl:
         self._filter = ParticleFilter(field, settings, np.random.default_rng())
         chooser = BeamChooser(model.laser, settings.laser_max_beams)
         self._localizer = Localizer(self._filter, chooser, settings)
-        self._localizer.restart_at(settings.initial_pose, settings.initial_covariance)
+        self._chart = chart
+        self._begin_at(settings.initial_pose, settings.initial_covariance)
         self._history = OdometryHistory()
         self._reader = ScanReader(names.of("scan"))
         self._scan: tuple[rospy.Time, Scan] | None = None  # until the odometry of its time comes
@@ -133,6 +136,16 @@ class Amcl:
         if frame not in {"", MAP_FRAME}:
             rospy.logwarn(f"initialpose in frame '{frame}' is ignored; send it in {MAP_FRAME}")
             return
+        self._begin_at(pose, covariance)
+
+    def _begin_at(self, pose: Pose, covariance: Array) -> None:
+        """Localize from a pose on, and say so if no robot can stand there."""
+        refusal = self._chart.refusal(pose)
+        if refusal:
+            rospy.logerr(
+                f"{self._names.robot} is said to start at {pose}, which {refusal}; put x, y and "
+                f"yaw right, or send the true pose on {self._names.of('initialpose')}"
+            )
         self._localizer.restart_at(pose, covariance)
 
     def _drive(self, msg: Odometry) -> None:

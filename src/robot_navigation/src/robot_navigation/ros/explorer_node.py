@@ -21,7 +21,7 @@ from hive_common.ros.conversions import map_from_msg, pose_from_msg, pose_from_t
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.names import own_names
 from hive_common.ros.transforms import Transforms
-from robot_navigation.mapping.explorer import Explorer
+from robot_navigation.mapping.explorer import MARGIN, SPEED, Explorer
 from robot_navigation.ros.startup import read_model, run_node
 from robot_navigation.ros.topic_monitor import TopicMonitor
 
@@ -30,8 +30,14 @@ if TYPE_CHECKING:
     from hive_common.pose import Pose
 
 STEER_PERIOD = 0.1  # time between two commands [s]
+ROUNDING = 1e-6
+"""The difference of two stamps may come out a little less than a period [s]; a simulator that
+waits for the command would wait in vain."""
 STILL = (0.0, 0.0)  # command of a robot that has nowhere to go [m/s, rad/s]
-QUICK = 0.2  # if planning takes longer, the robot stands meanwhile [s, wall clock]
+
+QUICK = MARGIN / SPEED
+"""Once planning has taken longer, the robot stands meanwhile [s, wall clock]: it would use up its
+margin. A simulator waits for the next command, so this is right at any real-time factor."""
 
 REST = 3.0
 """The robot follows a plan for this many times the time that planning took, even if there is a new
@@ -60,7 +66,7 @@ class ExplorerNode:
         self._odometry: Odometry | None = None
         self._chart_is_new = False
         self._steered_at = -math.inf
-        self._planning_time = 0.0
+        self._slowest = 0.0  # planning so far [s, wall clock]
         self._plan_again_at = -math.inf
         self._inbox = Inbox()
         self._monitor = TopicMonitor(self._inbox)
@@ -68,7 +74,11 @@ class ExplorerNode:
     def run(self) -> None:
         """Explore until everything is known or the node is shut down."""
         self._transforms = Transforms(cache_time=5.0)
-        self._commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, tcp_nodelay=True)
+        # A simulator waits for commands that come once a period of simulated time.
+        period = {"control_period": f"{STEER_PERIOD:.6f}"}
+        self._commands = rospy.Publisher(
+            "cmd_vel", Twist, queue_size=1, tcp_nodelay=True, headers=period
+        )
         self._explored = rospy.Publisher("explored", Bool, queue_size=1, latch=True)
         self._explored.publish(Bool(False))
         monitor, chart = self._monitor, numpy_msg(OccupancyGrid)
@@ -113,30 +123,31 @@ class ExplorerNode:
         if msg is None or chart is None:
             return
         now = msg.header.stamp.to_sec()
-        if self._steered_at <= now < self._steered_at + STEER_PERIOD:
+        if self._steered_at <= now < self._steered_at + STEER_PERIOD - ROUNDING:
             return
         self._steered_at = now
         here = self._place(msg)
         if here is None:
             self._commands.publish(Twist())
             return
-        speed = self._explorer.steer(here)
+        age = abs(rospy.get_time() - now) + STEER_PERIOD
+        speed = self._explorer.steer(here, age)
         if self._chart_is_new and (speed == STILL or time.monotonic() >= self._plan_again_at):
             self._chart_is_new = False
             self._plan(chart, here)
-            speed = self._explorer.steer(here)
+            speed = self._explorer.steer(here, age)
         command = Twist()
         command.linear.x, command.angular.z = speed
         self._commands.publish(command)
 
     def _plan(self, chart: GridMap, here: Pose) -> None:
-        if self._planning_time > QUICK:
+        if self._slowest > QUICK:
             self._commands.publish(Twist())
         begun = time.monotonic()
         self._explorer.plan(chart, here)
-        now = time.monotonic()
-        self._planning_time = now - begun
-        self._plan_again_at = now + REST * self._planning_time
+        took = time.monotonic() - begun
+        self._slowest = max(took, self._slowest)
+        self._plan_again_at = begun + took + REST * took
 
     def _place(self, msg: Odometry) -> Pose | None:
         """Return where the robot is, frame map, or None without a recent transform."""

@@ -18,7 +18,7 @@ from robot_description.msg import Traffic
 from rospy.numpy_msg import numpy_msg
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 _QUEUE = 1000  # announcements that wait to be read; a robot sends a dozen a second
 _LOOK = 0.02  # time between two looks whether there is a map [s, wall clock]
@@ -57,8 +57,10 @@ class Ears:
             self.since = min(time, self.since)
         yield from newest.values()
 
-    def map(self) -> OccupancyGrid:
+    def map(self, go_on: Callable[[], None] = lambda: None) -> OccupancyGrid:
         """Wait for the map and return it, its data as an array; warn while there is none.
+
+        `go_on` is called again and again meanwhile.
 
         Raises:
             rospy.ROSInterruptException: The node was shut down.
@@ -67,6 +69,7 @@ class Ears:
         while self._maps.empty():
             if rospy.is_shutdown():
                 raise rospy.ROSInterruptException
+            go_on()
             rospy.rostime.wallsleep(_LOOK)
             waited += _LOOK
             if waited >= _MAP_PATIENCE:

@@ -8,6 +8,7 @@ an operator has closed: these it tells on `traffic_state`, and gets them back as
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from typing import TYPE_CHECKING
@@ -36,6 +37,7 @@ from robot_navigation.traffic.lock_resolver import ResolvingCoordinator
 
 if TYPE_CHECKING:
     from robot_navigation.mapf.route import Route
+    from robot_navigation.ros.planner_progress import ProgressTeller
     from robot_navigation.ros.traffic_ears import Ears
     from robot_navigation.traffic.right_of_way import Announcement
 
@@ -75,7 +77,7 @@ class TrafficPlanner:
         rospy.ROSInterruptException: The node was shut down.
     """
 
-    def __init__(self, hive: str, ears: Ears) -> None:
+    def __init__(self, hive: str, ears: Ears, progress: ProgressTeller) -> None:
         """Listen and make the roadmap; `hive` is the hive's namespace and ends in a slash."""
         self._inbox = Inbox()
         self._ears = ears
@@ -96,14 +98,22 @@ class TrafficPlanner:
         self._lanes = rospy.Publisher(f"{hive}traffic_lanes", Marker, queue_size=1, latch=True)
         self._markers = rospy.Publisher(f"{hive}traffic_markers", MarkerArray, queue_size=1)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
-        self._field = ClearanceField.of(grid_from_msg(ears.map()))
-        self._listen()
+        chart = ears.map(lambda: progress.go_on("waits for the map"))
+        progress.say("works out where on the map there is room")
+        self._field = ClearanceField.of(grid_from_msg(chart))
+        self._listen(progress)
         radii = sorted({robot.radius for robot in self._news.values()})
         self._least_radius = radii[0]
-        # On a large map this takes seconds, and a planner that is silent is taken to be stuck.
+        # On a large map each of these takes seconds.
+        steps = itertools.count(2)
+        progress.say("makes the roadmap, step 1")
         roadmap = build_roadmap(
-            self._field, radii, given.zones, lambda: self._tell(rospy.get_time())
+            self._field,
+            radii,
+            given.zones,
+            lambda: progress.say(f"makes the roadmap, step {next(steps)}"),
         )
+        progress.say("makes its first plan")
         self._coordinator = ResolvingCoordinator(self._field, roadmap, self._epoch, watch=watch)
         self._show_lanes()
         rospy.Subscriber(f"{hive}zone_command", ZoneCommand, self._obey, queue_size=10)
@@ -124,7 +134,7 @@ class TrafficPlanner:
             self._tell(now)
             rospy.rostime.wallsleep(_LOOK)
 
-    def _listen(self) -> None:
+    def _listen(self, progress: ProgressTeller) -> None:
         """Wait until robots have been heard for so long that all were."""
         self._hear()
         while not self._news or not _is_due(rospy.get_time(), self._ears.since, _LISTEN):
@@ -132,7 +142,7 @@ class TrafficPlanner:
                 raise rospy.ROSInterruptException
             rospy.rostime.wallsleep(_LOOK)
             self._hear()
-            self._tell(rospy.get_time())
+            progress.go_on("waits for robots")
 
     def _hear(self) -> None:
         """Take in what robots have announced since the last time."""

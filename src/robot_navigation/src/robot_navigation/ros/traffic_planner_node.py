@@ -14,6 +14,7 @@ import time
 
 import rospy
 
+from robot_navigation.ros.planner_progress import ProgressTeller
 from robot_navigation.ros.startup import run_node
 from robot_navigation.ros.traffic_ears import Ears
 
@@ -46,9 +47,11 @@ def main() -> int:
 def _run() -> None:
     began = time.monotonic()
     hive = rospy.get_namespace()
+    progress = ProgressTeller(sys.argv[1:])
     ears = Ears(hive)
-    from robot_navigation.ros.traffic_planner import TrafficPlanner  # noqa: PLC0415  (see above)
+    with progress.counting("loads the modules of its program", lambda: len(sys.modules)):
+        from robot_navigation.ros.traffic_planner import TrafficPlanner  # noqa: PLC0415  (see above)
 
-    planner = TrafficPlanner(hive, ears)
+    planner = TrafficPlanner(hive, ears, progress)
     rospy.loginfo(f"plans traffic after {time.monotonic() - began:.1f} s")
     planner.run()

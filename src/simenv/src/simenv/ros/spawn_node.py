@@ -10,13 +10,11 @@ ROS Parameters:
 from __future__ import annotations
 
 import rospy
-from geometry_msgs.msg import Pose2D
 
 from hive_common.errors import HiveError
+from hive_common.pose import Pose
 from hive_common.ros.params import number, text
-from simenv.srv import Spawn
-
-_SERVICE = "simenv/spawn"
+from simenv.ros.spawning import spawn, wait_for_simulator
 
 
 def main() -> int:
@@ -31,21 +29,11 @@ def main() -> int:
         rospy.logfatal(str(error))
         return 1
     try:
-        rospy.wait_for_service(_SERVICE, timeout)
-        answer = rospy.ServiceProxy(_SERVICE, Spawn)(name, model, Pose2D(x, y, yaw))
+        wait_for_simulator(timeout)
+        spawn(name, model, Pose(x, y, yaw))
     except rospy.ROSInterruptException:
         return 1
-    except rospy.ROSException:
-        rospy.logfatal(
-            f"no simulator answered on {rospy.resolve_name(_SERVICE)} within "
-            f"{timeout:g} s; start one with: roslaunch simenv simulator.launch"
-        )
+    except HiveError as error:
+        rospy.logfatal(f"{error}. {name} takes no part: end its nodes before it is tried again")
         return 1
-    except rospy.ServiceException as error:
-        rospy.logfatal(f"the simulator ended while {name} was being spawned: {error}")
-        return 1
-    if not answer.success:
-        rospy.logfatal(answer.message)
-        return 1
-    rospy.loginfo(answer.message)
     return 0

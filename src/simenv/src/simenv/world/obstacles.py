@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely.geometry
 
 from hive_common.geometry import NO_SEGMENTS, outline
 from simenv.errors import ObstacleError
@@ -101,6 +102,17 @@ class Obstacles:
         self._world = world
         self.changes = 0
         self.reset()
+
+    def refusal(self, footprint: Footprint, pose: Pose) -> str:
+        """Say why a base cannot stand at a pose, frame map; empty if it can.
+
+        Only what is solid in the world counts, not other robots.
+        """
+        if not all(map(math.isfinite, pose)):
+            return "x, y and yaw must be numbers"
+        reason = self._world.refusal(shapely.geometry.Polygon(footprint.at(pose)))
+        there = [each.name for each in self.now if footprint.touches(pose, each.edges)]
+        return reason or (f"'{there[0]}' is there; choose a free place" if there else "")
 
     def reset(self) -> None:
         """Return to the start; what was put down since is gone."""

@@ -117,6 +117,21 @@ class World:
         """The outline of everything solid (k, 2, 2), frame map [m]."""
         return outline_of(self.solid)
 
+    def refusal(self, area: BaseGeometry) -> str:
+        """Say why nobody can stand on an area, frame map [m]; empty if nothing is in the way."""
+        width, depth = self.size
+        if not area.within(shapely.geometry.box(0.0, 0.0, width, depth)):
+            return (
+                f"that is outside the world '{self.name}', which reaches from (0, 0) to "
+                f"({width:g}, {depth:g}) m; choose a free place"
+            )
+        solid = self.solid_at(area)
+        return "" if solid is None else f"'{solid}' is there; choose a free place"
+
+    def refusal_at(self, x: float, y: float) -> str:
+        """Say why nobody can stand at a point, frame map [m]; empty if nothing is in the way."""
+        return self.refusal(shapely.geometry.Point(x, y))
+
     def solid_at(self, area: BaseGeometry) -> str | None:
         """Return the name of a shape that an area overlaps, or None."""
         return next((shape.name for shape in self.shapes if shape.area.intersects(area)), None)

@@ -7,13 +7,11 @@ import time
 from typing import TYPE_CHECKING
 
 import rospy
-from geometry_msgs.msg import Pose2D, Twist
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from simenv.srv import Spawn
 from std_msgs.msg import String
 
 from blackboard.ros.startup import run_node
-from hive_common.errors import HiveError
 from hive_common.pose import STOP, Velocity
 from hive_common.ros.conversions import pose_from_msg
 from hive_common.ros.inbox import Inbox
@@ -21,6 +19,7 @@ from hive_common.ros.names import RobotNames
 from hive_common.ros.params import structured
 from robot_description.models import load_model
 from robot_navigation.ros.fake_localization_node import FakeLocalization
+from simenv.ros.spawning import spawn_each
 from vda5050.errors import FaultError
 from vda5050.mqtt.link import BrokerSettings
 from vda5050.protocol.topics import Address
@@ -30,8 +29,6 @@ from vda5050.ros.vehicle_settings import AgvEntry
 from vda5050.simulated.agv import AgvSettings, SimulatedAgv
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hive_common.pose import Pose
 
 _SPAWN_WITHIN = 120.0
@@ -124,10 +121,10 @@ def main() -> None:
 
 
 def _run() -> None:
-    entries = structured("~agvs", tuple[AgvEntry, ...], [])
+    wanted = structured("~agvs", tuple[AgvEntry, ...], [])
     broker = structured("~broker", BrokerSettings, {})
     map_id = str(rospy.get_param("~map_id", "map"))
-    _spawn(entries)
+    entries = spawn_each(wanted, lambda each: (each.name, each.model, each.pose), _SPAWN_WITHIN)
     inbox = Inbox()
     members = [_Member(entry, map_id, broker, inbox) for entry in entries]
     for member in members:
@@ -137,19 +134,3 @@ def _run() -> None:
     finally:
         for member in members:
             member.stop()
-
-
-def _spawn(entries: Sequence[AgvEntry]) -> None:
-    """Put the AGVs into the simulator.
-
-    Raises:
-        HiveError: It refuses one.
-    """
-    service = "simenv/spawn"
-    rospy.wait_for_service(service, _SPAWN_WITHIN)
-    spawn = rospy.ServiceProxy(service, Spawn)
-    for entry in entries:
-        answer = spawn(entry.name, entry.model, Pose2D(*entry.pose))
-        if not answer.success:
-            raise HiveError(answer.message)
-        rospy.loginfo(answer.message)

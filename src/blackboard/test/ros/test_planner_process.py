@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the process of a traffic planner shows of its progress, with a small program for it."""
+
+import pytest
+
+pytest.importorskip("robot_description.msg")
+
+from blackboard.ros import planner_process
+from blackboard.ros.planner_process import PlannerProcess
+
+SAYS = """
+import os, sys
+pipe = int(next(word for word in sys.argv if word.startswith("--progress=")).split("=")[1])
+os.write(pipe, b"loads\\nwaits for the map\\nwai")
+{more}
+"""
+
+
+@pytest.fixture
+def start(tmp_path, monkeypatch):
+    """Start a program as the planner; return it when it has said all and waits for its end."""
+    started = []
+
+    def start(more=""):
+        file = tmp_path / "planner"
+        file.write_text(SAYS.format(more=more))
+        monkeypatch.setattr(planner_process, "node_file", lambda *_: str(file))
+        started.append(PlannerProcess("/", []))
+        return started[-1]
+
+    yield start
+    for each in started:
+        each.end()
+        each.kill()
+        wait_for_end(each)
+
+
+def wait_for_end(process):
+    while not process.ended():
+        pass
+
+
+def progress_at_the_end(process):
+    wait_for_end(process)
+    return process.progress()
+
+
+def test_whole_lines_count_as_steps_and_the_last_one_is_what_it_does(start):
+    steps, doing, _ = progress_at_the_end(start())
+
+    assert (steps, doing) == (2, "waits for the map")
+
+
+def test_a_process_that_has_said_nothing_new_stays_where_it_was(start):
+    process = start()
+    before = progress_at_the_end(process)
+
+    assert process.progress()[:2] == before[:2]
+
+
+def test_the_work_of_the_main_thread_is_seen_while_it_runs(start):
+    process = start(
+        "while sum(os.times()[:2]) < 0.05: pass\nos.write(pipe, b'ts\\n')\nsys.stdin.read()"
+    )
+    while (seen := process.progress()).steps < 3:
+        pass
+
+    assert seen.worked >= 0.04
+    assert seen.doing == "waits"
