@@ -101,7 +101,7 @@ def hive(tmp_path_factory):
 @pytest.fixture(scope="session")
 def hive_window(application, hive, tmp_path_factory):
     """Open the fleet window on the running hive, and wait until its robots are there."""
-    desk = Desk(RosDeskLink("test_gui", ["test_gui", "_world:=lab"]))
+    desk = Desk(RosDeskLink("test_gui", ["test_gui"]))
     settings = QSettings(str(tmp_path_factory.mktemp("gui") / "settings"), QSettings.IniFormat)
     window = FleetWindow(desk, settings)
     desk.start()

@@ -43,8 +43,7 @@ def test_cancelling_is_asked_about_and_a_no_keeps_the_task(person, view, link):
     person.answer("Keep")
     assert not [each for each in link.sent if isinstance(each, CancelTask)]
 
-    person.select_row(view.task_table, "T1")
-    person.press(Qt.Key_Delete, view.task_table)
+    person.click(view.cancel_button)
     person.answer("Cancel T1")
     person.wait_until(lambda: CancelTask("T1") in link.sent)
 

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import json
+
 import pytest
 
 pytest.importorskip("roslaunch", reason="needs ROS")
@@ -68,3 +70,16 @@ def test_every_mistake_of_every_file_is_a_line_and_ends_it_with_2(tmp_path, caps
     world, robot = said.err.splitlines()
     assert world.startswith("launch_fleet: world 'nowhere': not known")
     assert "fleet.yaml:1: robots[0].pose: robot1 cannot start at" in robot
+
+
+def test_the_places_of_the_world_and_the_fleets_own_chargers_can_be_named_as_goals(
+    tmp_path, capsys
+):
+    fleet = tmp_path / "fleet.yaml"
+    fleet.write_text(f"{ROBOTS}\nchargers: [{{name: my charger, pose: [6.0, 5.0, 0.0]}}]")
+    launch_fleet.main(["--print", "--world=lab", str(fleet)], standalone_mode=False)
+
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if 'param="places"' in line)
+    named = json.loads(line.split(">", 1)[1].rsplit("<", 1)[0])
+    assert {"name": "test cell", "pose": [17.8, 1.6, -1.5708]} in named
+    assert {"name": "my charger", "pose": [6.0, 5.0, 0.0]} in named

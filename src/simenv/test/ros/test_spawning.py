@@ -26,7 +26,10 @@ def said(monkeypatch):
 
     monkeypatch.setattr(rospy, "wait_for_service", lambda *_: None)
     monkeypatch.setattr(rospy, "ServiceProxy", lambda *_: answer)
-    for level in ("loginfo", "logerr"):
+    monkeypatch.setattr(rospy, "resolve_name", lambda name: f"/{name}")
+    monkeypatch.setattr(rospy, "set_param", lambda name, text: lines.append((name, text)))
+    monkeypatch.setattr(rospy, "has_param", lambda _name: False)
+    for level in ("loginfo", "logfatal"):
         monkeypatch.setattr(rospy, level, lambda text, level=level: lines.append((level, text)))
     return lines
 
@@ -39,8 +42,9 @@ def test_a_robot_that_is_refused_holds_up_no_other(said):
     standing = spawned(amy=HERE, bob=FAR, carol=HERE)
 
     assert [name for name, _ in standing] == ["amy", "carol"]
-    errors = [text for level, text in said if level == "logerr"]
+    errors = [text for level, text in said if level == "logfatal"]
     assert len(errors) == 1
+    assert ("/refused_to_start/bob", errors[0]) in said
     assert "bob cannot stand there: outside the world" in errors[0]
     assert "all others go on" in errors[0]
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape, quoteattr
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from fleet_manager.config.fleet_file import Fleet, FleetRobot
     from hive_common.landmark import Landmark
+    from hive_common.pose import Pose
     from hive_common.zone import Zone
 
 
@@ -33,6 +35,7 @@ def launch_text(
     *,
     sim: bool,
     landmarks: Sequence[Landmark] = (),
+    places: Mapping[str, Pose] = MappingProxyType({}),
     port: Callable[[], int] = free_port,
 ) -> str:
     """Return the launch file that starts a fleet's blackboard and robots.
@@ -40,8 +43,9 @@ def launch_text(
     It sets the parameters that robots need which join later, includes `blackboard.launch`, then
     `robot.launch` for each robot, in the fleet's order. With `sim`, robots are simulated; unless
     the fleet says otherwise, `robot_host` nodes then take the place of `robot.launch`.
-    `landmarks` are what the building's places are called. `port` gives one for a broker of the
-    fleet's own, which AGVs that speak VDA 5050 need where the fleet names none.
+    `landmarks` are what the building's places are called, and `places` those that an operator can
+    name as a goal, each with the pose of a robot there [map frame]. `port` gives one for a broker
+    of the fleet's own, which AGVs that speak VDA 5050 need where the fleet names none.
     """
     lines = ["<launch>"]
     for name, value in {"cost_model": fleet.cost_model, "distance": fleet.distance}.items():
@@ -49,6 +53,8 @@ def launch_text(
     lines += _charging(fleet)
     lines.append(yaml_line("traffic_planner/zones", [_zone(zone) for zone in fleet.zones]))
     lines.append(yaml_line("traffic_planner/places", [attrs.asdict(each) for each in landmarks]))
+    named = [{"name": name, "pose": list(pose)} for name, pose in places.items()]
+    lines.append(yaml_line("places", named))
     blackboard = {
         "decision": fleet.decision,
         "improve_by": measure_for(fleet.cost_model),

@@ -20,6 +20,8 @@ def confirm(
     consequences: Sequence[str],
     verb: str,
     then: Callable[[], None],
+    *,
+    no: str = "&Keep as it is",
 ) -> None:
     """Ask a question, and call `then` if the answer is yes; the windows go on meanwhile.
 
@@ -29,13 +31,14 @@ def confirm(
         consequences: What it brings with it, in sentences; may be empty.
         verb: The text of the button that does it, such as "Cancel T1".
         then: What does it.
+        no: The text of the other button.
     """
     box = QMessageBox(QMessageBox.Question, parent.windowTitle(), question, parent=parent)
     box.setInformativeText("\n\n".join(consequences))
     box.setAttribute(Qt.WA_DeleteOnClose)
     yes = box.addButton(verb, QMessageBox.AcceptRole)
-    no = box.addButton("&Keep as it is", QMessageBox.RejectRole)
-    box.setDefaultButton(no if consequences else yes)
-    box.setEscapeButton(no)
+    other = box.addButton(no, QMessageBox.RejectRole)
+    box.setDefaultButton(other if consequences else yes)
+    box.setEscapeButton(other)
     box.finished.connect(lambda _result: then() if box.clickedButton() is yes else None)
     box.open()

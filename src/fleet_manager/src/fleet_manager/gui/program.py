@@ -27,16 +27,10 @@ if TYPE_CHECKING:
 SWITCH_INTERVAL = 0.0005  # [s]
 _LOOK_EVERY = 200  # time between two looks for signals [ms]
 COLLECT_AFTER = (10_000, 20, 20)  # thresholds of the three generations, see gc.set_threshold
-_EXAMPLE = """example, with the stations of a world to choose from:
-  rosrun fleet_manager {program} _world:=lab"""
 
 
 def main(name: str, *, entry: bool = True, view: bool = True) -> None:
-    """Run a node with one window until it is closed, then leave the process.
-
-    ROS Parameters:
-        ~world (string): World whose stations and chargers can be chosen; none by default.
-    """
+    """Run a node with one window until it is closed, then leave the process."""
     application = _application(name)
     desk = Desk(RosDeskLink(name, sys.argv))
     window = FleetWindow(desk, _settings(), entry=entry, view=view)
@@ -110,8 +104,6 @@ def _parse(name: str, argv: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog=name,
         description="A window on a hive, whose ROS master ROS_MASTER_URI names.",
-        epilog=_EXAMPLE.format(program=name),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("qt", nargs="*", help="arguments for Qt, after --")
     return parser.parse_args(argv)

@@ -9,9 +9,11 @@ from python_qt_binding.QtCore import Qt
 from python_qt_binding.QtWidgets import QListWidgetItem, QWidget
 
 from blackboard.domain.task import TaskType
+from fleet_manager.client.outlook import outlook
 from fleet_manager.desk.form import GOAL_NAMES, GOALS_TAKEN, FormText, check, goals_needed
 from fleet_manager.desk.picking import Picking
 from fleet_manager.gui.banner import Banner
+from fleet_manager.gui.confirm import confirm
 from fleet_manager.gui.goal_editor import GoalEditor
 from fleet_manager.gui.look import ANSWER_SIGNS, color, load_form, mark_field, show_mistake
 
@@ -81,7 +83,22 @@ class TaskEntry(QWidget):
             first.setFocus()
             self.scroll.ensureWidgetVisible(first)
             return
-        self._desk.post(checked.task)
+        task = checked.task
+        told = outlook(task, [row.status for row in self._desk.hive.robots.values()])
+        if told:
+            confirm(
+                self,
+                f"Send {task.id}?",
+                [told],
+                f"&Send {task.id}",
+                lambda: self._post(task),
+                no="&Back to the form",
+            )
+        else:
+            self._post(task)
+
+    def _post(self, task: Task) -> None:
+        self._desk.post(task)
         self.clear()
 
     def clear(self) -> None:

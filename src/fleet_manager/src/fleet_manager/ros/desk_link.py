@@ -18,7 +18,6 @@ from blackboard.auction.decision_log import read_decisions
 from blackboard.errors import JournalError, SettingsError
 from blackboard.ros.master_watch import MasterState, MasterWatch
 from blackboard.ros.membership import journal_folder
-from fleet_manager.config.places import places_of
 from fleet_manager.desk.facts import (
     DecisionRead,
     LinkChange,
@@ -29,11 +28,10 @@ from fleet_manager.desk.facts import (
 )
 from fleet_manager.desk.inbox import Inbox
 from fleet_manager.desk.places import Place
-from fleet_manager.errors import InputError
 from fleet_manager.ros.hive_topics import HiveTopics
 from fleet_manager.ros.map_topics import MapTopics
+from fleet_manager.ros.place_parameter import hive_places
 from fleet_manager.ros.troubles import Troubles
-from hive_common.errors import FileError
 from hive_common.ros.links import mend_links
 
 if TYPE_CHECKING:
@@ -57,7 +55,7 @@ class RosDeskLink:
         Those of `HiveTopics` and `MapTopics`.
 
     ROS Parameters:
-        ~world (string): World whose stations and chargers can be chosen; none by default.
+        places, see `place_parameter`; refused_to_start, see `hive_common.ros.refusal`.
     """
 
     def __init__(self, name: str, argv: list[str]) -> None:
@@ -67,6 +65,7 @@ class RosDeskLink:
         self._stopped = Event()
         self._watch = MasterWatch(name)
         self._topics = HiveTopics(self._inbox.put, self._meet)
+        self._places = PlacesKnown(())
 
     def start(self) -> None:
         """Begin to connect, in the background."""
@@ -114,7 +113,6 @@ class RosDeskLink:
         MapTopics(self._inbox.put).listen_to_person()
         mend_links()
         self._report_master(LinkState.UP)
-        self._inbox.put(PlacesKnown(_places(rospy.get_param("~world", ""))))
         troubles = Troubles()
         while not self._stopped.is_set():
             change = self._watch.look()
@@ -122,8 +120,17 @@ class RosDeskLink:
                 self._report_master(_LINKS[change])
             if not self._watch.is_lost:
                 self._inbox.put(TroublesRead(troubles.read()), TroublesRead)
+                self._read_places()
             self._topics.read_list()
             self._work_until(time.monotonic() + _TURN)
+
+    def _read_places(self) -> None:
+        """Tell the places of the building; the fleet's launch may set them after this window."""
+        if places := hive_places():
+            known = PlacesKnown(tuple(Place(name, pose) for name, pose in places.items()))
+            if known != self._places:
+                self._places = known
+                self._inbox.put(known)
 
     def _work_until(self, end: float) -> None:
         """Run queued work until a monotonic time [s]."""
@@ -135,14 +142,3 @@ class RosDeskLink:
 
     def _report_master(self, state: LinkState) -> None:
         self._inbox.put(LinkChange(state, self._watch.address))
-
-
-def _places(world: str) -> tuple[Place, ...]:
-    """Return the stations and chargers of a world, given by name or path; none where unusable."""
-    if not world:
-        return ()
-    try:
-        return tuple(Place(name, pose) for name, pose in places_of(world).items())
-    except (FileError, InputError) as error:
-        rospy.logwarn(f"no place can be chosen by name: {error}")
-        return ()

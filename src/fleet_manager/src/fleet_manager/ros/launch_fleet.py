@@ -15,7 +15,7 @@ from blackboard.domain.settings import TRAFFIC
 from fleet_manager.config.fleet_check import building_mistakes
 from fleet_manager.config.fleet_file import PROCESSES, read_fleet_and_mistakes
 from fleet_manager.config.fleet_launch import launch_text
-from fleet_manager.config.places import landmarks_of
+from fleet_manager.config.places import landmarks_of, places_of
 from fleet_manager.ros.launch_checked import become_roslaunch
 from hive_common.errors import HiveError
 from hive_common.map_file import load_map
@@ -83,7 +83,9 @@ def launch_fleet(
         click.echo(f"{fleet}: good. {_summary(wanted)}")
         return
     landmarks = landmarks_of(building, wanted.chargers or ())
-    text = launch_text(wanted, sim=sim, landmarks=landmarks)
+    places = dict(places_of(world)) if world is not None else {}
+    places |= {charger.name: charger.pose for charger in wanted.chargers or ()}
+    text = launch_text(wanted, sim=sim, landmarks=landmarks, places=places)
     if shown:
         click.echo(text, nl=False)
     else:

@@ -116,7 +116,7 @@ def main() -> None:
         hive.start_master()
         hive.launch({"fleet": "lab", "world": "lab", "rviz": "false", "gui": "false", "rtf": "1"})
         application = QApplication(["take_pictures"])
-        desk = Desk(RosDeskLink("take_pictures", ["take_pictures", "_world:=lab"]))
+        desk = Desk(RosDeskLink("take_pictures", ["take_pictures"]))
         settings = QSettings(str(folder / "settings"), QSettings.IniFormat)
         studio = Studio(application, FleetWindow(desk, settings), images)
         desk.start()

@@ -27,6 +27,7 @@ from hive_common.pose import Pose
 from hive_common.ros.inbox import Inbox
 from hive_common.ros.links import mend_links
 from hive_common.ros.params import number, text, whole_number
+from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from hive_common.ros.sending import send_promptly
 from robot_description.models import load_model
 from simenv.errors import SimenvError
@@ -270,12 +271,13 @@ def main() -> int:
     rospy.init_node("simulator")
     send_promptly()
     mend_links()
+    forget_refusal()
     try:
         simulation = _simulation()
         rtf = number("rtf", least=MIN_RTF, most=MAX_RTF, default=1.0)
         command_wait = number("command_wait", least=0.0, most=60.0, default=1.0)
     except HiveError as error:
-        rospy.logfatal(str(error))
+        refuse_to_start(str(error))
         return 1
     node = SimulatorNode(simulation, rtf, command_wait)
     node.start()

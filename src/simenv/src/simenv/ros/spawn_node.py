@@ -14,6 +14,7 @@ import rospy
 from hive_common.errors import HiveError
 from hive_common.pose import Pose
 from hive_common.ros.params import number, text
+from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from simenv.ros.spawning import spawn, wait_for_simulator
 
 
@@ -34,6 +35,8 @@ def main() -> int:
     except rospy.ROSInterruptException:
         return 1
     except HiveError as error:
-        rospy.logfatal(f"{error}. {name} takes no part: end its nodes before it is tried again")
+        told = f"{error}. {name} takes no part: end its nodes before it is tried again"
+        refuse_to_start(told, rospy.resolve_name(name))
         return 1
+    forget_refusal(rospy.resolve_name(name))
     return 0

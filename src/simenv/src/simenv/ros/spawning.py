@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import rospy
 from geometry_msgs.msg import Pose2D
 
+from hive_common.ros.refusal import forget_refusal, refuse_to_start
 from simenv.errors import SimenvError, SpawnError
 from simenv.srv import Spawn
 
@@ -60,7 +61,7 @@ def spawn_each(
 ) -> list[T]:
     """Put robots into the simulator's world; return those that stand there.
 
-    One that is refused is logged as an error, and the others go on without it.
+    One that is refused is told as a node that did not start, and the others go on without it.
 
     Args:
         robots: Any descriptions of them.
@@ -77,10 +78,14 @@ def spawn_each(
     wait_for_simulator(timeout)
     standing = []
     for robot in wanted:
+        name, model, pose = of(robot)
+        node = rospy.resolve_name(name)
+        forget_refusal(node)
         try:
-            spawn(*of(robot))
+            spawn(name, model, pose)
         except SpawnError as error:
-            rospy.logerr(f"{error}; its part of the hive is not started, all others go on")
+            text = f"{error}; its part of the hive is not started, all others go on"
+            refuse_to_start(text, node)
         else:
             standing.append(robot)
     if not standing:
