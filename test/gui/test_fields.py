@@ -7,6 +7,7 @@ import pytest
 from python_qt_binding.QtCore import QSettings, Qt
 from python_qt_binding.QtWidgets import QApplication
 
+from blackboard.domain.characteristics import RobotState, RobotStatus
 from blackboard.domain.record import TaskUpdate
 from blackboard.domain.task import TaskState, TaskType
 from fleet_manager.desk.facts import Clicked, PlacesKnown, PostTask
@@ -72,6 +73,23 @@ def test_a_filled_form_is_sent_with_enter_and_emptied(person, window, link):
     assert (command.task.id, command.task.type) == ("T1", TaskType.GA)
     assert entry.goal_editors["A"].x_edit.text() == ""
     assert entry.id_edit.text() == "T2"
+
+
+def test_a_task_that_will_be_split_is_asked_about_and_a_no_keeps_the_form(person, window, link):
+    link.say(RobotStatus("robot1", RobotState.IDLE, Pose(1, 2), 1.0, carries=(100.0,) * 4))
+    person.wait_until(lambda: window.view.robot_rows.rowCount() == 1)
+    fill_in(person, window.entry)
+    person.write(window.entry.payload_edit, "250")
+    person.press(Qt.Key_Return)
+
+    told = person.answer("Back to the form")
+    assert "robot1 carries most: 100 kg); the hive will split T1 into 3 parts" in told
+    assert window.entry.payload_edit.text() == "250"
+    assert link.sent == []
+
+    person.press(Qt.Key_Return, window.entry.payload_edit)
+    person.answer("Send T1")
+    person.wait_until(lambda: link.sent)
 
 
 def test_escape_empties_the_form(person, window):
