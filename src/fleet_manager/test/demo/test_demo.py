@@ -21,7 +21,8 @@ from fleet_manager.config.fleet_file import read_fleet
 from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.history import History, Span
 from fleet_manager.demo.local_hive import wait_for_everyone
-from fleet_manager.demo.picture import congestion, draw_run
+from fleet_manager.demo.page import write_page
+from fleet_manager.demo.picture import congestion, draw_run, figures
 from fleet_manager.demo.progress import Progress
 from fleet_manager.demo.report import Clocks, make_report, not_done
 from fleet_manager.demo.runner import DemoPlan, DemoRun
@@ -278,6 +279,48 @@ def test_the_picture_is_drawn_even_where_some_robots_never_moved(plan, tmp_path)
 
     with Image.open(tmp_path / "picture.png") as picture:
         assert min(picture.size) > 900
+
+
+def test_the_report_sums_up_throughput_waiting_and_utilization(plan):
+    report, _ = made_report(plan)
+
+    assert report["summary"] == {
+        "tasks_per_hour": 720.0,
+        "mean_waiting": 2.0,
+        "longest_waiting": 2.0,
+        "utilization": 0.35,
+    }
+    assert figures(report) == (
+        "720 tasks per hour, mean waiting 2 s, longest 2 s, robots at work 35% of the time"
+    )
+
+
+def test_a_run_in_which_nothing_was_begun_has_no_figures_but_its_throughput(plan):
+    state, history = HiveState(), History(0.0)
+    clocks = Clocks("2026-01-02T03:04:05+00:00", 1.0, 20.0, 21.0)
+    report = make_report(plan.scenario, plan.fleet, state, history, clocks)
+
+    assert figures(report) == "0 tasks per hour, robots at work 0% of the time"
+
+
+def test_the_page_of_a_run_has_all_in_one_file_with_the_urgent_task_first_and_marked(
+    plan, tmp_path
+):
+    report, history = made_report(plan)
+    report["tasks"][-1] |= {"priority": 10, "reason": "it had to be <quick>"}
+    chart = GridMap.of_blocked(np.zeros((240, 400), dtype=bool), 0.05)
+    picture = tmp_path / "picture.png"
+    draw_run(picture, report, history, chart, {"dock": Pose(3.0, 4.0), "far": Pose(99.0, 4.0)})
+
+    write_page(tmp_path / "report.html", report, picture, [(1.5, "task T1 is done")])
+
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    first = text.index('<tr class="marked"><td>' + report["tasks"][-1]["id"])
+    assert first < text.index(f"<tr><td>{report['tasks'][0]['id']}")
+    assert "it had to be &lt;quick&gt;" in text
+    assert "    1.5 s  task T1 is done" in text
+    assert 'src="data:image/png;base64,' in text
+    assert "http" not in text
 
 
 def waiting(time, *places):

@@ -12,10 +12,12 @@ import click
 from blackboard.domain.settings import TRAFFIC
 from fleet_manager.cli.context import FileName, new_folder, pass_context
 from fleet_manager.config.fleet_file import read_fleet
+from fleet_manager.config.places import places_of
 from fleet_manager.config.scenario import read_scenario
 from fleet_manager.demo.local_hive import local_hive
 from fleet_manager.demo.machine import machine, screen_is_usable, versions
-from fleet_manager.demo.picture import draw_run
+from fleet_manager.demo.page import write_page
+from fleet_manager.demo.picture import draw_run, figures
 from fleet_manager.demo.report import not_done
 from fleet_manager.demo.runner import DemoPlan, run_demo
 from fleet_manager.errors import NotDoneError
@@ -23,6 +25,7 @@ from hive_common.map_file import load_map
 
 if TYPE_CHECKING:
     from fleet_manager.cli.context import CliContext
+    from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.runner import DemoResult
 
 
@@ -104,16 +107,18 @@ def demo(
         )
         click.echo(f"to follow from another terminal: export ROS_MASTER_URI={hive.uri}")
         result = run_demo(plan, hive, context.connect, click.get_text_stream("stdout"))
-    _write(folder, what.map, result)
+    _write(folder, what, result)
     _tell(folder, result)
 
 
-def _write(folder: Path, chart: str, result: DemoResult) -> None:
-    """Write the report and the picture."""
+def _write(folder: Path, what: Scenario, result: DemoResult) -> None:
+    """Write the report as data and as a page, and the picture."""
     report = {**result.report, "versions": versions(), "machine": machine()}
     text = json.dumps(report, indent=2, ensure_ascii=False) + "\n"
     (folder / "report.json").write_text(text, encoding="utf-8")
-    draw_run(folder / "picture.png", report, result.history, load_map(chart))
+    picture = folder / "picture.png"
+    draw_run(picture, report, result.history, load_map(what.map), places_of(what.world))
+    write_page(folder / "report.html", report, picture, result.log)
 
 
 def _tell(folder: Path, result: DemoResult) -> None:
@@ -130,7 +135,8 @@ def _tell(folder: Path, result: DemoResult) -> None:
         )
     for remark in result.remarks:
         click.echo(f"note: {remark}")
-    click.echo(f"picture: {folder / 'picture.png'}\nreport:  {folder / 'report.json'}")
+    click.echo(figures(report))
+    click.echo(f"report: {folder / 'report.html'}, with picture.png and report.json beside it")
     wrong = not_done(report)
     if wrong:
         raise NotDoneError(

@@ -6,15 +6,19 @@ Where a traffic planner has told who waits for whom, the map also shows where ro
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import ndimage
 
+from blackboard.domain.task import MAX_PRIORITY
 from fleet_manager.demo.history import WAIT_GRAIN, RobotTrack
+from fleet_manager.desk.markers import COLORS, robot_color
 from hive_common.grid_map import UNKNOWN
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -22,12 +26,12 @@ if TYPE_CHECKING:
     from fleet_manager.demo.history import History
     from hive_common.geometry import Array
     from hive_common.grid_map import GridMap
-
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#5E4FA2")
-"""Colour-blind people can distinguish them too (Okabe and Ito, 2008)."""
+    from hive_common.pose import Pose
 
 _STYLES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 _INK = "#333333"
+_QUIET = "#777777"  # of what is only a help to find one's way
+_URGENT = "#C00000"
 _INCHES = (14.0, 10.5)
 _DOTS_PER_INCH = 110
 _ROBOTS_IN_LEGEND = 12
@@ -35,31 +39,75 @@ _SPREAD = 0.5  # by how much a place where a robot waited is blurred [m]
 _FULL_HEAT = 0.2  # what is less than this share of the most is the paler, the less it is
 
 
-def draw_run(path: Path, report: dict[str, Any], history: History, chart: GridMap) -> None:
-    """Draw a run on the map on which the robots drove, and write it as PNG."""
+def draw_run(
+    path: Path,
+    report: dict[str, Any],
+    history: History,
+    chart: GridMap,
+    places: Mapping[str, Pose] = MappingProxyType({}),
+) -> None:
+    """Draw a run, and write it as PNG.
+
+    Args:
+        path: Where it is written.
+        report: See `make_report`.
+        history: The record of the run.
+        chart: The map on which the robots drove.
+        places: What has a name on the map.
+    """
     # matplotlib takes a second to import, and a demo needs it only once it has run.
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  (see above)
+    from matplotlib.colors import to_hex  # noqa: PLC0415  (see above)
     from matplotlib.figure import Figure  # noqa: PLC0415  (see above)
 
     figure = Figure(figsize=_INCHES, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, height_ratios=[1.75, 1.0], width_ratios=[2.1, 1.0])
     names = [robot["name"] for robot in report["robots"]]
-    colours = {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(names)}
-    figure.suptitle(_title(report), fontsize=15, color=_INK, fontweight="bold")
-    _draw_map(figure.add_subplot(grid[0, :]), report, history, chart, colours)
+    colours = {name: to_hex(robot_color(name)) for name in names}
+    figure.suptitle(
+        f"{title(report)}\n{figures(report)}", fontsize=14, color=_INK, fontweight="bold"
+    )
+    on_map = figure.add_subplot(grid[0, :])
+    _draw_places(on_map, places, chart)
+    _draw_map(on_map, report, history, chart, colours)
     _draw_timeline(figure.add_subplot(grid[1, 0]), report, history, colours)
     _draw_batteries(figure.add_subplot(grid[1, 1]), history, colours)
     figure.savefig(path, dpi=_DOTS_PER_INCH)
 
 
-def _title(report: dict[str, Any]) -> str:
+def title(report: dict[str, Any]) -> str:
+    """Return in one line what a run came to."""
     hits = report["collisions"]
     return (
         f"{report['scenario']}: {report['done']} of {len(report['tasks'])} tasks done by "
         f"{len(report['robots'])} robots in {report['time']['hive']:.0f} s, "
         f"{hits or 'no'} collision{'' if hits == 1 else 's'}"
     )
+
+
+def figures(report: dict[str, Any]) -> str:
+    """Return in one line how well a run went: throughput, waiting and utilization."""
+    found = report["summary"]
+    told = {
+        "{:.0f} tasks per hour": found["tasks_per_hour"],
+        "mean waiting {:.0f} s": found["mean_waiting"],
+        "longest {:.0f} s": found["longest_waiting"],
+        "robots at work {:.0%} of the time": found["utilization"],
+    }
+    return ", ".join(text.format(value) for text, value in told.items() if value is not None)
+
+
+def _draw_places(axes: Axes, places: Mapping[str, Pose], chart: GridMap) -> None:
+    """Write the names of the places that lie on the map."""
+    left, low, right, high = chart.bounds
+    for name, pose in places.items():
+        if left < pose.x < right and low < pose.y < high:
+            axes.plot(pose.x, pose.y, "+", color=_QUIET, ms=5, mew=1.0, zorder=3)
+            axes.annotate(
+                name, (pose.x, pose.y), xytext=(0, -9), textcoords="offset points", fontsize=7,
+                color=_QUIET, ha="center", style="italic", zorder=3,
+            )  # fmt: skip
 
 
 def _draw_map(
@@ -83,17 +131,19 @@ def _draw_map(
         if not places:
             continue
         xs, ys = zip(*places, strict=True)
-        style = _STYLES[index // len(_COLOURS) % len(_STYLES)]
+        style = _style(index)
         label = f"{name} ({robot['model']}): {robot['distance']:.0f} m, {robot['done']} tasks"
         axes.plot(xs, ys, color=colours[name], lw=1.8, ls=style, alpha=0.85, label=label)
         axes.plot(xs[0], ys[0], "o", color=colours[name], ms=9, mec="white", mew=1.5, zorder=4)
         axes.plot(xs[-1], ys[-1], "s", color=colours[name], ms=9, mec="white", mew=1.5, zorder=4)
     box = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.8}
+    urgent = _urgent_goals(report)
     for place, ids in _goal_labels(report).items():
-        axes.plot(*place, "x", color=_INK, ms=6, mew=1.6, zorder=5)
+        ink, weight = (_URGENT, "bold") if place in urgent else (_INK, "normal")
+        axes.plot(*place, "x", color=ink, ms=6, mew=1.6, zorder=5)
         axes.annotate(
-            ids, place, xytext=(5, 4), textcoords="offset points", fontsize=7.5, color=_INK,
-            zorder=6, bbox=box,
+            ids, place, xytext=(5, 4), textcoords="offset points", fontsize=7.5, color=ink,
+            fontweight=weight, zorder=6, bbox=box,
         )  # fmt: skip
     axes.set(xlabel="x [m]", ylabel="y [m]", title="driven paths (● start, ■ end, × goal)")
     axes.set_aspect("equal")
@@ -139,15 +189,38 @@ def congestion(history: History, chart: GridMap) -> Array | None:
 def _goal_labels(report: dict[str, Any]) -> dict[tuple[float, float], str]:
     """Return the label of each goal: `T1.A T7.B`, three to a line."""
     at: dict[tuple[float, float], list[str]] = {}
-    for task in report["tasks"]:
+    for task in by_urgency(report):
         for number, goal in enumerate(task["goals"]):
             letter = chr(ord("A") + number) if number < 26 else str(number + 1)  # noqa: PLR2004  (letters)
-            place = (round(goal["x"], 1), round(goal["y"], 1))
-            at.setdefault(place, []).append(f"{task['id']}.{letter}")
+            at.setdefault(_spot(goal), []).append(f"{task['id']}.{letter}")
     return {
         place: "\n".join(" ".join(ids[i : i + 3]) for i in range(0, len(ids), 3))
         for place, ids in at.items()
     }
+
+
+def by_urgency(report: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the tasks of a report, those of the highest priority first."""
+    return sorted(report["tasks"], key=lambda task: -task["priority"])
+
+
+def is_urgent(task: dict[str, Any]) -> bool:
+    """Return whether a task has the highest priority, which may interrupt others."""
+    return bool(task["priority"] == MAX_PRIORITY)
+
+
+def _urgent_goals(report: dict[str, Any]) -> set[tuple[float, float]]:
+    return {_spot(goal) for task in report["tasks"] if is_urgent(task) for goal in task["goals"]}
+
+
+def _spot(goal: dict[str, float]) -> tuple[float, float]:
+    """Return where a goal is, so that goals at one place share a label [m]."""
+    return round(goal["x"], 1), round(goal["y"], 1)
+
+
+def _style(index: int) -> Any:  # noqa: ANN401  (matplotlib's)
+    """Return the line of a robot; robots of one colour have different ones."""
+    return _STYLES[index // len(COLORS) % len(_STYLES)]
 
 
 def _draw_timeline(
@@ -160,46 +233,52 @@ def _draw_timeline(
     from matplotlib.patches import Patch  # noqa: PLC0415  (see draw_run)
 
     names = list(colours)
-    kinds = {task["id"]: task["type"] for task in report["tasks"]}
+    tasks = {task["id"]: task for task in report["tasks"]}
     length = max(report["time"]["hive"], 1.0)
     for span in history.spans:
         end = span.end if span.end is not None else length
         row = names.index(span.robot) if span.robot in names else len(names)
         colour = colours.get(span.robot, "gray")
-        hatch = "///" if kinds.get(span.task_id) in {"GPA", "GPAB"} else ""
+        task = tasks.get(span.task_id, {"type": "", "priority": 0})
+        hatch = "///" if task["type"] in {"GPA", "GPAB"} else ""
+        edge, width = (_URGENT, 2.5) if is_urgent(task) else ("white", 1.0)
         axes.barh(
-            row, end - span.begin, left=span.begin, height=0.62, alpha=0.9, edgecolor="white",
-            color=colour, hatch=hatch,
+            row, end - span.begin, left=span.begin, height=0.62, alpha=0.9, edgecolor=edge,
+            linewidth=width, color=colour, hatch=hatch,
         )  # fmt: skip
-        if (end - span.begin) / length > 0.018 * len(span.task_id):
+        label = f"{span.task_id} p{task['priority']}" if task["priority"] else span.task_id
+        if (end - span.begin) / length > 0.018 * len(label):
             axes.text(
-                (span.begin + end) / 2, row, span.task_id, ha="center", va="center", fontsize=8,
-                color="white", fontweight="bold",
-                bbox={"boxstyle": "round,pad=0.12", "fc": colour, "ec": "none"},
+                (span.begin + end) / 2, row, label, ha="center", va="center", fontsize=8,
+                color=_INK, fontweight="bold",
+                bbox={"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none", "alpha": 0.8},
             )  # fmt: skip
     axes.set_yticks(range(len(names)), names)
     axes.set(xlim=(0, length), ylim=(len(names) - 0.45, -0.55), xlabel="time [s]")
-    axes.set_title("tasks per robot")
+    axes.set_title("tasks per robot (p: priority)")
     axes.grid(axis="x", alpha=0.3)
     axes.set_axisbelow(True)
     _frame(axes)
     axes.legend(
-        handles=[Patch(fc="gray", ec="white", hatch="///", label="with arm (GPA, GPAB)")],
-        loc="upper right", bbox_to_anchor=(1.0, 1.12), frameon=False, fontsize=8,
+        handles=[
+            Patch(fc="gray", ec="white", hatch="///", label="with arm (GPA, GPAB)"),
+            Patch(fc="none", ec=_URGENT, lw=2.5, label=f"urgent (p{MAX_PRIORITY})"),
+        ],
+        loc="upper right", bbox_to_anchor=(1.0, 1.14), frameon=False, fontsize=8, ncols=2,
     )  # fmt: skip
 
 
 def _draw_batteries(axes: Axes, history: History, colours: dict[str, str]) -> None:
-    """Draw the charge of each robot over time."""
+    """Draw the charge of each robot over time, with what it has used."""
     for index, (name, colour) in enumerate(colours.items()):
         charges = history.tracks.get(name, RobotTrack()).charges
         if not charges:
             continue
         times, levels = zip(*charges, strict=True)
-        style = _STYLES[index // len(_COLOURS) % len(_STYLES)]
         percent = [100 * level for level in levels]
-        axes.plot(times, percent, color=colour, ls=style, lw=1.8, label=name)
-    axes.set(xlabel="time [s]", ylabel="charge [%]", title="batteries")
+        label = f"{name}: {percent[0] - percent[-1]:.2g} % used"
+        axes.plot(times, percent, color=colour, ls=_style(index), lw=1.8, label=label)
+    axes.set(xlabel="time [s]", ylabel="charge [%]", title="batteries", ylim=(0, 104))
     axes.ticklabel_format(useOffset=False)
     axes.grid(alpha=0.3)
     _frame(axes)

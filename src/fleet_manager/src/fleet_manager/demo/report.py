@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from fleet_manager.config.scenario import Scenario
     from fleet_manager.demo.history import History
 
+_HOUR = 3600.0  # [s]
+
 UNITS = {
     "length": "m",
     "angle": "rad",
@@ -49,6 +51,10 @@ def make_report(
 ) -> dict[str, Any]:
     """Return the report of a run, from the hive at its end and the closed history."""
     tasks = [_task_entry(planned.task, state, history) for planned in scenario.tasks]
+    robots = [
+        _robot_entry(robot.name, robot.model, tasks, history, clocks.hive)
+        for robot in fleet.robots
+    ]
     return {
         "scenario": scenario.name,
         "description": scenario.description,
@@ -66,11 +72,9 @@ def make_report(
             "real_time_factor_asked": clocks.asked_rtf,
             "real_time_factor_reached": round(clocks.reached_rtf, 2),
         },
+        "summary": _summary(tasks, robots, clocks.hive),
         "tasks": tasks,
-        "robots": [
-            _robot_entry(robot.name, robot.model, tasks, history, clocks.hive)
-            for robot in fleet.robots
-        ],
+        "robots": robots,
         "units": UNITS,
     }
 
@@ -122,6 +126,21 @@ def _robot_entry(
         "charge_at_start": charges[0] if charges else None,
         "charge_at_end": charges[-1] if charges else None,
         "busy_share": round(busy / length, 2) if length > 0 else 0.0,
+    }
+
+
+def _summary(
+    tasks: list[dict[str, Any]], robots: list[dict[str, Any]], length: float
+) -> dict[str, float | None]:
+    """Return the figures of a whole run of a length [s]; None where nothing was done."""
+    waits = [task["waiting"] for task in tasks if task["waiting"] is not None]
+    shares = [robot["busy_share"] for robot in robots]
+    done = sum(task["state"] == "DONE" for task in tasks)
+    return {
+        "tasks_per_hour": round(done * _HOUR / length, 1) if length > 0 else None,
+        "mean_waiting": round(sum(waits) / len(waits), 1) if waits else None,
+        "longest_waiting": max(waits, default=None),
+        "utilization": round(sum(shares) / len(shares), 2) if shares else None,
     }
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
@@ -80,6 +80,8 @@ class DemoResult:
     report: dict[str, Any]  # see `report.make_report`
     history: History  # what was recorded
     remarks: list[str]  # what a person should know: what went wrong, what was slow
+    # What happened, with the time since the start [s, hive's time].
+    log: list[tuple[float, str]] = field(default_factory=list)
 
 
 class DemoRun:
@@ -100,6 +102,7 @@ class DemoRun:
         self._ids = [planned.task.id for planned in plan.scenario.tasks]
         self._progress = Progress(sink, plan.robots, self._ids)
         self._history: History | None = None
+        self._log: list[tuple[float, str]] = []
         self._begin = 0.0
 
     def run(self) -> DemoResult:
@@ -133,13 +136,15 @@ class DemoRun:
         self._progress.end(self.client.state, clocks.wall, clocks.hive)
         self._history.close(link.hive_time())
         report = make_report(scenario, self._plan.fleet, self.client.state, self._history, clocks)
-        return DemoResult(report, self._history, remarks + _speed_remark(clocks))
+        remarks += _speed_remark(clocks)
+        return DemoResult(report, self._history, remarks, self._log)
 
     def _hear(self, report: Report | None, events: Sequence[Event]) -> None:
         """Record and show one report."""
         if self._history is not None and report is not None:
             now = self._link.hive_time()
             self._history.add(now, report)
+            self._log += [(now - self._begin, event.text) for event in events]
             if isinstance(report, TaskUpdate):
                 self._progress.tell(events, now - self._begin)
 

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import base64
-import html
 import math
 from typing import TYPE_CHECKING
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from hive_common import html_page
 from hive_lab.compare.figures import DRAWN, FIGURES, rows_of, title
 
 if TYPE_CHECKING:
@@ -25,28 +24,6 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _COLUMNS = 2
 _INCHES_EACH = 5.0
 _DOTS_PER_INCH = 100
-
-_PAGE = """\
-<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<title>{title}</title>
-<style>
-body {{ font-family: sans-serif; margin: 2em; color: #222 }}
-table {{ border-collapse: collapse }}
-th, td {{ border: 1px solid #ccc; padding: 0.3em 0.7em; text-align: right }}
-th:first-child, td:first-child {{ text-align: left }}
-img {{ max-width: 100%; margin: 1em 0 }}
-pre {{ background: #f4f4f4; padding: 1em }}
-</style>
-<h1>{title}</h1>
-<p>{facts}</p>
-{table}
-{pictures}
-<h2>To repeat it</h2>
-{sources}
-</html>
-"""
 
 
 def draw_side_by_side(path: Path, table: Table) -> None:
@@ -96,26 +73,10 @@ def write_page(
         pictures: PNG files by their headings.
         sources: The text of each file that the runs were made from, by its name.
     """
-    text = _PAGE.format(
-        title=html.escape(name),
-        facts=html.escape(facts),
-        table=_table(table),
-        pictures="\n".join(
-            f'<h2>{html.escape(heading)}</h2>\n<img alt="{html.escape(heading)}" '
-            f'src="data:image/png;base64,{base64.b64encode(file.read_bytes()).decode()}">'
-            for heading, file in pictures.items()
-        ),
-        sources="\n".join(
-            f"<h3>{html.escape(file)}</h3>\n<pre>{html.escape(content)}</pre>"
-            for file, content in sources.items()
-        ),
-    )
-    path.write_text(text, encoding="utf-8")
-
-
-def _table(table: Table) -> str:
-    """Return the table as HTML."""
-    head, *rows = (list(map(html.escape, row)) for row in rows_of(table))
-    lines = ["<tr>" + "".join(f"<th>{cell}</th>" for cell in head) + "</tr>"]
-    lines += ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
-    return "<table>\n" + "\n".join(lines) + "\n</table>"
+    head, *rows = rows_of(table)
+    sections = [html_page.table(head, rows)]
+    for heading, file in pictures.items():
+        sections += [html_page.heading(heading), html_page.picture(heading, file)]
+    sections.append(html_page.heading("To repeat it"))
+    sections += [html_page.listing(content, file) for file, content in sources.items()]
+    path.write_text(html_page.page(name, facts, sections), encoding="utf-8")

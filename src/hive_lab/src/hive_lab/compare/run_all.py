@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+from fleet_manager.config.places import places_of
 from fleet_manager.demo.picture import draw_run
 from fleet_manager.errors import FleetManagerError, StartError
 from hive_common.errors import HiveError
@@ -190,7 +191,8 @@ def _work(
         "remarks": result.remarks,
         "run_on": experiment.run_on,
     }
-    draw_run(picture, report, result.history, load_map(scenario.map))
+    places = places_of(scenario.world)
+    draw_run(picture, report, result.history, load_map(scenario.map), places)
     pipe.send(("report", report))
 
 
