@@ -255,14 +255,16 @@ def _draw_timeline(
             )  # fmt: skip
     axes.set_yticks(range(len(names)), names)
     axes.set(xlim=(0, length), ylim=(len(names) - 0.45, -0.55), xlabel="time [s]")
-    axes.set_title("tasks per robot (p: priority)")
+    axes.set_title("tasks per robot (p: priority)", loc="left")
     axes.grid(axis="x", alpha=0.3)
     axes.set_axisbelow(True)
     _frame(axes)
+    is_one = any(map(is_urgent, report["tasks"]))
+    urgent = [Patch(fc="none", ec=_URGENT, lw=2.5, label=f"urgent (p{MAX_PRIORITY})")] * is_one
     axes.legend(
         handles=[
             Patch(fc="gray", ec="white", hatch="///", label="with arm (GPA, GPAB)"),
-            Patch(fc="none", ec=_URGENT, lw=2.5, label=f"urgent (p{MAX_PRIORITY})"),
+            *urgent,
         ],
         loc="upper right", bbox_to_anchor=(1.0, 1.14), frameon=False, fontsize=8, ncols=2,
     )  # fmt: skip
@@ -276,7 +278,7 @@ def _draw_batteries(axes: Axes, history: History, colours: dict[str, str]) -> No
             continue
         times, levels = zip(*charges, strict=True)
         percent = [100 * level for level in levels]
-        label = f"{name}: {percent[0] - percent[-1]:.2g} % used"
+        label = f"{name}: {percent[0] - percent[-1]:.1f} % used"
         axes.plot(times, percent, color=colour, ls=_style(index), lw=1.8, label=label)
     axes.set(xlabel="time [s]", ylabel="charge [%]", title="batteries", ylim=(0, 104))
     axes.ticklabel_format(useOffset=False)
